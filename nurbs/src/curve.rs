@@ -1,0 +1,191 @@
+use nalgebra::{Point, SVector};
+
+use crate::tolerance::{EQUAL_WEIGHTS, LARGEST_COORDINATE_MM};
+use crate::{KnotVector, NurbsError};
+
+/// A NURBS curve in `D` dimensions: knots, control points and, when rational, weights.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NurbsCurve<const D: usize> {
+    knots: KnotVector,
+    points: Vec<Point<f64, D>>,
+    weights: Option<Vec<f64>>,
+}
+
+/// A curve in a surface's parameter plane (a pcurve).
+pub type Curve2 = NurbsCurve<2>;
+/// A curve in model space, mm.
+pub type Curve3 = NurbsCurve<3>;
+
+impl<const D: usize> NurbsCurve<D> {
+    /// Checks and wraps the parts; weights that are all equal are dropped.
+    ///
+    /// # Errors
+    /// Counts that do not fit, non-finite or absurd coordinates, non-positive weights.
+    pub fn new(
+        knots: KnotVector,
+        points: Vec<Point<f64, D>>,
+        weights: Option<Vec<f64>>,
+    ) -> Result<Self, NurbsError> {
+        if knots.point_count() != points.len() {
+            let (knots, degree) = (knots.as_slice().len(), knots.degree());
+            return Err(NurbsError::KnotCount {
+                knots,
+                points: points.len(),
+                degree,
+            });
+        }
+        let bad = |p: &Point<f64, D>| {
+            p.iter()
+                .any(|c| !c.is_finite() || c.abs() > LARGEST_COORDINATE_MM)
+        };
+        if let Some(index) = points.iter().position(bad) {
+            return Err(NurbsError::NotFinite {
+                what: "control point",
+                index,
+            });
+        }
+        Ok(NurbsCurve {
+            weights: check_weights(weights, points.len())?,
+            knots,
+            points,
+        })
+    }
+
+    /// The straight segment from `a` at parameter 0 to `b` at parameter 1.
+    #[must_use]
+    pub fn line(a: Point<f64, D>, b: Point<f64, D>) -> Self {
+        NurbsCurve {
+            knots: KnotVector::clamped_uniform(1, 2),
+            points: vec![a, b],
+            weights: None,
+        }
+    }
+
+    /// The knot vector.
+    #[must_use]
+    pub fn knots(&self) -> &KnotVector {
+        &self.knots
+    }
+
+    /// The control points (not multiplied by weights).
+    #[must_use]
+    pub fn points(&self) -> &[Point<f64, D>] {
+        &self.points
+    }
+
+    /// The weights; `None` when all are equal.
+    #[must_use]
+    pub fn weights(&self) -> Option<&[f64]> {
+        self.weights.as_deref()
+    }
+
+    /// First and last parameter.
+    #[must_use]
+    pub fn domain(&self) -> (f64, f64) {
+        self.knots.domain()
+    }
+
+    /// The point at `t`.
+    #[must_use]
+    pub fn point(&self, t: f64) -> Point<f64, D> {
+        Point::from(self.derivatives(t)[0])
+    }
+
+    /// Start point.
+    #[must_use]
+    pub fn start(&self) -> Point<f64, D> {
+        self.point(self.domain().0)
+    }
+
+    /// End point.
+    #[must_use]
+    pub fn end(&self) -> Point<f64, D> {
+        self.point(self.domain().1)
+    }
+
+    /// Position, first and second derivative at `t` (quotient rule; The NURBS Book, eq. 4.8).
+    #[must_use]
+    pub fn derivatives(&self, t: f64) -> [SVector<f64, D>; 3] {
+        let basis = self.knots.basis(t);
+        let count = self.knots.degree() + 1;
+        let mut c = [SVector::<f64, D>::zeros(); 3];
+        let mut w = [0.0; 3];
+        for i in 0..count {
+            let index = basis.first + i;
+            let weight = self.weights.as_ref().map_or(1.0, |w| w[index]);
+            for k in 0..3 {
+                let b = basis.n[k][i] * weight;
+                c[k] += self.points[index].coords * b;
+                w[k] += b;
+            }
+        }
+        if self.weights.is_none() {
+            return c;
+        }
+        let p = c[0] / w[0];
+        let d1 = (c[1] - p * w[1]) / w[0];
+        let d2 = (c[2] - d1 * (2.0 * w[1]) - p * w[2]) / w[0];
+        [p, d1, d2]
+    }
+
+    /// The same curve run backwards on the same domain.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let (a, b) = self.domain();
+        let knots = self.knots.as_slice().iter().rev().map(|k| a + b - k).collect();
+        NurbsCurve {
+            knots: KnotVector::new(self.knots.degree(), knots).expect("reversing keeps knots valid"),
+            points: self.points.iter().rev().copied().collect(),
+            weights: self.weights.as_ref().map(|w| w.iter().rev().copied().collect()),
+        }
+    }
+}
+
+/// Refuses unusable weights; equal weights become `None`.
+pub(crate) fn check_weights(
+    weights: Option<Vec<f64>>,
+    points: usize,
+) -> Result<Option<Vec<f64>>, NurbsError> {
+    let Some(weights) = weights else { return Ok(None) };
+    if weights.len() != points {
+        return Err(NurbsError::NetSize {
+            needed: points,
+            given: weights.len(),
+        });
+    }
+    if let Some(index) = weights.iter().position(|w| !w.is_finite() || *w <= 0.0) {
+        return Err(NurbsError::Weight {
+            index,
+            value: weights[index],
+        });
+    }
+    let equal = weights
+        .iter()
+        .all(|w| (w - weights[0]).abs() <= EQUAL_WEIGHTS * weights[0]);
+    Ok(if equal { None } else { Some(weights) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point2;
+
+    #[test]
+    fn a_rational_quadratic_is_a_circle_with_its_curvature() {
+        let s = std::f64::consts::FRAC_1_SQRT_2;
+        let points = vec![
+            Point2::new(5.0, 0.0),
+            Point2::new(5.0, 5.0),
+            Point2::new(0.0, 5.0),
+        ];
+        let arc = Curve2::new(KnotVector::clamped_uniform(2, 3), points, Some(vec![1.0, s, 1.0])).unwrap();
+        for i in 0..=20 {
+            let [p, d1, d2] = arc.derivatives(f64::from(i) / 20.0);
+            approx::assert_relative_eq!(p.norm(), 5.0, epsilon = 1e-14);
+            let curvature = (d1.x * d2.y - d1.y * d2.x) / d1.norm().powi(3);
+            approx::assert_relative_eq!(curvature, 0.2, epsilon = 1e-13);
+        }
+        let back = arc.reversed();
+        approx::assert_relative_eq!(back.point(0.3), arc.point(0.7), epsilon = 1e-14);
+    }
+}

@@ -1,0 +1,63 @@
+//! The NURBS kernel of claymill: curves, surfaces, trimmed faces and the model they form.
+//!
+//! ```text
+//!   knots ─► curve, surface ─► jet (point, derivatives, normal, curvature)
+//!                 │
+//!               face = surface + trim loops ─► boundary, domain (inside test), mesh, area
+//!                 │
+//!               model ─► closest (exact closest point over all faces)
+//! ```
+//!
+//! The kernel does no input or output and knows no machine. Lengths are millimetres; parameters `u`, `v`
+//! are those of the surface's knot vectors.
+//!
+//! ```
+//! use claymill_nurbs::{KnotVector, NurbsSurface, Point3};
+//! let bilinear = NurbsSurface::new(
+//!     KnotVector::clamped_uniform(1, 2),
+//!     KnotVector::clamped_uniform(1, 2),
+//!     vec![
+//!         Point3::new(0.0, 0.0, 0.0), Point3::new(0.0, 10.0, 0.0),
+//!         Point3::new(20.0, 0.0, 0.0), Point3::new(20.0, 10.0, 0.0),
+//!     ],
+//!     None,
+//! )?;
+//! assert_eq!(bilinear.point(0.5, 0.5), Point3::new(10.0, 5.0, 0.0));
+//! assert_eq!(bilinear.jet(0.5, 0.5).normal().unwrap().z, 1.0);
+//! # Ok::<(), claymill_nurbs::NurbsError>(())
+//! ```
+
+mod boundary;
+mod closest;
+mod curve;
+mod domain;
+mod error;
+mod face;
+mod jet;
+mod knots;
+mod measure;
+mod mesh;
+mod model;
+mod refine;
+mod surface;
+pub mod tolerance;
+
+pub use closest::{ClosestPoints, Foot};
+pub use curve::{Curve2, Curve3, NurbsCurve};
+pub use domain::Domain;
+pub use error::NurbsError;
+pub use face::{Face, Source, SurfaceKind, TrimEdge, TrimLoop};
+pub use jet::{CurvatureTensor, Jet};
+pub use knots::{KnotVector, MAX_DEGREE};
+pub use mesh::{FaceMesh, MeshOptions, tessellate};
+pub use model::{Aabb, FaceId, Model};
+pub use surface::NurbsSurface;
+
+/// A point in model space, mm.
+pub type Point3 = nalgebra::Point3<f64>;
+/// A vector in model space, mm or unit-free.
+pub type Vector3 = nalgebra::Vector3<f64>;
+/// A point in a surface's parameter plane `(u, v)`.
+pub type Point2 = nalgebra::Point2<f64>;
+/// A vector in a surface's parameter plane.
+pub type Vector2 = nalgebra::Vector2<f64>;

@@ -1,0 +1,97 @@
+use serde::{Deserialize, Serialize};
+
+use crate::{Face, Point3, Vector3};
+
+/// Index of a face in [`Model::faces`].
+pub type FaceId = usize;
+
+/// Everything machinable that was read from a file, in millimetres.
+#[derive(Debug, Clone, Default)]
+pub struct Model {
+    /// The faces, in file order.
+    pub faces: Vec<Face>,
+    /// The file's own tolerance, mm; 0 when it states none.
+    pub tolerance_mm: f64,
+    /// Size of the last digit of the file's coordinates, mm; 0 when unknown. Curvature noise follows from it.
+    pub coordinate_step_mm: f64,
+}
+
+/// An axis-aligned box.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Aabb {
+    /// Smallest corner.
+    pub min: Point3,
+    /// Largest corner.
+    pub max: Point3,
+}
+
+impl Aabb {
+    /// The box that holds nothing.
+    #[must_use]
+    pub fn empty() -> Self {
+        let inf = f64::INFINITY;
+        Aabb {
+            min: Point3::new(inf, inf, inf),
+            max: Point3::new(-inf, -inf, -inf),
+        }
+    }
+
+    /// The smallest box around `points`.
+    #[must_use]
+    pub fn of<'a>(points: impl IntoIterator<Item = &'a Point3>) -> Self {
+        points.into_iter().fold(Aabb::empty(), |mut b, p| {
+            b.add(p);
+            b
+        })
+    }
+
+    /// Grows to hold `p`.
+    pub fn add(&mut self, p: &Point3) {
+        self.min = self.min.inf(p);
+        self.max = self.max.sup(p);
+    }
+
+    /// The smallest box around both.
+    #[must_use]
+    pub fn union(&self, other: &Aabb) -> Self {
+        Aabb {
+            min: self.min.inf(&other.min),
+            max: self.max.sup(&other.max),
+        }
+    }
+
+    /// The box grown by `margin` on every side.
+    #[must_use]
+    pub fn inflated(&self, margin: f64) -> Self {
+        let m = Vector3::new(margin, margin, margin);
+        Aabb {
+            min: self.min - m,
+            max: self.max + m,
+        }
+    }
+
+    /// Whether it holds no point.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.min.x > self.max.x || self.min.y > self.max.y || self.min.z > self.max.z
+    }
+
+    /// Length of the diagonal.
+    #[must_use]
+    pub fn diagonal(&self) -> f64 {
+        (self.max - self.min).norm()
+    }
+
+    /// The middle.
+    #[must_use]
+    pub fn centre(&self) -> Point3 {
+        nalgebra::center(&self.min, &self.max)
+    }
+
+    /// Squared distance from `p` to the box; 0 inside.
+    #[must_use]
+    pub fn distance_squared(&self, p: &Point3) -> f64 {
+        let outside = (self.min - p).sup(&(p - self.max)).sup(&Vector3::zeros());
+        outside.norm_squared()
+    }
+}

@@ -1,1 +1,69 @@
-//! exchange
+//! Reading and writing model files.
+//!
+//! ```text
+//!   bytes ─ format? ─┬─ iges ─┐
+//!                    └─ step ─┴─► Import = Model (faces, mm) + ImportReport (what was read, what not, why)
+//!
+//!   Model + groups ─► write_iges
+//! ```
+//!
+//! Every face of a file is accounted for: it is in the model, or it is listed in the report with its entity,
+//! the reason and what to do about it. A damaged face never stops the rest from being read. All lengths leave
+//! this crate in millimetres, whatever the file says; units come from the file's declaration, never from its
+//! name or the size of its coordinates.
+//!
+//! ```no_run
+//! let import = claymill_exchange::read("body.igs".as_ref())?;
+//! println!("{} faces, {} skipped", import.model.faces.len(), import.report.skipped.len());
+//! # Ok::<(), claymill_exchange::ReadError>(())
+//! ```
+
+mod error;
+mod format;
+mod iges;
+mod import;
+mod step;
+
+use std::path::Path;
+
+pub use error::ReadError;
+pub use format::Format;
+pub use import::{EntityCount, Import, ImportReport, Repair, Skipped, Units};
+
+/// Reads a model file. The format is recognised by content; the extension is not looked at.
+///
+/// # Errors
+/// The file cannot be opened, is empty, is of no known format, breaks off, or holds no usable face. Each
+/// error names the file and offers [`ReadError::advice`].
+pub fn read(path: &Path) -> Result<Import, ReadError> {
+    let bytes = std::fs::read(path).map_err(|source| ReadError::Open {
+        path: path.into(),
+        source,
+    })?;
+    read_bytes(&bytes, path)
+}
+
+/// Reads a model from memory; `path` serves messages only.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_bytes(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
+    if bytes.iter().all(u8::is_ascii_whitespace) {
+        return Err(ReadError::Empty { path: path.into() });
+    }
+    let import = match Format::of(bytes) {
+        Ok(Format::Iges) => iges::read(bytes, path),
+        Ok(Format::Step) => step::read(bytes, path),
+        Err(found) => Err(ReadError::UnknownFormat {
+            path: path.into(),
+            found,
+        }),
+    }?;
+    if import.model.faces.is_empty() {
+        return Err(ReadError::NoFaces {
+            path: path.into(),
+            report: Box::new(import.report),
+        });
+    }
+    Ok(import)
+}

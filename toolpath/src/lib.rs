@@ -1,1 +1,42 @@
-//! toolpath
+//! The vocabulary of results: tools, moves and the job folder, which is claymill's public file format.
+//!
+//! ```text
+//!   job folder ─┬─ job.json         what was asked, what was done, totals      → Job
+//!               ├─ regions.json     regions and joints                        → RegionsFile
+//!               ├─ toolpaths.jsonl  one move a line, in machining order       → Program
+//!               └─ verify.json, report.html, *.png   (written by other crates)
+//! ```
+//!
+//! Lengths are millimetres in model coordinates; a move's points are positions of the tool *tip*:
+//! `p_tip = p_contact + R·n − R·a` for a ball of radius `R`, surface normal `n` and tool axis `a`.
+//!
+//! ```
+//! use claymill_toolpath::{Move, MoveKind, Tool};
+//! let tool: Tool = "ball:10".parse()?;
+//! assert_eq!(tool, Tool::Ball { radius_mm: 10.0 });
+//! let line = r#"{"seq":1,"setup":"top","region":3,"pass":5,"kind":"cut","tool":"T1","degree":1,
+//!     "knots":[0,0,5,5],"weights":null,"points":[[0,0,0],[3,4,0]],
+//!     "axis_start":[0,0,1],"axis_end":[0,0,1],"feed":6000}"#;
+//! let m: Move = serde_json::from_str(line)?;
+//! assert_eq!(m.kind, MoveKind::Cut);
+//! assert_eq!(m.curve()?.point(2.5), [1.5, 2.0, 0.0].into());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod folder;
+mod job;
+mod moves;
+mod regions;
+mod tool;
+
+pub use folder::{
+    FolderError, FolderWriter, JOB_FILE, REGIONS_FILE, REPORT_FILE, TOOLPATHS_FILE, VERIFY_FILE, read_job,
+    read_moves, read_regions, sha256_of,
+};
+pub use job::{
+    Area, FORMAT_VERSION, FaceAccount, Job, LengthByKind, LinkStyle, ModelFacts, RegionTotals, Request,
+    Setup, Skipped, StageTiming, ToolRecord, Totals, UncutReason,
+};
+pub use moves::{Move, MoveError, MoveKind, Program, WRITTEN_STEP_MM, round_to_written};
+pub use regions::{JointRecord, RegionRecord, RegionsFile};
+pub use tool::{Tool, ToolError};

@@ -1,0 +1,229 @@
+use std::fs::{self, File};
+use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use sha2::{Digest, Sha256};
+use thiserror::Error;
+
+use crate::{Job, Move, Program, RegionsFile};
+
+/// Name of the job record.
+pub const JOB_FILE: &str = "job.json";
+/// Name of the regions' file.
+pub const REGIONS_FILE: &str = "regions.json";
+/// Name of the moves' file.
+pub const TOOLPATHS_FILE: &str = "toolpaths.jsonl";
+/// Name of the verification's result.
+pub const VERIFY_FILE: &str = "verify.json";
+/// Name of the report.
+pub const REPORT_FILE: &str = "report.html";
+
+/// Why a job folder could not be read or written.
+#[derive(Debug, Error)]
+pub enum FolderError {
+    /// Reading or writing failed.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// A file does not have the documented form.
+    #[error("{} line {line}: {message}", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// Line number, from 1.
+        line: usize,
+        /// What is wrong.
+        message: String,
+    },
+    /// The destination exists and is not a job folder: it is left alone.
+    #[error("{} exists and is not a claymill job folder", .0.display())]
+    NotAJobFolder(PathBuf),
+}
+
+fn io_error(path: &Path) -> impl FnOnce(io::Error) -> FolderError + '_ {
+    |source| FolderError::Io {
+        path: path.to_owned(),
+        source,
+    }
+}
+
+/// Writes a job folder beside its destination and moves it into place when it is whole.
+///
+/// Dropping the writer without [`FolderWriter::finish`] removes everything that was written.
+#[derive(Debug)]
+pub struct FolderWriter {
+    partial: PathBuf,
+    destination: PathBuf,
+    finished: bool,
+}
+
+impl FolderWriter {
+    /// Starts a folder that will become `destination`.
+    ///
+    /// # Errors
+    /// The destination's parent cannot be written, or the destination exists and holds something else than
+    /// a job (an empty folder is fine).
+    pub fn begin(destination: &Path) -> Result<Self, FolderError> {
+        if destination.exists() {
+            let mut entries = fs::read_dir(destination).map_err(io_error(destination))?;
+            if entries.next().is_some() && !destination.join(JOB_FILE).exists() {
+                return Err(FolderError::NotAJobFolder(destination.to_owned()));
+            }
+        }
+        let name = destination
+            .file_name()
+            .map_or_else(|| "job".into(), |n| n.to_string_lossy().into_owned());
+        let parent = match destination.parent() {
+            Some(p) if !p.as_os_str().is_empty() => p.to_owned(),
+            _ => PathBuf::from("."),
+        };
+        let partial = parent.join(format!(".{name}.{}.partial", std::process::id()));
+        fs::create_dir_all(&parent).map_err(io_error(&parent))?;
+        if partial.exists() {
+            fs::remove_dir_all(&partial).map_err(io_error(&partial))?;
+        }
+        fs::create_dir(&partial).map_err(io_error(&partial))?;
+        Ok(FolderWriter {
+            partial,
+            destination: destination.to_owned(),
+            finished: false,
+        })
+    }
+
+    /// Where the files are until the folder is whole.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.partial
+    }
+
+    /// Writes `value` as indented JSON.
+    ///
+    /// # Errors
+    /// Writing fails.
+    pub fn json(&self, name: &str, value: &impl Serialize) -> Result<(), FolderError> {
+        let path = self.partial.join(name);
+        let mut text = serde_json::to_vec_pretty(value).map_err(|e| FolderError::Format {
+            path: path.clone(),
+            line: 0,
+            message: e.to_string(),
+        })?;
+        text.push(b'\n');
+        fs::write(&path, text).map_err(io_error(&path))
+    }
+
+    /// Writes the moves, one a line.
+    ///
+    /// # Errors
+    /// Writing fails.
+    pub fn moves(&self, program: &Program) -> Result<(), FolderError> {
+        let path = self.partial.join(TOOLPATHS_FILE);
+        let mut out = BufWriter::new(File::create(&path).map_err(io_error(&path))?);
+        for m in &program.moves {
+            serde_json::to_writer(&mut out, m).map_err(|e| FolderError::Io {
+                path: path.clone(),
+                source: e.into(),
+            })?;
+            out.write_all(b"\n").map_err(io_error(&path))?;
+        }
+        out.flush().map_err(io_error(&path))
+    }
+
+    /// Moves the folder into place; an earlier job there is replaced.
+    ///
+    /// # Errors
+    /// Renaming fails.
+    pub fn finish(mut self) -> Result<(), FolderError> {
+        let old = self.partial.with_extension("old");
+        let replaced = self.destination.exists();
+        if replaced {
+            fs::rename(&self.destination, &old).map_err(io_error(&self.destination))?;
+        }
+        fs::rename(&self.partial, &self.destination).map_err(io_error(&self.destination))?;
+        self.finished = true;
+        if replaced {
+            fs::remove_dir_all(&old).map_err(io_error(&old))?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for FolderWriter {
+    fn drop(&mut self) {
+        if !self.finished {
+            // Best effort: there is nobody left to tell.
+            let _ = fs::remove_dir_all(&self.partial);
+        }
+    }
+}
+
+fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, FolderError> {
+    let text = fs::read(path).map_err(io_error(path))?;
+    serde_json::from_slice(&text).map_err(|e| FolderError::Format {
+        path: path.to_owned(),
+        line: e.line(),
+        message: e.to_string(),
+    })
+}
+
+/// Reads `job.json` of a job folder.
+///
+/// # Errors
+/// The file is missing or not of the documented form.
+pub fn read_job(folder: &Path) -> Result<Job, FolderError> {
+    read_json(&folder.join(JOB_FILE))
+}
+
+/// Reads `regions.json` of a job folder.
+///
+/// # Errors
+/// The file is missing or not of the documented form.
+pub fn read_regions(folder: &Path) -> Result<RegionsFile, FolderError> {
+    read_json(&folder.join(REGIONS_FILE))
+}
+
+/// Reads `toolpaths.jsonl` of a job folder.
+///
+/// # Errors
+/// The file is missing, or a line is not a move.
+pub fn read_moves(folder: &Path) -> Result<Program, FolderError> {
+    let path = folder.join(TOOLPATHS_FILE);
+    let file = File::open(&path).map_err(io_error(&path))?;
+    let mut moves = Vec::new();
+    for (index, line) in BufReader::new(file).lines().enumerate() {
+        let line = line.map_err(io_error(&path))?;
+        if line.trim().is_empty() {
+            continue;
+        }
+        let parsed: Move = serde_json::from_str(&line).map_err(|e| FolderError::Format {
+            path: path.clone(),
+            line: index + 1,
+            message: e.to_string(),
+        })?;
+        moves.push(parsed);
+    }
+    Ok(Program { moves })
+}
+
+/// SHA-256 of a file, hexadecimal.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn sha256_of(path: &Path) -> Result<String, FolderError> {
+    let mut file = File::open(path).map_err(io_error(path))?;
+    let mut hash = Sha256::new();
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        let count = file.read(&mut buffer).map_err(io_error(path))?;
+        if count == 0 {
+            break;
+        }
+        hash.update(&buffer[..count]);
+    }
+    Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
+}

@@ -1,0 +1,254 @@
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::{MoveKind, Tool};
+
+/// Version of the job folder's format; raised when a reader of the old one would misread the new one.
+pub const FORMAT_VERSION: u32 = 1;
+
+/// `job.json`: what was asked, what was done, and the totals.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Job {
+    /// Version of the job folder's format.
+    pub format_version: u32,
+    /// Version of claymill that wrote it.
+    pub claymill_version: String,
+    /// The model and what was read of it.
+    pub model: ModelFacts,
+    /// What was asked.
+    pub request: Request,
+    /// Every tolerance used, by name (units in the names).
+    pub tolerances: BTreeMap<String, f64>,
+    /// The tools.
+    pub tools: Vec<ToolRecord>,
+    /// The setups in machining order.
+    pub setups: Vec<Setup>,
+    /// Totals by region and setup, in machining order.
+    pub regions: Vec<RegionTotals>,
+    /// Totals of the job.
+    pub totals: Totals,
+    /// Where the model's area went.
+    pub area: Area,
+    /// The same, face by face.
+    pub faces: Vec<FaceAccount>,
+    /// Seconds by stage. The only part, with `peak_memory_mb`, that differs between two equal runs.
+    pub timings: Vec<StageTiming>,
+    /// Largest resident memory, MB.
+    pub peak_memory_mb: f64,
+}
+
+/// The model's file and what was read of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ModelFacts {
+    /// Path as given on the command line.
+    pub path: String,
+    /// SHA-256 of the file, hexadecimal.
+    pub sha256: String,
+    /// Unit declared in the file.
+    pub units: String,
+    /// Millimetres per file unit.
+    pub unit_mm: f64,
+    /// Faces in the file: `faces_read + skipped.len()`.
+    pub faces_in_file: usize,
+    /// Faces read.
+    pub faces_read: usize,
+    /// Faces that were not read, and why.
+    pub skipped: Vec<Skipped>,
+    /// Area of the faces read, mm².
+    pub area_mm2: f64,
+    /// Box: xmin, ymin, zmin, xmax, ymax, zmax.
+    pub box_mm: [f64; 6],
+}
+
+/// Something in the file that was not used.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Skipped {
+    /// `DE 17` or `#4711`.
+    pub entity: String,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
+/// What was asked.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Request {
+    /// Tool.
+    pub tool: Tool,
+    /// Scallop height, mm.
+    pub scallop_mm: f64,
+    /// Strategy.
+    pub strategy: String,
+    /// Link style.
+    pub link: LinkStyle,
+    /// Merge preset.
+    pub preset: String,
+    /// Model axis that points up, `+z`.
+    pub up: String,
+    /// Model axis from rear to front, `-y`.
+    pub length: String,
+    /// Only these regions, layers or faces.
+    pub only: Vec<String>,
+    /// All but these.
+    pub skip: Vec<String>,
+    /// Cutting feed, mm/min.
+    pub feed_mm_per_min: f64,
+    /// Rapid rate, mm/min.
+    pub rapid_mm_per_min: f64,
+}
+
+/// How the ends of neighbouring passes are joined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LinkStyle {
+    /// Zig-zag: every second pass runs backwards.
+    Lace,
+    /// One way: every pass starts on the same side.
+    Box,
+}
+
+/// A tool of the job.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ToolRecord {
+    /// `T1`.
+    pub id: String,
+    /// Shape and size.
+    #[serde(flatten)]
+    pub tool: Tool,
+}
+
+/// A tool direction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Setup {
+    /// `top`, `left`, `right`, `front` or `rear`.
+    pub name: String,
+    /// Tool axis (unit, from tip to holder) in model coordinates.
+    pub axis: [f64; 3],
+    /// Height along the axis above which nothing of the model lies within the tool, mm: rapids between
+    /// regions run here.
+    pub clearance_mm: f64,
+    /// Area cut from this direction, mm².
+    pub area_mm2: f64,
+    /// Estimated time, s.
+    pub time_s: f64,
+}
+
+/// Totals of one region in one setup.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RegionTotals {
+    /// Region id.
+    pub region: usize,
+    /// Setup name.
+    pub setup: String,
+    /// Area cut, mm².
+    pub area_mm2: f64,
+    /// Direction of the passes in the setup (unit, model coordinates).
+    pub pass_direction: [f64; 3],
+    /// Number of passes.
+    pub passes: u32,
+    /// Retracts between passes.
+    pub retracts: u32,
+    /// Length by kind of move.
+    pub length: LengthByKind,
+    /// Control points of all moves.
+    pub control_points: u64,
+    /// Estimated time, s.
+    pub time_s: f64,
+}
+
+/// Path length by kind, mm.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LengthByKind {
+    /// Cutting.
+    pub cut_mm: f64,
+    /// Leads in and out.
+    pub lead_mm: f64,
+    /// Links that stay down.
+    pub link_mm: f64,
+    /// Rapids.
+    pub rapid_mm: f64,
+}
+
+/// Totals of the job.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Totals {
+    /// Moves.
+    pub moves: u64,
+    /// Passes.
+    pub passes: u32,
+    /// Retracts.
+    pub retracts: u32,
+    /// Length by kind.
+    pub length: LengthByKind,
+    /// Control points.
+    pub control_points: u64,
+    /// Estimated time, s.
+    pub time_s: f64,
+    /// Locations that could not be proven and were lifted.
+    pub lifted_locations: u64,
+}
+
+/// Why some area is not cut.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum UncutReason {
+    /// No tool direction reaches it: inner skins, under the floor, behind other faces.
+    Hidden,
+    /// The ball does not fit: too tight a valley, or a neighbour in the way.
+    TooTight,
+    /// Excluded by `--only` or `--skip`.
+    Excluded,
+}
+
+/// Where the model's area went: `cut + Σ uncut = total`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Area {
+    /// All faces read, mm².
+    pub total_mm2: f64,
+    /// Cut, mm².
+    pub cut_mm2: f64,
+    /// Not cut, mm², by reason.
+    pub uncut_mm2: BTreeMap<UncutReason, f64>,
+}
+
+/// What became of one face.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FaceAccount {
+    /// Index in file order.
+    pub face: usize,
+    /// `DE 17` or `#4711`.
+    pub entity: String,
+    /// Its region.
+    pub region: usize,
+    /// Its area.
+    #[serde(flatten)]
+    pub area: Area,
+}
+
+/// Time that a stage took.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct StageTiming {
+    /// Stage.
+    pub stage: String,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+}
+
+impl LengthByKind {
+    /// Adds `length_mm` to the right kind.
+    pub fn add(&mut self, kind: MoveKind, length_mm: f64) {
+        *match kind {
+            MoveKind::Cut => &mut self.cut_mm,
+            MoveKind::LeadIn | MoveKind::LeadOut => &mut self.lead_mm,
+            MoveKind::Link => &mut self.link_mm,
+            MoveKind::Rapid => &mut self.rapid_mm,
+        } += length_mm;
+    }
+
+    /// All kinds together, mm.
+    #[must_use]
+    pub fn total_mm(&self) -> f64 {
+        self.cut_mm + self.lead_mm + self.link_mm + self.rapid_mm
+    }
+}

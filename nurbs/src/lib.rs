@@ -27,6 +27,7 @@
 //! # Ok::<(), claymill_nurbs::NurbsError>(())
 //! ```
 
+pub mod analytic;
 mod boundary;
 mod closest;
 mod curve;

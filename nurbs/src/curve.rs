@@ -51,6 +51,20 @@ impl<const D: usize> NurbsCurve<D> {
         })
     }
 
+    /// Wraps parts that are known to be sound.
+    pub(crate) fn from_sound(
+        knots: KnotVector,
+        points: Vec<Point<f64, D>>,
+        weights: Option<Vec<f64>>,
+    ) -> Self {
+        debug_assert_eq!(knots.point_count(), points.len(), "control point count");
+        NurbsCurve {
+            knots,
+            points,
+            weights,
+        }
+    }
+
     /// The straight segment from `a` at parameter 0 to `b` at parameter 1.
     #[must_use]
     pub fn line(a: Point<f64, D>, b: Point<f64, D>) -> Self {
@@ -131,10 +145,8 @@ impl<const D: usize> NurbsCurve<D> {
     /// The same curve run backwards on the same domain.
     #[must_use]
     pub fn reversed(&self) -> Self {
-        let (a, b) = self.domain();
-        let knots = self.knots.as_slice().iter().rev().map(|k| a + b - k).collect();
         NurbsCurve {
-            knots: KnotVector::new(self.knots.degree(), knots).expect("reversing keeps knots valid"),
+            knots: self.knots.reversed(),
             points: self.points.iter().rev().copied().collect(),
             weights: self.weights.as_ref().map(|w| w.iter().rev().copied().collect()),
         }

@@ -76,6 +76,15 @@ impl KnotVector {
         KnotVector { degree, knots }
     }
 
+    /// Wraps knots that are known to be sound.
+    pub(crate) fn from_sound(degree: usize, knots: Vec<f64>) -> Self {
+        debug_assert!(
+            KnotVector::new(degree, knots.clone()).is_ok(),
+            "unsound knots {knots:?}"
+        );
+        KnotVector { degree, knots }
+    }
+
     /// The polynomial degree.
     #[must_use]
     pub fn degree(&self) -> usize {
@@ -109,6 +118,23 @@ impl KnotVector {
         let mut breaks = self.knots[self.degree..self.knots.len() - self.degree].to_vec();
         breaks.dedup();
         breaks
+    }
+
+    /// The knots mirrored on the same domain, as a curve run backwards needs them.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let (a, b) = self.domain();
+        // The ends are swapped rather than computed, so that the domain stays the same to the last bit.
+        let mirror = |&k: &f64| match k {
+            k if k == a => b,
+            k if k == b => a,
+            k if a < k && k < b => (a + b - k).clamp(a, b),
+            k => a + b - k,
+        };
+        KnotVector {
+            degree: self.degree,
+            knots: self.knots.iter().rev().map(mirror).collect(),
+        }
     }
 
     /// How often `knot` occurs, to the last bit.

@@ -34,6 +34,7 @@ mod curve;
 mod domain;
 mod error;
 mod face;
+mod insertion;
 mod jet;
 mod knots;
 mod measure;

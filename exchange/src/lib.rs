@@ -19,16 +19,21 @@
 //! ```
 
 mod error;
+mod foot;
 mod format;
 mod iges;
 mod import;
 mod step;
+mod trim;
 
 use std::path::Path;
 
 pub use error::ReadError;
 pub use format::Format;
 pub use import::{EntityCount, Import, ImportReport, Repair, Skipped, Units};
+
+/// A face smaller than this is degenerate, mm².
+pub(crate) const DEGENERATE_MM2: f64 = 1e-6;
 
 /// Reads a model file. The format is recognised by content; the extension is not looked at.
 ///

@@ -1,0 +1,480 @@
+//! From the edges that a file gives to closed trim loops in the parameter plane.
+//!
+//! A file gives an edge as a curve in space, as a curve in the parameter plane, or as both, and its word on
+//! which of them to prefer means little. Here the pcurve is used when it agrees with the space curve,
+//! otherwise the space curve is projected onto the surface.
+
+use claymill_nurbs::{Curve2, Curve3, KnotVector, NurbsSurface, Point2, Point3, TrimEdge, TrimLoop};
+use thiserror::Error;
+
+use crate::foot::Projector;
+
+/// A pcurve agrees with its space curve within this (or the file's tolerance, if larger), mm.
+const AGREE_MM: f64 = 0.01;
+/// A space curve farther from its surface than this is no edge of it (or ten times the file's tolerance), mm.
+const OFF_SURFACE_MM: f64 = 0.5;
+/// Ends closer than this are moved together without a word, mm.
+const SNAPPED_MM: f64 = 1e-4;
+/// Gaps up to this (or ten times the file's tolerance) are bridged and reported, mm.
+const BRIDGED_MM: f64 = 0.5;
+/// ... but never more than this part of the loop's length.
+const BRIDGED_PART: f64 = 0.1;
+/// A loop this near to the sides of the domain is the natural boundary, mm.
+const NATURAL_MM: f64 = 1e-4;
+/// Samples per knot span when curves are compared.
+const SAMPLES: usize = 6;
+
+/// One edge as the file gives it. The direction need not fit its neighbours.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct RawEdge {
+    /// The curve in space, mm.
+    pub(crate) curve: Option<Curve3>,
+    /// The curve in the parameter plane.
+    pub(crate) pcurve: Option<Curve2>,
+    /// Identity of the edge in the file's topology.
+    pub(crate) shared: Option<u64>,
+}
+
+/// A loop that was made, and what had to be mended.
+#[derive(Debug)]
+pub(crate) struct Closed {
+    pub(crate) trim: TrimLoop,
+    /// Widest gap that was bridged, mm; 0 when there was none.
+    pub(crate) bridged_mm: f64,
+}
+
+/// Why a loop could not be made.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub(crate) enum TrimError {
+    #[error("a trim loop has no edges")]
+    Empty,
+    #[error("a trim curve lies {distance_mm:.3} mm off its surface")]
+    OffSurface { distance_mm: f64 },
+    #[error("a trim loop does not close: gap {gap_mm:.3} mm")]
+    Open { gap_mm: f64 },
+    #[error("a trim curve cannot be projected onto its surface")]
+    Projection,
+    #[error("the trim loops enclose no area")]
+    NoArea,
+}
+
+/// Makes trim loops on one surface.
+#[derive(Debug)]
+pub(crate) struct Trimmer<'a> {
+    surface: &'a NurbsSurface,
+    tolerance_mm: f64,
+    projector: std::cell::OnceCell<Projector<'a>>,
+    /// Largest millimetres per parameter unit, from the net.
+    pace: [f64; 2],
+}
+
+impl<'a> Trimmer<'a> {
+    /// `tolerance_mm` is what the file declares.
+    pub(crate) fn new(surface: &'a NurbsSurface, tolerance_mm: f64) -> Self {
+        Trimmer {
+            surface,
+            tolerance_mm,
+            projector: std::cell::OnceCell::new(),
+            pace: pace(surface),
+        }
+    }
+
+    /// The closed loop through `edges`, which must be in order.
+    pub(crate) fn closed(&self, edges: &[RawEdge]) -> Result<Closed, TrimError> {
+        let mut chain = Vec::with_capacity(edges.len());
+        for edge in edges {
+            let pcurve = self.snapped_to_domain(self.pcurve(edge)?);
+            if self.span_mm(&pcurve) > 0.0 {
+                chain.push(TrimEdge {
+                    pcurve,
+                    shared: edge.shared,
+                });
+            }
+        }
+        if chain.is_empty() {
+            return Err(TrimError::Empty);
+        }
+        self.direct(&mut chain);
+        self.close(chain)
+    }
+
+    /// The loop from curves of which the file does not say which pcurve belongs to which space curve.
+    pub(crate) fn closed_from_sets(
+        &self,
+        curves: &[Curve3],
+        pcurves: &[Curve2],
+    ) -> Result<Closed, TrimError> {
+        let paired = curves.len() == pcurves.len();
+        let from_curves = |with: bool| -> Vec<RawEdge> {
+            let edge = |(i, c): (usize, &Curve3)| RawEdge {
+                curve: Some(c.clone()),
+                pcurve: pcurves.get(i).filter(|_| with).cloned(),
+                shared: None,
+            };
+            curves.iter().enumerate().map(edge).collect()
+        };
+        if paired {
+            return self.closed(&from_curves(true));
+        }
+        let trusted = curves.is_empty() || pcurves.iter().all(|p| self.agrees(p, curves));
+        if trusted && !pcurves.is_empty() {
+            let edge = |p: &Curve2| RawEdge {
+                pcurve: Some(p.clone()),
+                ..RawEdge::default()
+            };
+            return self.closed(&pcurves.iter().map(edge).collect::<Vec<_>>());
+        }
+        self.closed(&from_curves(false))
+    }
+
+    fn pcurve(&self, edge: &RawEdge) -> Result<Curve2, TrimError> {
+        match (&edge.curve, &edge.pcurve) {
+            (None, None) => Err(TrimError::Empty),
+            (None, Some(p)) => Ok(p.clone()),
+            (Some(c), Some(p)) if self.agrees(p, std::slice::from_ref(c)) => Ok(p.clone()),
+            (Some(c), _) => self.projected(c),
+        }
+    }
+
+    fn projected(&self, curve: &Curve3) -> Result<Curve2, TrimError> {
+        let projector = self.projector.get_or_init(|| Projector::new(self.surface));
+        let projected = projector.curve(curve).ok_or(TrimError::Projection)?;
+        if projected.distance_mm > OFF_SURFACE_MM.max(10.0 * self.tolerance_mm) {
+            let distance_mm = projected.distance_mm;
+            return Err(TrimError::OffSurface { distance_mm });
+        }
+        Ok(projected.pcurve)
+    }
+
+    /// Whether every point of the lifted pcurve lies on one of `curves`.
+    fn agrees(&self, pcurve: &Curve2, curves: &[Curve3]) -> bool {
+        let tolerance = AGREE_MM.max(self.tolerance_mm);
+        let (a, b) = pcurve.domain();
+        let breaks = pcurve.knots().breaks();
+        let samples = breaks
+            .windows(2)
+            .flat_map(|w| (0..SAMPLES).map(move |i| w[0] + (w[1] - w[0]) * i as f64 / SAMPLES as f64));
+        samples.chain(std::iter::once(b)).all(|t| {
+            let p = self.lifted(pcurve, t);
+            // Most files run both curves at the same pace, forwards or backwards.
+            let x = (t - a) / (b - a);
+            let nearby = curves.iter().any(|c| {
+                let (c0, c1) = c.domain();
+                let at = |x: f64| (c.point(c0 + (c1 - c0) * x) - p).norm();
+                at(x) <= tolerance || at(1.0 - x) <= tolerance
+            });
+            nearby || curves.iter().any(|c| distance_to_curve(c, &p) <= tolerance)
+        })
+    }
+
+    fn lifted(&self, pcurve: &Curve2, t: f64) -> Point3 {
+        let q = pcurve.point(t);
+        self.surface.point(q.x, q.y)
+    }
+
+    fn gap_mm(&self, a: &Point2, b: &Point2) -> f64 {
+        (self.surface.point(a.x, a.y) - self.surface.point(b.x, b.y)).norm()
+    }
+
+    /// Length of the control polygon at the surface's fastest pace: an upper bound of the length, mm.
+    fn span_mm(&self, pcurve: &Curve2) -> f64 {
+        let step = |w: &[Point2]| self.reach_mm(&w[0], &w[1]);
+        pcurve.points().windows(2).map(step).sum()
+    }
+
+    /// Upper bound of the length of the straight pcurve from `a` to `b`, mm.
+    fn reach_mm(&self, a: &Point2, b: &Point2) -> f64 {
+        (a.x - b.x).abs() * self.pace[0] + (a.y - b.y).abs() * self.pace[1]
+    }
+
+    /// Puts control points that miss the domain by rounding onto its side.
+    fn snapped_to_domain(&self, pcurve: Curve2) -> Curve2 {
+        let ((u0, u1), (v0, v1)) = self.surface.domain();
+        let snap = |x: f64, limit: f64, pace: f64, size: f64| {
+            let near = (x - limit).abs() * pace <= SNAPPED_MM && (x - limit).abs() <= 1e-3 * size;
+            if near { limit } else { x }
+        };
+        let points = (pcurve.points().iter())
+            .map(|p| {
+                let u = snap(snap(p.x, u0, self.pace[0], u1 - u0), u1, self.pace[0], u1 - u0);
+                let v = snap(snap(p.y, v0, self.pace[1], v1 - v0), v1, self.pace[1], v1 - v0);
+                Point2::new(u, v)
+            })
+            .collect();
+        let weights = pcurve.weights().map(<[f64]>::to_vec);
+        Curve2::new(pcurve.knots().clone(), points, weights).unwrap_or(pcurve)
+    }
+
+    /// Turns edges round where that brings ends together.
+    fn direct(&self, chain: &mut [TrimEdge]) {
+        if chain.len() < 2 {
+            return;
+        }
+        let gap = |a: &TrimEdge, b: &TrimEdge| self.gap_mm(&a.pcurve.end(), &b.pcurve.start());
+        let turned = |e: &TrimEdge| TrimEdge {
+            pcurve: e.pcurve.reversed(),
+            shared: e.shared,
+        };
+        // The first edge is turned only if that clearly helps: its end must meet one end of the second.
+        let nearest = |e: &TrimEdge| gap(e, &chain[1]).min(gap(e, &turned(&chain[1])));
+        let first = turned(&chain[0]);
+        if nearest(&first) + self.tolerance_mm.max(SNAPPED_MM) < nearest(&chain[0]) {
+            chain[0] = first;
+        }
+        for i in 1..chain.len() {
+            let other = turned(&chain[i]);
+            if gap(&chain[i - 1], &other) + self.tolerance_mm.max(SNAPPED_MM) < gap(&chain[i - 1], &chain[i])
+            {
+                chain[i] = other;
+            }
+        }
+    }
+
+    /// Joins neighbouring ends: moves them together when they all but meet, bridges small gaps.
+    fn close(&self, chain: Vec<TrimEdge>) -> Result<Closed, TrimError> {
+        let length: f64 = chain.iter().map(|e| self.span_mm(&e.pcurve)).sum();
+        let limit = BRIDGED_MM
+            .max(10.0 * self.tolerance_mm)
+            .min(BRIDGED_PART * length);
+        let count = chain.len();
+        let mut bridged_mm = 0.0_f64;
+        let mut edges = chain;
+        let mut bridges = Vec::new();
+        for i in 0..count {
+            let next = (i + 1) % count;
+            let (a, b) = (edges[i].pcurve.end(), edges[next].pcurve.start());
+            if a == b {
+                continue;
+            }
+            let bridge = Curve2::line(a, b);
+            let gap_mm = self.gap_mm(&a, &b);
+            if self.reach_mm(&a, &b) <= SNAPPED_MM {
+                let middle = nalgebra::center(&a, &b);
+                let moved = move_end(&edges[i].pcurve, middle, End::Last).zip(move_end(
+                    &edges[next].pcurve,
+                    middle,
+                    End::First,
+                ));
+                if let Some((end, start)) = moved {
+                    if i == next {
+                        edges[i].pcurve = move_end(&end, middle, End::First).unwrap_or(start);
+                    } else {
+                        edges[i].pcurve = end;
+                        edges[next].pcurve = start;
+                    }
+                    continue;
+                }
+            }
+            // The bridge may be long in the parameter plane where the surface collapses to a point.
+            let length_mm = self.length_mm(&bridge);
+            if length_mm > limit {
+                return Err(TrimError::Open {
+                    gap_mm: gap_mm.max(length_mm),
+                });
+            }
+            if length_mm > SNAPPED_MM {
+                bridged_mm = bridged_mm.max(length_mm);
+            }
+            bridges.push((i, bridge));
+        }
+        for (i, pcurve) in bridges.into_iter().rev() {
+            edges.insert(i + 1, TrimEdge { pcurve, shared: None });
+        }
+        Ok(Closed {
+            trim: TrimLoop { edges },
+            bridged_mm,
+        })
+    }
+
+    /// Length of the lifted curve from chords, mm.
+    fn length_mm(&self, pcurve: &Curve2) -> f64 {
+        let (a, b) = pcurve.domain();
+        let points: Vec<_> = (0..=16)
+            .map(|i| self.lifted(pcurve, a + (b - a) * f64::from(i) / 16.0))
+            .collect();
+        points.windows(2).map(|w| (w[1] - w[0]).norm()).sum()
+    }
+}
+
+/// Which end of a curve.
+#[derive(Clone, Copy)]
+enum End {
+    First,
+    Last,
+}
+
+/// The curve with one end moved; `None` when the knots are not clamped there.
+fn move_end(pcurve: &Curve2, to: Point2, end: End) -> Option<Curve2> {
+    let knots = pcurve.knots();
+    let (p, all) = (knots.degree(), knots.as_slice());
+    let clamped = match end {
+        End::First => all[0] == all[p],
+        End::Last => all[all.len() - 1] == all[all.len() - 1 - p],
+    };
+    if !clamped {
+        return None;
+    }
+    let mut points = pcurve.points().to_vec();
+    match end {
+        End::First => *points.first_mut()? = to,
+        End::Last => *points.last_mut()? = to,
+    }
+    Curve2::new(knots.clone(), points, pcurve.weights().map(<[f64]>::to_vec)).ok()
+}
+
+/// Largest distance of neighbouring control points over their knot distance, in `u` and `v`: bounds `|Su|` and
+/// `|Sv|` for polynomial surfaces and is near enough for rational ones.
+fn pace(surface: &NurbsSurface) -> [f64; 2] {
+    let (nu, nv) = surface.size();
+    let speed = |knots: &KnotVector, i: usize, distance: f64| {
+        let (p, all) = (knots.degree(), knots.as_slice());
+        let width = all[i + p + 1] - all[i + 1];
+        if width > 0.0 {
+            p as f64 * distance / width
+        } else {
+            0.0
+        }
+    };
+    let mut pace = [0.0_f64; 2];
+    for i in 0..nu {
+        for j in 0..nv {
+            let p = surface.control_point(i, j);
+            if i + 1 < nu {
+                let d = (surface.control_point(i + 1, j) - p).norm();
+                pace[0] = pace[0].max(speed(surface.knots_u(), i, d));
+            }
+            if j + 1 < nv {
+                let d = (surface.control_point(i, j + 1) - p).norm();
+                pace[1] = pace[1].max(speed(surface.knots_v(), j, d));
+            }
+        }
+    }
+    pace
+}
+
+fn distance_to_curve(curve: &Curve3, p: &Point3) -> f64 {
+    let breaks = curve.knots().breaks();
+    let samples = breaks
+        .windows(2)
+        .flat_map(|w| (0..=SAMPLES).map(move |i| w[0] + (w[1] - w[0]) * i as f64 / SAMPLES as f64));
+    let distance = |t: f64| (curve.point(t) - p).norm();
+    let Some(mut t) = samples.min_by(|a, b| distance(*a).total_cmp(&distance(*b))) else {
+        return f64::INFINITY;
+    };
+    let (a, b) = curve.domain();
+    let mut best = distance(t);
+    for _ in 0..20 {
+        let [c, d1, d2] = curve.derivatives(t);
+        let r = c - p.coords;
+        let full = d1.norm_squared() + r.dot(&d2);
+        let slope = if full > 0.0 { full } else { d1.norm_squared() };
+        let next = (t - r.dot(&d1) / slope).clamp(a, b);
+        let d = distance(next);
+        if next.is_nan() || d >= best {
+            break;
+        }
+        (t, best) = (next, d);
+    }
+    best
+}
+
+/// Signed area of a loop in the parameter plane, from `SAMPLES` chords a span.
+fn signed_area(trim: &TrimLoop) -> f64 {
+    let ring = polygon(trim);
+    let next = ring.iter().cycle().skip(1);
+    // Relative to the first point: far windows would lose digits.
+    let Some(o) = ring.first() else { return 0.0 };
+    let cross = ring.iter().zip(next).map(|(a, b)| (a - o).perp(&(b - o)));
+    0.5 * cross.sum::<f64>()
+}
+
+fn polygon(trim: &TrimLoop) -> Vec<Point2> {
+    let along = |e: &TrimEdge| -> Vec<Point2> {
+        let breaks = e.pcurve.knots().breaks();
+        let count = if e.pcurve.knots().degree() == 1 {
+            1
+        } else {
+            SAMPLES
+        };
+        breaks
+            .windows(2)
+            .flat_map(|w| (0..count).map(move |i| w[0] + (w[1] - w[0]) * i as f64 / count as f64))
+            .map(|t| e.pcurve.point(t))
+            .collect()
+    };
+    trim.edges.iter().flat_map(along).collect()
+}
+
+fn encloses(ring: &[Point2], p: &Point2) -> bool {
+    let mut inside = false;
+    for (a, b) in ring.iter().zip(ring.iter().cycle().skip(1)) {
+        if (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) {
+            inside = !inside;
+        }
+    }
+    inside
+}
+
+/// Turns outer loops anticlockwise and holes clockwise, whatever the file says: a loop inside an odd number of
+/// others is a hole. Loops without area are dropped.
+///
+/// # Errors
+/// No loop encloses any area.
+pub(crate) fn orient(surface: &NurbsSurface, loops: Vec<TrimLoop>) -> Result<Vec<TrimLoop>, TrimError> {
+    let [pace_u, pace_v] = pace(surface);
+    let sized: Vec<_> = loops
+        .into_iter()
+        .map(|l| (signed_area(&l), l))
+        .filter(|(area, _)| area.abs() * pace_u * pace_v > crate::DEGENERATE_MM2)
+        .collect();
+    if sized.is_empty() {
+        return Err(TrimError::NoArea);
+    }
+    let rings: Vec<_> = sized.iter().map(|(_, l)| polygon(l)).collect();
+    let depth = |i: usize| {
+        let others = rings.iter().enumerate().filter(|(j, _)| *j != i);
+        others
+            .filter(|(_, ring)| rings[i].first().is_some_and(|p| encloses(ring, p)))
+            .count()
+    };
+    Ok(sized
+        .iter()
+        .enumerate()
+        .map(|(i, (area, l))| {
+            let outer = depth(i) % 2 == 0;
+            if outer == (*area > 0.0) {
+                l.clone()
+            } else {
+                reversed(l)
+            }
+        })
+        .collect())
+}
+
+fn reversed(trim: &TrimLoop) -> TrimLoop {
+    let edges = trim.edges.iter().rev().map(|e| TrimEdge {
+        pcurve: e.pcurve.reversed(),
+        shared: e.shared,
+    });
+    TrimLoop {
+        edges: edges.collect(),
+    }
+}
+
+/// Whether the loops say no more than that the face is the whole surface: one loop along the four sides.
+pub(crate) fn is_natural(surface: &NurbsSurface, loops: &[TrimLoop]) -> bool {
+    let [only] = loops else { return false };
+    let ((u0, u1), (v0, v1)) = surface.domain();
+    let [pace_u, pace_v] = pace(surface);
+    let at = |x: f64, side: f64, pace: f64| (x - side).abs() * pace <= NATURAL_MM;
+    let on_side = |e: &TrimEdge| {
+        let points = e.pcurve.points();
+        points.iter().all(|p| at(p.x, u0, pace_u))
+            || points.iter().all(|p| at(p.x, u1, pace_u))
+            || points.iter().all(|p| at(p.y, v0, pace_v))
+            || points.iter().all(|p| at(p.y, v1, pace_v))
+    };
+    // Edges on the sides and the area of the rectangle: the loop goes once round.
+    let whole = (u1 - u0) * (v1 - v0);
+    only.edges.iter().all(on_side) && (signed_area(only).abs() - whole).abs() <= 1e-6 * whole
+}

@@ -24,6 +24,7 @@ mod format;
 mod iges;
 mod import;
 mod step;
+mod subcurve;
 mod trim;
 
 use std::path::Path;

@@ -1,13 +1,161 @@
 //! The IGES reader.
+//!
+//! ```text
+//!   cards ─► global, directory, parameters ─► file ─► roots (which entities are faces)
+//!                                              │           │
+//!                     placement, curves, surfaces, topology ─► faces ─► trim ─► Face
+//! ```
+
+mod attributes;
+mod cards;
+mod curves;
+mod digits;
+mod directory;
+mod faces;
+mod fault;
+mod file;
+mod global;
+mod placement;
+mod roots;
+mod surfaces;
+mod tokens;
+mod topology;
 
 use std::path::Path;
 
-use crate::{Import, ReadError};
+use claymill_nurbs::{Aabb, Model};
+use rayon::prelude::*;
+
+use crate::{Format, Import, ImportReport, ReadError, Skipped, Units};
+
+use cards::Cards;
+use faces::FaceReader;
+use file::File;
+use topology::EdgeLists;
+
+/// Models with a larger diagonal than this, mm, probably declare a wrong unit.
+const LARGEST_PLAUSIBLE_MM: f64 = 1e6;
+/// Models with a smaller diagonal than this, mm, probably declare a wrong unit.
+const SMALLEST_PLAUSIBLE_MM: f64 = 1.0;
 
 /// Reads an IGES file.
-pub(crate) fn read(_bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
-    Err(ReadError::Unsupported {
+pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
+    let cards = Cards::new(bytes);
+    check_frame(&cards, path)?;
+    let foreign = cards.foreign;
+    let file = File::new(cards);
+    let global = &file.global;
+
+    let mut report = ImportReport::new(Format::Iges);
+    report.system.clone_from(&global.system);
+    report.units = Units {
+        declared: global.unit.clone(),
+        mm_per_unit: global.mm_per_unit,
+    };
+    report.tolerance_mm = global.resolution * global.mm_per_unit;
+    report.warnings.clone_from(&global.warnings);
+    frame_warnings(&file, foreign, &mut report);
+
+    let roots = roots::find(&file, global.mm_per_unit);
+    let reader = FaceReader {
+        file: &file,
+        edge_lists: EdgeLists::new(&file),
+        tolerance_mm: report.tolerance_mm,
+    };
+    let made: Vec<_> = roots.par_iter().map(|root| reader.face(root)).collect();
+
+    let mut model = Model {
+        tolerance_mm: report.tolerance_mm,
+        coordinate_step_mm: digits::coordinate_step(&file) * global.mm_per_unit,
+        ..Model::default()
+    };
+    report.faces_in_file = roots.len();
+    for (root, made) in roots.iter().zip(made) {
+        match made {
+            Ok(made) => {
+                model.faces.push(made.face);
+                report.repairs.extend(made.repairs);
+            }
+            Err(fault) => report.skipped.push(Skipped {
+                entity: root.label(),
+                what: file
+                    .entry(root.de)
+                    .map_or_else(|_| String::new(), |e| directory::kind_name(e.kind)),
+                reason: fault.to_string(),
+                advice: fault.advice().into(),
+            }),
+        }
+    }
+    report.faces_read = model.faces.len();
+    for (de, entry) in file.entries() {
+        let count = report
+            .entities
+            .entry(directory::kind_name(entry.kind))
+            .or_default();
+        count.in_file += 1;
+        count.used += usize::from(file.is_used(de));
+    }
+    size_warning(&model, &mut report);
+    Ok(Import { model, report })
+}
+
+/// Refuses files of which the frame is missing.
+fn check_frame(cards: &Cards, path: &Path) -> Result<(), ReadError> {
+    if cards.compressed && cards.directory.is_empty() {
+        let what = "IGES in compressed or binary form".into();
+        return Err(ReadError::Unsupported {
+            path: path.into(),
+            what,
+        });
+    }
+    let missing = match (
+        cards.headed,
+        cards.directory.is_empty(),
+        cards.parameters.is_empty(),
+    ) {
+        (false, ..) => "the start and global sections are missing",
+        (true, true, _) => "the directory section is missing",
+        (true, false, true) => "the parameter section is missing",
+        _ => return Ok(()),
+    };
+    Err(ReadError::Truncated {
         path: path.into(),
-        what: "IGES".into(),
+        what: missing.into(),
     })
+}
+
+fn frame_warnings(file: &File, foreign: usize, report: &mut ImportReport) {
+    if !file.is_terminated() {
+        report.warnings.push(
+            "The terminate section is missing: the end of the file may be lost; compare its size with the original."
+                .into(),
+        );
+    }
+    if foreign > 0 {
+        report.warnings.push(format!(
+            "{foreign} lines belong to no section and were ignored; the file may have been edited or damaged."
+        ));
+    }
+    let damaged = file.damaged_entries();
+    if damaged > 0 {
+        report.warnings.push(format!(
+            "{damaged} directory entries are damaged or missing: faces may be lost; export the file again."
+        ));
+    }
+}
+
+fn size_warning(model: &Model, report: &mut ImportReport) {
+    let mut bounds = Aabb::empty();
+    for face in &model.faces {
+        for h in face.surface.net() {
+            bounds.add(&claymill_nurbs::Point3::from(h.xyz() / h.w));
+        }
+    }
+    let diagonal = bounds.diagonal();
+    if !bounds.is_empty() && !(SMALLEST_PLAUSIBLE_MM..=LARGEST_PLAUSIBLE_MM).contains(&diagonal) {
+        report.warnings.push(format!(
+            "The model is {diagonal:.3} mm across: check the unit ({}) in the original system.",
+            report.units.declared
+        ));
+    }
 }

@@ -1,0 +1,243 @@
+//! Faces: trimmed (144), bounded (143), of B-reps (510), and bare surfaces.
+
+use claymill_nurbs::analytic::{self, Frame};
+use claymill_nurbs::{Curve2, Face, NurbsSurface, Point2, Source, SurfaceKind, TrimEdge, TrimLoop};
+
+use crate::import::Repair;
+use crate::trim::{self, RawEdge, Trimmer};
+
+use super::attributes;
+use super::fault::Fault;
+use super::file::File;
+use super::roots::Root;
+use super::surfaces::{self, Carrier, Window};
+use super::topology::{self, EdgeLists, RawLoop};
+
+/// Builds the faces of a file.
+#[derive(Debug)]
+pub(crate) struct FaceReader<'a> {
+    pub(crate) file: &'a File,
+    pub(crate) edge_lists: EdgeLists,
+    pub(crate) tolerance_mm: f64,
+}
+
+/// A face and what was mended in it.
+#[derive(Debug)]
+pub(crate) struct Made {
+    pub(crate) face: Face,
+    pub(crate) repairs: Vec<Repair>,
+}
+
+impl FaceReader<'_> {
+    pub(crate) fn face(&self, root: &Root) -> Result<Made, Fault> {
+        let (file, de) = (self.file, root.de);
+        let entry = file.entry(de)?;
+        if root.blanked {
+            return Err(Fault::Blanked);
+        }
+        let mut made = match entry.kind {
+            144 => self.trimmed(root),
+            143 => self.bounded(root),
+            510 => self.of_b_rep(root),
+            _ => {
+                let (carrier, properties) = surfaces::read(file, de, &root.placement)?;
+                let source = attributes::source(file, de, &properties, None);
+                self.assemble(carrier, Vec::new(), false, source)
+            }
+        }?;
+        made.face.reversed = root.reversed;
+        made.face.source.entity = root.label();
+        Ok(made)
+    }
+
+    fn trimmed(&self, root: &Root) -> Result<Made, Fault> {
+        let (file, de) = (self.file, root.de);
+        let placement = root.placement.of_entity(file, de)?;
+        let mut record = file.record(de)?;
+        let surface = record.integer()?;
+        let has_outer = record.integer()? != 0;
+        let holes = record.count()?;
+        let outer = record.integer()?;
+        let holes = record.required(holes, super::file::Record::integer)?;
+        let (carrier, under) = surfaces::read(file, surface, &placement)?;
+        let loops: Vec<_> = (has_outer && outer != 0)
+            .then_some(outer)
+            .into_iter()
+            .chain(holes)
+            .collect();
+        let flat = carrier.has_own_parameters();
+        let raw = loops
+            .iter()
+            .map(|de| topology::curve_on_surface(file, *de, &placement, flat))
+            .collect::<Result<Vec<_>, _>>()?;
+        let source = attributes::source(file, de, &record.properties(), Some((surface, &under)));
+        self.assemble(carrier, raw, !has_outer, source)
+    }
+
+    fn bounded(&self, root: &Root) -> Result<Made, Fault> {
+        let (file, de) = (self.file, root.de);
+        let placement = root.placement.of_entity(file, de)?;
+        let mut record = file.record(de)?;
+        record.skip(1)?;
+        let surface = record.integer()?;
+        let loops = record.pointers()?;
+        let (carrier, under) = surfaces::read(file, surface, &placement)?;
+        let flat = carrier.has_own_parameters();
+        let raw = loops
+            .iter()
+            .map(|de| topology::boundary(file, *de, &placement, flat))
+            .collect::<Result<Vec<_>, _>>()?;
+        let source = attributes::source(file, de, &record.properties(), Some((surface, &under)));
+        self.assemble(carrier, raw, false, source)
+    }
+
+    fn of_b_rep(&self, root: &Root) -> Result<Made, Fault> {
+        let (file, de) = (self.file, root.de);
+        let placement = root.placement.of_entity(file, de)?;
+        let mut record = file.record(de)?;
+        let surface = record.integer()?;
+        let count = record.count()?;
+        record.skip(1)?;
+        let loops = record.required(count, super::file::Record::integer)?;
+        let (carrier, under) = surfaces::read(file, surface, &placement)?;
+        let flat = carrier.has_own_parameters();
+        let raw = loops
+            .iter()
+            .map(|de| topology::b_rep_loop(file, &self.edge_lists, *de, &placement, flat))
+            .collect::<Result<Vec<_>, _>>()?;
+        let source = attributes::source(file, de, &record.properties(), Some((surface, &under)));
+        self.assemble(carrier, raw, false, source)
+    }
+
+    /// The face from its parts. `whole` adds the natural boundary as outer loop.
+    fn assemble(
+        &self,
+        carrier: Carrier,
+        mut raw: Vec<RawLoop>,
+        whole: bool,
+        source: Source,
+    ) -> Result<Made, Fault> {
+        let (surface, kind, window) = match carrier {
+            Carrier::Bounded {
+                surface,
+                kind,
+                window,
+                ..
+            } => (surface, kind, window),
+            Carrier::Plane(frame) => (plane_under(&frame, &mut raw)?, SurfaceKind::Plane, None),
+        };
+        if has_no_area(&surface) {
+            return Err(Fault::NoArea);
+        }
+        let mut loops = Vec::new();
+        let mut repairs = Vec::new();
+        {
+            let trimmer = Trimmer::new(&surface, self.tolerance_mm);
+            for raw in &raw {
+                let closed = match raw {
+                    RawLoop::Edges(edges) => trimmer.closed(edges),
+                    RawLoop::Sets { curves, pcurves } => trimmer.closed_from_sets(curves, pcurves),
+                }?;
+                if closed.bridged_mm > 0.0 {
+                    repairs.push(Repair {
+                        entity: source.entity.clone(),
+                        what: "gap in a trim loop bridged".into(),
+                        size_mm: closed.bridged_mm,
+                    });
+                }
+                loops.push(closed.trim);
+            }
+        }
+        if whole && !loops.is_empty() || loops.is_empty() && window.is_some() {
+            loops.insert(0, rectangle(window.unwrap_or_else(|| surface.domain())));
+        }
+        if !loops.is_empty() {
+            loops = trim::orient(&surface, loops)?;
+        }
+        if trim::is_natural(&surface, &loops) {
+            loops.clear();
+        }
+        let face = Face {
+            surface,
+            loops,
+            reversed: false,
+            kind,
+            source,
+        };
+        Ok(Made { face, repairs })
+    }
+}
+
+impl Carrier {
+    fn has_own_parameters(&self) -> bool {
+        matches!(
+            self,
+            Carrier::Bounded {
+                own_parameters: true,
+                ..
+            }
+        )
+    }
+}
+
+/// The plane just large enough for the loops, which get their exact pcurves.
+fn plane_under(frame: &Frame, raw: &mut [RawLoop]) -> Result<NurbsSurface, Fault> {
+    let mut low = Point2::new(f64::INFINITY, f64::INFINITY);
+    let mut high = -low;
+    for point in raw
+        .iter()
+        .flat_map(RawLoop::curves)
+        .flat_map(claymill_nurbs::Curve3::points)
+    {
+        let local = frame.local(point).xy();
+        (low, high) = (low.inf(&local), high.sup(&local));
+    }
+    // A plane without loops has no size of its own.
+    let surface =
+        analytic::plane_patch(frame, (low.x, high.x), (low.y, high.y)).map_err(|_| Fault::NoArea)?;
+    for raw in raw {
+        let edges = match raw {
+            RawLoop::Edges(edges) => std::mem::take(edges),
+            RawLoop::Sets { curves, .. } => {
+                let edge = |c| RawEdge {
+                    curve: Some(c),
+                    ..RawEdge::default()
+                };
+                std::mem::take(curves).into_iter().map(edge).collect()
+            }
+        };
+        let flattened = edges.into_iter().map(|edge| RawEdge {
+            pcurve: edge.curve.as_ref().and_then(|c| {
+                let points = c.points().iter().map(|p| frame.local(p).xy()).collect();
+                Curve2::new(c.knots().clone(), points, c.weights().map(<[f64]>::to_vec)).ok()
+            }),
+            ..edge
+        });
+        *raw = RawLoop::Edges(flattened.collect());
+    }
+    Ok(surface)
+}
+
+fn rectangle(((u0, u1), (v0, v1)): Window) -> TrimLoop {
+    let corners = [(u0, v0), (u1, v0), (u1, v1), (u0, v1)].map(|(u, v)| Point2::new(u, v));
+    let edge = |i: usize| TrimEdge {
+        pcurve: Curve2::line(corners[i], corners[(i + 1) % 4]),
+        shared: None,
+    };
+    TrimLoop {
+        edges: (0..4).map(edge).collect(),
+    }
+}
+
+/// Whether the control net, and with it the surface, encloses no area.
+fn has_no_area(surface: &NurbsSurface) -> bool {
+    let (nu, nv) = surface.size();
+    let cell = |i: usize, j: usize| {
+        let p = |i, j| surface.control_point(i, j);
+        let (a, b) = (p(i + 1, j + 1) - p(i, j), p(i, j + 1) - p(i + 1, j));
+        a.cross(&b).norm()
+    };
+    let cells = (0..nu - 1).flat_map(|i| (0..nv - 1).map(move |j| (i, j)));
+    let area: f64 = cells.map(|(i, j)| 0.5 * cell(i, j)).sum();
+    area < crate::DEGENERATE_MM2
+}

@@ -1,0 +1,398 @@
+//! Curves in space and in parameter planes as NURBS.
+
+use std::f64::consts::TAU;
+
+use claymill_nurbs::analytic::{Frame, circle_arc, ellipse_arc, segment};
+use claymill_nurbs::{Curve2, Curve3, KnotVector, NurbsCurve, Point3, Vector3};
+use nalgebra::Point;
+
+use super::StepError;
+use super::error::OfEntity;
+use super::part21::Part21;
+use super::placement::{frame, point, point2, vector};
+use super::subcurve::{joined, piece};
+use super::value::Entity;
+
+/// Basis curves may be nested this deep.
+pub(super) const DEEPEST_BASIS: usize = 12;
+
+/// A curve before its ends are known.
+#[derive(Debug, Clone)]
+pub(super) enum Curve {
+    /// `origin + t · direction`.
+    Line { origin: Point3, direction: Vector3 },
+    /// `o + a cos t · x + b sin t · y`.
+    Ellipse { frame: Frame, a: f64, b: f64 },
+    /// Anything with ends of its own.
+    Bounded(Curve3),
+}
+
+/// A curve in space and, for surface curves, the ids of its pcurves.
+pub(super) struct SpaceCurve {
+    pub(super) curve: Curve,
+    pub(super) pcurves: Vec<u64>,
+}
+
+/// Reads the curve `#id`.
+pub(super) fn space_curve(file: &Part21, id: u64, angle_unit: f64) -> Result<SpaceCurve, StepError> {
+    nested(file, id, angle_unit, DEEPEST_BASIS)
+}
+
+fn nested(file: &Part21, id: u64, angle_unit: f64, depth: usize) -> Result<SpaceCurve, StepError> {
+    let depth = depth.checked_sub(1).ok_or(StepError::Endless { id })?;
+    let entity = file.get(id)?;
+    let mut pcurves = Vec::new();
+    let curve = match entity.simple_name() {
+        "LINE" => {
+            let r = entity.only()?;
+            Curve::Line {
+                origin: point(file, r.reference(1)?)?,
+                direction: vector(file, r.reference(2)?)?,
+            }
+        }
+        "CIRCLE" => {
+            let r = entity.only()?;
+            let radius = r.number(2)?;
+            Curve::Ellipse {
+                frame: frame(file, r.reference(1)?)?,
+                a: radius,
+                b: radius,
+            }
+        }
+        "ELLIPSE" => {
+            let r = entity.only()?;
+            Curve::Ellipse {
+                frame: frame(file, r.reference(1)?)?,
+                a: r.number(2)?,
+                b: r.number(3)?,
+            }
+        }
+        "POLYLINE" => Curve::Bounded(polyline(file, id, &entity.only()?.references(1)?)?),
+        "TRIMMED_CURVE" => trimmed(file, &entity, angle_unit, depth)?,
+        "SURFACE_CURVE" | "SEAM_CURVE" | "INTERSECTION_CURVE" => {
+            let r = entity.only()?;
+            pcurves = r.references(2)?;
+            nested(file, r.reference(1)?, angle_unit, depth)?.curve
+        }
+        _ if is_spline(&entity) => Curve::Bounded(spline(file, &entity, point)?),
+        _ => {
+            let name = entity.name();
+            return Err(StepError::Unsupported { id, name });
+        }
+    };
+    Ok(SpaceCurve { curve, pcurves })
+}
+
+/// A curve in a parameter plane on the parameters `range` of the edge that it belongs to.
+pub(super) fn plane_curve(file: &Part21, id: u64, range: (f64, f64)) -> Result<Curve2, StepError> {
+    let entity = file.get(id)?;
+    if is_spline(&entity) {
+        let curve = spline(file, &entity, point2)?;
+        return piece(&curve, range.0, range.1).ok_or_else(|| empty(id));
+    }
+    if entity.simple_name() == "LINE" {
+        let r = entity.only()?;
+        let (origin, along) = (
+            point2(file, r.reference(1)?)?,
+            vector(file, r.reference(2)?)?.xy(),
+        );
+        return Ok(Curve2::line(origin + along * range.0, origin + along * range.1));
+    }
+    Err(StepError::Unsupported {
+        id,
+        name: entity.name(),
+    })
+}
+
+impl Curve {
+    /// The curve between two points on it, run in its own direction (`forward`) or against it. Equal points
+    /// on a closed curve mean the whole curve. Returns the curve and the parameters of the file's own curve
+    /// at its lower and upper end when those are the same numbers (B-splines and lines only).
+    pub(super) fn between(
+        &self,
+        id: u64,
+        start: &Point3,
+        end: &Point3,
+        forward: bool,
+        tolerance: f64,
+    ) -> Result<(Curve3, (f64, f64)), StepError> {
+        let (low, high) = if forward { (start, end) } else { (end, start) };
+        let (curve, range) = match self {
+            Curve::Line { origin, direction } => {
+                let parameter = |p: &Point3| (p - origin).dot(direction) / direction.norm_squared();
+                (Curve3::line(*low, *high), (parameter(low), parameter(high)))
+            }
+            Curve::Ellipse { frame, a, b } => {
+                let angle = |p: &Point3| {
+                    let l = frame.local(p);
+                    (l.y * a).atan2(l.x * b)
+                };
+                let from = angle(low);
+                let same = (low - high).norm() <= tolerance;
+                let sweep = if same {
+                    TAU
+                } else {
+                    (angle(high) - from).rem_euclid(TAU)
+                };
+                let range = (from, from + sweep);
+                (ellipse_arc(frame, *a, *b, range).of(id)?, range)
+            }
+            Curve::Bounded(curve) => {
+                let curve = clipped(curve, low, high, tolerance).ok_or_else(|| StepError::Geometry {
+                    id,
+                    what: "the vertices do not lie on the edge's curve in its direction".into(),
+                })?;
+                let range = curve.domain();
+                (curve, range)
+            }
+        };
+        Ok((if forward { curve } else { curve.reversed() }, range))
+    }
+}
+
+/// The part of `curve` from `low` to `high`.
+fn clipped(curve: &Curve3, low: &Point3, high: &Point3, tolerance: f64) -> Option<Curve3> {
+    let (first, last) = curve.domain();
+    let (start, end) = (curve.start(), curve.end());
+    let near = |a: &Point3, b: &Point3| (a - b).norm() <= tolerance;
+    let closed = near(&start, &end);
+    if near(&start, low) && near(&end, high) {
+        return Some(curve.clone());
+    }
+    let from = if near(&start, low) {
+        first
+    } else {
+        parameter_near(curve, low)
+    };
+    let to = if near(&end, high) {
+        last
+    } else {
+        parameter_near(curve, high)
+    };
+    if from < to && !(closed && near(low, high)) {
+        return piece(curve, from, to);
+    }
+    // Round the seam of a closed curve.
+    let (tail, head) = (piece(curve, from, last), piece(curve, first, to));
+    match (tail, head) {
+        (Some(tail), Some(head)) if closed => joined(&tail, &head),
+        (Some(tail), None) if closed => Some(tail),
+        _ => None,
+    }
+}
+
+/// Parameter of the point of `curve` nearest to `p`: samples, then Newton steps.
+pub(super) fn parameter_near(curve: &Curve3, p: &Point3) -> f64 {
+    let (first, last) = curve.domain();
+    let samples = samples(curve, 4 * curve.knots().degree().max(2));
+    let distance = |t: f64| (curve.point(t) - p).norm_squared();
+    let nearest = samples.iter().copied().map(|t| (distance(t), t));
+    let (mut best, mut t) = nearest.fold((f64::INFINITY, first), |a, b| if b.0 < a.0 { b } else { a });
+    for _ in 0..20 {
+        let [c, d1, d2] = curve.derivatives(t);
+        let r = c - p.coords;
+        let slope = r.dot(&d1);
+        let bend = d1.norm_squared() + r.dot(&d2);
+        let bend = if bend > 0.0 { bend } else { d1.norm_squared() };
+        let mut step = slope / bend;
+        if !step.is_finite() || step == 0.0 {
+            break;
+        }
+        let mut next = (t - step).clamp(first, last);
+        while distance(next) > best && step.abs() > 1e-15 * (last - first) {
+            step *= 0.5;
+            next = (t - step).clamp(first, last);
+        }
+        let now = distance(next);
+        if now >= best {
+            break;
+        }
+        (best, t) = (now, next);
+    }
+    t
+}
+
+/// Parameters along a curve: `per_span` on each polynomial piece, and the last.
+pub(super) fn samples<const D: usize>(curve: &NurbsCurve<D>, per_span: usize) -> Vec<f64> {
+    let breaks = curve.knots().breaks();
+    let inside = |w: &[f64]| {
+        let (a, b) = (w[0], w[1]);
+        (0..per_span).map(move |i| a + (b - a) * i as f64 / per_span as f64)
+    };
+    let mut all: Vec<f64> = breaks.windows(2).flat_map(inside).collect();
+    all.extend(breaks.last());
+    all
+}
+
+/// Straight segments through points.
+pub(super) fn polyline(file: &Part21, id: u64, points: &[u64]) -> Result<Curve3, StepError> {
+    let points: Result<Vec<_>, _> = points.iter().map(|p| point(file, *p)).collect();
+    let mut points = points?;
+    points.dedup();
+    if points.len() < 2 {
+        return Err(empty(id));
+    }
+    Curve3::new(KnotVector::clamped_uniform(1, points.len()), points, None).of(id)
+}
+
+/// TRIMMED_CURVE(name, basis, trim 1, trim 2, sense, master).
+fn trimmed(file: &Part21, entity: &Entity, angle_unit: f64, depth: usize) -> Result<Curve, StepError> {
+    let r = entity.only()?;
+    let id = entity.id;
+    let basis = nested(file, r.reference(1)?, angle_unit, depth)?.curve;
+    let forward = r.flag(4)?;
+    let trim = |index: usize| -> Result<(Option<f64>, Option<Point3>), StepError> {
+        let (mut parameter, mut at) = (None, None);
+        for value in r.list(index)? {
+            parameter = parameter.or(super::value::number(value));
+            if let (Some(id), None) = (super::value::reference(value), at) {
+                at = Some(point(file, id)?);
+            }
+        }
+        Ok((parameter, at))
+    };
+    let prefers_points = r.enumeration(5) == b"CARTESIAN";
+    let ends = [trim(2)?, trim(3)?].map(|(parameter, at)| match (parameter, at) {
+        (_, Some(p)) if prefers_points || parameter.is_none() => Some(p),
+        (Some(t), _) => Some(basis.at(t, angle_unit)),
+        _ => None,
+    });
+    let [Some(start), Some(end)] = ends else {
+        return Err(StepError::Geometry {
+            id,
+            what: "it has no trimming points".into(),
+        });
+    };
+    let tolerance = 1e-7 * (1.0 + start.coords.amax().max(end.coords.amax()));
+    Ok(Curve::Bounded(
+        basis.between(id, &start, &end, forward, tolerance)?.0,
+    ))
+}
+
+impl Curve {
+    /// The point at the file's own parameter.
+    fn at(&self, t: f64, angle_unit: f64) -> Point3 {
+        match self {
+            Curve::Line { origin, direction } => origin + direction * t,
+            Curve::Ellipse { frame, a, b } => {
+                let t = t * angle_unit;
+                frame.point(a * t.cos(), b * t.sin(), 0.0)
+            }
+            Curve::Bounded(curve) => curve.point(t.clamp(curve.domain().0, curve.domain().1)),
+        }
+    }
+
+    /// The whole curve; lines get the given range of their own parameter.
+    pub(super) fn whole(&self, id: u64, line_range: (f64, f64)) -> Result<Curve3, StepError> {
+        match self {
+            Curve::Line { .. } => {
+                let (a, b) = line_range;
+                segment(self.at(a, 1.0), self.at(b, 1.0), line_range).of(id)
+            }
+            Curve::Ellipse { frame, a, b } if a == b => circle_arc(frame, *a, (0.0, TAU)).of(id),
+            Curve::Ellipse { frame, a, b } => ellipse_arc(frame, *a, *b, (0.0, TAU)).of(id),
+            Curve::Bounded(curve) => Ok(curve.clone()),
+        }
+    }
+}
+
+fn is_spline(entity: &Entity) -> bool {
+    [
+        "B_SPLINE_CURVE",
+        "B_SPLINE_CURVE_WITH_KNOTS",
+        "BEZIER_CURVE",
+        "QUASI_UNIFORM_CURVE",
+        "UNIFORM_CURVE",
+    ]
+    .iter()
+    .any(|name| entity.is(name))
+}
+
+/// Any B-spline curve, simple or complex.
+fn spline<const D: usize>(
+    file: &Part21,
+    entity: &Entity,
+    read_point: impl Fn(&Part21, u64) -> Result<Point<f64, D>, StepError>,
+) -> Result<NurbsCurve<D>, StepError> {
+    let id = entity.id;
+    // A simple instance starts with its name and holds everything; a complex one spreads it over parts.
+    let simple = entity.only().ok();
+    let (base, skip) = match simple {
+        Some(record) => (record, 1),
+        None => (entity.part("B_SPLINE_CURVE")?, 0),
+    };
+    let degree = base.count(skip)?;
+    let points: Result<Vec<_>, _> = base
+        .references(skip + 1)?
+        .iter()
+        .map(|p| read_point(file, *p))
+        .collect();
+    let points = points?;
+    let knots = if entity.is("B_SPLINE_CURVE_WITH_KNOTS") {
+        let (record, first) = match simple {
+            Some(record) => (record, 6),
+            None => (entity.part("B_SPLINE_CURVE_WITH_KNOTS")?, 0),
+        };
+        repeated(id, &record.numbers(first)?, &record.numbers(first + 1)?)?
+    } else {
+        implied_knots(entity, "CURVE", degree, points.len()).ok_or_else(|| empty(id))?
+    };
+    let weights = match entity.part("RATIONAL_B_SPLINE_CURVE") {
+        Ok(record) => Some(record.numbers(0)?),
+        Err(_) => None,
+    };
+    NurbsCurve::new(KnotVector::new(degree, knots).of(id)?, points, weights).of(id)
+}
+
+/// More knots than this in one direction are refused as damaged.
+const MOST_KNOTS: usize = 1 << 20;
+
+/// Knots written out with their multiplicities.
+pub(super) fn repeated(id: u64, multiplicities: &[f64], values: &[f64]) -> Result<Vec<f64>, StepError> {
+    let wrong = |what: &str| StepError::Geometry {
+        id,
+        what: what.into(),
+    };
+    if multiplicities.len() != values.len() {
+        return Err(wrong("knots and multiplicities differ in number"));
+    }
+    let whole = |m: &f64| m.fract() == 0.0 && (1.0..=MOST_KNOTS as f64).contains(m);
+    if !multiplicities.iter().all(whole) || multiplicities.iter().sum::<f64>() > MOST_KNOTS as f64 {
+        return Err(wrong("a knot multiplicity makes no sense"));
+    }
+    let pairs = multiplicities.iter().zip(values);
+    Ok(pairs
+        .flat_map(|(m, k)| std::iter::repeat_n(*k, *m as usize))
+        .collect())
+}
+
+/// The knots that BEZIER_, QUASI_UNIFORM_ and UNIFORM_ curves and surfaces stand for (ISO 10303-42).
+pub(super) fn implied_knots(entity: &Entity, what: &str, degree: usize, points: usize) -> Option<Vec<f64>> {
+    if degree == 0 || points <= degree {
+        return None;
+    }
+    let is = |kind: &str| entity.is(&format!("{kind}_{what}"));
+    if is("UNIFORM") {
+        return Some(
+            (0..points + degree + 1)
+                .map(|i| i as f64 - degree as f64)
+                .collect(),
+        );
+    }
+    let inner = if is("BEZIER") { degree } else { 1 };
+    let spans = (points - 1)
+        .checked_div(inner)
+        .filter(|s| s * inner == points - 1);
+    let spans = if inner == 1 { points - degree } else { spans? };
+    let mut knots = vec![0.0; degree + 1];
+    knots.extend((1..spans).flat_map(|k| vec![k as f64; inner]));
+    knots.extend(vec![spans as f64; degree + 1]);
+    Some(knots)
+}
+
+fn empty(id: u64) -> StepError {
+    StepError::Geometry {
+        id,
+        what: "the curve is empty".into(),
+    }
+}

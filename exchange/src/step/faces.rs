@@ -1,0 +1,236 @@
+//! One face: surface and bounds become a trimmed NURBS, still in the file's unit and place.
+
+use claymill_nurbs::{Curve2, Face, NurbsSurface, Point2, Source, TrimEdge, TrimLoop};
+
+use super::carrier::{Carrier, Range};
+use super::closing::{close, contains};
+use super::curves::samples;
+use super::edges::{EdgeUse, bound};
+use super::error::OfEntity;
+use super::fit::Fitter;
+use super::layout::{LaidLoop, Path, lay, signed_area};
+use super::part21::Part21;
+use super::surfaces::carrier;
+use super::{Context, StepError};
+
+/// A face and the gaps that were bridged in it, in file units.
+pub(super) struct BuiltFace {
+    pub(super) face: Face,
+    pub(super) name: String,
+    pub(super) bridged: Vec<f64>,
+}
+
+/// Builds ADVANCED_FACE or FACE_SURFACE `#id`.
+pub(super) fn build(file: &Part21, id: u64, context: &Context) -> Result<BuiltFace, StepError> {
+    let entity = file.get(id)?;
+    let record = match entity.part("ADVANCED_FACE") {
+        Ok(record) => record,
+        Err(_) => entity.part("FACE_SURFACE")?,
+    };
+    let (surface_id, sense) = (record.reference(2)?, record.flag(3)?);
+    let bounds: Result<Vec<Vec<EdgeUse>>, _> = record
+        .references(1)?
+        .iter()
+        .map(|b| bound(file, *b, context))
+        .collect();
+    let bounds = bounds?;
+    let extent: Vec<_> = bounds.iter().flatten().flat_map(EdgeUse::extent).collect();
+    let (carrier, kind) = carrier(file, surface_id, context.angle_unit, &extent)?;
+    let laid: Result<Vec<LaidLoop>, _> = bounds
+        .iter()
+        .map(|uses| lay(file, surface_id, &carrier, uses, sense, context))
+        .collect();
+    let wrong = |what: String| StepError::Geometry { id, what };
+    let mut laid = close(&carrier, laid?, sense).map_err(wrong)?;
+    let range = match laid.is_empty() {
+        true => carrier
+            .whole()
+            .ok_or_else(|| wrong("it has no boundary".into()))?,
+        false => at_home(&carrier, &mut laid),
+    };
+    let patch = carrier.patch(&range).of(surface_id)?;
+    let mut finish = Finish {
+        fitter: Fitter {
+            carrier: &carrier,
+            patch: &patch,
+            tolerance: context.fit,
+            same: context.same,
+        },
+        bridged: Vec::new(),
+    };
+    let loops: Result<Vec<TrimLoop>, _> = laid.iter().map(|l| finish.trim_loop(l).of(id)).collect();
+    let loops = oriented(loops?.into_iter().filter(|l| !l.edges.is_empty()).collect());
+    let bridged = finish.bridged;
+    Ok(BuiltFace {
+        face: Face {
+            surface: patch,
+            loops,
+            reversed: !sense,
+            kind,
+            source: Source::default(),
+        },
+        name: record.text(0),
+        bridged,
+    })
+}
+
+/// Moves all loops together by whole periods to where the carrier begins; gives the range they cover.
+fn at_home(carrier: &Carrier, laid: &mut [LaidLoop]) -> Range {
+    let covered = |laid: &[LaidLoop]| {
+        Range::of(laid.iter().flat_map(|l| &l.legs).flat_map(|leg| match &leg.path {
+            // The hull is certain to hold the curve.
+            Path::Exact(curve) => curve.points().to_vec(),
+            traced @ Path::Traced { .. } => traced.points(),
+        }))
+    };
+    let by = carrier.home_shift(&covered(laid));
+    laid.iter_mut().for_each(|l| l.shift(by));
+    covered(laid)
+}
+
+/// Turns laid-out loops into trim loops.
+struct Finish<'a> {
+    fitter: Fitter<'a>,
+    /// Lengths of gaps that were bridged.
+    bridged: Vec<f64>,
+}
+
+impl Finish<'_> {
+    fn trim_loop(&mut self, laid: &LaidLoop) -> Result<TrimLoop, claymill_nurbs::NurbsError> {
+        let mut edges = Vec::with_capacity(laid.legs.len() + 1);
+        for leg in &laid.legs {
+            let pcurve = match &leg.path {
+                Path::Exact(curve) => curve.clone(),
+                Path::Traced { curve, feet } => self.fitter.pcurve(curve, feet)?,
+            };
+            // A straight leg without length is only a joint.
+            if leg.edge.is_some() || pcurve.start() != pcurve.end() {
+                edges.push(TrimEdge {
+                    pcurve,
+                    shared: leg.edge,
+                });
+            }
+        }
+        let mut closed: Vec<TrimEdge> = Vec::with_capacity(edges.len());
+        let count = edges.len();
+        for i in 0..count {
+            let next = edges[(i + 1) % count].pcurve.start();
+            let mut edge = edges[i].clone();
+            let end = edge.pcurve.end();
+            let snapped = self
+                .is_joint(end, next)
+                .then(|| ending_at(&edge.pcurve, next))
+                .flatten();
+            let bridge = match snapped {
+                Some(curve) => {
+                    edge.pcurve = curve;
+                    None
+                }
+                None => (end != next).then(|| Curve2::line(end, next)),
+            };
+            closed.push(edge);
+            if let Some(pcurve) = bridge {
+                let length = self.length(&pcurve);
+                if length > self.fitter.same {
+                    self.bridged.push(length);
+                }
+                closed.push(TrimEdge { pcurve, shared: None });
+            }
+        }
+        Ok(TrimLoop { edges: closed })
+    }
+
+    /// Whether two ends are one point, both in space and in parameters (at a pole only the former holds).
+    fn is_joint(&self, a: Point2, b: Point2) -> bool {
+        let s = self.fitter.patch;
+        let ((u0, u1), (v0, v1)) = s.domain();
+        let apart = (a.x - b.x).abs().max(0.0) > 1e-3 * (u1 - u0) || (a.y - b.y).abs() > 1e-3 * (v1 - v0);
+        !apart && (s.point(a.x, a.y) - s.point(b.x, b.y)).norm() <= self.fitter.same
+    }
+
+    /// Length of a short pcurve in space.
+    fn length(&self, pcurve: &Curve2) -> f64 {
+        let s = self.fitter.patch;
+        let on = |t: f64| {
+            let c = pcurve.point(t);
+            s.point(c.x, c.y)
+        };
+        (0..8)
+            .map(|i| (on(f64::from(i + 1) / 8.0) - on(f64::from(i) / 8.0)).norm())
+            .sum()
+    }
+}
+
+/// The curve with its last control point moved to `end`; `None` when that does not end the curve there.
+fn ending_at(curve: &Curve2, end: Point2) -> Option<Curve2> {
+    let knots = curve.knots().as_slice();
+    if knots[knots.len() - 1] != knots[knots.len() - 1 - curve.knots().degree()] {
+        return None;
+    }
+    let mut points = curve.points().to_vec();
+    *points.last_mut()? = end;
+    Curve2::new(
+        curve.knots().clone(),
+        points,
+        curve.weights().map(<[f64]>::to_vec),
+    )
+    .ok()
+}
+
+/// Gives loops at even depth (outer boundaries) an anticlockwise run and those at odd depth (holes) a clockwise
+/// one, so that the winding number is 1 exactly inside.
+fn oriented(mut loops: Vec<TrimLoop>) -> Vec<TrimLoop> {
+    let polygons: Vec<Vec<Point2>> = loops.iter().map(polygon).collect();
+    for (i, l) in loops.iter_mut().enumerate() {
+        let around = |k: &usize| *k != i && within(&polygons[i], &polygons[*k]);
+        let outer = (0..polygons.len()).filter(around).count() % 2 == 0;
+        if (signed_area(&polygons[i]) > 0.0) != outer {
+            l.edges.reverse();
+            l.edges.iter_mut().for_each(|e| e.pcurve = e.pcurve.reversed());
+        }
+    }
+    loops
+}
+
+/// Whether most of `inner` lies in `outer`: touching loops have points on both sides by rounding.
+fn within(inner: &[Point2], outer: &[Point2]) -> bool {
+    let inside = inner.iter().filter(|p| contains(outer, p)).count();
+    2 * inside > inner.len()
+}
+
+fn polygon(l: &TrimLoop) -> Vec<Point2> {
+    let along = |e: &TrimEdge| {
+        let per_span = if e.pcurve.knots().degree() == 1 { 1 } else { 8 };
+        let mut points: Vec<Point2> = samples(&e.pcurve, per_span)
+            .into_iter()
+            .map(|t| e.pcurve.point(t))
+            .collect();
+        points.pop();
+        points
+    };
+    l.edges.iter().flat_map(along).collect()
+}
+
+/// The face moved to its place in the model, in millimetres.
+pub(super) fn placed(
+    face: &Face,
+    move_to: impl Fn(claymill_nurbs::Point3) -> claymill_nurbs::Point3,
+) -> Result<Face, claymill_nurbs::NurbsError> {
+    let s = &face.surface;
+    let (rows, columns) = s.size();
+    let (mut points, mut weights) = (
+        Vec::with_capacity(rows * columns),
+        Vec::with_capacity(rows * columns),
+    );
+    for i in 0..rows {
+        for j in 0..columns {
+            points.push(move_to(s.control_point(i, j)));
+            weights.push(s.weight(i, j));
+        }
+    }
+    let weights = s.is_rational().then_some(weights);
+    Ok(Face {
+        surface: NurbsSurface::new(s.knots_u().clone(), s.knots_v().clone(), points, weights)?,
+        ..face.clone()
+    })
+}

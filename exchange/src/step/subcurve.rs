@@ -1,0 +1,125 @@
+//! Pieces of NURBS curves, exactly.
+
+use claymill_nurbs::{KnotVector, NurbsCurve};
+use nalgebra::{Point, SVector};
+
+/// The piece of `curve` between the parameters `from < to`, on the same parameters; `None` when the interval
+/// is empty or outside the domain. Its control points are blossom values of the curve's polynomial pieces
+/// (Ramshaw's polar forms; The NURBS Book, A5.1 does the same by knot insertion).
+pub(super) fn piece<const D: usize>(curve: &NurbsCurve<D>, from: f64, to: f64) -> Option<NurbsCurve<D>> {
+    let (first, last) = curve.domain();
+    let (from, to) = (from.max(first), to.min(last));
+    if to.partial_cmp(&from) != Some(std::cmp::Ordering::Greater) {
+        return None;
+    }
+    if (from, to) == (first, last) {
+        return Some(curve.clone());
+    }
+    let (old, degree) = (curve.knots().as_slice(), curve.knots().degree());
+    let mut knots = vec![from; degree + 1];
+    knots.extend(old.iter().filter(|k| **k > from && **k < to));
+    knots.extend(vec![to; degree + 1]);
+    let count = knots.len() - degree - 1;
+    let (mut points, mut weights) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    for i in 0..count {
+        // Any non-empty span under the control point will do.
+        let span = (i..=i + degree).find(|&k| knots[k] < knots[k + 1])?;
+        let span = curve.knots().span(0.5 * (knots[span] + knots[span + 1]));
+        let (p, w) = blossom(curve, span, &knots[i + 1..=i + degree]);
+        points.push(Point::from(p / w));
+        weights.push(w);
+    }
+    let weights = curve.weights().map(|_| weights);
+    NurbsCurve::new(KnotVector::new(degree, knots).ok()?, points, weights).ok()
+}
+
+/// The homogeneous blossom of the polynomial piece on `span`.
+fn blossom<const D: usize>(curve: &NurbsCurve<D>, span: usize, at: &[f64]) -> (SVector<f64, D>, f64) {
+    let (knots, degree) = (curve.knots().as_slice(), curve.knots().degree());
+    let mut net: Vec<(SVector<f64, D>, f64)> = (span - degree..=span)
+        .map(|i| {
+            let w = curve.weights().map_or(1.0, |w| w[i]);
+            (curve.points()[i].coords * w, w)
+        })
+        .collect();
+    for (k, t) in at.iter().enumerate() {
+        for r in (k + 1..=degree).rev() {
+            let i = span - degree + r;
+            let (left, right) = (knots[i], knots[i + degree - k]);
+            let a = (t - left) / (right - left);
+            let (low, high) = (net[r - 1], net[r]);
+            net[r] = (low.0 * (1.0 - a) + high.0 * a, low.1 * (1.0 - a) + high.1 * a);
+        }
+    }
+    net[degree]
+}
+
+/// `first` followed by `second`, which starts where `first` ends; both clamped and of one degree.
+pub(super) fn joined<const D: usize>(first: &NurbsCurve<D>, second: &NurbsCurve<D>) -> Option<NurbsCurve<D>> {
+    let degree = first.knots().degree();
+    if second.knots().degree() != degree {
+        return None;
+    }
+    let shift = first.domain().1 - second.domain().0;
+    let mut knots = first.knots().as_slice().to_vec();
+    knots.pop();
+    knots.extend(second.knots().as_slice()[degree + 1..].iter().map(|k| k + shift));
+    let mut points = first.points().to_vec();
+    points.extend(&second.points()[1..]);
+    let weights = (first.weights().is_some() || second.weights().is_some()).then(|| {
+        let of = |c: &NurbsCurve<D>| c.weights().map_or(vec![1.0; c.points().len()], <[f64]>::to_vec);
+        let (mut weights, tail) = (of(first), of(second));
+        let scale = weights[weights.len() - 1] / tail[0];
+        weights.extend(tail[1..].iter().map(|w| w * scale));
+        weights
+    });
+    NurbsCurve::new(KnotVector::new(degree, knots).ok()?, points, weights).ok()
+}
+
+/// The image of the curve under an affine map, exactly.
+pub(super) fn mapped<const D: usize, const E: usize>(
+    curve: &NurbsCurve<D>,
+    map: impl Fn(&Point<f64, D>) -> Point<f64, E>,
+) -> Result<NurbsCurve<E>, claymill_nurbs::NurbsError> {
+    let weights = curve.weights().map(<[f64]>::to_vec);
+    NurbsCurve::new(
+        curve.knots().clone(),
+        curve.points().iter().map(map).collect(),
+        weights,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use claymill_nurbs::Curve3;
+    use claymill_nurbs::Point3;
+
+    fn wavy() -> Curve3 {
+        let knots =
+            KnotVector::new(3, vec![-0.3, -0.1, 0.0, 0.1, 0.4, 0.5, 0.5, 1.0, 1.0, 1.2, 1.3]).unwrap();
+        let count = knots.point_count();
+        let points = (0..count)
+            .map(|i| Point3::new(i as f64, (i as f64).sin() * 3.0, (i * i) as f64 * 0.2))
+            .collect();
+        let weights = (0..count).map(|i| 1.0 + 0.3 * (i as f64 * 2.0).cos()).collect();
+        Curve3::new(knots, points, Some(weights)).unwrap()
+    }
+
+    #[test]
+    fn pieces_and_their_join_are_the_same_curve() {
+        let c = wavy();
+        let (a, b) = c.domain();
+        let low = piece(&c, a, 0.45).unwrap();
+        let high = piece(&c, 0.45, b).unwrap();
+        let both = joined(&low, &high).unwrap();
+        for i in 0..=60 {
+            let t = a + (b - a) * f64::from(i) / 60.0;
+            let part = if t < 0.45 { &low } else { &high };
+            approx::assert_abs_diff_eq!(part.point(t), c.point(t), epsilon = 1e-12);
+            approx::assert_abs_diff_eq!(both.point(t), c.point(t), epsilon = 1e-12);
+        }
+        assert!(piece(&c, 0.4, 0.4).is_none());
+        assert!(piece(&c, 0.4, f64::NAN).is_some_and(|p| p.domain() == (0.4, b)));
+    }
+}

@@ -40,9 +40,9 @@ pub(super) fn read(file: &Part21, id: u64) -> Option<Context> {
     for unit in units {
         let Ok(unit) = file.get(unit) else { continue };
         if unit.is("LENGTH_UNIT") {
-            length = size(file, &unit, DEEPEST_UNIT)
+            length = size(file, &unit, MILLI, DEEPEST_UNIT)
                 .ok()
-                .map(|s| (s * 1e3, name(&unit)));
+                .map(|s| (s, name(&unit)));
         } else if unit.is("PLANE_ANGLE_UNIT") {
             angle = size(file, &unit, 0, DEEPEST_UNIT).unwrap_or(1.0);
         }

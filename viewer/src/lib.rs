@@ -1,1 +1,46 @@
-//! viewer
+//! Pictures of models and tool paths, made without a window, and the HTML report of a job.
+//!
+//! ```text
+//!   Model + meshes + regions ─┐
+//!                             ├─► Scene (triangles, polylines, legend: plain data)
+//!   Program (tool paths) ─────┘       │
+//!                             View ─► Camera ─► Renderer (wgpu) ─► Picture ─► PNG
+//! ```
+//!
+//! Scenes and cameras are computed on the processor in double precision and need no graphics card; only
+//! [`Renderer`] does, and a software driver serves as well. The same scene, view and adapter give the same
+//! pixels, whatever the number of threads.
+//!
+//! ```no_run
+//! use claymill_viewer::{Axes, PictureOptions, Renderer, Scene, View, render_png};
+//! # let scene = Scene::default();
+//! let view = View::iso(&Axes::default());
+//! render_png(&Renderer::new()?, &scene, &view, &PictureOptions::default(), "iso.png".as_ref())?;
+//! # Ok::<(), claymill_viewer::ViewError>(())
+//! ```
+
+mod adapter;
+mod borders;
+mod camera;
+mod error;
+mod lettering;
+mod overlay;
+mod palette;
+mod picture;
+mod pipelines;
+mod render;
+mod scene;
+mod segments;
+mod strokes;
+
+pub use camera::{Axes, Camera, View};
+pub use error::ViewError;
+pub use palette::{CLAY, NOT_CUT, RegionExtent, Rgb, colour_regions, region_palette, stroke_shade};
+pub use picture::Picture;
+pub use render::{Backdrop, PictureOptions, Renderer, render_png};
+pub use scene::{
+    Colouring, LegendEntry, LineLayer, Mark, ModelView, Scene, Strip, SurfaceMesh, SurfaceVertex,
+    face_colours, region_colours,
+};
+pub use segments::CLOSEST_PASSES_PX;
+pub use strokes::{StrokeStyle, flatten, kind_colour};

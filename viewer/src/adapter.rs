@@ -1,0 +1,99 @@
+use wgpu::{Adapter, Backends, DeviceType, Instance, InstanceDescriptor};
+
+use crate::ViewError;
+
+/// A device that can draw, and where it runs.
+pub(crate) struct Gpu {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    pub(crate) name: String,
+    pub(crate) largest_side_px: u32,
+}
+
+/// Longest side of a picture, pixels: what a readback buffer of 256 MiB holds as a square.
+const LARGEST_SIDE_PX: u32 = 8192;
+
+/// Opens the best adapter: `WGPU_BACKEND`, `WGPU_ADAPTER_NAME` and `WGPU_FORCE_FALLBACK_ADAPTER` decide when
+/// set; else a graphics card goes before a software driver, and Vulkan before OpenGL.
+pub(crate) fn open() -> Result<Gpu, ViewError> {
+    match Backends::from_env() {
+        Some(asked) => open_on(asked),
+        // OpenGL is asked only when nothing else answers: looking for it alone makes some drivers complain.
+        None => open_on(Backends::PRIMARY).or_else(|_| open_on(Backends::GL)),
+    }
+}
+
+pub(crate) fn open_on(backends: Backends) -> Result<Gpu, ViewError> {
+    let instance = Instance::new(InstanceDescriptor {
+        backends,
+        ..InstanceDescriptor::new_without_display_handle_from_env()
+    });
+    let adapters = pollster::block_on(instance.enumerate_adapters(backends));
+    let found: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
+    let wanted_name = std::env::var("WGPU_ADAPTER_NAME").ok().map(|n| n.to_lowercase());
+    let only_software = std::env::var("WGPU_FORCE_FALLBACK_ADAPTER").is_ok_and(|v| v != "0" && !v.is_empty());
+    let usable = |a: &Adapter| {
+        let info = a.get_info();
+        wanted_name
+            .as_ref()
+            .is_none_or(|wanted| info.name.to_lowercase().contains(wanted))
+            && (!only_software || info.device_type == DeviceType::Cpu)
+    };
+    let Some(adapter) = adapters.into_iter().filter(usable).min_by_key(rank) else {
+        let reason = if found.is_empty() {
+            format!("none answers on {backends:?}")
+        } else {
+            format!("the environment excludes {}", found.join(", "))
+        };
+        return Err(ViewError::NoAdapter { reason });
+    };
+    let info = adapter.get_info();
+    let name = format!("{} ({:?}, {:?})", info.name, info.backend, info.device_type);
+    let limits = wgpu::Limits::downlevel_defaults().using_resolution(adapter.limits());
+    let largest_side_px = limits.max_texture_dimension_2d.min(LARGEST_SIDE_PX);
+    let descriptor = wgpu::DeviceDescriptor {
+        label: Some("claymill"),
+        required_limits: limits,
+        ..Default::default()
+    };
+    let (device, queue) =
+        pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| ViewError::Device {
+            adapter: name.clone(),
+            reason: e.to_string(),
+        })?;
+    Ok(Gpu {
+        device,
+        queue,
+        name,
+        largest_side_px,
+    })
+}
+
+fn rank(adapter: &Adapter) -> (u8, u8) {
+    let info = adapter.get_info();
+    let kind = match info.device_type {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu => 1,
+        DeviceType::VirtualGpu => 2,
+        DeviceType::Other => 3,
+        DeviceType::Cpu => 4,
+    };
+    (kind, u8::from(info.backend == wgpu::Backend::Gl))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_an_adapter_the_message_says_what_to_install() {
+        let error = open_on(Backends::empty()).err().expect("no backend, no adapter");
+        assert!(matches!(error, ViewError::NoAdapter { .. }));
+        assert!(
+            error
+                .to_string()
+                .contains("apt-get install mesa-vulkan-drivers libvulkan1"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,73 @@
+use std::io;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+/// Why a picture could not be made.
+#[derive(Debug, Error)]
+pub enum ViewError {
+    /// Neither a graphics card nor a software driver answers.
+    #[error(
+        "no graphics adapter was found ({reason}); pictures need a Vulkan or OpenGL driver. Without a graphics \
+         card install the software driver: apt-get install mesa-vulkan-drivers libvulkan1"
+    )]
+    NoAdapter {
+        /// What the graphics library said.
+        reason: String,
+    },
+    /// The adapter was found but does not do its work.
+    #[error("the graphics adapter {adapter} failed: {reason}")]
+    Device {
+        /// Its name.
+        adapter: String,
+        /// What the graphics library said.
+        reason: String,
+    },
+    /// The picture's size is zero or more than the adapter can hold.
+    #[error("a picture of {width} x {height} pixels cannot be made; each side must be 1 to {largest} pixels")]
+    Size {
+        /// Width asked for, pixels.
+        width: u32,
+        /// Height asked for, pixels.
+        height: u32,
+        /// Longest side that works, pixels.
+        largest: u32,
+    },
+    /// The scene holds neither a surface nor a line.
+    #[error("there is nothing to draw: the scene holds no surface and no line")]
+    EmptyScene,
+    /// The caller's description of the model does not fit the model.
+    #[error("{what}: {given} given for {faces} faces")]
+    Mismatch {
+        /// Which list is of the wrong length.
+        what: &'static str,
+        /// Its length.
+        given: usize,
+        /// Faces of the model.
+        faces: usize,
+    },
+    /// A file could not be written.
+    #[error("{}: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+}
+
+/// Writes `bytes` beside `path` and renames, so that no half-written file is ever seen.
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ViewError> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.partial", std::process::id()));
+    let partial = path.with_file_name(name);
+    let written = std::fs::write(&partial, bytes).and_then(|()| std::fs::rename(&partial, path));
+    written.map_err(|source| {
+        // Best effort: the first error is the one worth telling.
+        let _ = std::fs::remove_file(&partial);
+        ViewError::Write {
+            path: path.to_owned(),
+            source,
+        }
+    })
+}

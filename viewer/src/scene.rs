@@ -1,0 +1,349 @@
+use claymill_nurbs::{Aabb, FaceMesh, Model, Point3, Vector3};
+use claymill_toolpath::Program;
+use rayon::prelude::*;
+
+use crate::ViewError;
+use crate::borders::{BorderKind, classify_borders};
+use crate::palette::{CLAY, NOT_CUT, RegionExtent, Rgb, colour_regions};
+use crate::strokes::{self, StrokeStyle};
+
+/// A model as the caller sees it: the faces, their triangles and the region that each belongs to.
+#[derive(Debug, Clone, Copy)]
+pub struct ModelView<'a> {
+    /// The model.
+    pub model: &'a Model,
+    /// One mesh a face ([`claymill_nurbs::tessellate`]); a face that could not be meshed has an empty one.
+    pub meshes: &'a [FaceMesh],
+    /// Region of each face, from 0.
+    pub region_of_face: &'a [usize],
+    /// Which faces are cut; the others are drawn grey. `None`: all.
+    pub cut: Option<&'a [bool]>,
+    /// Distance within which edges of two faces count as one joint, mm.
+    pub joint_tolerance_mm: f64,
+}
+
+/// What decides a surface's colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Colouring {
+    /// Clay all over: for pictures in which something else matters.
+    Clay,
+    /// A colour a region.
+    Region,
+    /// The colours of the file; clay where it gives none.
+    File,
+}
+
+/// A vertex of a shaded surface, as the graphics card reads it.
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct SurfaceVertex {
+    /// Position relative to [`Scene::origin`], mm.
+    pub position: [f32; 3],
+    /// Unit normal, `Su × Sv` side.
+    pub normal: [f32; 3],
+    /// sRGB and opacity.
+    pub colour: [u8; 4],
+}
+
+/// Triangles that share one vertex buffer.
+#[derive(Debug, Clone, Default)]
+pub struct SurfaceMesh {
+    /// The vertices.
+    pub vertices: Vec<SurfaceVertex>,
+    /// Corners of the triangles, three each.
+    pub indices: Vec<u32>,
+}
+
+/// One polyline of a [`LineLayer`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Strip {
+    /// Its points are `points[first..first + count]` of the layer.
+    pub first: usize,
+    /// Number of points.
+    pub count: usize,
+    /// Colour.
+    pub colour: Rgb,
+    /// Pass number, for layers that thin out passes.
+    pub pass: u32,
+}
+
+/// Polylines of one kind. Layers are drawn in order, later ones over earlier ones.
+#[derive(Debug, Clone, Default)]
+pub struct LineLayer {
+    /// Points of all strips relative to [`Scene::origin`], mm.
+    pub points: Vec<[f32; 3]>,
+    /// The strips.
+    pub strips: Vec<Strip>,
+    /// Line width, pixels.
+    pub width_px: f32,
+    /// 1 covers, 0 is invisible.
+    pub opacity: f32,
+    /// Distance between neighbouring passes, mm: where passes would fall closer together in the picture
+    /// than [`crate::CLOSEST_PASSES_PX`], only every n-th is drawn in full. `None`: all strips alike.
+    pub spacing_mm: Option<f64>,
+}
+
+/// How a legend line shows its colour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Mark {
+    /// A filled square.
+    Area,
+    /// A line of this width, pixels.
+    Line(f32),
+}
+
+/// A line of the legend.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LegendEntry {
+    /// The sign.
+    pub mark: Mark,
+    /// Its colour.
+    pub colour: Rgb,
+    /// What it means.
+    pub text: String,
+}
+
+/// Everything that is drawn, ready for the graphics card but built without one.
+#[derive(Debug, Clone, Default)]
+pub struct Scene {
+    /// Coordinates of surfaces and lines are relative to this point, so that single precision suffices.
+    pub origin: Point3,
+    /// The surfaces.
+    pub surfaces: Vec<SurfaceMesh>,
+    /// The lines, in drawing order.
+    pub lines: Vec<LineLayer>,
+    /// The legend, top to bottom.
+    pub legend: Vec<LegendEntry>,
+    /// Caption lines, the first one larger.
+    pub caption: Vec<String>,
+    /// Largest distance of the triangles from the true surface, mm: lines this far behind still show.
+    pub deviation_mm: f64,
+}
+
+/// Vertices a surface buffer holds at most: 56 MB, well below the smallest limit of any adapter.
+const LARGEST_MESH: usize = 2_000_000;
+
+impl Scene {
+    /// An empty scene whose coordinates are kept relative to `origin`: best the middle of the model.
+    #[must_use]
+    pub fn new(origin: Point3) -> Self {
+        Scene {
+            origin,
+            ..Scene::default()
+        }
+    }
+
+    /// A scene of a model: shaded faces, thin patch borders, strong region borders.
+    ///
+    /// # Errors
+    /// The lists of the view do not have one entry a face.
+    pub fn of_model(view: &ModelView<'_>, colouring: Colouring) -> Result<Self, ViewError> {
+        let faces = view.model.faces.len();
+        let lists = [
+            ("meshes", view.meshes.len()),
+            ("regions", view.region_of_face.len()),
+            ("cut marks", view.cut.map_or(faces, <[bool]>::len)),
+        ];
+        if let Some(&(what, given)) = lists.iter().find(|(_, given)| *given != faces) {
+            return Err(ViewError::Mismatch { what, given, faces });
+        }
+        let bounds = view
+            .meshes
+            .iter()
+            .fold(Aabb::empty(), |b, m| b.union(&Aabb::of(&m.points)));
+        let mut scene = Scene::new(if bounds.is_empty() {
+            Point3::origin()
+        } else {
+            bounds.centre()
+        });
+        scene.deviation_mm = f64::from(mesh_deviation_mm(view.meshes));
+        scene.add_faces(view, &face_colours(view, colouring));
+        scene.add_borders(view);
+        Ok(scene)
+    }
+
+    fn add_faces(&mut self, view: &ModelView<'_>, colours: &[Rgb]) {
+        let origin = self.origin;
+        let parts: Vec<Vec<SurfaceVertex>> = (0..view.meshes.len())
+            .into_par_iter()
+            .map(|f| face_vertices(view, f, colours[f], &origin))
+            .collect();
+        for (mesh, vertices) in view.meshes.iter().zip(parts) {
+            self.add_triangles(&vertices, &mesh.triangles);
+        }
+    }
+
+    /// Adds shaded triangles; `vertices` must be relative to [`Scene::origin`].
+    pub fn add_triangles(&mut self, vertices: &[SurfaceVertex], triangles: &[[u32; 3]]) {
+        let full = |m: &SurfaceMesh| m.vertices.len() + vertices.len() > LARGEST_MESH;
+        if self.surfaces.last().is_none_or(full) {
+            self.surfaces.push(SurfaceMesh::default());
+        }
+        let Some(mesh) = self.surfaces.last_mut() else {
+            return;
+        };
+        let first = mesh.vertices.len() as u32;
+        mesh.vertices.extend_from_slice(vertices);
+        mesh.indices.extend(triangles.iter().flatten().map(|i| i + first));
+    }
+
+    fn add_borders(&mut self, view: &ModelView<'_>) {
+        let layer = |width_px: f32, opacity: f32| LineLayer {
+            width_px,
+            opacity,
+            ..LineLayer::default()
+        };
+        let (mut patch, mut region) = (layer(1.0, 0.28), layer(2.4, 1.0));
+        for border in classify_borders(view) {
+            let (layer, colour) = match border.kind {
+                BorderKind::Patch => (&mut patch, [40, 40, 44]),
+                BorderKind::Region => (&mut region, [28, 28, 34]),
+            };
+            layer.add(border.points.iter(), &self.origin, colour, 0);
+        }
+        self.lines.push(patch);
+        self.lines.push(region);
+    }
+
+    /// Adds the tool paths, one layer a kind: rapids below, then leads, links and cuts.
+    ///
+    /// Moves that are not curves are left out; their number is returned.
+    pub fn add_paths(&mut self, program: &Program, style: &StrokeStyle<'_>) -> usize {
+        strokes::add_paths(self, program, style)
+    }
+
+    /// Whether there is nothing to draw.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.surfaces.iter().all(|s| s.indices.is_empty()) && self.lines.iter().all(|l| l.strips.is_empty())
+    }
+
+    /// All points that the camera has to frame: the surfaces', or without any the lines'.
+    pub fn points(&self) -> impl Iterator<Item = Point3> + Clone {
+        let surface = self
+            .surfaces
+            .iter()
+            .flat_map(|s| s.vertices.iter().map(|v| v.position));
+        let only_lines = self.surfaces.iter().all(|s| s.vertices.is_empty());
+        let lines = self
+            .lines
+            .iter()
+            .filter(move |_| only_lines)
+            .flat_map(|l| l.points.iter().copied());
+        let origin = self.origin.coords;
+        surface
+            .chain(lines)
+            .map(move |p| Point3::from(p.map(f64::from)) + origin)
+    }
+}
+
+impl LineLayer {
+    /// Appends a polyline; fewer than two points are nothing to draw.
+    pub fn add<'a>(
+        &mut self,
+        points: impl Iterator<Item = &'a Point3>,
+        origin: &Point3,
+        colour: Rgb,
+        pass: u32,
+    ) {
+        let first = self.points.len();
+        self.points.extend(points.map(|p| relative(p, origin)));
+        let count = self.points.len() - first;
+        if count < 2 {
+            self.points.truncate(first);
+            return;
+        }
+        self.strips.push(Strip {
+            first,
+            count,
+            colour,
+            pass,
+        });
+    }
+}
+
+/// Colours of the faces of `view`, by face.
+#[must_use]
+pub fn face_colours(view: &ModelView<'_>, colouring: Colouring) -> Vec<Rgb> {
+    let by_region = match colouring {
+        Colouring::Region => region_colours(view),
+        Colouring::Clay | Colouring::File => Vec::new(),
+    };
+    let cut = |f: usize| view.cut.is_none_or(|cut| cut[f]);
+    let colour = |f: usize| match colouring {
+        _ if !cut(f) => NOT_CUT,
+        Colouring::Clay => CLAY,
+        Colouring::Region => by_region[view.region_of_face[f]],
+        Colouring::File => view.model.faces[f].source.colour.unwrap_or(CLAY),
+    };
+    (0..view.model.faces.len()).map(colour).collect()
+}
+
+/// Colours of the regions of `view`, by region id: the same in every picture of the model.
+#[must_use]
+pub fn region_colours(view: &ModelView<'_>) -> Vec<Rgb> {
+    let count = view.region_of_face.iter().max().map_or(0, |m| m + 1);
+    let nothing = RegionExtent {
+        area: 0.0,
+        boxes: Vec::new(),
+    };
+    let mut regions = vec![nothing; count];
+    for (mesh, &r) in view.meshes.iter().zip(view.region_of_face) {
+        regions[r].area += mesh_area(mesh);
+        if !mesh.points.is_empty() {
+            regions[r].boxes.push(Aabb::of(&mesh.points));
+        }
+    }
+    colour_regions(&regions)
+}
+
+fn mesh_area(mesh: &FaceMesh) -> f64 {
+    let corner = |i: u32| mesh.points[i as usize];
+    let twice = |t: &[u32; 3]| {
+        (corner(t[1]) - corner(t[0]))
+            .cross(&(corner(t[2]) - corner(t[0])))
+            .norm()
+    };
+    mesh.triangles.iter().map(twice).sum::<f64>() * 0.5
+}
+
+pub(crate) fn mesh_deviation_mm(meshes: &[FaceMesh]) -> f32 {
+    meshes
+        .iter()
+        .flat_map(|m| m.deviation_mm.iter().copied())
+        .fold(0.0, f32::max)
+}
+
+fn face_vertices(view: &ModelView<'_>, f: usize, colour: Rgb, origin: &Point3) -> Vec<SurfaceVertex> {
+    let (mesh, surface) = (&view.meshes[f], &view.model.faces[f].surface);
+    let normals = facet_normals(mesh);
+    let vertex = |i: usize| {
+        let exact = surface.normal(mesh.uv[i].x, mesh.uv[i].y).map(|(n, _)| n);
+        let n = exact.unwrap_or(normals[i]);
+        SurfaceVertex {
+            position: relative(&mesh.points[i], origin),
+            normal: [n.x as f32, n.y as f32, n.z as f32],
+            colour: [colour[0], colour[1], colour[2], 255],
+        }
+    };
+    (0..mesh.points.len()).map(vertex).collect()
+}
+
+/// Area-weighted normals of the triangles around each vertex: for where the surface itself has none.
+fn facet_normals(mesh: &FaceMesh) -> Vec<Vector3> {
+    let mut normals = vec![Vector3::zeros(); mesh.points.len()];
+    for t in &mesh.triangles {
+        let [a, b, c] = t.map(|i| mesh.points[i as usize]);
+        let n = (b - a).cross(&(c - a));
+        for &i in t {
+            normals[i as usize] += n;
+        }
+    }
+    let unit = |n: Vector3| n.try_normalize(0.0).unwrap_or(Vector3::z());
+    normals.into_iter().map(unit).collect()
+}
+
+fn relative(p: &Point3, origin: &Point3) -> [f32; 3] {
+    let q = p - origin;
+    [q.x as f32, q.y as f32, q.z as f32]
+}

@@ -1,0 +1,247 @@
+use claymill_nurbs::{Curve3, Point3, Vector3};
+use claymill_toolpath::{Move, MoveKind, Program};
+use rayon::prelude::*;
+
+use crate::palette::{Rgb, stroke_shade};
+use crate::scene::{LegendEntry, LineLayer, Mark, Scene};
+
+/// How tool paths are drawn.
+#[derive(Debug, Clone, Copy)]
+pub struct StrokeStyle<'a> {
+    /// Largest distance of a drawn line from its curve, mm. A third of a pixel is enough.
+    pub chord_mm: f64,
+    /// Cuts take a dark shade of their region's colour (by region id); `None`: one colour for all.
+    pub region_colours: Option<&'a [Rgb]>,
+    /// Whether rapids are drawn.
+    pub rapids: bool,
+    /// Distance between neighbouring passes, mm; `None` measures it.
+    pub spacing_mm: Option<f64>,
+}
+
+impl StrokeStyle<'_> {
+    /// A plain style with this chord tolerance.
+    #[must_use]
+    pub fn new(chord_mm: f64) -> Self {
+        StrokeStyle {
+            chord_mm,
+            region_colours: None,
+            rapids: true,
+            spacing_mm: None,
+        }
+    }
+}
+
+/// Colour of each kind of move: the Okabe-Ito set, which colour-blind eyes tell apart.
+#[must_use]
+pub fn kind_colour(kind: MoveKind) -> Rgb {
+    match kind {
+        MoveKind::Cut => [0, 84, 148],
+        MoveKind::LeadIn | MoveKind::LeadOut => [0, 158, 115],
+        MoveKind::Link => [230, 140, 0],
+        MoveKind::Rapid => [205, 62, 0],
+    }
+}
+
+/// Points along `curve` such that no chord is farther than `chord_mm` from it (within each knot span:
+/// distance ≤ h²·max|C″|/8). Straight curves give their control points.
+#[must_use]
+pub fn flatten(curve: &Curve3, chord_mm: f64) -> Vec<Point3> {
+    if curve.knots().degree() == 1 && curve.weights().is_none() {
+        return curve.points().to_vec();
+    }
+    let (start, end) = curve.domain();
+    let mut knots: Vec<f64> = curve.knots().as_slice().to_vec();
+    knots.retain(|k| (start..=end).contains(k));
+    knots.dedup();
+    let mut points = vec![curve.start()];
+    for span in knots.windows(2) {
+        let h = span[1] - span[0];
+        // Just inside, so that the second derivative is this span's; for cubics it is largest at an end.
+        let bend = [1e-9, 0.25, 0.5, 0.75, 1.0 - 1e-9]
+            .map(|s| curve.derivatives(span[0] + s * h)[2].norm())
+            .into_iter()
+            .fold(0.0, f64::max);
+        let pieces = (h * (bend / (8.0 * chord_mm)).sqrt()).ceil().clamp(1.0, 1e4) as u32;
+        points.extend((1..=pieces).map(|i| curve.point(span[0] + h * f64::from(i) / f64::from(pieces))));
+    }
+    points
+}
+
+/// Flattened moves of one look.
+#[derive(Clone, Copy, PartialEq)]
+enum Layer {
+    Rapid,
+    Lead,
+    Link,
+    Cut,
+}
+
+impl Layer {
+    fn of(kind: MoveKind) -> Self {
+        match kind {
+            MoveKind::Rapid => Layer::Rapid,
+            MoveKind::LeadIn | MoveKind::LeadOut => Layer::Lead,
+            MoveKind::Link => Layer::Link,
+            MoveKind::Cut => Layer::Cut,
+        }
+    }
+}
+
+pub(crate) fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyle<'_>) -> usize {
+    let chord_mm = if style.chord_mm > 0.0 {
+        style.chord_mm
+    } else {
+        1e-3
+    };
+    let flat: Vec<Option<Vec<Point3>>> = program
+        .moves
+        .par_iter()
+        .map(|m| m.curve().ok().map(|curve| flatten(&curve, chord_mm)))
+        .collect();
+    let spacing_mm = style
+        .spacing_mm
+        .or_else(|| pass_spacing_mm(&program.moves, &flat));
+
+    for (layer, width_px, name) in [
+        (Layer::Rapid, 1.0, "rapid"),
+        (Layer::Link, 1.4, "link"),
+        (Layer::Lead, 1.4, "lead in and out"),
+        (Layer::Cut, 1.5, "cut"),
+    ] {
+        if layer == Layer::Rapid && !style.rapids {
+            continue;
+        }
+        let mut lines = LineLayer {
+            width_px,
+            opacity: if layer == Layer::Rapid { 0.75 } else { 1.0 },
+            spacing_mm: spacing_mm.filter(|_| matches!(layer, Layer::Cut | Layer::Link)),
+            ..LineLayer::default()
+        };
+        let mut colour = kind_colour(MoveKind::Cut);
+        for (m, points) in program.moves.iter().zip(&flat) {
+            let Some(points) = points.as_ref().filter(|_| Layer::of(m.kind) == layer) else {
+                continue;
+            };
+            colour = move_colour(m, style);
+            lines.add(points.iter(), &scene.origin, colour, m.pass);
+        }
+        if lines.strips.is_empty() {
+            continue;
+        }
+        if layer == Layer::Cut && style.region_colours.is_some() {
+            colour = [60, 60, 64];
+        }
+        scene.legend.push(LegendEntry {
+            mark: Mark::Line(width_px.max(1.5)),
+            colour,
+            text: name.to_owned(),
+        });
+        scene.lines.push(lines);
+    }
+    flat.iter().filter(|f| f.is_none()).count()
+}
+
+fn move_colour(m: &Move, style: &StrokeStyle<'_>) -> Rgb {
+    let of_region = style.region_colours.and_then(|colours| colours.get(m.region));
+    match of_region {
+        Some(&colour) if m.kind == MoveKind::Cut => stroke_shade(colour),
+        _ => kind_colour(m.kind),
+    }
+}
+
+/// Typical distance between neighbouring passes, mm: the median, over samples spread evenly over the
+/// program, of the distance from the middle of a cut to the next pass of the same region and setup.
+fn pass_spacing_mm(moves: &[Move], flat: &[Option<Vec<Point3>>]) -> Option<f64> {
+    const SAMPLES: usize = 200;
+    let cuts: Vec<usize> = (0..moves.len())
+        .filter(|&i| moves[i].kind == MoveKind::Cut)
+        .collect();
+    let mut distances = Vec::new();
+    for s in 0..SAMPLES.min(cuts.len()) {
+        let at = s * cuts.len() / SAMPLES.min(cuts.len());
+        let m = &moves[cuts[at]];
+        let Some(points) = &flat[cuts[at]] else { continue };
+        let middle = points[points.len() / 2];
+        let next = |other: &&usize| {
+            let o = &moves[**other];
+            o.region == m.region && o.setup == m.setup && o.pass == m.pass + 1
+        };
+        let nearest = cuts[at..]
+            .iter()
+            .take(64)
+            .filter(next)
+            .filter_map(|&other| flat[other].as_ref())
+            .map(|line| distance_to_polyline(&middle, line))
+            .fold(f64::INFINITY, f64::min);
+        if nearest.is_finite() {
+            distances.push(nearest);
+        }
+    }
+    distances.sort_by(f64::total_cmp);
+    distances.get(distances.len() / 2).copied()
+}
+
+fn distance_to_polyline(p: &Point3, line: &[Point3]) -> f64 {
+    let to_segment = |ab: &[Point3]| {
+        let d: Vector3 = ab[1] - ab[0];
+        let length2 = d.norm_squared();
+        let t = if length2 > 0.0 {
+            ((p - ab[0]).dot(&d) / length2).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        (p - (ab[0] + d * t)).norm()
+    };
+    line.windows(2).map(to_segment).fold(f64::INFINITY, f64::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use claymill_nurbs::KnotVector;
+
+    #[test]
+    fn a_flattened_arc_keeps_the_chord_tolerance_and_wastes_little() {
+        let s = std::f64::consts::FRAC_1_SQRT_2;
+        let p = |x: f64, y: f64| Point3::new(x, y, 0.0);
+        let arc = Curve3::new(
+            KnotVector::clamped_uniform(2, 3),
+            vec![p(50.0, 0.0), p(50.0, 50.0), p(0.0, 50.0)],
+            Some(vec![1.0, s, 1.0]),
+        )
+        .unwrap();
+        let points = flatten(&arc, 0.01);
+        let sagitta = |ab: &[Point3]| 50.0 - nalgebra::center(&ab[0], &ab[1]).coords.norm();
+        let worst = points.windows(2).map(sagitta).fold(0.0, f64::max);
+        assert!(worst <= 0.01, "{worst}");
+        // The fewest chords of an arc with this sagitta: angle / (2·acos(1 − s/R)).
+        let fewest = std::f64::consts::FRAC_PI_2 / (2.0 * (1.0 - 0.01 / 50.0_f64).acos());
+        assert!(
+            (points.len() as f64) < 2.0 * fewest + 2.0,
+            "{} points, {fewest} needed",
+            points.len()
+        );
+    }
+
+    #[test]
+    fn spacing_is_measured_between_neighbouring_passes() {
+        let cut = |pass: u32| Move {
+            pass,
+            ..Move::straight(
+                MoveKind::Cut,
+                Point3::new(0.0, f64::from(pass) * 2.8, 0.0),
+                Point3::new(500.0, f64::from(pass) * 2.8, 0.0),
+                Vector3::z(),
+                6000.0,
+            )
+        };
+        let program = Program {
+            moves: (0..50).map(cut).collect(),
+        };
+        let mut scene = Scene::default();
+        assert_eq!(scene.add_paths(&program, &StrokeStyle::new(0.1)), 0);
+        let layer = scene.lines.last().unwrap();
+        approx::assert_abs_diff_eq!(layer.spacing_mm.unwrap(), 2.8, epsilon = 1e-9);
+        assert_eq!(layer.strips.len(), 50);
+    }
+}

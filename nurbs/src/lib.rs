@@ -44,7 +44,7 @@ mod refine;
 mod surface;
 pub mod tolerance;
 
-pub use closest::{ClosestPoints, Foot};
+pub use closest::{ClosestPoints, Foot, Hint};
 pub use curve::{Curve2, Curve3, NurbsCurve};
 pub use domain::Domain;
 pub use error::NurbsError;

@@ -1,0 +1,255 @@
+use nalgebra::Vector4;
+
+use super::interval::Interval;
+use crate::{NurbsSurface, Point3, Vector3};
+
+/// One Bézier piece of a surface in Bernstein form, homogeneous `(w·x, w·y, w·z, w)`, row-major in `u`.
+#[derive(Debug, Clone)]
+pub(super) struct Net {
+    pub(super) degree: (usize, usize),
+    /// The piece's interval of the face's parameters.
+    pub(super) u: (f64, f64),
+    pub(super) v: (f64, f64),
+    pub(super) rational: bool,
+    pub(super) points: Vec<Vector4<f64>>,
+}
+
+/// Which parameter a piece is cut across.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Direction {
+    U,
+    V,
+}
+
+/// Ranges of position and derivatives over a piece, per coordinate. Parameters are scaled to unit length.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct JetRange {
+    pub(super) p: [Interval; 3],
+    pub(super) su: [Interval; 3],
+    pub(super) sv: [Interval; 3],
+    pub(super) suu: [Interval; 3],
+    pub(super) suv: [Interval; 3],
+    pub(super) svv: [Interval; 3],
+}
+
+impl Net {
+    /// The Bézier pieces of `surface`.
+    pub(super) fn pieces(surface: &NurbsSurface) -> Vec<Net> {
+        let piece = |s: &NurbsSurface| {
+            let (u, v) = s.domain();
+            Net {
+                degree: (s.knots_u().degree(), s.knots_v().degree()),
+                u,
+                v,
+                rational: s.is_rational(),
+                points: s.net().to_vec(),
+            }
+        };
+        surface.bezier_pieces().iter().map(piece).collect()
+    }
+
+    /// Homogeneous control point.
+    pub(super) fn at(&self, i: usize, j: usize) -> Vector4<f64> {
+        self.points[i * (self.degree.1 + 1) + j]
+    }
+
+    /// Control point in space.
+    pub(super) fn place(&self, i: usize, j: usize) -> Vector3 {
+        let h = self.at(i, j);
+        h.xyz() / h.w
+    }
+
+    /// The two halves across `direction` (de Casteljau).
+    pub(super) fn halves(&self, direction: Direction) -> [Net; 2] {
+        let (p, q) = self.degree;
+        let (mut low, mut high) = (self.clone(), self.clone());
+        let (degree, stride, lines, hop) = match direction {
+            Direction::U => {
+                let middle = 0.5 * (self.u.0 + self.u.1);
+                (low.u.1, high.u.0) = (middle, middle);
+                (p, q + 1, q + 1, 1)
+            }
+            Direction::V => {
+                let middle = 0.5 * (self.v.0 + self.v.1);
+                (low.v.1, high.v.0) = (middle, middle);
+                (q, 1, p + 1, q + 1)
+            }
+        };
+        for line in 0..lines {
+            // `high` doubles as the triangle's working row: its last entries become final one by one.
+            let at = |k: usize| line * hop + k * stride;
+            for round in 1..=degree {
+                for k in 0..=degree - round {
+                    high.points[at(k)] = (high.points[at(k)] + high.points[at(k + 1)]) * 0.5;
+                }
+                low.points[at(round)] = high.points[at(0)];
+            }
+        }
+        [low, high]
+    }
+
+    /// The same piece in the frame with rows `axes` at `origin`.
+    pub(super) fn moved(&self, origin: &Point3, axes: &nalgebra::Matrix3<f64>) -> Net {
+        let moved = |h: &Vector4<f64>| (axes * (h.xyz() - origin.coords * h.w)).push(h.w);
+        Net {
+            points: self.points.iter().map(moved).collect(),
+            ..*self
+        }
+    }
+
+    /// Derivative across `direction` with the parameter scaled to unit length, again in Bernstein form.
+    fn derivative(&self, direction: Direction) -> Net {
+        let (p, q) = self.degree;
+        let (degree, factor, step) = match direction {
+            Direction::U => ((p.saturating_sub(1), q), p as f64, (1, 0)),
+            Direction::V => ((p, q.saturating_sub(1)), q as f64, (0, 1)),
+        };
+        let mut points = Vec::with_capacity((degree.0 + 1) * (degree.1 + 1));
+        for i in 0..=degree.0 {
+            for j in 0..=degree.1 {
+                points.push(if factor == 0.0 {
+                    Vector4::zeros()
+                } else {
+                    (self.at(i + step.0, j + step.1) - self.at(i, j)) * factor
+                });
+            }
+        }
+        Net {
+            degree,
+            points,
+            ..*self
+        }
+    }
+
+    /// Bounds of position and derivatives by the convex-hull property and the quotient rule.
+    pub(super) fn range(&self) -> JetRange {
+        let hull = |n: &Net| [0, 1, 2, 3].map(|k| Interval::of(n.points.iter().map(|h| h[k])));
+        let (du, dv) = (self.derivative(Direction::U), self.derivative(Direction::V));
+        let (a_u, a_v) = (hull(&du), hull(&dv));
+        let a_uu = hull(&du.derivative(Direction::U));
+        let a_uv = hull(&du.derivative(Direction::V));
+        let a_vv = hull(&dv.derivative(Direction::V));
+        let p = [0, 1, 2].map(|k| Interval::of(self.points.iter().map(|h| h[k] / h.w)));
+        let xyz = |a: &[Interval; 4]| [a[0], a[1], a[2]];
+        if !self.rational {
+            return JetRange {
+                p,
+                su: xyz(&a_u),
+                sv: xyz(&a_v),
+                suu: xyz(&a_uu),
+                suv: xyz(&a_uv),
+                svv: xyz(&a_vv),
+            };
+        }
+        let w = Interval::of(self.points.iter().map(|h| h.w));
+        let su = [0, 1, 2].map(|k| (a_u[k] - a_u[3] * p[k]).over_positive(w));
+        let sv = [0, 1, 2].map(|k| (a_v[k] - a_v[3] * p[k]).over_positive(w));
+        let suu = [0, 1, 2].map(|k| {
+            let wu_su = a_u[3] * su[k];
+            (a_uu[k] - (wu_su + wu_su) - a_uu[3] * p[k]).over_positive(w)
+        });
+        let suv =
+            [0, 1, 2].map(|k| (a_uv[k] - a_u[3] * sv[k] - a_v[3] * su[k] - a_uv[3] * p[k]).over_positive(w));
+        let svv = [0, 1, 2].map(|k| {
+            let wv_sv = a_v[3] * sv[k];
+            (a_vv[k] - (wv_sv + wv_sv) - a_vv[3] * p[k]).over_positive(w)
+        });
+        JetRange {
+            p,
+            su,
+            sv,
+            suu,
+            suv,
+            svv,
+        }
+    }
+
+    /// Whether every point of the piece is at least `distance` from `p`, by the Bernstein coefficients of
+    /// `|A − w p|² − distance² w²` (degree `2p × 2q`).
+    ///
+    /// Unlike the hull of the piece itself this bound is exact when the distance is constant over the piece
+    /// (a ball resting in a fillet of its own radius), so that such pieces need no further cutting.
+    pub(super) fn is_beyond(&self, p: &Vector3, distance: f64) -> bool {
+        let (m, n) = self.degree;
+        let (bm, bn) = (binomials(m), binomials(n));
+        let (b2m, b2n) = (binomials(2 * m), binomials(2 * n));
+        let shifted: Vec<Vector4<f64>> = self
+            .points
+            .iter()
+            .enumerate()
+            .map(|(k, h)| {
+                let scale = bm[k / (n + 1)] * bn[k % (n + 1)];
+                ((h.xyz() - p * h.w).push(h.w * distance)) * scale
+            })
+            .collect();
+        let at = |i: usize, j: usize| &shifted[i * (n + 1) + j];
+        for i in 0..=2 * m {
+            for j in 0..=2 * n {
+                let mut sum = 0.0;
+                for a in i.saturating_sub(m)..=i.min(m) {
+                    for b in j.saturating_sub(n)..=j.min(n) {
+                        let (x, y) = (at(a, b), at(i - a, j - b));
+                        sum += x.x * y.x + x.y * y.y + x.z * y.z - x.w * y.w;
+                    }
+                }
+                if sum < 0.0 && sum / (b2m[i] * b2n[j]) < 0.0 {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    /// Coefficients in powers of `(s, t)` on `[-½, ½]²`, padded to `order + 1` powers both ways; entry
+    /// `i·(order + 1) + j` belongs to `sⁱ tʲ`.
+    pub(super) fn powers(&self, order: usize) -> Vec<[f64; 4]> {
+        let (p, q) = self.degree;
+        let (mu, mv) = (centred_powers(p), centred_powers(q));
+        let mut half = vec![Vector4::zeros(); (p + 1) * (q + 1)];
+        for i in 0..=p {
+            for j in 0..=q {
+                for k in 0..=q {
+                    half[i * (q + 1) + j] += self.at(i, k) * mv[k][j];
+                }
+            }
+        }
+        let mut out = vec![[0.0; 4]; (order + 1) * (order + 1)];
+        for i in 0..=p {
+            for j in 0..=q {
+                let mut sum = Vector4::zeros();
+                for k in 0..=p {
+                    sum += half[k * (q + 1) + j] * mu[k][i];
+                }
+                out[i * (order + 1) + j] = sum.into();
+            }
+        }
+        out
+    }
+}
+
+fn binomials(n: usize) -> Vec<f64> {
+    let mut row = vec![1.0];
+    for k in 1..=n {
+        row.push(row[k - 1] * (n + 1 - k) as f64 / k as f64);
+    }
+    row
+}
+
+/// `[i][k]`: coefficient of `xᵏ` in the Bernstein polynomial `i` of degree `n` on `[-½, ½]`.
+fn centred_powers(n: usize) -> Vec<Vec<f64>> {
+    let binomial = binomials(n);
+    let times = |poly: &[f64], slope: f64| -> Vec<f64> {
+        let mut out = vec![0.0; poly.len() + 1];
+        for (k, c) in poly.iter().enumerate() {
+            out[k] += 0.5 * c;
+            out[k + 1] += slope * c;
+        }
+        out
+    };
+    (0..=n)
+        .map(|i| {
+            let rising = (0..i).fold(vec![binomial[i]], |poly, _| times(&poly, 1.0));
+            (i..n).fold(rising, |poly, _| times(&poly, -1.0))
+        })
+        .collect()
+}

@@ -1,0 +1,322 @@
+use nalgebra::Matrix3;
+
+use super::interval::{Interval, dot};
+use super::net::{Direction, JetRange, Net};
+use crate::{FaceId, NurbsSurface, Point3, Vector3};
+
+/// Above this degree the power basis loses digits, and the face's own evaluator is used instead.
+const LARGEST_POWER_DEGREE: usize = 7;
+
+/// A small piece of a face's surface in a frame of its own: axis `x` along `u`, axis `z` along the normal, so
+/// that its box is thin. Its parameters `(s, t)` run over `[-½, ½]²`.
+#[derive(Debug)]
+pub(super) struct Piece {
+    pub(super) face: FaceId,
+    /// Whether trim loops may run through the piece; if not, all of it belongs to the face.
+    pub(super) mixed: bool,
+    /// The exact piece, for cutting it further.
+    pub(super) net: Net,
+
+    origin: Point3,
+    /// Rows are the axes.
+    axes: Matrix3<f64>,
+    range: JetRange,
+    /// `[E]`, `[F]`, `[G]` of the first fundamental form.
+    first: [Interval; 3],
+    /// Linear map from the plane of the piece to `(s, t)`, and the `(x, y)` of its zero.
+    start: [f64; 4],
+    middle: (f64, f64),
+
+    order: usize,
+    powers: Box<[[f64; 4]]>,
+}
+
+/// Position and derivatives by `s`, `t` in the piece's frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LocalJet {
+    pub(super) p: Vector3,
+    pub(super) s: Vector3,
+    pub(super) t: Vector3,
+    pub(super) ss: Vector3,
+    pub(super) st: Vector3,
+    pub(super) tt: Vector3,
+}
+
+/// What the ranges of the derivatives say about the squared distance from a point over the whole piece.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Shape {
+    /// Convex in `(s, t)`: a constrained minimum is the only one.
+    Convex,
+    /// Without a critical point: the minimum lies on the border of the piece.
+    Monotone,
+    /// Anything.
+    Unknown,
+}
+
+impl Piece {
+    pub(super) fn new(net: Net, face: FaceId, mixed: bool) -> Self {
+        let (origin, axes) = frame(&net);
+        let moved = net.moved(&origin, &axes);
+        let range = moved.range();
+        let first = [
+            range.su[0].squared() + range.su[1].squared() + range.su[2].squared(),
+            dot(&range.su, &range.sv),
+            range.sv[0].squared() + range.sv[1].squared() + range.sv[2].squared(),
+        ];
+        let order = net.degree.0.max(net.degree.1);
+        let (order, powers) = if order <= LARGEST_POWER_DEGREE {
+            (order, moved.powers(order).into_boxed_slice())
+        } else {
+            (0, Box::default())
+        };
+        let mid = |r: &Interval| 0.5 * (r.lo + r.hi);
+        let (a, b) = (mid(&range.su[0]), mid(&range.sv[0]));
+        let (c, d) = (mid(&range.su[1]), mid(&range.sv[1]));
+        let determinant = a * d - b * c;
+        let start = if determinant.abs() > 1e-6 * (a.abs() + b.abs()) * (c.abs() + d.abs()) {
+            [d, -b, -c, a].map(|x| x / determinant)
+        } else {
+            [0.0; 4]
+        };
+        Piece {
+            face,
+            mixed,
+            net,
+
+            origin,
+            axes,
+            middle: (mid(&range.p[0]), mid(&range.p[1])),
+            range,
+            first,
+            start,
+
+            order,
+            powers,
+        }
+    }
+
+    /// `p` in the frame of the piece.
+    pub(super) fn local(&self, p: &Point3) -> Vector3 {
+        self.axes * (p - self.origin)
+    }
+
+    /// A point of the frame in model space.
+    pub(super) fn world(&self, p: &Vector3) -> Point3 {
+        self.origin + self.axes.tr_mul(p)
+    }
+
+    /// The face's parameters of `(s, t)`; the ends of the piece are met to the last bit.
+    pub(super) fn parameters(&self, s: f64, t: f64) -> (f64, f64) {
+        let map = |x: f64, (a, b): (f64, f64)| match x {
+            x if x <= -0.5 => a,
+            x if x >= 0.5 => b,
+            x => (0.5 * (a + b) + x * (b - a)).clamp(a, b),
+        };
+        (map(s, self.net.u), map(t, self.net.v))
+    }
+
+    /// Squared distance of the box around the piece from `local`: a lower bound for the piece.
+    pub(super) fn box_distance_squared(&self, local: &Vector3) -> f64 {
+        let outside = |k: usize| {
+            let r = &self.range.p[k];
+            (r.lo - local[k]).max(local[k] - r.hi).max(0.0)
+        };
+        let (x, y, z) = (outside(0), outside(1), outside(2));
+        // Less the rounding of the frame change.
+        (x * x + y * y + z * z) * (1.0 - 1e-12)
+    }
+
+    /// Corners of the box around the piece in model space.
+    pub(super) fn corners(&self) -> [Point3; 8] {
+        let r = &self.range.p;
+        std::array::from_fn(|k| {
+            let pick = |axis: usize| {
+                if k >> axis & 1 == 0 {
+                    r[axis].lo
+                } else {
+                    r[axis].hi
+                }
+            };
+            self.world(&Vector3::new(pick(0), pick(1), pick(2)))
+        })
+    }
+
+    /// Lengths of the box: along `u`, across it, and its thickness.
+    pub(super) fn extent(&self) -> [f64; 3] {
+        self.range.p.map(Interval::width)
+    }
+
+    /// A good first guess of the foot of `local`: its projection along the piece's normal.
+    pub(super) fn start(&self, local: &Vector3) -> (f64, f64) {
+        let (x, y) = (local.x - self.middle.0, local.y - self.middle.1);
+        let m = &self.start;
+        (
+            (m[0] * x + m[1] * y).clamp(-0.5, 0.5),
+            (m[2] * x + m[3] * y).clamp(-0.5, 0.5),
+        )
+    }
+
+    /// Judges `½|S − p|²` over the whole piece by interval arithmetic on its gradient and Hessian.
+    pub(super) fn shape(&self, local: &Vector3) -> Shape {
+        let away = [0, 1, 2].map(|k| self.range.p[k] - local[k]);
+        self.shape_seen_from(&away)
+    }
+
+    /// The same for all points whose difference `S − p` lies in the box `away`.
+    fn shape_seen_from(&self, away: &[Interval; 3]) -> Shape {
+        let uu = self.first[0] + dot(away, &self.range.suu);
+        let vv = self.first[2] + dot(away, &self.range.svv);
+        let uv = (self.first[1] + dot(away, &self.range.suv)).magnitude();
+        if uu.lo > 0.0 && vv.lo > 0.0 && uu.lo * vv.lo > uv * uv {
+            return Shape::Convex;
+        }
+        let critical = dot(away, &self.range.su).contains_zero() && dot(away, &self.range.sv).contains_zero();
+        if critical { Shape::Unknown } else { Shape::Monotone }
+    }
+
+    /// Whether the squared distance is convex for every query within `reach` of the piece's box.
+    pub(super) fn is_tame_within(&self, reach: f64) -> bool {
+        let away = self.range.p.map(|r| Interval {
+            lo: -r.width() - reach,
+            hi: r.width() + reach,
+        });
+        self.shape_seen_from(&away) == Shape::Convex
+    }
+
+    /// The parameter to cut: the one in which the piece bends (or is stretched unevenly) more, else the
+    /// longer one.
+    pub(super) fn bent_direction(&self) -> Direction {
+        let size = |r: &[Interval; 3]| r.iter().map(|x| x.magnitude().powi(2)).sum::<f64>();
+        let (r, [x, y, _]) = (&self.range, self.extent());
+        let (bend_u, bend_v) = (size(&r.suu), size(&r.svv));
+        if bend_u.max(bend_v) > 1e-6 * (x * x + y * y) {
+            if bend_u >= bend_v {
+                Direction::U
+            } else {
+                Direction::V
+            }
+        } else {
+            self.longer_direction()
+        }
+    }
+
+    /// The parameter along which the piece is longer.
+    pub(super) fn longer_direction(&self) -> Direction {
+        if self.first[0].hi >= self.first[2].hi {
+            Direction::U
+        } else {
+            Direction::V
+        }
+    }
+
+    /// Position and derivatives; `surface` is the face's, needed where the degree is high.
+    pub(super) fn jet(&self, surface: &NurbsSurface, s: f64, t: f64) -> LocalJet {
+        let [p, ds, dt, dss, dst, dtt] = match self.order {
+            0 => return self.exact_jet(surface, s, t),
+            1 => powers_jet(1, &self.powers, s, t),
+            2 => powers_jet(2, &self.powers, s, t),
+            3 => powers_jet(3, &self.powers, s, t),
+            5 => powers_jet(5, &self.powers, s, t),
+            n => powers_jet(n, &self.powers, s, t),
+        };
+        let xyz = |a: &[f64; 4]| Vector3::new(a[0], a[1], a[2]);
+        if !self.net.rational {
+            return LocalJet {
+                p: xyz(&p),
+                s: xyz(&ds),
+                t: xyz(&dt),
+                ss: xyz(&dss),
+                st: xyz(&dst),
+                tt: xyz(&dtt),
+            };
+        }
+        // Quotient rule, The NURBS Book eq. 4.20.
+        let inverse = 1.0 / p[3];
+        let at = xyz(&p) * inverse;
+        let s = (xyz(&ds) - at * ds[3]) * inverse;
+        let t = (xyz(&dt) - at * dt[3]) * inverse;
+        LocalJet {
+            p: at,
+            s,
+            t,
+            ss: (xyz(&dss) - s * (2.0 * ds[3]) - at * dss[3]) * inverse,
+            st: (xyz(&dst) - s * dt[3] - t * ds[3] - at * dst[3]) * inverse,
+            tt: (xyz(&dtt) - t * (2.0 * dt[3]) - at * dtt[3]) * inverse,
+        }
+    }
+
+    fn exact_jet(&self, surface: &NurbsSurface, s: f64, t: f64) -> LocalJet {
+        let (u, v) = self.parameters(s, t);
+        let (du, dv) = (self.net.u.1 - self.net.u.0, self.net.v.1 - self.net.v.0);
+        let j = surface.jet(u, v);
+        LocalJet {
+            p: self.local(&j.p),
+            s: self.axes * j.su * du,
+            t: self.axes * j.sv * dv,
+            ss: self.axes * j.suu * (du * du),
+            st: self.axes * j.suv * (du * dv),
+            tt: self.axes * j.svv * (dv * dv),
+        }
+    }
+}
+
+/// Origin and axes that make the box around the piece small.
+fn frame(net: &Net) -> (Point3, Matrix3<f64>) {
+    let (p, q) = net.degree;
+    let [a, b, c, d] = [net.place(0, 0), net.place(p, 0), net.place(p, q), net.place(0, q)];
+    let origin = Point3::from((a + b + c + d) * 0.25);
+    let along_u = (b - a) + (c - d);
+    let along_v = (d - a) + (c - b);
+    // Pieces with a collapsed or closed side may leave a direction undefined: any will do then.
+    let unit = |v: Vector3| v.try_normalize(1e-9 * (along_u.norm() + along_v.norm()) + f64::MIN_POSITIVE);
+    let x = unit(along_u).or(unit(along_v)).unwrap_or(Vector3::x());
+    let z = unit((c - a).cross(&(d - b)) / (along_u.norm() + along_v.norm() + f64::MIN_POSITIVE))
+        .map(|n| n - x * n.dot(&x))
+        .and_then(|n| n.try_normalize(1e-6))
+        .unwrap_or_else(|| {
+            let aside = if x.x.abs() < 0.7 {
+                Vector3::x()
+            } else {
+                Vector3::y()
+            };
+            x.cross(&aside).normalize()
+        });
+    let y = z.cross(&x);
+    (
+        origin,
+        Matrix3::from_rows(&[x.transpose(), y.transpose(), z.transpose()]),
+    )
+}
+
+/// `a·x + b`, four lanes.
+#[inline(always)]
+fn step(a: [f64; 4], x: f64, b: [f64; 4]) -> [f64; 4] {
+    [a[0] * x + b[0], a[1] * x + b[1], a[2] * x + b[2], a[3] * x + b[3]]
+}
+
+/// Value and first two derivatives of the tensor polynomial by Horner's rule in both directions. Inlined
+/// with a constant `n`, the loops unroll.
+#[inline(always)]
+fn powers_jet(n: usize, powers: &[[f64; 4]], s: f64, t: f64) -> [[f64; 4]; 6] {
+    const ZERO: [f64; 4] = [0.0; 4];
+    let [mut p, mut ds, mut dss, mut dt, mut dst, mut dtt] = [ZERO; 6];
+    let powers = &powers[..(n + 1) * (n + 1)];
+    for i in (0..=n).rev() {
+        let row = &powers[i * (n + 1)..(i + 1) * (n + 1)];
+        // Horner with derivatives: second derivative is twice the third running sum.
+        let (mut a, mut b, mut c) = (row[n], ZERO, ZERO);
+        for j in (0..n).rev() {
+            c = step(c, t, b);
+            b = step(b, t, a);
+            a = step(a, t, row[j]);
+        }
+        dss = step(dss, s, ds);
+        ds = step(ds, s, p);
+        p = step(p, s, a);
+        dst = step(dst, s, dt);
+        dt = step(dt, s, b);
+        dtt = step(dtt, s, c);
+    }
+    let twice = |a: [f64; 4]| a.map(|x| 2.0 * x);
+    [p, ds, dt, twice(dss), dst, twice(dtt)]
+}

@@ -1,0 +1,145 @@
+use super::ClosestPoints;
+use super::newton::{Spot, descend};
+use super::piece::{Piece, Shape};
+use crate::{Foot, Point3};
+
+/// A piece is given up when nothing on it can be nearer than the best foot by more than this, mm.
+const CERTAIN_MM: f64 = 1e-9;
+/// Cuts of one piece during a query, at most (each halves it one way).
+const LARGEST_DEPTH: usize = 40;
+/// Cut pieces during the visit of one piece, at most: a guard for queries with a continuum of nearest points
+/// that lie outside the trims.
+const LARGEST_CUT_COUNT: usize = 3000;
+
+/// One query under way.
+pub(super) struct Search<'q> {
+    index: &'q ClosestPoints<'q>,
+    p: Point3,
+    pub(super) best_squared: f64,
+    pub(super) foot: Option<Foot>,
+    /// The item on which the foot lies.
+    pub(super) item: usize,
+    cuts: usize,
+}
+
+impl<'q> Search<'q> {
+    pub(super) fn new(index: &'q ClosestPoints<'q>, p: &Point3, within_mm: f64) -> Self {
+        Search {
+            index,
+            p: *p,
+            // A foot just at the limit still counts.
+            best_squared: (within_mm.max(0.0).powi(2)).next_up(),
+            foot: None,
+            item: usize::MAX,
+            cuts: 0,
+        }
+    }
+
+    /// Looks for a nearer foot on an item; returns the squared distance to beat from now on.
+    pub(super) fn visit(&mut self, item: usize) -> f64 {
+        let before = self.best_squared;
+        let pieces = &self.index.pieces;
+        if let Some(piece) = pieces.get(item) {
+            self.cuts = 0;
+            self.visit_piece(piece, 0);
+        } else {
+            self.visit_rim(item - pieces.len());
+        }
+        if self.best_squared < before {
+            self.item = item;
+        }
+        self.best_squared
+    }
+
+    /// Looks for a nearer foot on a piece of a surface.
+    ///
+    /// Why the result is the global minimum also on trimmed faces: a nearest point of a face lies either on
+    /// a rim, and rims are items of their own, or inside the trims. There it is a local minimum over the
+    /// untrimmed surface, thus a critical point of the squared distance if the surface is smooth. A convex
+    /// piece has one critical point at most, and it is its constrained minimum: if that lies outside the trims,
+    /// the piece holds no other candidate. A monotone piece has none. All other pieces are cut until
+    /// they are one of these or hold nothing nearer. On surfaces with creases an inner minimum need not be
+    /// critical, so there pieces are cut until the doubt is smaller than the tolerance.
+    fn visit_piece(&mut self, piece: &Piece, depth: usize) {
+        let local = piece.local(&self.p);
+        if piece.box_distance_squared(&local) >= self.best_squared {
+            return;
+        }
+        let trim = &self.index.trims[piece.face];
+        let certain = match piece.shape(&local) {
+            Shape::Convex => true,
+            Shape::Monotone if piece.mixed && !trim.creased => return,
+            _ => false,
+        };
+        let surface = &self.index.model.faces[piece.face].surface;
+        let start = piece.start(&local);
+        let Some(spot) = descend(piece, surface, &local, start, certain, self.best_squared) else {
+            return;
+        };
+        let inside = self.offer(piece, &spot);
+        let on_side = spot.s.abs() >= 0.5 || spot.t.abs() >= 0.5;
+        if certain && (inside || !(trim.creased && on_side)) {
+            return;
+        }
+        self.cuts += 1;
+        let bound = self.best_squared.sqrt() - CERTAIN_MM;
+        if depth == LARGEST_DEPTH
+            || self.cuts > LARGEST_CUT_COUNT
+            || bound <= 0.0
+            || piece.net.is_beyond(&self.p.coords, bound)
+        {
+            return;
+        }
+        let mut halves =
+            (piece.net.halves(piece.longer_direction())).map(|net| Piece::new(net, piece.face, piece.mixed));
+        let near = |half: &Piece| half.box_distance_squared(&half.local(&self.p));
+        if near(&halves[1]) < near(&halves[0]) {
+            halves.swap(0, 1);
+        }
+        for half in &halves {
+            self.visit_piece(half, depth + 1);
+        }
+    }
+
+    /// Takes `spot` if it is nearer and belongs to the face; returns whether it may belong to the face.
+    fn offer(&mut self, piece: &Piece, spot: &Spot) -> bool {
+        if spot.distance_squared >= self.best_squared {
+            return true;
+        }
+        let (u, v) = piece.parameters(spot.s, spot.t);
+        let trim = &self.index.trims[piece.face];
+        if piece.mixed && trim.domain.as_ref().is_some_and(|d| !d.contains(u, v)) {
+            return false;
+        }
+        let ((u0, u1), (v0, v1)) = self.index.model.faces[piece.face].surface.domain();
+        self.best_squared = spot.distance_squared;
+        self.foot = Some(Foot {
+            face: piece.face,
+            u,
+            v,
+            point: piece.world(&spot.position),
+            distance_mm: spot.distance_squared.sqrt(),
+            on_boundary: u == u0 || u == u1 || v == v0 || v == v1,
+        });
+        true
+    }
+
+    fn visit_rim(&mut self, rim: usize) {
+        let rim = &self.index.rims[rim];
+        let surface = &self.index.model.faces[rim.face].surface;
+        let pcurve = &self.index.trims[rim.face].edges[rim.edge];
+        let Some(spot) = rim.nearest(surface, pcurve, &self.p, self.best_squared) else {
+            return;
+        };
+        let at = pcurve.point(spot.t);
+        self.best_squared = spot.distance_squared;
+        self.foot = Some(Foot {
+            face: rim.face,
+            u: at.x,
+            v: at.y,
+            point: spot.point,
+            distance_mm: spot.distance_squared.sqrt(),
+            on_boundary: true,
+        });
+    }
+}

@@ -79,7 +79,7 @@ fn refine(net: Net, face: FaceId, chords: &[&Chord], depth: usize, parts: &mut P
     let piece = Piece::new(net, face, !met.is_empty());
     match (depth < LARGEST_DEPTH).then(|| cut(&piece)).flatten() {
         Some(direction) => {
-            for half in piece.net.halves(direction) {
+            for half in piece.net.cut(direction, 0.5) {
                 refine(half, face, &met, depth + 1, parts);
             }
         }

@@ -59,19 +59,19 @@ impl Net {
         h.xyz() / h.w
     }
 
-    /// The two halves across `direction` (de Casteljau).
-    pub(super) fn halves(&self, direction: Direction) -> [Net; 2] {
+    /// The two parts below and above the fraction `x` across `direction` (de Casteljau).
+    pub(super) fn cut(&self, direction: Direction, x: f64) -> [Net; 2] {
         let (p, q) = self.degree;
         let (mut low, mut high) = (self.clone(), self.clone());
         let (degree, stride, lines, hop) = match direction {
             Direction::U => {
-                let middle = 0.5 * (self.u.0 + self.u.1);
-                (low.u.1, high.u.0) = (middle, middle);
+                let at = self.u.0 + x * (self.u.1 - self.u.0);
+                (low.u.1, high.u.0) = (at, at);
                 (p, q + 1, q + 1, 1)
             }
             Direction::V => {
-                let middle = 0.5 * (self.v.0 + self.v.1);
-                (low.v.1, high.v.0) = (middle, middle);
+                let at = self.v.0 + x * (self.v.1 - self.v.0);
+                (low.v.1, high.v.0) = (at, at);
                 (q, 1, p + 1, q + 1)
             }
         };
@@ -80,7 +80,7 @@ impl Net {
             let at = |k: usize| line * hop + k * stride;
             for round in 1..=degree {
                 for k in 0..=degree - round {
-                    high.points[at(k)] = (high.points[at(k)] + high.points[at(k + 1)]) * 0.5;
+                    high.points[at(k)] = high.points[at(k)].lerp(&high.points[at(k + 1)], x);
                 }
                 low.points[at(round)] = high.points[at(0)];
             }
@@ -164,25 +164,23 @@ impl Net {
         }
     }
 
-    /// Whether every point of the piece is at least `distance` from `p`, by the Bernstein coefficients of
-    /// `|A − w p|² − distance² w²` (degree `2p × 2q`).
+    /// `None` if every point of the piece is at least `distance` from `p`, by the Bernstein coefficients of
+    /// `|A − w p|² − distance² w²` (degree `2p × 2q`); else the direction in which they bend more and a cut
+    /// sharpens the bound.
     ///
     /// Unlike the hull of the piece itself this bound is exact when the distance is constant over the piece
     /// (a ball resting in a fillet of its own radius), so that such pieces need no further cutting.
-    pub(super) fn is_beyond(&self, p: &Vector3, distance: f64) -> bool {
+    pub(super) fn blocks(&self, p: &Vector3, distance: f64) -> Option<Direction> {
         let (m, n) = self.degree;
         let (bm, bn) = (binomials(m), binomials(n));
         let (b2m, b2n) = (binomials(2 * m), binomials(2 * n));
-        let shifted: Vec<Vector4<f64>> = self
-            .points
-            .iter()
-            .enumerate()
-            .map(|(k, h)| {
-                let scale = bm[k / (n + 1)] * bn[k % (n + 1)];
-                ((h.xyz() - p * h.w).push(h.w * distance)) * scale
-            })
-            .collect();
-        let at = |i: usize, j: usize| &shifted[i * (n + 1) + j];
+        let scaled = |(k, h): (usize, &Vector4<f64>)| {
+            (h.xyz() - p * h.w).push(h.w * distance) * (bm[k / (n + 1)] * bn[k % (n + 1)])
+        };
+        let factors: Vec<Vector4<f64>> = self.points.iter().enumerate().map(scaled).collect();
+        let at = |i: usize, j: usize| &factors[i * (n + 1) + j];
+        let columns = 2 * n + 1;
+        let mut excess = vec![0.0; (2 * m + 1) * columns];
         for i in 0..=2 * m {
             for j in 0..=2 * n {
                 let mut sum = 0.0;
@@ -192,12 +190,28 @@ impl Net {
                         sum += x.x * y.x + x.y * y.y + x.z * y.z - x.w * y.w;
                     }
                 }
-                if sum < 0.0 && sum / (b2m[i] * b2n[j]) < 0.0 {
-                    return false;
-                }
+                excess[i * columns + j] = sum / (b2m[i] * b2n[j]);
             }
         }
-        true
+        if excess.iter().all(|&x| x >= 0.0) {
+            return None;
+        }
+        let bend =
+            |k: usize, stride: usize| (excess[k - stride] - 2.0 * excess[k] + excess[k + stride]).abs();
+        let inner = |k: &usize, count: usize, stride: usize| {
+            let x = k / stride % count;
+            x > 0 && x + 1 < count
+        };
+        let all = 0..excess.len();
+        let bend_u: f64 = (all.clone().filter(|k| inner(k, 2 * m + 1, columns)))
+            .map(|k| bend(k, columns))
+            .sum();
+        let bend_v: f64 = (all.filter(|k| inner(k, columns, 1))).map(|k| bend(k, 1)).sum();
+        Some(if bend_u >= bend_v {
+            Direction::U
+        } else {
+            Direction::V
+        })
     }
 
     /// Coefficients in powers of `(s, t)` on `[-½, ½]²`, padded to `order + 1` powers both ways; entry

@@ -1,4 +1,5 @@
 use super::ClosestPoints;
+use super::net::Direction;
 use super::newton::{Spot, descend};
 use super::piece::{Piece, Shape};
 use crate::{Foot, Point3};
@@ -10,6 +11,9 @@ const LARGEST_DEPTH: usize = 40;
 /// Cut pieces during the visit of one piece, at most: a guard for queries with a continuum of nearest points
 /// that lie outside the trims.
 const LARGEST_CUT_COUNT: usize = 3000;
+
+/// A piece is cut through a foot on it unless that is this near to a side, as a part of the piece.
+const CUT_INSET: f64 = 0.02;
 
 /// One query under way.
 pub(super) struct Search<'q> {
@@ -83,15 +87,20 @@ impl<'q> Search<'q> {
         }
         self.cuts += 1;
         let bound = self.best_squared.sqrt() - CERTAIN_MM;
-        if depth == LARGEST_DEPTH
-            || self.cuts > LARGEST_CUT_COUNT
-            || bound <= 0.0
-            || piece.net.is_beyond(&self.p.coords, bound)
-        {
+        if depth == LARGEST_DEPTH || self.cuts > LARGEST_CUT_COUNT || bound <= 0.0 {
             return;
         }
-        let mut halves =
-            (piece.net.halves(piece.longer_direction())).map(|net| Piece::new(net, piece.face, piece.mixed));
+        let Some(direction) = piece.net.blocks(&self.p.coords, bound) else {
+            return;
+        };
+        // Bernstein coefficients bound a function sharply whose minimum is on a side: cut through the foot.
+        let at = 0.5 + if direction == Direction::U { spot.s } else { spot.t };
+        let at = if at > CUT_INSET && at < 1.0 - CUT_INSET {
+            at
+        } else {
+            0.5
+        };
+        let mut halves = (piece.net.cut(direction, at)).map(|net| Piece::new(net, piece.face, piece.mixed));
         let near = |half: &Piece| half.box_distance_squared(&half.local(&self.p));
         if near(&halves[1]) < near(&halves[0]) {
             halves.swap(0, 1);

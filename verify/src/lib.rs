@@ -1,1 +1,200 @@
-//! verify
+//! Verification: measures a finished job from its written files and the model alone.
+//!
+//! ```text
+//!   job folder ─ toolpath ─► moves ─┬─ along the paths ──── closest point ──► gouge, contact
+//!                                   ├─ between the passes ─ cusp ───────────► scallop crests
+//!                                   ├─ above the model ──── lowered tool ───► rapids
+//!   model file ─ exchange ─► faces ─┴─ over the faces ───── swept balls ────► residual, coverage
+//!                                                                                 │
+//!                                                             verify.json ◄─ verdict
+//! ```
+//!
+//! Three quantities need three samplings. A gouge is smooth along a path, so it is measured on the path. A
+//! scallop crest is sharp, so it is looked for where two passes meet. Coverage is a question of area, so it is
+//! asked on points spread evenly over the faces. None of this shares code with the planner beyond the kernel:
+//! the ball's distance is the exact closest point over all faces, and what the tool could have reached is
+//! judged anew.
+//!
+//! ```no_run
+//! use claymill_verify::{VerifyOptions, verify};
+//! let result = verify("out".as_ref(), &VerifyOptions::default(), &|_, _| ())?;
+//! println!("deepest gouge {} mm, passed: {}", result.gouge.deepest_mm, result.verdict.passed);
+//! # Ok::<(), claymill_verify::VerifyError>(())
+//! ```
+
+mod box_tree;
+mod capsule;
+mod contact;
+mod coverage;
+mod crest;
+mod distribution;
+mod drop;
+mod error;
+mod mesh;
+mod options;
+mod rapids;
+mod reach;
+mod report;
+mod scene;
+mod surface;
+mod swept;
+mod track;
+mod verdict;
+
+use std::path::{Path, PathBuf};
+
+use claymill_nurbs::{ClosestPoints, MeshOptions, Model};
+use claymill_toolpath::{FORMAT_VERSION, Job, JOB_FILE, Program, read_job, read_moves, sha256_of};
+
+pub use error::VerifyError;
+pub use options::{Progress, VerifyOptions};
+pub use report::{
+    AreaAt, Contact, Coverage, Crests, FaceCoverage, Gouge, Place, Rapids, ResidualSample, Scallop,
+    SurfaceResidual, SurfaceState, Verification,
+};
+pub use verdict::{Finding, FindingCode, Severity, Verdict};
+
+/// Verifies a job folder against its model file.
+///
+/// # Errors
+/// Folder or model cannot be read, the model has changed since, or a move is unusable. Whatever is wrong with
+/// the job itself is a finding in the result's verdict.
+pub fn verify(folder: &Path, options: &VerifyOptions, progress: Progress<'_>) -> Result<Verification, VerifyError> {
+    progress("reading", 0.0);
+    let job = read_job(folder)?;
+    if job.format_version != FORMAT_VERSION {
+        return Err(VerifyError::Version {
+            found: job.format_version,
+            known: FORMAT_VERSION,
+        });
+    }
+    let path = model_path(folder, &job, options);
+    let found = sha256_of(&path)?;
+    if found != job.model.sha256 {
+        return Err(VerifyError::ModelChanged {
+            path,
+            expected: job.model.sha256,
+            found,
+        });
+    }
+    let model = claymill_exchange::read(&path)?.model;
+    verify_program(&model, &job, &read_moves(folder)?, options, progress)
+}
+
+/// The model file: as told, else where the job says, else beside the job folder.
+fn model_path(folder: &Path, job: &Job, options: &VerifyOptions) -> PathBuf {
+    if let Some(path) = &options.model {
+        return path.clone();
+    }
+    let recorded = PathBuf::from(&job.model.path);
+    let beside = folder.join("..").join(recorded.file_name().unwrap_or(JOB_FILE.as_ref()));
+    if !recorded.exists() && beside.exists() {
+        beside
+    } else {
+        recorded
+    }
+}
+
+/// Verifies moves that were read back from their file against a model that is in memory.
+///
+/// # Errors
+/// A move is not a curve, or names a tool or setup that the job does not list.
+pub fn verify_program(
+    model: &Model,
+    job: &Job,
+    program: &Program,
+    options: &VerifyOptions,
+    progress: Progress<'_>,
+) -> Result<Verification, VerifyError> {
+    let bench = Bench::new(model, job, program, options, progress)?;
+    let scene = &bench.scene;
+    let swept = swept::Swept::new(&scene.tracks, options.chord_mm);
+    let mesh = mesh::Mesh::joined(&bench.meshes);
+    let reach = reach::Reach::new(scene, &mesh);
+
+    let stage = |name| scene::Stage::begin(name, progress);
+    let (gouge, contact) = contact::measure(scene, &stage("gouge and contact"));
+    let rapids = rapids::measure(scene, &mesh, &reach, &stage("rapids"));
+    let crests = crest::measure(scene, &swept, &reach, &stage("scallop crests"));
+    let faces = surface::measure(scene, &bench.meshes, &swept, &reach, &stage("coverage"));
+    let coverage = coverage::account(scene, &faces);
+    let scallop = Scallop {
+        crests,
+        surface: coverage::residual_on_cut_area(scene, &faces),
+    };
+    let verdict = verdict::conclude(
+        job,
+        options,
+        &verdict::Measured {
+            gouge: &gouge,
+            contact: &contact,
+            rapids: &rapids,
+            scallop: &scallop,
+            coverage: &coverage,
+        },
+    );
+    Ok(Verification {
+        format_version: FORMAT_VERSION,
+        scallop_mm: job.request.scallop_mm,
+        gouge,
+        contact,
+        rapids,
+        scallop,
+        coverage,
+        verdict,
+    })
+}
+
+/// What the swept balls leave on points spread evenly over all faces, face by face: the data of a residual
+/// map.
+///
+/// # Errors
+/// As [`verify_program`].
+pub fn residual_samples(
+    model: &Model,
+    job: &Job,
+    program: &Program,
+    options: &VerifyOptions,
+    progress: Progress<'_>,
+) -> Result<Vec<ResidualSample>, VerifyError> {
+    let bench = Bench::new(model, job, program, options, progress)?;
+    let swept = swept::Swept::new(&bench.scene.tracks, options.chord_mm);
+    let mesh = mesh::Mesh::joined(&bench.meshes);
+    let reach = reach::Reach::new(&bench.scene, &mesh);
+    let stage = scene::Stage::begin("coverage", progress);
+    let faces = surface::measure(&bench.scene, &bench.meshes, &swept, &reach, &stage);
+    Ok(faces.into_iter().flat_map(|f| f.samples).collect())
+}
+
+/// What all measurements need.
+struct Bench<'a> {
+    scene: scene::Scene<'a>,
+    meshes: Vec<Option<claymill_nurbs::FaceMesh>>,
+}
+
+impl<'a> Bench<'a> {
+    fn new(
+        model: &'a Model,
+        job: &'a Job,
+        program: &Program,
+        options: &'a VerifyOptions,
+        progress: Progress<'_>,
+    ) -> Result<Self, VerifyError> {
+        let tracks = track::Track::all(job, program)?;
+        progress("preparing the model", 0.0);
+        let mesh_options = MeshOptions {
+            deviation_mm: options.mesh_deviation_mm,
+            longest_edge_mm: options.mesh_edge_mm,
+        };
+        Ok(Bench {
+            meshes: mesh::face_meshes(model, &mesh_options),
+            scene: scene::Scene {
+                model,
+                job,
+                options,
+                closest: ClosestPoints::new(model),
+                tracks,
+            },
+        })
+    }
+}

@@ -1,0 +1,214 @@
+use claymill_nurbs::Foot;
+use claymill_toolpath::MoveKind;
+use rayon::prelude::*;
+
+use crate::distribution::Distribution;
+use crate::report::{Contact, Gouge, Place};
+use crate::scene::{Scene, Stage};
+use crate::track::Track;
+
+/// What lies between two samples is looked for down to this, mm.
+const BETWEEN_SAMPLES_MM: f64 = 1e-4;
+/// Intervals are halved at most this often where the ball changes from one contact to another.
+const HALVINGS: u32 = 7;
+
+/// The ball at one place of a track.
+#[derive(Debug, Clone, Copy)]
+struct Probe {
+    t: f64,
+    /// Distance of the ball's surface from the nearest face; `None` beyond the margin.
+    gap: Option<f64>,
+    /// Its derivative with respect to the curve parameter.
+    slope: f64,
+    foot: Option<Foot>,
+}
+
+/// What was found along one track.
+#[derive(Default)]
+struct Along {
+    samples: u64,
+    deepest: Option<(f64, Place)>,
+    deeper: [u64; 3],
+    excess: Option<(f64, Place)>,
+    gaps: Distribution,
+    contact_samples: u64,
+    edge_mm: f64,
+    air_mm: f64,
+    cut_mm: f64,
+}
+
+/// Measures gouges on all kinds of moves but rapids and the contact along passes: samples at equal spacing
+/// and at knots; between them the gap is followed by its derivative, and intervals where that does not
+/// predict the next sample are halved (the ball changes from one face to another there).
+pub(crate) fn measure(scene: &Scene<'_>, stage: &Stage<'_>) -> (Gouge, Contact) {
+    let tracks: Vec<&Track> = scene.tracks.iter().filter(|t| t.sweeps()).collect();
+    let found: Vec<Along> = tracks
+        .par_iter()
+        .map(|track| {
+            let along = Walk { scene, track, margin: scene.options.path_spacing_mm }.run();
+            stage.step(tracks.len());
+            along
+        })
+        .collect();
+    summarise(found, scene.options.excess_limit_mm)
+}
+
+struct Walk<'a> {
+    scene: &'a Scene<'a>,
+    track: &'a Track,
+    /// Gaps beyond the spacing are not measured: the ball cannot come back to a face between two samples
+    /// that far from it.
+    margin: f64,
+}
+
+impl Walk<'_> {
+    fn run(&self) -> Along {
+        let mut along = Along::default();
+        let stations = self.track.stations(self.scene.options.path_spacing_mm);
+        let probes: Vec<Probe> = stations.iter().map(|&t| self.probe(t)).collect();
+        for (i, probe) in probes.iter().enumerate() {
+            let before = if i > 0 { probe.t - stations[i - 1] } else { 0.0 };
+            let after = stations.get(i + 1).map_or(0.0, |t| t - probe.t);
+            self.record(probe, &mut along);
+            self.weigh(probe, 0.5 * (before + after), &mut along);
+        }
+        for pair in probes.windows(2) {
+            self.between(&pair[0], &pair[1], HALVINGS, &mut along);
+        }
+        along
+    }
+
+    fn probe(&self, t: f64) -> Probe {
+        let (centre, speed) = self.track.centre(t);
+        let radius = self.track.radius_mm;
+        let foot = self.scene.closest.closest(&centre, radius + self.margin);
+        Probe {
+            t,
+            gap: foot.map(|f| f.distance_mm - radius),
+            slope: foot.map_or(0.0, |f| {
+                speed.dot(&(centre - f.point)) / f.distance_mm.max(1e-9)
+            }),
+            foot,
+        }
+    }
+
+    /// Looks for the lowest and highest gap between two neighbouring probes.
+    fn between(&self, a: &Probe, b: &Probe, halvings: u32, along: &mut Along) {
+        let step = b.t - a.t;
+        let gap = |p: &Probe| p.gap.unwrap_or(self.margin);
+        // The gap changes by at most the way travelled.
+        let way = step * 1.5;
+        let (Some(_), Some(_)) | (Some(_), None) | (None, Some(_)) = (a.gap, b.gap) else {
+            return;
+        };
+        if gap(a) + gap(b) > way {
+            return;
+        }
+        let surprise = gap(b) - gap(a) - 0.5 * step * (a.slope + b.slope);
+        if halvings > 0 && surprise.abs() > BETWEEN_SAMPLES_MM {
+            let middle = self.probe(0.5 * (a.t + b.t));
+            self.record(&middle, along);
+            self.between(a, &middle, halvings - 1, along);
+            self.between(&middle, b, halvings - 1, along);
+        } else if a.slope * b.slope < 0.0 {
+            // The derivative is nearly straight here, its root is where the gap is extreme; that it can
+            // differ enough from both ends to matter is seen from the tangents.
+            let rise = a.slope.abs().min(b.slope.abs()) * step;
+            if rise > BETWEEN_SAMPLES_MM {
+                let t = a.t + step * a.slope / (a.slope - b.slope);
+                self.record(&self.probe(t), along);
+            }
+        }
+    }
+
+    /// Takes extremes and counts.
+    fn record(&self, probe: &Probe, along: &mut Along) {
+        along.samples += 1;
+        let (Some(gap), Some(foot)) = (probe.gap, probe.foot) else {
+            return;
+        };
+        for (count, limit) in along.deeper.iter_mut().zip([1e-3, 2e-3, 5e-3]) {
+            *count += u64::from(gap < -limit);
+        }
+        if gap < along.deepest.as_ref().map_or(0.0, |d| d.0) {
+            along.deepest = Some((gap, self.place(probe, &foot)));
+        }
+        let cutting = self.track.kind == MoveKind::Cut;
+        if cutting && gap > along.excess.as_ref().map_or(0.0, |e| e.0) && self.rests(probe, &foot) {
+            along.excess = Some((gap, self.place(probe, &foot)));
+        }
+    }
+
+    /// Takes a sample of a pass into the statistics with the length it stands for.
+    fn weigh(&self, probe: &Probe, length: f64, along: &mut Along) {
+        if self.track.kind != MoveKind::Cut {
+            return;
+        }
+        along.cut_mm += length;
+        match (probe.gap, probe.foot) {
+            (Some(gap), Some(foot)) if self.rests(probe, &foot) => {
+                along.contact_samples += 1;
+                along.gaps.add(gap, length);
+            }
+            (Some(_), _) => along.edge_mm += length,
+            (None, _) => along.air_mm += length,
+        }
+    }
+
+    fn rests(&self, probe: &Probe, foot: &Foot) -> bool {
+        self.scene.faces_squarely(foot, &self.track.centre(probe.t).0)
+    }
+
+    fn place(&self, probe: &Probe, foot: &Foot) -> Place {
+        Place {
+            move_seq: Some(self.track.seq),
+            parameter: Some(probe.t),
+            ..self.scene.place(foot.point, Some(foot.face))
+        }
+    }
+}
+
+fn summarise(found: Vec<Along>, limit_mm: f64) -> (Gouge, Contact) {
+    let mut all = Along::default();
+    for one in found {
+        all.samples += one.samples;
+        all.contact_samples += one.contact_samples;
+        all.edge_mm += one.edge_mm;
+        all.air_mm += one.air_mm;
+        all.cut_mm += one.cut_mm;
+        for (sum, count) in all.deeper.iter_mut().zip(one.deeper) {
+            *sum += count;
+        }
+        if let Some(d) = one.deepest
+            && all.deepest.as_ref().is_none_or(|best| d.0 < best.0)
+        {
+            all.deepest = Some(d);
+        }
+        if let Some(e) = one.excess
+            && all.excess.as_ref().is_none_or(|best| e.0 > best.0)
+        {
+            all.excess = Some(e);
+        }
+        all.gaps.append(one.gaps);
+    }
+    let share = |length: f64| if all.cut_mm > 0.0 { length / all.cut_mm } else { 0.0 };
+    let gouge = Gouge {
+        samples: all.samples,
+        deepest_mm: all.deepest.as_ref().map_or(0.0, |d| -d.0),
+        deepest_at: all.deepest.map(|d| d.1),
+        deeper_than_1_um: all.deeper[0],
+        deeper_than_2_um: all.deeper[1],
+        deeper_than_5_um: all.deeper[2],
+    };
+    let contact = Contact {
+        samples: all.contact_samples,
+        excess_max_mm: all.excess.as_ref().map_or(0.0, |e| e.0),
+        excess_max_at: all.excess.map(|e| e.1),
+        excess_p99_mm: all.gaps.percentile(0.99),
+        excess_mean_mm: all.gaps.mean(),
+        within_limit_share: all.gaps.share(|gap| gap.abs() <= limit_mm),
+        on_edge_share: share(all.edge_mm),
+        in_air_share: share(all.air_mm),
+    };
+    (gouge, contact)
+}

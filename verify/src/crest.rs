@@ -1,0 +1,206 @@
+use std::ops::ControlFlow;
+
+use claymill_nurbs::{Point3, Vector3};
+use claymill_toolpath::MoveKind;
+use rayon::prelude::*;
+
+use crate::distribution::Distribution;
+use crate::reach::Reach;
+use crate::report::{Crests, Place, SurfaceState};
+use crate::scene::{Scene, Stage};
+use crate::swept::{Piece, Swept};
+use crate::track::Track;
+
+/// Neighbouring passes are looked for within this many nominal step-overs of the ball's centre, so that the
+/// gap of a missing pass is still seen.
+const REACH_STEPS: f64 = 3.0;
+/// A third pass that has been deeper than this beyond a crest has cut it away, mm.
+const CUT_AWAY_MM: f64 = 1e-3;
+/// Neighbours nearer than this run on the same line, mm.
+const SAME_LINE_MM: f64 = 1e-3;
+
+/// A crest between two passes.
+struct Crest {
+    height: f64,
+    weight: f64,
+    top: Point3,
+    place: Place,
+    normal: Vector3,
+    foot: Point3,
+}
+
+/// Measures the crests that neighbouring passes leave between them, from the written paths alone: for each
+/// sample on a pass the nearest pass on either side, the cusp where the two swept balls meet, and its exact
+/// distance from the surface.
+///
+/// ```text
+///         c        c₂          plane perpendicular to the feed at c
+///        ● R      ● R          x: the two tubes meet
+///         ╲  ╲  ╱  ╱
+///     ─────╲__x___╱─────       height of x over the faces = scallop
+/// ```
+pub(crate) fn measure(scene: &Scene<'_>, swept: &Swept, reach: &Reach<'_>, stage: &Stage<'_>) -> Crests {
+    let passes: Vec<&Track> = scene.tracks.iter().filter(|t| t.kind == MoveKind::Cut).collect();
+    let limit = scene.options.scallop_limit * scene.scallop_mm();
+    let spare = limit - scene.scallop_mm();
+    let found: Vec<(Vec<Crest>, u64)> = passes
+        .par_iter()
+        .map(|track| {
+            let mut crests = crests_along(scene, swept, track);
+            let all = crests.len();
+            // Where the ball does not fit, what is left is no scallop.
+            crests.retain(|c| {
+                c.height <= limit
+                    || reach.side(&c.foot, &c.normal, spare) == SurfaceState::ReachableLeft
+            });
+            let out_of_reach = (all - crests.len()) as u64;
+            stage.step(passes.len());
+            (crests, out_of_reach)
+        })
+        .collect();
+
+    let mut heights = Distribution::default();
+    let mut highest: Option<(f64, Place)> = None;
+    let mut out_of_reach = 0;
+    for (crests, beyond) in found {
+        out_of_reach += beyond;
+        for c in crests {
+            heights.add(c.height, c.weight);
+            if highest.as_ref().is_none_or(|h| c.height > h.0) {
+                let at = Place { point_mm: c.top.into(), ..c.place };
+                highest = Some((c.height, at));
+            }
+        }
+    }
+    Crests {
+        samples: heights.count(),
+        max_mm: highest.as_ref().map_or(0.0, |h| h.0),
+        max_at: highest.map(|h| h.1),
+        p99_mm: heights.percentile(0.99),
+        mean_mm: heights.mean(),
+        out_of_reach,
+    }
+}
+
+fn crests_along(scene: &Scene<'_>, swept: &Swept, track: &Track) -> Vec<Crest> {
+    let (radius, h) = (track.radius_mm, scene.scallop_mm().min(track.radius_mm));
+    let step_over = 2.0 * (2.0 * radius * h - h * h).sqrt();
+    let mut crests = Vec::new();
+    let stations = track.stations(scene.options.crest_spacing_mm);
+    // Interval middles: knots and ends of passes have no perpendicular plane of their own.
+    for pair in stations.windows(2) {
+        let t = 0.5 * (pair[0] + pair[1]);
+        let (c, speed) = track.centre(t);
+        let Some(feed) = speed.try_normalize(1e-9) else {
+            continue;
+        };
+        let Some(contact) = scene.closest.closest(&c, radius + h) else {
+            continue;
+        };
+        let up = (c - contact.point) / contact.distance_mm.max(1e-9);
+        let sides = neighbours(swept, track, &c, &feed, &up, REACH_STEPS * step_over);
+        for (piece, v) in sides.into_iter().flatten() {
+            let Some(top) = cusp(&c, radius, &feed, &up, &v, &piece) else {
+                continue;
+            };
+            if swept.covers(&top, CUT_AWAY_MM) {
+                continue;
+            }
+            let Some(foot) = scene.closest.closest(&top, radius) else {
+                continue;
+            };
+            if !scene.faces_squarely(&foot, &top) {
+                continue;
+            }
+            let Some((n, _)) = scene.model.faces[foot.face].surface.normal(foot.u, foot.v) else {
+                continue;
+            };
+            let normal = if n.dot(&up) < 0.0 { -n } else { n };
+            let below = (top - foot.point).dot(&normal) < 0.0;
+            crests.push(Crest {
+                height: if below { -foot.distance_mm } else { foot.distance_mm },
+                weight: pair[1] - pair[0],
+                top,
+                place: Place {
+                    move_seq: Some(track.seq),
+                    parameter: Some(t),
+                    ..scene.place(top, Some(foot.face))
+                },
+                normal,
+                foot: foot.point,
+            });
+        }
+    }
+    crests
+}
+
+/// The nearest other pass on either side of `c`, where it crosses the plane perpendicular to the feed, with
+/// the vector to it.
+fn neighbours(
+    swept: &Swept,
+    track: &Track,
+    c: &Point3,
+    feed: &Vector3,
+    up: &Vector3,
+    reach_mm: f64,
+) -> [Option<(Piece, Vector3)>; 2] {
+    let aside = feed.cross(up);
+    let mut nearest: [Option<(Piece, Vector3)>; 2] = [None, None];
+    swept.visit_near(c, reach_mm, |piece| {
+        if !piece.cut || piece.pass == track.pass {
+            return ControlFlow::Continue(());
+        }
+        let (a, b) = (piece.capsule.a - c, piece.capsule.b - c);
+        let (da, db) = (a.dot(feed), b.dot(feed));
+        if da * db > 0.0 || da == db {
+            return ControlFlow::Continue(());
+        }
+        let v = a + (b - a) * (da / (da - db));
+        let (beside, distance) = (v.dot(&aside), v.norm());
+        if distance > reach_mm || beside.abs() < SAME_LINE_MM {
+            return ControlFlow::Continue(());
+        }
+        let side = &mut nearest[usize::from(beside > 0.0)];
+        if side.as_ref().is_none_or(|(_, w)| distance < w.norm()) {
+            *side = Some((*piece, v));
+        }
+        ControlFlow::Continue(())
+    });
+    nearest
+}
+
+/// The point toward the surface where the circle of the ball at `c`, perpendicular to the feed, meets the
+/// tube along `other`, which crosses that plane at `c + v`. For parallel passes this is the intersection of
+/// two circles; from there Newton accounts for the tube's obliqueness.
+fn cusp(c: &Point3, r: f64, feed: &Vector3, up: &Vector3, v: &Vector3, other: &Piece) -> Option<Point3> {
+    let d = v.norm();
+    let e = v / d;
+    let g = feed.cross(&e);
+    let down = if g.dot(up) > 0.0 { -g } else { g };
+    let r2 = other.capsule.radius;
+    let axis = (other.capsule.b - other.capsule.a).try_normalize(1e-12)?;
+    let through = c + v;
+
+    let mut cosine = (d * d + r * r - r2 * r2) / (2.0 * d * r);
+    if cosine.abs() >= 1.0 {
+        return None;
+    }
+    let mut angle = cosine.acos();
+    for _ in 0..10 {
+        let sine = angle.sin();
+        cosine = angle.cos();
+        let x = c + (e * cosine + down * sine) * r;
+        let arm = x - through;
+        let arm = arm - axis * arm.dot(&axis);
+        let miss = arm.norm() - r2;
+        if miss.abs() < 1e-10 {
+            return Some(x);
+        }
+        let rate = arm.dot(&(down * cosine - e * sine)) * r / arm.norm();
+        angle -= miss / rate;
+        if !angle.is_finite() {
+            return None;
+        }
+    }
+    None
+}

@@ -1,0 +1,66 @@
+use std::path::PathBuf;
+
+use claymill_exchange::ReadError;
+use claymill_toolpath::{FolderError, MoveError};
+use thiserror::Error;
+
+/// Why a job could not be verified at all. Defects of the job itself are findings, not errors.
+#[derive(Debug, Error)]
+pub enum VerifyError {
+    /// The job folder cannot be read.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// The model file cannot be read.
+    #[error(transparent)]
+    Model(#[from] ReadError),
+    /// The job was written in a format that this version does not know.
+    #[error("job.json has format version {found}, this claymill reads version {known}")]
+    Version {
+        /// What the file says.
+        found: u32,
+        /// What is known.
+        known: u32,
+    },
+    /// The model file is not the one that the job was planned on.
+    #[error("{}: the file has changed since the job was planned (SHA-256 {found}, the job has {expected})", path.display())]
+    ModelChanged {
+        /// The model file.
+        path: PathBuf,
+        /// Hash in `job.json`.
+        expected: String,
+        /// Hash of the file.
+        found: String,
+    },
+    /// A move is not a curve.
+    #[error("toolpaths.jsonl: {0}")]
+    Move(#[from] MoveError),
+    /// A move names a tool or setup that the job does not list.
+    #[error("toolpaths.jsonl: move {seq} names {what} `{name}`, which job.json does not list")]
+    Unknown {
+        /// The move.
+        seq: u64,
+        /// "tool" or "setup".
+        what: &'static str,
+        /// The name.
+        name: String,
+    },
+}
+
+impl VerifyError {
+    /// What the user can do about it: one whole sentence.
+    #[must_use]
+    pub fn advice(&self) -> String {
+        match self {
+            VerifyError::Folder(_) | VerifyError::Move(_) | VerifyError::Unknown { .. } => {
+                "Plan the job again with `claymill plan`; the folder is incomplete or was edited.".into()
+            }
+            VerifyError::Model(e) => e.advice(),
+            VerifyError::Version { .. } => {
+                "Use the version of claymill that planned the job, or plan it again.".into()
+            }
+            VerifyError::ModelChanged { .. } => {
+                "Plan the job again on the changed model, or point --model to the original file.".into()
+            }
+        }
+    }
+}

@@ -1,0 +1,52 @@
+use std::path::PathBuf;
+
+/// How closely the verifier looks, and where its bars are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VerifyOptions {
+    /// The model file, when it is not where `job.json` says.
+    pub model: Option<PathBuf>,
+    /// Distance between samples along the paths for gouges and contact, mm.
+    pub path_spacing_mm: f64,
+    /// Distance between samples along the passes for scallop crests, mm.
+    pub crest_spacing_mm: f64,
+    /// Area that one sample of the surfaces stands for, mm².
+    pub area_per_sample_mm2: f64,
+    /// Distance of the paths from the chords that replace them in the swept volume, mm.
+    pub chord_mm: f64,
+    /// Distance of the surfaces from the triangles that stand for them above the tool, mm.
+    pub mesh_deviation_mm: f64,
+    /// Longest edge of those triangles, mm.
+    pub mesh_edge_mm: f64,
+    /// A surface point counts as cut when no more than this many scallop heights are left on it.
+    pub cut_limit: f64,
+    /// Bar for the 99th percentile of the crests, in scallop heights.
+    pub scallop_limit: f64,
+    /// Bar for gouges, mm.
+    pub gouge_limit_mm: f64,
+    /// Bar for material left under a pass where the ball rests on a face, mm.
+    pub excess_limit_mm: f64,
+    /// Surfaces steeper than this against a setup's axis count as out of its reach, degrees.
+    pub steepest_deg: f64,
+}
+
+impl Default for VerifyOptions {
+    fn default() -> Self {
+        VerifyOptions {
+            model: None,
+            path_spacing_mm: 1.0,
+            crest_spacing_mm: 2.0,
+            area_per_sample_mm2: 40.0,
+            chord_mm: 3e-4,
+            mesh_deviation_mm: 0.02,
+            mesh_edge_mm: 40.0,
+            cut_limit: 1.5,
+            scallop_limit: 1.05,
+            gouge_limit_mm: 5e-3,
+            excess_limit_mm: 5e-3,
+            steepest_deg: 80.0,
+        }
+    }
+}
+
+/// Told the stage and the fraction of it that is done; called from several threads.
+pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);

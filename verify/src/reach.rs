@@ -1,0 +1,81 @@
+use claymill_nurbs::{Point3, Vector3};
+
+use crate::drop::DropMesh;
+use crate::mesh::Mesh;
+use crate::report::SurfaceState;
+use crate::scene::Scene;
+
+/// Radius of the line of sight, in tool radii.
+const SIGHT_RADIUS: f64 = 0.01;
+
+/// Judges whether the tool could have touched a point of the surface, from the model and the setups' axes
+/// alone.
+///
+/// ```text
+///   q = p + R·n   ball there?      exact distance of q from all faces ≥ R − sink
+///   along axis    shank there?     tool of radius R − sink lowered on the mesh stops below q
+///   otherwise     seen at all?     the same with a thin pin at p: yes → too tight, no → hidden
+/// ```
+pub(crate) struct Reach<'a> {
+    scene: &'a Scene<'a>,
+    setups: Vec<(Vector3, DropMesh<'a>)>,
+    mesh_deviation_mm: f64,
+    radius_mm: f64,
+    least_cosine: f64,
+}
+
+impl<'a> Reach<'a> {
+    /// Prepares the views of all setups of the job.
+    pub(crate) fn new(scene: &'a Scene<'a>, mesh: &'a Mesh) -> Self {
+        let axes = scene.job.setups.iter().map(|s| Vector3::from(s.axis).normalize());
+        Reach {
+            scene,
+            setups: axes.map(|a| (a, DropMesh::new(mesh, &a))).collect(),
+            mesh_deviation_mm: mesh.deviation_mm,
+            radius_mm: scene.job.request.tool.radius_mm(),
+            least_cosine: scene.options.steepest_deg.to_radians().cos(),
+        }
+    }
+
+    /// The view of one setup.
+    pub(crate) fn setup(&self, index: usize) -> &DropMesh<'a> {
+        &self.setups[index].1
+    }
+
+    /// What a point with normal `±n` is to the tool, if the ball may enter other places by `sink_mm`:
+    /// [`SurfaceState::ReachableLeft`], [`SurfaceState::TooTight`] or [`SurfaceState::Hidden`].
+    pub(crate) fn judge(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
+        let sides = [*n, -n].map(|n| self.side(p, &n, sink_mm));
+        let has = |state| sides.contains(&state);
+        if has(SurfaceState::ReachableLeft) {
+            SurfaceState::ReachableLeft
+        } else if has(SurfaceState::TooTight) {
+            SurfaceState::TooTight
+        } else {
+            SurfaceState::Hidden
+        }
+    }
+
+    /// The same for one side.
+    pub(crate) fn side(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
+        let mut facing = self.setups.iter().filter(|(axis, _)| n.dot(axis) >= self.least_cosine);
+        let ball = p + n * self.radius_mm;
+        let fits = facing.clone().next().is_some()
+            && self
+                .scene
+                .closest
+                .closest(&ball, self.radius_mm - sink_mm)
+                .is_none();
+        let slim = self.radius_mm - sink_mm - self.mesh_deviation_mm;
+        if fits && facing.clone().any(|(_, view)| !view.blocks(&view.in_frame(&ball), slim)) {
+            return SurfaceState::ReachableLeft;
+        }
+        let pin = SIGHT_RADIUS * self.radius_mm;
+        let tip = p + n * (pin + 2.0 * self.mesh_deviation_mm);
+        if facing.any(|(_, view)| !view.blocks(&view.in_frame(&tip), pin)) {
+            SurfaceState::TooTight
+        } else {
+            SurfaceState::Hidden
+        }
+    }
+}

@@ -1,0 +1,205 @@
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::Verdict;
+
+/// `verify.json`: what was measured on the written moves and the model, and what follows from it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Verification {
+    /// Version of the job folder's format.
+    pub format_version: u32,
+    /// Scallop height that the job asked for, mm.
+    pub scallop_mm: f64,
+    /// Gouges on every kind of move except rapids.
+    pub gouge: Gouge,
+    /// How the ball rests on the faces along the passes.
+    pub contact: Contact,
+    /// Rapids.
+    pub rapids: Rapids,
+    /// Scallop height.
+    pub scallop: Scallop,
+    /// What is cut and what is not, and why.
+    pub coverage: Coverage,
+    /// The conclusion.
+    pub verdict: Verdict,
+}
+
+/// A place on the model or on a path.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Place {
+    /// The point, mm.
+    pub point_mm: [f64; 3],
+    /// The move (`seq`), if it is on a path.
+    pub move_seq: Option<u64>,
+    /// Curve parameter on that move.
+    pub parameter: Option<f64>,
+    /// The face (index in file order), if one is concerned.
+    pub face: Option<usize>,
+    /// The face's entity in the file, `DE 17` or `#4711`.
+    pub entity: Option<String>,
+}
+
+/// Gouges: how far the ball enters any face, measured along the paths by closest point.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Gouge {
+    /// Places that were measured.
+    pub samples: u64,
+    /// Deepest entry of the ball, mm; 0 when it never enters.
+    pub deepest_mm: f64,
+    /// Where that is.
+    pub deepest_at: Option<Place>,
+    /// Places deeper than 1 µm.
+    pub deeper_than_1_um: u64,
+    /// Places deeper than 2 µm.
+    pub deeper_than_2_um: u64,
+    /// Places deeper than 5 µm.
+    pub deeper_than_5_um: u64,
+}
+
+/// Distance of the ball from the faces along the passes: the ball centre's distance minus the radius, where
+/// the nearest point lies inside a face. Shares are of the length of all passes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Contact {
+    /// Places that were measured.
+    pub samples: u64,
+    /// Largest distance of the ball from the face it rests on, mm.
+    pub excess_max_mm: f64,
+    /// Where that is.
+    pub excess_max_at: Option<Place>,
+    /// 99th percentile of the distance, mm.
+    pub excess_p99_mm: f64,
+    /// Mean of the distance, mm.
+    pub excess_mean_mm: f64,
+    /// Share of the contact on faces within the bar on either side.
+    pub within_limit_share: f64,
+    /// Share of the length where the ball rolls over the edge of a face.
+    pub on_edge_share: f64,
+    /// Share of the length where no face is within the sampling distance of the ball.
+    pub in_air_share: f64,
+}
+
+/// Clearance of rapids: how far ball and shank could be lowered along the tool axis before they touch.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Rapids {
+    /// Rapid moves.
+    pub moves: u64,
+    /// Smallest clearance, mm; null when no rapid passes over the model.
+    pub clearance_min_mm: Option<f64>,
+    /// Where that is.
+    pub clearance_min_at: Option<Place>,
+    /// Rapid moves that touch or enter the model.
+    pub touching: u64,
+}
+
+/// Scallop height, measured twice.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Scallop {
+    /// On the crests between neighbouring passes. The authority for height: maximum, percentile and mean
+    /// are those of the crests themselves.
+    pub crests: Crests,
+    /// On points spread over the cut area. The authority for shares of area; its maximum misses the crests.
+    pub surface: SurfaceResidual,
+}
+
+/// Heights of scallop crests above the exact surface, weighted by length.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Crests {
+    /// Crests that were measured.
+    pub samples: u64,
+    /// Highest crest where the ball could have cut lower, mm.
+    pub max_mm: f64,
+    /// Where that is.
+    pub max_at: Option<Place>,
+    /// 99th percentile, mm.
+    pub p99_mm: f64,
+    /// Mean, mm.
+    pub mean_mm: f64,
+    /// Crests left out because the ball cannot reach the surface under them.
+    pub out_of_reach: u64,
+}
+
+/// Material left along the surface normal, weighted by area, on the area that counts as cut.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SurfaceResidual {
+    /// Points that were measured, cut or not.
+    pub samples: u64,
+    /// 99th percentile, mm.
+    pub p99_mm: f64,
+    /// Mean, mm.
+    pub mean_mm: f64,
+    /// Share of the cut area with more than the bar for scallops.
+    pub above_limit_share: f64,
+}
+
+/// What became of a piece of surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SurfaceState {
+    /// Cut down to the scallop.
+    Cut,
+    /// Left out on request.
+    Excluded,
+    /// No setup's axis sees it.
+    Hidden,
+    /// Seen, but the ball or shank does not fit there.
+    TooTight,
+    /// The ball could cut it and did not: a defect of the plan.
+    ReachableLeft,
+    /// The verifier could not put samples on the face.
+    NotMeasured,
+}
+
+/// Where the model's area went, by the verifier's own judgement. The states' areas sum to the total.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Coverage {
+    /// All faces, mm².
+    pub total_mm2: f64,
+    /// Area by state, mm².
+    pub by_state_mm2: BTreeMap<SurfaceState, f64>,
+    /// Largest patches of reachable area that was left, by face, largest first.
+    pub reachable_left_at: Vec<AreaAt>,
+    /// The same, face by face.
+    pub faces: Vec<FaceCoverage>,
+    /// The planner's account in `job.json` minus this one, mm², by state; `cut` includes what the
+    /// planner counts as cut.
+    pub planner_difference_mm2: BTreeMap<SurfaceState, f64>,
+}
+
+/// Some area with one point of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct AreaAt {
+    /// The area, mm².
+    pub area_mm2: f64,
+    /// A point in it.
+    pub at: Place,
+}
+
+/// What became of one face.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FaceCoverage {
+    /// Index in file order.
+    pub face: usize,
+    /// Area, mm².
+    pub area_mm2: f64,
+    /// Area by state, mm²; states without area are left out.
+    pub by_state_mm2: BTreeMap<SurfaceState, f64>,
+}
+
+/// The material left on one point of the surface: what a residual map is coloured by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ResidualSample {
+    /// The point, mm.
+    pub point: claymill_nurbs::Point3,
+    /// Unit normal on the side that was cut, or `Su × Sv` where nothing was.
+    pub normal: claymill_nurbs::Vector3,
+    /// The face.
+    pub face: claymill_nurbs::FaceId,
+    /// Area that the sample stands for, mm².
+    pub area_mm2: f64,
+    /// Height of the material left along the normal, mm; `None` when it is beyond measure.
+    pub residual_mm: Option<f64>,
+    /// What became of the surface there.
+    pub state: SurfaceState,
+}

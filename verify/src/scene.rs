@@ -1,0 +1,78 @@
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use claymill_nurbs::{ClosestPoints, FaceId, Foot, Model, Point3};
+use claymill_toolpath::Job;
+
+use crate::options::{Progress, VerifyOptions};
+use crate::report::Place;
+use crate::track::Track;
+
+/// A nearest point on the rim of a face still counts as contact on the face when the ball stands over it
+/// along the face's normal: this cosine (2°). So rows along a smooth joint of two faces count, and a ball that
+/// hangs over an edge does not.
+const SQUARE_COSINE: f64 = 0.9994;
+
+/// Everything that the measurements look at.
+pub(crate) struct Scene<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) job: &'a Job,
+    pub(crate) options: &'a VerifyOptions,
+    pub(crate) closest: ClosestPoints<'a>,
+    pub(crate) tracks: Vec<Track>,
+}
+
+impl Scene<'_> {
+    /// Scallop height that was asked for, mm.
+    pub(crate) fn scallop_mm(&self) -> f64 {
+        self.job.request.scallop_mm
+    }
+
+    /// Whether `from` stands over its nearest point along the face's normal.
+    pub(crate) fn faces_squarely(&self, foot: &Foot, from: &Point3) -> bool {
+        if !foot.on_boundary {
+            return true;
+        }
+        let arm = from - foot.point;
+        let normal = self.model.faces[foot.face].surface.normal(foot.u, foot.v);
+        normal.is_some_and(|(n, _)| n.dot(&arm).abs() >= SQUARE_COSINE * arm.norm())
+    }
+
+    /// A place on the model.
+    pub(crate) fn place(&self, point: Point3, face: Option<FaceId>) -> Place {
+        Place {
+            point_mm: point.into(),
+            move_seq: None,
+            parameter: None,
+            face,
+            entity: face.map(|f| self.model.faces[f].source.entity.clone()),
+        }
+    }
+}
+
+/// One stage of the work, for its progress.
+pub(crate) struct Stage<'a> {
+    name: &'static str,
+    progress: Progress<'a>,
+    done: AtomicUsize,
+}
+
+impl<'a> Stage<'a> {
+    /// Announces the stage.
+    pub(crate) fn begin(name: &'static str, progress: Progress<'a>) -> Self {
+        progress(name, 0.0);
+        Stage {
+            name,
+            progress,
+            done: AtomicUsize::new(0),
+        }
+    }
+
+    /// One of `total` parts is done.
+    pub(crate) fn step(&self, total: usize) {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        // About a hundred calls a stage are enough for any display.
+        if done.is_multiple_of(total.div_ceil(100).max(1)) || done == total {
+            (self.progress)(self.name, done as f64 / total as f64);
+        }
+    }
+}

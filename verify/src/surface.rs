@@ -1,0 +1,137 @@
+use claymill_nurbs::{Face, FaceId, FaceMesh, Point2};
+use rayon::prelude::*;
+
+use crate::reach::Reach;
+use crate::report::{ResidualSample, SurfaceState};
+use crate::scene::{Scene, Stage};
+use crate::swept::Swept;
+
+/// Heights up to this many scallop heights are measured; beyond it, a place is simply not cut.
+const MEASURED_UP_TO: f64 = 5.0;
+/// Every face gets at least this many samples.
+const SAMPLES_PER_FACE: usize = 4;
+/// The plastic number's powers: the two-dimensional golden ratio (Roberts' R2 sequence).
+const R2: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053_2];
+
+/// Samples of one face.
+pub(crate) struct FaceSamples {
+    pub(crate) area_mm2: f64,
+    /// Empty when the face could not be triangulated.
+    pub(crate) samples: Vec<ResidualSample>,
+}
+
+/// Puts samples evenly on all faces and measures on each what the swept balls leave; where too much is left,
+/// says why.
+pub(crate) fn measure(
+    scene: &Scene<'_>,
+    meshes: &[Option<FaceMesh>],
+    swept: &Swept,
+    reach: &Reach<'_>,
+    stage: &Stage<'_>,
+) -> Vec<FaceSamples> {
+    let excluded = excluded_faces(scene);
+    let spots: Vec<(f64, Vec<Point2>)> = scene
+        .model
+        .faces
+        .par_iter()
+        .zip(meshes)
+        .map(|(face, mesh)| {
+            let area = face.area_mm2();
+            let count = (area / scene.options.area_per_sample_mm2).ceil() as usize;
+            let count = count.max(SAMPLES_PER_FACE);
+            (area, mesh.as_ref().map_or_else(Vec::new, |m| spread(face, m, count)))
+        })
+        .collect();
+    spots
+        .par_iter()
+        .enumerate()
+        .map(|(face, (area, spots))| {
+            let weight = area / spots.len().max(1) as f64;
+            let samples = spots
+                .par_iter()
+                .map(|uv| sample(scene, face, uv, weight, excluded[face], swept, reach))
+                .collect();
+            stage.step(meshes.len());
+            FaceSamples { area_mm2: *area, samples }
+        })
+        .collect()
+}
+
+fn sample(
+    scene: &Scene<'_>,
+    face: FaceId,
+    uv: &Point2,
+    area_mm2: f64,
+    excluded: bool,
+    swept: &Swept,
+    reach: &Reach<'_>,
+) -> ResidualSample {
+    let surface = &scene.model.faces[face].surface;
+    let point = surface.point(uv.x, uv.y);
+    let mut sample = ResidualSample {
+        point,
+        normal: nalgebra::Vector3::zeros(),
+        face,
+        area_mm2,
+        residual_mm: None,
+        state: SurfaceState::NotMeasured,
+    };
+    let Some((normal, _)) = surface.normal(uv.x, uv.y) else {
+        return sample;
+    };
+    sample.normal = normal;
+    let h = scene.scallop_mm();
+    if let Some((height, side)) = swept.residual(&point, &normal, MEASURED_UP_TO * h) {
+        sample.residual_mm = Some(height);
+        sample.normal = normal * side;
+    }
+    let limit = scene.options.cut_limit * h;
+    sample.state = if sample.residual_mm.is_some_and(|height| height <= limit) {
+        SurfaceState::Cut
+    } else if excluded {
+        SurfaceState::Excluded
+    } else {
+        reach.judge(&point, &normal, limit - h)
+    };
+    sample
+}
+
+/// Faces left out on request: `--only` and `--skip` choose whole faces, the planner's account names them.
+fn excluded_faces(scene: &Scene<'_>) -> Vec<bool> {
+    let mut excluded = vec![false; scene.model.faces.len()];
+    for account in &scene.job.faces {
+        let left_out = account.area.uncut_mm2.get(&claymill_toolpath::UncutReason::Excluded);
+        if let (Some(flag), Some(area)) = (excluded.get_mut(account.face), left_out) {
+            *flag = *area > 0.5 * account.area.total_mm2;
+        }
+    }
+    excluded
+}
+
+/// Parameters of `count` points, one for each equal part of the face's area in the order of the mesh's
+/// triangles, scattered inside by a low-discrepancy sequence.
+fn spread(face: &Face, mesh: &FaceMesh, count: usize) -> Vec<Point2> {
+    let corners = |t: &[u32; 3]| t.map(|i| i as usize);
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = corners(t).map(|i| mesh.points[i]);
+        0.5 * (b - a).cross(&(c - a)).norm()
+    };
+    let total: f64 = mesh.triangles.iter().map(area).sum();
+    let mut spots = Vec::with_capacity(count);
+    let mut covered = 0.0;
+    for t in &mesh.triangles {
+        covered += area(t);
+        while spots.len() < count && (spots.len() as f64 + 0.5) * total <= covered * count as f64 {
+            let turn = |ratio: f64| (0.5 + ratio * spots.len() as f64).fract();
+            let (mut s, mut r) = (turn(R2[0]), turn(R2[1]));
+            if s + r > 1.0 {
+                (s, r) = (1.0 - s, 1.0 - r);
+            }
+            let [a, b, c] = corners(t).map(|i| mesh.uv[i]);
+            let uv = a + (b - a) * s + (c - a) * r;
+            let (u, v) = face.surface.clamp(uv.x, uv.y);
+            spots.push(Point2::new(u, v));
+        }
+    }
+    spots
+}

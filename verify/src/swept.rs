@@ -1,0 +1,112 @@
+use std::ops::ControlFlow;
+
+use claymill_nurbs::{Aabb, Point3, Vector3};
+use claymill_toolpath::MoveKind;
+use rayon::prelude::*;
+
+use crate::box_tree::BoxTree;
+use crate::capsule::Capsule;
+use crate::track::Track;
+
+/// How far below the surface an entry may lie and still belong to this side of the sheet, in radii: a ball
+/// on the far side enters about two radii before.
+const FAR_SIDE: f64 = 0.5;
+
+/// The space that the ball sweeps on all moves but rapids: capsules along flattened paths.
+#[derive(Debug)]
+pub(crate) struct Swept {
+    pieces: Vec<Piece>,
+    tree: BoxTree,
+    largest_radius_mm: f64,
+}
+
+/// One capsule and where it came from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Piece {
+    pub(crate) capsule: Capsule,
+    /// Number of the pass.
+    pub(crate) pass: u32,
+    /// Whether it belongs to a pass proper, not to a lead or link.
+    pub(crate) cut: bool,
+}
+
+impl Swept {
+    /// Flattens all paths within `chord_mm`.
+    pub(crate) fn new(tracks: &[Track], chord_mm: f64) -> Self {
+        let pieces: Vec<Piece> = tracks
+            .par_iter()
+            .filter(|t| t.sweeps())
+            .flat_map_iter(|track| {
+                let corners: Vec<Point3> = track
+                    .polygon(chord_mm)
+                    .into_iter()
+                    .map(|t| track.centre(t).0)
+                    .collect();
+                (1..corners.len()).map(move |i| Piece {
+                    capsule: Capsule {
+                        a: corners[i - 1],
+                        b: corners[i],
+                        radius: track.radius_mm,
+                    },
+                    pass: track.pass,
+                    cut: track.kind == MoveKind::Cut,
+                })
+            })
+            .collect();
+        let axes: Vec<Aabb> = pieces
+            .par_iter()
+            .map(|p| Aabb::of([&p.capsule.a, &p.capsule.b]))
+            .collect();
+        Swept {
+            tree: BoxTree::new(&axes),
+            largest_radius_mm: pieces.iter().map(|p| p.capsule.radius).fold(0.0, f64::max),
+            pieces,
+        }
+    }
+
+    /// Calls `found` for every capsule whose axis may come within `distance_mm` of `p`.
+    pub(crate) fn visit_near(
+        &self,
+        p: &Point3,
+        distance_mm: f64,
+        mut found: impl FnMut(&Piece) -> ControlFlow<()>,
+    ) {
+        let reach = distance_mm * distance_mm;
+        self.tree
+            .visit(|b| b.distance_squared(p) <= reach, |i| found(&self.pieces[i]));
+    }
+
+    /// Whether a ball has been deeper than `tolerance_mm` beyond `p`.
+    pub(crate) fn covers(&self, p: &Point3, tolerance_mm: f64) -> bool {
+        let mut covered = false;
+        self.visit_near(p, self.largest_radius_mm, |piece| {
+            covered = piece.capsule.axis_distance(p) < piece.capsule.radius - tolerance_mm;
+            if covered {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        });
+        covered
+    }
+
+    /// Height of the material that all balls together leave on the surface point `p` with normal `±n`, mm,
+    /// if it is no higher than `cap_mm`; a sheet may be cut from either side, the lower height counts. The
+    /// second value is +1 when that is the side of `n`, −1 for the other.
+    pub(crate) fn residual(&self, p: &Point3, n: &Vector3, cap_mm: f64) -> Option<(f64, f64)> {
+        let mut lowest: Option<(f64, f64)> = None;
+        self.visit_near(p, self.largest_radius_mm + cap_mm, |piece| {
+            let capsule = &piece.capsule;
+            let side = (nalgebra::center(&capsule.a, &capsule.b) - p).dot(n).signum();
+            if let Some(t) = capsule.entry(p, &(n * side))
+                && t <= cap_mm
+                && t > -FAR_SIDE * capsule.radius
+                && lowest.is_none_or(|(low, _)| t < low)
+            {
+                lowest = Some((t, side));
+            }
+            ControlFlow::Continue(())
+        });
+        lowest
+    }
+}

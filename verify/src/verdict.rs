@@ -1,0 +1,177 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use claymill_toolpath::Job;
+
+use crate::report::{Contact, Coverage, Gouge, Place, Rapids, Scallop, SurfaceState};
+use crate::options::VerifyOptions;
+
+/// Areas of states sum to the total, and the total to the planner's, within this share.
+const AREAS_AGREE: f64 = 1e-6;
+/// Reachable area left on less than this share of the cut area is sampling noise along boundaries.
+const LEFT_SHARE: f64 = 1e-3;
+/// The planner's areas by state may differ from the measured ones by this share of the total.
+const ACCOUNT_SHARE: f64 = 0.01;
+
+/// The conclusion: passed when no finding is an error.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Verdict {
+    /// No finding is an error.
+    pub passed: bool,
+    /// What was found, errors first.
+    pub findings: Vec<Finding>,
+}
+
+/// Something that is not as it should be.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Finding {
+    /// What it is.
+    pub code: FindingCode,
+    /// How bad it is.
+    pub severity: Severity,
+    /// One sentence with the figures.
+    pub message: String,
+    /// Where, if at one place.
+    pub place: Option<Place>,
+}
+
+/// Kinds of findings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FindingCode {
+    /// The ball enters a face deeper than the bar.
+    Gouge,
+    /// A pass leaves more than the bar under the ball.
+    Excess,
+    /// Passes run through the air.
+    InAir,
+    /// A rapid touches or enters the model.
+    RapidTouches,
+    /// Scallop crests are higher than the bar.
+    Scallop,
+    /// Area that the tool reaches was left.
+    ReachableLeft,
+    /// A face could not be sampled.
+    NotMeasured,
+    /// Areas do not sum to the model's.
+    AreaSum,
+    /// The planner's account differs from what was measured.
+    PlannerAccount,
+    /// There is nothing to measure.
+    NothingCut,
+}
+
+/// How bad a finding is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Severity {
+    /// The job must not be run.
+    Error,
+    /// The job may be run, but somebody should look.
+    Warning,
+}
+
+pub(crate) struct Measured<'a> {
+    pub(crate) gouge: &'a Gouge,
+    pub(crate) contact: &'a Contact,
+    pub(crate) rapids: &'a Rapids,
+    pub(crate) scallop: &'a Scallop,
+    pub(crate) coverage: &'a Coverage,
+}
+
+/// Holds the measurements against the bars.
+pub(crate) fn conclude(job: &Job, options: &VerifyOptions, m: &Measured<'_>) -> Verdict {
+    use FindingCode as Code;
+    use Severity::{Error, Warning};
+    let mut findings = Vec::new();
+    let mut find = |code, severity, message, place: &Option<Place>| {
+        findings.push(Finding { code, severity, message, place: place.clone() });
+    };
+    let um = |mm: f64| mm * 1e3;
+
+    if m.gouge.deepest_mm > options.gouge_limit_mm {
+        let text = format!(
+            "the ball enters the model by {:.2} µm, {} places are deeper than 5 µm",
+            um(m.gouge.deepest_mm),
+            m.gouge.deeper_than_5_um
+        );
+        find(Code::Gouge, Error, text, &m.gouge.deepest_at);
+    }
+    if m.contact.excess_max_mm > options.excess_limit_mm {
+        let share = 100.0 * m.contact.within_limit_share;
+        let text = format!(
+            "a pass runs {:.2} µm above its face; {share:.3} % of the contact is within ±{:.1} µm",
+            um(m.contact.excess_max_mm),
+            um(options.excess_limit_mm)
+        );
+        find(Code::Excess, Error, text, &m.contact.excess_max_at);
+    }
+    if m.contact.in_air_share > 0.0 {
+        let text = format!("{:.3} % of the cutting length touches no face", 100.0 * m.contact.in_air_share);
+        find(Code::InAir, Warning, text, &None);
+    }
+    if let Some(least) = m.rapids.clearance_min_mm
+        && least <= 0.0
+    {
+        let text = format!("{} rapid moves touch the model, the worst by {:.3} mm", m.rapids.touching, -least);
+        find(Code::RapidTouches, Error, text, &m.rapids.clearance_min_at);
+    }
+    let crests = &m.scallop.crests;
+    let bar = options.scallop_limit * job.request.scallop_mm;
+    if crests.p99_mm > bar {
+        let text = format!(
+            "the 99th percentile of the scallop crests is {:.4} mm, the bar is {bar:.4} mm",
+            crests.p99_mm
+        );
+        find(Code::Scallop, Error, text, &crests.max_at);
+    }
+    coverage_findings(job, m.coverage, &mut find);
+    findings.sort_by_key(|f| f.severity);
+    Verdict {
+        passed: findings.iter().all(|f| f.severity != Error),
+        findings,
+    }
+}
+
+fn coverage_findings(
+    job: &Job,
+    coverage: &Coverage,
+    find: &mut impl FnMut(FindingCode, Severity, String, &Option<Place>),
+) {
+    use FindingCode as Code;
+    use Severity::{Error, Warning};
+    let area = |state| coverage.by_state_mm2.get(&state).copied().unwrap_or(0.0);
+    let (cut, left) = (area(SurfaceState::Cut), area(SurfaceState::ReachableLeft));
+    let sum: f64 = coverage.by_state_mm2.values().sum();
+    let total = coverage.total_mm2;
+    if cut == 0.0 {
+        find(Code::NothingCut, Error, "no part of the model is cut".into(), &None);
+    }
+    if left > 0.0 {
+        let severity = if left > LEFT_SHARE * cut { Error } else { Warning };
+        let text = format!("{left:.0} mm² within reach of the tool were left ({:.3} % of the cut area)", 100.0 * left / cut.max(1e-9));
+        let at = coverage.reachable_left_at.first().map(|a| a.at.clone());
+        find(Code::ReachableLeft, severity, text, &at);
+    }
+    if area(SurfaceState::NotMeasured) > 0.0 {
+        let text = format!("{:.0} mm² could not be sampled", area(SurfaceState::NotMeasured));
+        find(Code::NotMeasured, Warning, text, &None);
+    }
+    if (sum - total).abs() > AREAS_AGREE * total {
+        let text = format!("the areas by state sum to {sum:.1} mm², the faces to {total:.1} mm²");
+        find(Code::AreaSum, Error, text, &None);
+    }
+    let planned: f64 = job.area.cut_mm2 + job.area.uncut_mm2.values().sum::<f64>();
+    for (what, claimed) in [("cut and uncut areas in job.json", planned), ("total area in job.json", job.area.total_mm2)] {
+        if (claimed - total).abs() > AREAS_AGREE * total {
+            let text = format!("the {what} are {claimed:.1} mm², the faces have {total:.1} mm²");
+            find(Code::AreaSum, Error, text, &None);
+        }
+    }
+    for (state, difference) in &coverage.planner_difference_mm2 {
+        if difference.abs() > ACCOUNT_SHARE * total {
+            let text = format!("the planner's {state:?} area differs from the measured one by {difference:.0} mm²");
+            find(Code::PlannerAccount, Warning, text, &None);
+        }
+    }
+}

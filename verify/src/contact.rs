@@ -45,7 +45,12 @@ pub(crate) fn measure(scene: &Scene<'_>, stage: &Stage<'_>) -> (Gouge, Contact) 
     let found: Vec<Along> = tracks
         .par_iter()
         .map(|track| {
-            let along = Walk { scene, track, margin: scene.options.path_spacing_mm }.run();
+            let along = Walk {
+                scene,
+                track,
+                margin: scene.options.path_spacing_mm,
+            }
+            .run();
             stage.step(tracks.len());
             along
         })
@@ -85,9 +90,7 @@ impl Walk<'_> {
         Probe {
             t,
             gap: foot.map(|f| f.distance_mm - radius),
-            slope: foot.map_or(0.0, |f| {
-                speed.dot(&(centre - f.point)) / f.distance_mm.max(1e-9)
-            }),
+            slope: foot.map_or(0.0, |f| speed.dot(&(centre - f.point)) / f.distance_mm.max(1e-9)),
             foot,
         }
     }
@@ -96,12 +99,9 @@ impl Walk<'_> {
     fn between(&self, a: &Probe, b: &Probe, halvings: u32, along: &mut Along) {
         let step = b.t - a.t;
         let gap = |p: &Probe| p.gap.unwrap_or(self.margin);
-        // The gap changes by at most the way travelled.
+        // The gap changes by at most the way travelled, which is about the step of the parameter.
         let way = step * 1.5;
-        let (Some(_), Some(_)) | (Some(_), None) | (None, Some(_)) = (a.gap, b.gap) else {
-            return;
-        };
-        if gap(a) + gap(b) > way {
+        if (a.gap.is_none() && b.gap.is_none()) || gap(a) + gap(b) > way {
             return;
         }
         let surprise = gap(b) - gap(a) - 0.5 * step * (a.slope + b.slope);
@@ -191,7 +191,13 @@ fn summarise(found: Vec<Along>, limit_mm: f64) -> (Gouge, Contact) {
         }
         all.gaps.append(one.gaps);
     }
-    let share = |length: f64| if all.cut_mm > 0.0 { length / all.cut_mm } else { 0.0 };
+    let share = |length: f64| {
+        if all.cut_mm > 0.0 {
+            length / all.cut_mm
+        } else {
+            0.0
+        }
+    };
     let gouge = Gouge {
         samples: all.samples,
         deepest_mm: all.deepest.as_ref().map_or(0.0, |d| -d.0),

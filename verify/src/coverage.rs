@@ -12,7 +12,11 @@ const NAMED_PLACES: usize = 20;
 
 /// Sums up areas by state and compares them with the planner's account.
 pub(crate) fn account(scene: &Scene<'_>, faces: &[FaceSamples]) -> Coverage {
-    let by_face: Vec<FaceCoverage> = faces.iter().enumerate().map(|(i, f)| face_coverage(i, f)).collect();
+    let by_face: Vec<FaceCoverage> = faces
+        .iter()
+        .enumerate()
+        .map(|(i, f)| face_coverage(i, f))
+        .collect();
     let mut by_state = BTreeMap::new();
     for face in &by_face {
         for (&state, &area) in &face.by_state_mm2 {

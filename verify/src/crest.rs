@@ -50,8 +50,7 @@ pub(crate) fn measure(scene: &Scene<'_>, swept: &Swept, reach: &Reach<'_>, stage
             let all = crests.len();
             // Where the ball does not fit, what is left is no scallop.
             crests.retain(|c| {
-                c.height <= limit
-                    || reach.side(&c.foot, &c.normal, spare) == SurfaceState::ReachableLeft
+                c.height <= limit || reach.side(&c.foot, &c.normal, spare) == SurfaceState::ReachableLeft
             });
             let out_of_reach = (all - crests.len()) as u64;
             stage.step(passes.len());
@@ -67,7 +66,10 @@ pub(crate) fn measure(scene: &Scene<'_>, swept: &Swept, reach: &Reach<'_>, stage
         for c in crests {
             heights.add(c.height, c.weight);
             if highest.as_ref().is_none_or(|h| c.height > h.0) {
-                let at = Place { point_mm: c.top.into(), ..c.place };
+                let at = Place {
+                    point_mm: c.top.into(),
+                    ..c.place
+                };
                 highest = Some((c.height, at));
             }
         }
@@ -118,7 +120,11 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept, track: &Track) -> Vec<Crest> {
             let normal = if n.dot(&up) < 0.0 { -n } else { n };
             let below = (top - foot.point).dot(&normal) < 0.0;
             crests.push(Crest {
-                height: if below { -foot.distance_mm } else { foot.distance_mm },
+                height: if below {
+                    -foot.distance_mm
+                } else {
+                    foot.distance_mm
+                },
                 weight: pair[1] - pair[0],
                 top,
                 place: Place {

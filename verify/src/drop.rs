@@ -67,8 +67,7 @@ impl<'a> DropMesh<'a> {
         self.tree.visit(
             |b| b.max.z + radius > centre.z && column_distance_squared(b, centre) < radius * radius,
             |i| {
-                blocked =
-                    lowered(&self.corners(i), centre.x, centre.y, radius).is_some_and(|z| z > centre.z);
+                blocked = lowered(&self.corners(i), centre.x, centre.y, radius).is_some_and(|z| z > centre.z);
                 if blocked {
                     ControlFlow::Break(())
                 } else {
@@ -263,10 +262,7 @@ mod tests {
             triangles: mesh.triangles.clone(),
             deviation_mm: 0.0,
         };
-        let (straight, oblique) = (
-            DropMesh::new(&mesh, &Vector3::z()),
-            DropMesh::new(&turned, &axis),
-        );
+        let (straight, oblique) = (DropMesh::new(&mesh, &Vector3::z()), DropMesh::new(&turned, &axis));
         for x in [-30.0, -2.0, 0.0, 7.0] {
             let p = Point3::new(x, 1.0, 2.0);
             let expected = straight.highest(&straight.in_frame(&p), 4.0).unwrap();

@@ -44,7 +44,7 @@ mod verdict;
 use std::path::{Path, PathBuf};
 
 use claymill_nurbs::{ClosestPoints, MeshOptions, Model};
-use claymill_toolpath::{FORMAT_VERSION, Job, JOB_FILE, Program, read_job, read_moves, sha256_of};
+use claymill_toolpath::{FORMAT_VERSION, JOB_FILE, Job, Program, read_job, read_moves, sha256_of};
 
 pub use error::VerifyError;
 pub use options::{Progress, VerifyOptions};
@@ -59,7 +59,11 @@ pub use verdict::{Finding, FindingCode, Severity, Verdict};
 /// # Errors
 /// Folder or model cannot be read, the model has changed since, or a move is unusable. Whatever is wrong with
 /// the job itself is a finding in the result's verdict.
-pub fn verify(folder: &Path, options: &VerifyOptions, progress: Progress<'_>) -> Result<Verification, VerifyError> {
+pub fn verify(
+    folder: &Path,
+    options: &VerifyOptions,
+    progress: Progress<'_>,
+) -> Result<Verification, VerifyError> {
     progress("reading", 0.0);
     let job = read_job(folder)?;
     if job.format_version != FORMAT_VERSION {
@@ -87,7 +91,9 @@ fn model_path(folder: &Path, job: &Job, options: &VerifyOptions) -> PathBuf {
         return path.clone();
     }
     let recorded = PathBuf::from(&job.model.path);
-    let beside = folder.join("..").join(recorded.file_name().unwrap_or(JOB_FILE.as_ref()));
+    let beside = folder
+        .join("..")
+        .join(recorded.file_name().unwrap_or(JOB_FILE.as_ref()));
     if !recorded.exists() && beside.exists() {
         beside
     } else {

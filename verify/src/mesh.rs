@@ -1,4 +1,4 @@
-use claymill_nurbs::{FaceMesh, Model, Point3, MeshOptions, tessellate};
+use claymill_nurbs::{FaceMesh, MeshOptions, Model, Point3, tessellate};
 use rayon::prelude::*;
 
 /// Triangles of all faces together.

@@ -18,7 +18,11 @@ const SAME_CLEARANCE_MM: f64 = 0.01;
 /// touch. Branch and bound: a stretch whose lowest tip is above the highest point of the model beside it needs
 /// no closer look than that.
 pub(crate) fn measure(scene: &Scene<'_>, mesh: &Mesh, reach: &Reach<'_>, stage: &Stage<'_>) -> Rapids {
-    let rapids: Vec<&Track> = scene.tracks.iter().filter(|t| t.kind == MoveKind::Rapid).collect();
+    let rapids: Vec<&Track> = scene
+        .tracks
+        .iter()
+        .filter(|t| t.kind == MoveKind::Rapid)
+        .collect();
     let lowest: Vec<Option<(f64, Place)>> = rapids
         .par_iter()
         .map(|track| {
@@ -40,7 +44,10 @@ pub(crate) fn measure(scene: &Scene<'_>, mesh: &Mesh, reach: &Reach<'_>, stage: 
             }
             stage.step(rapids.len());
             search.least.map(|(clearance, at)| {
-                let place = Place { move_seq: Some(track.seq), ..scene.place(at, None) };
+                let place = Place {
+                    move_seq: Some(track.seq),
+                    ..scene.place(at, None)
+                };
                 (clearance, place)
             })
         })
@@ -84,7 +91,10 @@ impl Search<'_> {
             return;
         };
         let bound = p.z.min(q.z) - self.radius - top - self.deviation;
-        if self.least.is_some_and(|(least, _)| bound > least - SAME_CLEARANCE_MM) {
+        if self
+            .least
+            .is_some_and(|(least, _)| bound > least - SAME_CLEARANCE_MM)
+        {
             return;
         }
         let middle = nalgebra::center(a, b);

@@ -58,7 +58,10 @@ impl<'a> Reach<'a> {
 
     /// The same for one side.
     pub(crate) fn side(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
-        let mut facing = self.setups.iter().filter(|(axis, _)| n.dot(axis) >= self.least_cosine);
+        let mut facing = self
+            .setups
+            .iter()
+            .filter(|(axis, _)| n.dot(axis) >= self.least_cosine);
         let ball = p + n * self.radius_mm;
         let fits = facing.clone().next().is_some()
             && self
@@ -67,7 +70,11 @@ impl<'a> Reach<'a> {
                 .closest(&ball, self.radius_mm - sink_mm)
                 .is_none();
         let slim = self.radius_mm - sink_mm - self.mesh_deviation_mm;
-        if fits && facing.clone().any(|(_, view)| !view.blocks(&view.in_frame(&ball), slim)) {
+        if fits
+            && facing
+                .clone()
+                .any(|(_, view)| !view.blocks(&view.in_frame(&ball), slim))
+        {
             return SurfaceState::ReachableLeft;
         }
         let pin = SIGHT_RADIUS * self.radius_mm;

@@ -1,0 +1,185 @@
+//! Planted defects: each must be found with its size.
+
+mod synthetic;
+
+use claymill_nurbs::analytic::{Frame, cylinder, sphere};
+use claymill_nurbs::{NurbsSurface, Point3, Vector3};
+use claymill_toolpath::MoveKind::{Cut, LeadOut, Rapid};
+use claymill_toolpath::{Move, UncutReason};
+use claymill_verify::{FindingCode, SurfaceState, Verification};
+use synthetic::{H, R, check, job, model, program, rectangle, straight};
+
+const STEP: f64 = 1.264_278_450_5;
+
+/// Crest between two passes over a plane, `gap` apart.
+fn crest(gap: f64) -> f64 {
+    R - (R * R - gap * gap / 4.0).sqrt()
+}
+
+fn plate() -> NurbsSurface {
+    rectangle((0.0, 60.0), (0.0, 30.0), 0.0)
+}
+
+/// Passes over the plate.
+fn rows() -> Vec<Move> {
+    let row = |k: u32| {
+        let y = STEP * f64::from(k) - 0.5;
+        straight(Cut, k, Point3::new(0.0, y, R), Point3::new(60.0, y, R))
+    };
+    (0..26).map(row).collect()
+}
+
+fn shift(m: &mut Move, axis: usize, by: f64) {
+    for p in &mut m.points {
+        p[axis] += by;
+    }
+}
+
+fn has(v: &Verification, code: FindingCode) -> bool {
+    v.verdict.findings.iter().any(|f| f.code == code)
+}
+
+fn plate_with(moves: Vec<Move>) -> Verification {
+    let model = model([plate()]);
+    check(&model, &job(&model), &program(moves))
+}
+
+#[test]
+fn a_pass_beside_its_place() {
+    let mut moves = rows();
+    shift(&mut moves[12], 1, STEP / 2.0);
+    let v = plate_with(moves);
+    approx::assert_abs_diff_eq!(v.scallop.crests.max_mm, crest(1.5 * STEP), epsilon = 1e-8);
+    assert!(has(&v, FindingCode::Scallop) && !v.verdict.passed);
+    let at = v.scallop.crests.max_at.unwrap();
+    approx::assert_abs_diff_eq!(at.point_mm[1], STEP * 11.75 - 0.5, epsilon = 1e-6);
+    assert!(matches!(at.move_seq, Some(11 | 12)));
+}
+
+#[test]
+fn a_missing_pass() {
+    let mut moves = rows();
+    moves.remove(12);
+    let v = plate_with(moves);
+    approx::assert_abs_diff_eq!(v.scallop.crests.max_mm, crest(2.0 * STEP), epsilon = 1e-8);
+    // What is higher than 1.5 h counts as left: the strip where the profile exceeds it.
+    let strip = 2.0 * (STEP - (R * R - (R - 1.5 * H).powi(2)).sqrt());
+    let left = v.coverage.by_state_mm2[&SurfaceState::ReachableLeft];
+    approx::assert_relative_eq!(left, 60.0 * strip, max_relative = 0.05);
+    assert!(has(&v, FindingCode::ReachableLeft) && !v.verdict.passed);
+}
+
+#[test]
+fn a_pass_too_low() {
+    for depth in [0.005, 0.0061] {
+        let mut moves = rows();
+        shift(&mut moves[7], 2, -depth);
+        let v = plate_with(moves);
+        approx::assert_abs_diff_eq!(v.gouge.deepest_mm, depth, epsilon = 1e-9);
+        assert_eq!(v.gouge.deepest_at.as_ref().unwrap().move_seq, Some(7));
+        assert!(v.gouge.deeper_than_2_um > 50);
+    }
+    let mut moves = rows();
+    shift(&mut moves[7], 2, -0.0061);
+    assert!(has(&plate_with(moves), FindingCode::Gouge));
+}
+
+#[test]
+fn a_pass_too_high() {
+    let mut moves = rows();
+    shift(&mut moves[7], 2, 0.007);
+    let v = plate_with(moves);
+    approx::assert_abs_diff_eq!(v.contact.excess_max_mm, 0.007, epsilon = 1e-9);
+    assert!(has(&v, FindingCode::Excess) && !v.verdict.passed);
+}
+
+#[test]
+fn a_neighbour_in_the_way_is_gouged() {
+    // A pin with a round head between two samples, high enough to touch by 3 µm at one place only.
+    let (pin, depth) = (0.5, 0.003);
+    let y = STEP * 10.0 - 0.5;
+    let head = Point3::new(30.37, y + 4.0, 0.0);
+    let z = R - ((R + pin - depth).powi(2) - 16.0).sqrt();
+    let frame = Frame::new(Point3::new(head.x, head.y, z), Vector3::z(), Vector3::x()).unwrap();
+    let ball = sphere(&frame, pin, (0.0, std::f64::consts::TAU), (0.0, 1.5)).unwrap();
+    let mut moves = rows();
+    moves.truncate(11);
+    assert!(plate_with(moves.clone()).gouge.deepest_mm < 1e-9);
+
+    let model = model([plate(), ball]);
+    let v = check(&model, &job(&model), &program(moves));
+    approx::assert_abs_diff_eq!(v.gouge.deepest_mm, depth, epsilon = 1e-6);
+    let at = v.gouge.deepest_at.unwrap();
+    assert_eq!((at.move_seq, at.face, at.entity.as_deref()), (Some(10), Some(1), Some("DE 3")));
+    approx::assert_abs_diff_eq!(at.parameter.unwrap(), head.x, epsilon = 0.02);
+}
+
+#[test]
+fn leads_are_looked_at_too() {
+    let mut moves = rows();
+    let (a, b) = (Point3::new(60.0, 15.0, R), Point3::new(50.0, 15.0, R - 0.5));
+    moves.push(straight(LeadOut, 25, a, b));
+    approx::assert_abs_diff_eq!(plate_with(moves).gouge.deepest_mm, 0.5, epsilon = 1e-9);
+}
+
+#[test]
+fn rapids_high_and_low() {
+    let model = model([plate(), rectangle((25.0, 35.0), (10.0, 20.0), 8.0)]);
+    let rapid = |height: f64| {
+        let at = |x: f64| Point3::new(x, 12.0, height + R);
+        let v = check(&model, &job(&model), &program([straight(Rapid, 0, at(0.0), at(60.0))]));
+        (v.rapids.clone(), has(&v, FindingCode::RapidTouches))
+    };
+    let (high, found) = rapid(12.0);
+    approx::assert_abs_diff_eq!(high.clearance_min_mm.unwrap(), 4.0, epsilon = 0.05);
+    assert!(!found && high.touching == 0);
+    let (low, found) = rapid(5.0);
+    approx::assert_abs_diff_eq!(low.clearance_min_mm.unwrap(), -3.0, epsilon = 0.05);
+    assert!(found && low.touching == 1);
+    let at = low.clearance_min_at.unwrap();
+    assert!((15.0..=45.0).contains(&at.point_mm[0]), "{at:?}");
+}
+
+#[test]
+fn reasons_for_what_is_not_cut() {
+    // A plate, a roof over its right half, a groove that is too narrow, a plate that is left out.
+    let frame = Frame::new(Point3::new(0.0, 100.0, 6.0), Vector3::x(), -Vector3::z()).unwrap();
+    let model = model([
+        plate(),
+        rectangle((30.0, 90.0), (-30.0, 60.0), 60.0),
+        cylinder(&frame, 6.0, (-1.0, 1.0), (0.0, 60.0)).unwrap(),
+        rectangle((0.0, 60.0), (200.0, 230.0), 0.0),
+    ]);
+    let mut job = job(&model);
+    let total = job.faces[3].area.total_mm2;
+    job.faces[3].area.uncut_mm2.insert(UncutReason::Excluded, total);
+    let v = check(&model, &job, &program([]));
+    let area = |face: usize, state| {
+        let by_state = &v.coverage.faces[face].by_state_mm2;
+        by_state.get(&state).copied().unwrap_or(0.0)
+    };
+    // The shank touches the roof's edge up to R before it.
+    approx::assert_relative_eq!(area(0, SurfaceState::ReachableLeft), 20.0 * 30.0, max_relative = 0.01);
+    approx::assert_relative_eq!(area(0, SurfaceState::TooTight), 10.0 * 30.0, max_relative = 0.02);
+    approx::assert_relative_eq!(area(0, SurfaceState::Hidden), 30.0 * 30.0, max_relative = 0.01);
+    approx::assert_relative_eq!(area(1, SurfaceState::ReachableLeft), 60.0 * 90.0, max_relative = 1e-9);
+    approx::assert_relative_eq!(area(2, SurfaceState::TooTight), 12.0 * 60.0, max_relative = 1e-6);
+    approx::assert_relative_eq!(area(3, SurfaceState::Excluded), 1800.0, max_relative = 1e-9);
+    let sum: f64 = v.coverage.by_state_mm2.values().sum();
+    approx::assert_relative_eq!(sum, v.coverage.total_mm2, max_relative = 1e-9);
+    assert!(has(&v, FindingCode::NothingCut) && has(&v, FindingCode::PlannerAccount));
+}
+
+#[test]
+fn the_thread_count_changes_nothing() {
+    let model = model([plate(), rectangle((25.0, 35.0), (10.0, 20.0), 8.0)]);
+    let job = job(&model);
+    let mut moves = rows();
+    shift(&mut moves[9], 1, 0.3);
+    let program = program(moves);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| format!("{:?}", check(&model, &job, &program)))
+    };
+    assert_eq!(with(1), with(3));
+}

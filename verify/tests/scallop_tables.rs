@@ -1,0 +1,110 @@
+//! Scallop heights of passes whose step-over is known in closed form: the tables of the design study.
+
+mod synthetic;
+
+use std::f64::consts::FRAC_PI_2;
+
+use claymill_nurbs::analytic::{Frame, circle_arc, cylinder, sphere};
+use claymill_nurbs::{Point3, Vector3};
+use claymill_toolpath::MoveKind::Cut;
+use claymill_verify::{SurfaceState, Verification};
+use synthetic::{H, R, check, job, model, program, rectangle, straight};
+
+/// Exact step-over on a plane for R = 10, h = 0.02.
+const PLANE_STEP: f64 = 1.264_278_450_5;
+
+fn assert_crests_are_h(v: &Verification) {
+    let crests = &v.scallop.crests;
+    assert!(crests.samples > 500, "{crests:?}");
+    approx::assert_abs_diff_eq!(crests.max_mm, H, epsilon = 1e-6);
+    approx::assert_abs_diff_eq!(crests.p99_mm, H, epsilon = 1e-6);
+    approx::assert_abs_diff_eq!(crests.mean_mm, H, epsilon = 1e-6);
+    assert!(v.gouge.deepest_mm < 1e-9, "{:?}", v.gouge);
+    assert!(v.contact.excess_max_mm < 1e-9, "{:?}", v.contact);
+    assert_eq!(v.contact.within_limit_share, 1.0);
+}
+
+#[test]
+fn a_plane_at_the_exact_step_over() {
+    let model = model([rectangle((0.0, 60.0), (0.0, 30.0), 0.0)]);
+    let rows = (0..26).map(|k| {
+        let y = PLANE_STEP * f64::from(k) - 0.5;
+        straight(Cut, k as u32, Point3::new(0.0, y, R), Point3::new(60.0, y, R))
+    });
+    let v = check(&model, &job(&model), &program(rows));
+    assert_crests_are_h(&v);
+    approx::assert_relative_eq!(v.coverage.total_mm2, 1800.0, max_relative = 1e-9);
+    approx::assert_relative_eq!(v.coverage.by_state_mm2[&SurfaceState::Cut], 1800.0, max_relative = 1e-9);
+    // The profile between two passes is a parabola: a third of the crest on average.
+    approx::assert_relative_eq!(v.scallop.surface.mean_mm, H / 3.0, max_relative = 0.02);
+    assert!(v.scallop.surface.p99_mm < H && v.scallop.surface.p99_mm > 0.95 * H);
+    assert_eq!(v.scallop.surface.above_limit_share, 0.0);
+    assert!(v.verdict.passed, "{:?}", v.verdict);
+}
+
+/// Passes parallel to the axis of a cylinder of radius `rho`, `step` radians apart, on its outside or inside.
+fn cylinder_job(rho: f64, step: f64, outside: bool) -> Verification {
+    let toward_top = if outside { 1.0 } else { -1.0 };
+    let frame = Frame::new(Point3::origin(), Vector3::x(), Vector3::z() * toward_top).unwrap();
+    let half = 12.0 * step;
+    let model = model([cylinder(&frame, rho, (-half, half), (0.0, 60.0)).unwrap()]);
+    let reach = rho + R * toward_top;
+    let rows = (-12..=12).map(|k| {
+        let angle = step * f64::from(k);
+        let at = |x: f64| Point3::new(x, reach * angle.sin(), reach * angle.cos() * toward_top);
+        straight(Cut, (k + 12) as u32, at(0.0), at(60.0))
+    });
+    check(&model, &job(&model), &program(rows))
+}
+
+#[test]
+fn cylinders_of_both_signs() {
+    for (rho, step, outside) in [
+        (1000.0, 0.001_257_992, true),
+        (1000.0, 0.001_270_660, false),
+        (100.0, 0.012_053_24, true),
+        (100.0, 0.013_328_02, false),
+        (25.0, 0.042_724_14, true),
+        (25.0, 0.065_316_09, false),
+    ] {
+        let v = cylinder_job(rho, step, outside);
+        assert_crests_are_h(&v);
+        assert!(v.verdict.passed, "radius {rho} outside {outside}: {:?}", v.verdict);
+    }
+}
+
+#[test]
+fn parallels_of_a_sphere() {
+    // Parallels crowd in arc length but not in angle: the plane of two neighbouring balls holds the axis.
+    let (rho, step) = (100.0, 0.012_053_24);
+    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let band = (0.9, 0.9 + 16.0 * step);
+    let model = model([sphere(&frame, rho, (0.2, 0.8), band).unwrap()]);
+    let rows = (0..=16).map(|k| {
+        let latitude = band.0 + step * f64::from(k);
+        let mut frame = frame;
+        frame.origin.z = (rho + R) * latitude.sin();
+        let arc = circle_arc(&frame, (rho + R) * latitude.cos(), (0.2, 0.8)).unwrap();
+        synthetic::along(Cut, k as u32, &arc)
+    });
+    assert!(band.1 < FRAC_PI_2);
+    let v = check(&model, &job(&model), &program(rows));
+    assert_crests_are_h(&v);
+    assert!(v.verdict.passed, "{:?}", v.verdict);
+}
+
+#[test]
+fn crossing_passes_only_lower_the_crests() {
+    let model = model([rectangle((0.0, 30.0), (0.0, 30.0), 0.0)]);
+    let along_x = (0..26).map(|k| {
+        let y = PLANE_STEP * f64::from(k) - 0.5;
+        straight(Cut, k as u32, Point3::new(0.0, y, R), Point3::new(30.0, y, R))
+    });
+    let along_y = (0..26).map(|k| {
+        let x = PLANE_STEP * f64::from(k) - 0.5;
+        straight(Cut, 100 + k as u32, Point3::new(x, 0.0, R), Point3::new(x, 30.0, R))
+    });
+    let v = check(&model, &job(&model), &program(along_x.chain(along_y)));
+    assert!(v.scallop.crests.max_mm <= H + 1e-6);
+    assert!(v.scallop.surface.mean_mm < 0.25 * H);
+}

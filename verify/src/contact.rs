@@ -11,6 +11,11 @@ use crate::track::Track;
 const BETWEEN_SAMPLES_MM: f64 = 1e-4;
 /// Intervals are halved at most this often where the ball changes from one contact to another.
 const HALVINGS: u32 = 7;
+/// Between two samples the distance to any fixed point of the model falls below the straight line between
+/// their values by `step² / 8R` at most if the path is straight; this factor allows for its curvature.
+const SAG_MARGIN: f64 = 1.5;
+/// Intervals so short that the sag is below this need no proof that nothing else is near, mm.
+const UNSEEN_MM: f64 = 3e-4;
 
 /// The ball at one place of a track.
 #[derive(Debug, Clone, Copy)]
@@ -38,8 +43,12 @@ struct Along {
 }
 
 /// Measures gouges on all kinds of moves but rapids and the contact along passes: samples at equal spacing
-/// and at knots; between them the gap is followed by its derivative, and intervals where that does not
-/// predict the next sample are halved (the ball changes from one face to another there).
+/// and at knots. What lies between two samples is settled in one of three ways:
+///
+/// - both gaps exceed the sag: nothing can reach the ball in between;
+/// - the derivatives predict the gaps and a larger ball at the same contact is empty: the gap is a smooth
+///   curve, and its extremum is where the derivative vanishes;
+/// - otherwise the interval is halved.
 pub(crate) fn measure(scene: &Scene<'_>, stage: &Stage<'_>) -> (Gouge, Contact) {
     let tracks: Vec<&Track> = scene.tracks.iter().filter(|t| t.sweeps()).collect();
     let found: Vec<Along> = tracks
@@ -99,13 +108,13 @@ impl Walk<'_> {
     fn between(&self, a: &Probe, b: &Probe, halvings: u32, along: &mut Along) {
         let step = b.t - a.t;
         let gap = |p: &Probe| p.gap.unwrap_or(self.margin);
-        // The gap changes by at most the way travelled, which is about the step of the parameter.
-        let way = step * 1.5;
-        if (a.gap.is_none() && b.gap.is_none()) || gap(a) + gap(b) > way {
+        let sag = SAG_MARGIN * step * step / (8.0 * self.track.radius_mm);
+        if gap(a).min(gap(b)) > sag {
             return;
         }
         let surprise = gap(b) - gap(a) - 0.5 * step * (a.slope + b.slope);
-        if halvings > 0 && surprise.abs() > BETWEEN_SAMPLES_MM {
+        let smooth = surprise.abs() <= BETWEEN_SAMPLES_MM;
+        if halvings > 0 && !(smooth && (sag <= UNSEEN_MM || self.alone(a, b))) {
             let middle = self.probe(0.5 * (a.t + b.t));
             self.record(&middle, along);
             self.between(a, &middle, halvings - 1, along);
@@ -119,6 +128,24 @@ impl Walk<'_> {
                 self.record(&self.probe(t), along);
             }
         }
+    }
+
+    /// Whether nothing but the contact itself comes near the ball between two probes: a ball of twice the
+    /// size that touches at the same place is empty. It holds the whole ball at mid-interval, and away
+    /// from the contact with room to spare.
+    fn alone(&self, a: &Probe, b: &Probe) -> bool {
+        let (Some(foot_a), Some(foot_b), Some(gap_a), Some(gap_b)) = (a.foot, b.foot, a.gap, b.gap) else {
+            return false;
+        };
+        let away = |p: &Probe, foot: &Foot| self.track.centre(p.t).0 - foot.point;
+        let Some(up) = (away(a, &foot_a) + away(b, &foot_b)).try_normalize(1e-9) else {
+            return false;
+        };
+        let radius = self.track.radius_mm;
+        let predicted = 0.5 * (gap_a + gap_b) + 0.125 * (b.t - a.t) * (a.slope - b.slope);
+        let lifted = self.track.centre(0.5 * (a.t + b.t)).0 + up * radius;
+        let empty = 2.0 * radius + predicted.min(0.0) - BETWEEN_SAMPLES_MM;
+        self.scene.closest.closest(&lifted, empty).is_none()
     }
 
     /// Takes extremes and counts.

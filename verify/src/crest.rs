@@ -39,7 +39,7 @@ struct Crest {
 ///         ╲  ╲  ╱  ╱
 ///     ─────╲__x___╱─────       height of x over the faces = scallop
 /// ```
-pub(crate) fn measure(scene: &Scene<'_>, swept: &Swept, reach: &Reach<'_>, stage: &Stage<'_>) -> Crests {
+pub(crate) fn measure(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, stage: &Stage<'_>) -> Crests {
     let passes: Vec<&Track> = scene.tracks.iter().filter(|t| t.kind == MoveKind::Cut).collect();
     let limit = scene.options.scallop_limit * scene.scallop_mm();
     let spare = limit - scene.scallop_mm();
@@ -84,7 +84,7 @@ pub(crate) fn measure(scene: &Scene<'_>, swept: &Swept, reach: &Reach<'_>, stage
     }
 }
 
-fn crests_along(scene: &Scene<'_>, swept: &Swept, track: &Track) -> Vec<Crest> {
+fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, track: &Track) -> Vec<Crest> {
     let (radius, h) = (track.radius_mm, scene.scallop_mm().min(track.radius_mm));
     let step_over = 2.0 * (2.0 * radius * h - h * h).sqrt();
     let mut crests = Vec::new();
@@ -101,8 +101,10 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept, track: &Track) -> Vec<Crest> {
         };
         let up = (c - contact.point) / contact.distance_mm.max(1e-9);
         let sides = neighbours(swept, track, &c, &feed, &up, REACH_STEPS * step_over);
-        for (piece, v) in sides.into_iter().flatten() {
-            let Some(top) = cusp(&c, radius, &feed, &up, &v, &piece) else {
+        for piece in sides.into_iter().flatten() {
+            let other = swept.track(&piece);
+            let (through, direction) = crossing(other, piece.parameters, &c, &feed);
+            let Some(top) = cusp(&c, radius, &feed, &up, (&through, &direction, other.radius_mm)) else {
                 continue;
             };
             if swept.covers(&top, CUT_AWAY_MM) {
@@ -140,20 +142,20 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept, track: &Track) -> Vec<Crest> {
     crests
 }
 
-/// The nearest other pass on either side of `c`, where it crosses the plane perpendicular to the feed, with
-/// the vector to it.
+/// The nearest other pass on either side of `c`, where it crosses the plane perpendicular to the feed.
 fn neighbours(
-    swept: &Swept,
+    swept: &Swept<'_>,
     track: &Track,
     c: &Point3,
     feed: &Vector3,
     up: &Vector3,
     reach_mm: f64,
-) -> [Option<(Piece, Vector3)>; 2] {
+) -> [Option<Piece>; 2] {
     let aside = feed.cross(up);
-    let mut nearest: [Option<(Piece, Vector3)>; 2] = [None, None];
+    let mut nearest: [Option<(Piece, f64)>; 2] = [None, None];
     swept.visit_near(c, reach_mm, |piece| {
-        if !piece.cut || piece.pass == track.pass {
+        let other = swept.track(piece);
+        if other.kind != MoveKind::Cut || other.pass == track.pass {
             return ControlFlow::Continue(());
         }
         let (a, b) = (piece.capsule.a - c, piece.capsule.b - c);
@@ -167,25 +169,54 @@ fn neighbours(
             return ControlFlow::Continue(());
         }
         let side = &mut nearest[usize::from(beside > 0.0)];
-        if side.as_ref().is_none_or(|(_, w)| distance < w.norm()) {
-            *side = Some((*piece, v));
+        if side.as_ref().is_none_or(|(_, best)| distance < *best) {
+            *side = Some((*piece, distance));
         }
         ControlFlow::Continue(())
     });
-    nearest
+    nearest.map(|side| side.map(|(piece, _)| piece))
+}
+
+/// Where exactly a track crosses the plane through `c` perpendicular to `feed`, and its direction there; the
+/// crossing lies between the two parameters.
+fn crossing(track: &Track, (mut low, mut high): (f64, f64), c: &Point3, feed: &Vector3) -> (Point3, Vector3) {
+    let ahead = |t: f64| (track.centre(t).0 - c).dot(feed);
+    let (mut at_low, mut at_high) = (ahead(low), ahead(high));
+    let mut t = 0.5 * (low + high);
+    // Secant steps that keep the bracket; pieces are nearly straight, so that two or three are enough.
+    for _ in 0..5 {
+        if at_high != at_low {
+            t = (low - (high - low) * at_low / (at_high - at_low)).clamp(low, high);
+        }
+        let here = ahead(t);
+        if here.abs() < 1e-9 {
+            break;
+        }
+        if (here > 0.0) == (at_high > 0.0) {
+            (high, at_high) = (t, here);
+        } else {
+            (low, at_low) = (t, here);
+        }
+    }
+    track.centre(t)
 }
 
 /// The point toward the surface where the circle of the ball at `c`, perpendicular to the feed, meets the
-/// tube along `other`, which crosses that plane at `c + v`. For parallel passes this is the intersection of
-/// two circles; from there Newton accounts for the tube's obliqueness.
-fn cusp(c: &Point3, r: f64, feed: &Vector3, up: &Vector3, v: &Vector3, other: &Piece) -> Option<Point3> {
+/// tube of another pass, given by a point in the same plane, the direction there and the radius. For
+/// parallel passes this is the intersection of two circles; from there Newton accounts for obliqueness.
+fn cusp(
+    c: &Point3,
+    r: f64,
+    feed: &Vector3,
+    up: &Vector3,
+    (through, direction, r2): (&Point3, &Vector3, f64),
+) -> Option<Point3> {
+    let v = through - c;
     let d = v.norm();
     let e = v / d;
     let g = feed.cross(&e);
     let down = if g.dot(up) > 0.0 { -g } else { g };
-    let r2 = other.capsule.radius;
-    let axis = (other.capsule.b - other.capsule.a).try_normalize(1e-12)?;
-    let through = c + v;
+    let axis = direction.try_normalize(1e-12)?;
 
     let mut cosine = (d * d + r * r - r2 * r2) / (2.0 * d * r);
     if cosine.abs() >= 1.0 {

@@ -25,7 +25,7 @@ pub(crate) struct FaceSamples {
 pub(crate) fn measure(
     scene: &Scene<'_>,
     meshes: &[Option<FaceMesh>],
-    swept: &Swept,
+    swept: &Swept<'_>,
     reach: &Reach<'_>,
     stage: &Stage<'_>,
 ) -> Vec<FaceSamples> {
@@ -69,7 +69,7 @@ fn sample(
     uv: &Point2,
     area_mm2: f64,
     excluded: bool,
-    swept: &Swept,
+    swept: &Swept<'_>,
     reach: &Reach<'_>,
 ) -> ResidualSample {
     let surface = &scene.model.faces[face].surface;

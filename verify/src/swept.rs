@@ -1,7 +1,6 @@
 use std::ops::ControlFlow;
 
 use claymill_nurbs::{Aabb, Point3, Vector3};
-use claymill_toolpath::MoveKind;
 use rayon::prelude::*;
 
 use crate::box_tree::BoxTree;
@@ -14,7 +13,8 @@ const FAR_SIDE: f64 = 0.5;
 
 /// The space that the ball sweeps on all moves but rapids: capsules along flattened paths.
 #[derive(Debug)]
-pub(crate) struct Swept {
+pub(crate) struct Swept<'a> {
+    tracks: &'a [Track],
     pieces: Vec<Piece>,
     tree: BoxTree,
     largest_radius_mm: f64,
@@ -24,32 +24,30 @@ pub(crate) struct Swept {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Piece {
     pub(crate) capsule: Capsule,
-    /// Number of the pass.
-    pub(crate) pass: u32,
-    /// Whether it belongs to a pass proper, not to a lead or link.
-    pub(crate) cut: bool,
+    /// Index of the track.
+    track: u32,
+    /// The track's parameters at its ends.
+    pub(crate) parameters: (f64, f64),
 }
 
-impl Swept {
+impl<'a> Swept<'a> {
     /// Flattens all paths within `chord_mm`.
-    pub(crate) fn new(tracks: &[Track], chord_mm: f64) -> Self {
+    pub(crate) fn new(tracks: &'a [Track], chord_mm: f64) -> Self {
         let pieces: Vec<Piece> = tracks
             .par_iter()
-            .filter(|t| t.sweeps())
-            .flat_map_iter(|track| {
-                let corners: Vec<Point3> = track
-                    .polygon(chord_mm)
-                    .into_iter()
-                    .map(|t| track.centre(t).0)
-                    .collect();
+            .enumerate()
+            .filter(|(_, track)| track.sweeps())
+            .flat_map_iter(|(index, track)| {
+                let corner = |t: f64| (t, track.centre(t).0);
+                let corners: Vec<(f64, Point3)> = track.polygon(chord_mm).into_iter().map(corner).collect();
                 (1..corners.len()).map(move |i| Piece {
                     capsule: Capsule {
-                        a: corners[i - 1],
-                        b: corners[i],
+                        a: corners[i - 1].1,
+                        b: corners[i].1,
                         radius: track.radius_mm,
                     },
-                    pass: track.pass,
-                    cut: track.kind == MoveKind::Cut,
+                    track: index as u32,
+                    parameters: (corners[i - 1].0, corners[i].0),
                 })
             })
             .collect();
@@ -61,7 +59,13 @@ impl Swept {
             tree: BoxTree::new(&axes),
             largest_radius_mm: pieces.iter().map(|p| p.capsule.radius).fold(0.0, f64::max),
             pieces,
+            tracks,
         }
+    }
+
+    /// The track that a piece is of.
+    pub(crate) fn track(&self, piece: &Piece) -> &'a Track {
+        &self.tracks[piece.track as usize]
     }
 
     /// Calls `found` for every capsule whose axis may come within `distance_mm` of `p`.

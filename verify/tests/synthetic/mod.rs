@@ -9,12 +9,12 @@ use claymill_toolpath::{
 use claymill_verify::{Verification, VerifyOptions, verify_program};
 
 /// Ball radius of all tests, mm.
-pub const R: f64 = 10.0;
+pub(crate) const R: f64 = 10.0;
 /// Scallop height of all tests, mm.
-pub const H: f64 = 0.02;
+pub(crate) const H: f64 = 0.02;
 
 /// A model of untrimmed faces.
-pub fn model(surfaces: impl IntoIterator<Item = NurbsSurface>) -> Model {
+pub(crate) fn model(surfaces: impl IntoIterator<Item = NurbsSurface>) -> Model {
     let face = |(i, surface): (usize, NurbsSurface)| Face {
         surface,
         loops: Vec::new(),
@@ -32,7 +32,7 @@ pub fn model(surfaces: impl IntoIterator<Item = NurbsSurface>) -> Model {
 }
 
 /// The rectangle `x × y` at height `z`.
-pub fn rectangle(x: (f64, f64), y: (f64, f64), z: f64) -> NurbsSurface {
+pub(crate) fn rectangle(x: (f64, f64), y: (f64, f64), z: f64) -> NurbsSurface {
     let knots = || KnotVector::clamped_uniform(1, 2);
     let corners = [(x.0, y.0), (x.0, y.1), (x.1, y.0), (x.1, y.1)];
     let points = corners.map(|(x, y)| Point3::new(x, y, z)).to_vec();
@@ -40,7 +40,7 @@ pub fn rectangle(x: (f64, f64), y: (f64, f64), z: f64) -> NurbsSurface {
 }
 
 /// A job record with one setup from above.
-pub fn job(model: &Model) -> Job {
+pub(crate) fn job(model: &Model) -> Job {
     let total: f64 = model.faces.iter().map(Face::area_mm2).sum();
     let tool = Tool::Ball { radius_mm: R };
     Job {
@@ -71,7 +71,10 @@ pub fn job(model: &Model) -> Job {
             rapid_mm_per_min: 20000.0,
         },
         tolerances: Default::default(),
-        tools: vec![ToolRecord { id: "T1".into(), tool }],
+        tools: vec![ToolRecord {
+            id: "T1".into(),
+            tool,
+        }],
         setups: vec![Setup {
             name: "top".into(),
             axis: [0.0, 0.0, 1.0],
@@ -104,7 +107,7 @@ pub fn job(model: &Model) -> Job {
 }
 
 /// A move of the ball's centre along `curve`, not rounded to written digits.
-pub fn along(kind: MoveKind, pass: u32, curve: &Curve3) -> Move {
+pub(crate) fn along(kind: MoveKind, pass: u32, curve: &Curve3) -> Move {
     let mut m = Move::along(kind, curve, Vector3::z(), 6000.0);
     for p in &mut m.points {
         p[2] -= R;
@@ -116,22 +119,25 @@ pub fn along(kind: MoveKind, pass: u32, curve: &Curve3) -> Move {
 }
 
 /// A straight move of the ball's centre.
-pub fn straight(kind: MoveKind, pass: u32, a: Point3, b: Point3) -> Move {
+pub(crate) fn straight(kind: MoveKind, pass: u32, a: Point3, b: Point3) -> Move {
     let length = (b - a).norm();
     let knots = KnotVector::new(1, vec![0.0, 0.0, length, length]).unwrap();
     along(kind, pass, &Curve3::new(knots, vec![a, b], None).unwrap())
 }
 
 /// Numbers the moves.
-pub fn program(moves: impl IntoIterator<Item = Move>) -> Program {
-    let numbered = moves.into_iter().enumerate().map(|(seq, m)| Move { seq: seq as u64, ..m });
+pub(crate) fn program(moves: impl IntoIterator<Item = Move>) -> Program {
+    let numbered = moves
+        .into_iter()
+        .enumerate()
+        .map(|(seq, m)| Move { seq: seq as u64, ..m });
     Program {
         moves: numbered.collect(),
     }
 }
 
 /// Options for small models.
-pub fn options() -> VerifyOptions {
+pub(crate) fn options() -> VerifyOptions {
     VerifyOptions {
         area_per_sample_mm2: 0.2,
         ..VerifyOptions::default()
@@ -139,6 +145,6 @@ pub fn options() -> VerifyOptions {
 }
 
 /// Verifies silently.
-pub fn check(model: &Model, job: &Job, program: &Program) -> Verification {
+pub(crate) fn check(model: &Model, job: &Job, program: &Program) -> Verification {
     verify_program(model, job, program, &options(), &|_, _| ()).unwrap()
 }

@@ -6,6 +6,8 @@ use nalgebra::Matrix2;
 
 /// A projected curve keeps this close to the true foot points, mm.
 const PCURVE_MM: f64 = 1e-5;
+/// Where the whole parameter range is no longer than this, the surface is a pole, mm.
+const POLE_MM: f64 = 1e-3;
 /// Halvings of one knot span of the curve before the projection gives up refining.
 const DEEPEST: u32 = 10;
 
@@ -37,6 +39,7 @@ pub(crate) struct Projector<'a> {
 struct Station {
     t: f64,
     uv: Point2,
+    distance_mm: f64,
     /// `d(uv)/dt`; `None` where the surface is singular.
     slope: Option<Vector2>,
 }
@@ -95,9 +98,14 @@ impl<'a> Projector<'a> {
             if e + suu > 0.0 && (e + suu) * (g + svv) > (f + suv) * (f + suv) {
                 (e, f, g) = (e + suu, f + suv, g + svv);
             }
-            // A parameter at its limit that wants to go farther out is held.
-            let held_u = (uv.x <= u0 && gradient.x >= 0.0) || (uv.x >= u1 && gradient.x <= 0.0);
-            let held_v = (uv.y <= v0 && gradient.y >= 0.0) || (uv.y >= v1 && gradient.y <= 0.0);
+            // A parameter at its limit that wants to go farther out is held, and so is one that moves nothing:
+            // a curve keeps its meridian when it runs into a pole.
+            let held_u = (uv.x <= u0 && gradient.x >= 0.0)
+                || (uv.x >= u1 && gradient.x <= 0.0)
+                || j.su.norm() * (u1 - u0) < POLE_MM;
+            let held_v = (uv.y <= v0 && gradient.y >= 0.0)
+                || (uv.y >= v1 && gradient.y <= 0.0)
+                || j.sv.norm() * (v1 - v0) < POLE_MM;
             let step = match (held_u, held_v) {
                 (true, true) => break,
                 (true, false) => Vector2::new(0.0, -gradient.y / g),
@@ -148,44 +156,39 @@ impl<'a> Projector<'a> {
             let t = breaks[0] + (middle - breaks[0]) * f64::from(i) / 8.0;
             seed = self.foot(&curve.point(t), seed).uv;
         }
-        let mut worst = 0.0_f64;
         let mut pieces: Vec<[Station; 2]> = Vec::new();
         for span in breaks.windows(2) {
             // At kinks the slope is that of the span, taken a hair inside.
             let inset = |t: f64| if kink(t) { 1e-9 * (span[1] - span[0]) } else { 0.0 };
             let start = match pieces.last() {
                 Some([_, end]) if !kink(span[0]) => *end,
-                _ => self.station(curve, span[0], span[0] + inset(span[0]), seed, &mut worst),
+                _ => self.station(curve, span[0], span[0] + inset(span[0]), seed),
             };
-            self.refine(
-                curve,
-                start,
-                span[1],
-                inset(span[1]),
-                DEEPEST,
-                &mut pieces,
-                &mut worst,
-            );
+            self.refine(curve, start, span[1], inset(span[1]), DEEPEST, &mut pieces);
             seed = pieces.last().map_or(seed, |p| p[1].uv);
         }
         Some(Projected {
             pcurve: hermite(&pieces)?,
-            distance_mm: worst,
+            distance_mm: pieces.iter().flatten().map(|s| s.distance_mm).fold(0.0, f64::max),
         })
     }
 
-    fn station(&self, curve: &Curve3, t: f64, slope_at: f64, seed: Point2, worst: &mut f64) -> Station {
+    fn station(&self, curve: &Curve3, t: f64, slope_at: f64, seed: Point2) -> Station {
         let foot = self.foot(&curve.point(t), seed);
-        *worst = worst.max(foot.distance_mm);
         let j = self.surface.jet(foot.uv.x, foot.uv.y);
         let tangent = curve.derivatives(slope_at)[1];
         let (e, f, g) = (j.su.norm_squared(), j.su.dot(&j.sv), j.sv.norm_squared());
         let (a, b) = (j.su.dot(&tangent), j.sv.dot(&tangent));
         let det = e * g - f * f;
-        let slope = (det > 1e-12 * e * g).then(|| Vector2::new(a * g - b * f, b * e - a * f) / det);
+        // Near a pole the slope is meaningless: any parameter is the same point.
+        let ((u0, u1), (v0, v1)) = self.surface.domain();
+        let size = (e.sqrt() * (u1 - u0)).min(g.sqrt() * (v1 - v0));
+        let regular = det > 1e-12 * e * g && size > POLE_MM;
+        let slope = regular.then(|| Vector2::new(a * g - b * f, b * e - a * f) / det);
         Station {
             t,
             uv: foot.uv,
+            distance_mm: foot.distance_mm,
             slope,
         }
     }
@@ -199,22 +202,20 @@ impl<'a> Projector<'a> {
         inset: f64,
         depth: u32,
         pieces: &mut Vec<[Station; 2]>,
-        worst: &mut f64,
     ) {
         let length = end - start.t;
         let guess = start.slope.map_or(start.uv, |d| start.uv + d * length);
-        let mut last = self.station(curve, end, end - inset, guess, worst);
+        let mut last = self.station(curve, end, end - inset, guess);
         // Far guesses can slide to another part of the surface; a walk does not.
         let reach = (curve.point(end) - curve.point(start.t)).norm();
-        let landed = (self.surface.point(last.uv.x, last.uv.y) - curve.point(end)).norm();
-        if landed > 1e-2 * reach {
+        if last.distance_mm > 1e-2 * reach {
             let mut seed = start.uv;
             for i in 1..=8 {
                 seed = self
                     .foot(&curve.point(start.t + length * f64::from(i) / 8.0), seed)
                     .uv;
             }
-            last = self.station(curve, end, end - inset, seed, worst);
+            last = self.station(curve, end, end - inset, seed);
         }
         let follows = |x: f64| {
             let uv = hermite_point(&start, &last, x);
@@ -227,9 +228,9 @@ impl<'a> Projector<'a> {
             return;
         }
         let middle = start.t + 0.5 * length;
-        self.refine(curve, start, middle, 0.0, depth - 1, pieces, worst);
+        self.refine(curve, start, middle, 0.0, depth - 1, pieces);
         if let Some([_, at_middle]) = pieces.last().copied() {
-            self.refine(curve, at_middle, end, inset, depth - 1, pieces, worst);
+            self.refine(curve, at_middle, end, inset, depth - 1, pieces);
         }
     }
 }

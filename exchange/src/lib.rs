@@ -23,6 +23,7 @@ mod foot;
 mod format;
 mod iges;
 mod import;
+mod lift;
 mod step;
 mod subcurve;
 mod trim;
@@ -31,6 +32,7 @@ use std::path::Path;
 
 pub use error::ReadError;
 pub use format::Format;
+pub use iges::{Group, WriteError, write_iges};
 pub use import::{EntityCount, Import, ImportReport, Repair, Skipped, Units};
 
 /// A face smaller than this is degenerate, mm².

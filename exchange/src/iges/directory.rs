@@ -118,7 +118,7 @@ mod tests {
 
     #[test]
     fn the_columns_of_an_entry() {
-        let first = b"     144      17       0       1      12       0      41       001010501".to_vec();
+        let first = b"     144      17       0       1      12       0      41       000010501".to_vec();
         let second = b"     144       0     -33       1       0                    Roof       7".to_vec();
         let entry = Entry::new(&[first, second]).unwrap();
         assert_eq!(

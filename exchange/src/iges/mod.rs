@@ -1,4 +1,4 @@
-//! The IGES reader.
+//! The IGES reader and writer.
 //!
 //! ```text
 //!   cards ─► global, directory, parameters ─► file ─► roots (which entities are faces)
@@ -9,6 +9,7 @@
 mod attributes;
 mod cards;
 mod curves;
+mod deck;
 mod digits;
 mod directory;
 mod faces;
@@ -20,6 +21,7 @@ mod roots;
 mod surfaces;
 mod tokens;
 mod topology;
+mod writer;
 
 use std::path::Path;
 
@@ -27,6 +29,8 @@ use claymill_nurbs::{Aabb, Model};
 use rayon::prelude::*;
 
 use crate::{Format, Import, ImportReport, ReadError, Skipped, Units};
+
+pub use writer::{Group, WriteError, write_iges};
 
 use cards::Cards;
 use faces::FaceReader;

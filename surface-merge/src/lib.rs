@@ -1,1 +1,143 @@
-//! surface-merge
+//! From thousands of patches to a few regions, with a reason for every border.
+//!
+//! ```text
+//!   faces ─► edges ─► pairs of edges side by side ─► tolerance ─► joints (also partial ones: T-junctions)
+//!                                                                   │
+//!   regions ◄─ growing ◄─ verdict by preset ◄─ gap, angle and curvature along each whole joint
+//! ```
+//!
+//! Adjacency is found by geometry alone, so that files without topology (plain IGES surfaces), gaps and
+//! T-junctions need no special treatment. Continuity is judged along the whole of each joint, not at its
+//! mid-point. A region may wrap around the vehicle; what one tool direction can reach of it is decided
+//! later. Merging decides where strokes run, never whether they gouge.
+//!
+//! ```
+//! use claymill_nurbs::{Face, KnotVector, Model, NurbsSurface, Point3, Source, SurfaceKind};
+//! use claymill_surface_merge::{MergeOptions, merge};
+//!
+//! let square = |x: f64| {
+//!     let corners = [(x, 0.0), (x, 10.0), (x + 10.0, 0.0), (x + 10.0, 10.0)];
+//!     let k = || KnotVector::clamped_uniform(1, 2);
+//!     let points = corners.iter().map(|&(x, y)| Point3::new(x, y, 0.0)).collect();
+//!     Face {
+//!         surface: NurbsSurface::new(k(), k(), points, None).unwrap(),
+//!         loops: Vec::new(),
+//!         reversed: false,
+//!         kind: SurfaceKind::Nurbs,
+//!         source: Source::default(),
+//!     }
+//! };
+//! let model = Model { faces: vec![square(0.0), square(10.0), square(50.0)], ..Model::default() };
+//! let merged = merge(&model, &MergeOptions::default())?;
+//! assert_eq!(merged.regions.len(), 2);
+//! assert_eq!(merged.regions[0].faces, [0, 1]);
+//! assert!((merged.account.naked_mm - 100.0).abs() < 1e-9);
+//! # Ok::<(), claymill_surface_merge::MergeError>(())
+//! ```
+
+mod account;
+mod chord_tree;
+mod continuity;
+mod disjoint_sets;
+mod edge;
+mod gaps;
+mod growing;
+mod joint;
+mod matching;
+mod options;
+mod region;
+mod tolerance;
+mod verdict;
+
+use claymill_nurbs::{FaceId, Model};
+use rayon::prelude::*;
+use thiserror::Error;
+
+pub use account::{BoundaryAccount, NakedStretch};
+pub use gaps::{GapBin, Tolerance, ToleranceOrigin};
+pub use joint::{Continuity, EdgeStretch, Joint, JointSample, Spread};
+pub use options::{CurvatureLimit, Judged, Limits, MergeOptions, Preset};
+pub use region::Region;
+pub use verdict::Verdict;
+
+/// The regions of a model, and why they are what they are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Merge {
+    /// Every joint, by faces and place on their boundaries.
+    pub joints: Vec<Joint>,
+    /// The regions, largest first. Every face belongs to one.
+    pub regions: Vec<Region>,
+    /// The region of each face.
+    pub region_of_face: Vec<usize>,
+    /// Where the boundary length goes.
+    pub account: BoundaryAccount,
+    /// Stretches without a neighbour, longer than the tolerance.
+    pub naked: Vec<NakedStretch>,
+    /// How near neighbours had to be.
+    pub tolerance: Tolerance,
+}
+
+/// Why merging failed.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum MergeError {
+    /// An option is not a positive number.
+    #[error("option {option} is {value}: it must be positive")]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A face's boundary cannot be evaluated.
+    #[error("the boundary of face {face} is not finite")]
+    NotFinite {
+        /// The face.
+        face: FaceId,
+    },
+}
+
+/// Finds the joints of `model`, measures them, and grows regions across the smooth ones.
+///
+/// The result depends on the geometry alone: not on the order of faces, nor on how their parameters run,
+/// nor on the number of threads.
+///
+/// # Errors
+/// Options that make no sense; surfaces that evaluate to non-finite points.
+pub fn merge(model: &Model, options: &MergeOptions) -> Result<Merge, MergeError> {
+    options.check()?;
+    let given = options.tolerance_mm.unwrap_or(0.0);
+    let radius_mm = tolerance::SEARCH_RADIUS_MM.max(20.0 * model.tolerance_mm).max(given);
+    let edges = edge::edges(model, 0.1 * radius_mm);
+    if let Some(edge) = edges.iter().find(|e| !e.length_mm().is_finite()) {
+        return Err(MergeError::NotFinite { face: edge.face });
+    }
+    let pairs = matching::pairs(&edges, radius_mm);
+    let tolerance =
+        Tolerance::find(&edges, &pairs, options.tolerance_mm, model.tolerance_mm, radius_mm);
+    let tolerance_mm = tolerance.value_mm;
+    let runs: Vec<_> =
+        pairs.par_iter().flat_map_iter(|pair| matching::runs(&edges, pair, tolerance_mm)).collect();
+    let runs = account::imprint(&edges, &runs, tolerance_mm);
+    let coverage = account::Coverage::new(&edges, &runs);
+    let rivals = coverage.rivals(runs.len(), tolerance_mm);
+    let (account, naked) = coverage.account(&edges, tolerance_mm);
+    let mut joints: Vec<Joint> = runs
+        .par_iter()
+        .zip(&rivals)
+        .map(|(run, rivals)| continuity::measure(model, &edges, run, !rivals.is_empty(), options))
+        .collect();
+    let (labels, standings) = growing::grow(model.faces.len(), &joints, &rivals, options);
+    joints
+        .par_iter_mut()
+        .zip(standings)
+        .for_each(|(joint, standing)| verdict::judge(joint, standing, options));
+    let (regions, region_of_face) = region::regions(model, &labels, &joints, &naked, tolerance_mm);
+    Ok(Merge {
+        joints,
+        regions,
+        region_of_face,
+        account,
+        naked,
+        tolerance,
+    })
+}

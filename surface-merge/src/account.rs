@@ -1,0 +1,161 @@
+//! Who covers what: every stretch of every edge is matched, non-manifold or naked.
+
+use claymill_nurbs::Point3;
+use serde::{Deserialize, Serialize};
+
+use crate::edge::Edge;
+use crate::joint::EdgeStretch;
+use crate::matching::Run;
+
+/// Where the boundary length of all faces goes: the four parts sum to the total.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct BoundaryAccount {
+    /// Length of the boundaries of all faces, collapsed sides left out, mm.
+    pub total_mm: f64,
+    /// Matched with exactly one other edge, mm (both sides of a joint count).
+    pub matched_mm: f64,
+    /// Lying on the inside of another face, mm. Not looked for yet: such length counts as naked.
+    pub lapped_mm: f64,
+    /// With no neighbour, mm.
+    pub naked_mm: f64,
+    /// Matched with two or more edges, mm.
+    pub non_manifold_mm: f64,
+}
+
+/// A stretch of edge without a neighbour.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct NakedStretch {
+    /// Where.
+    pub stretch: EdgeStretch,
+    /// Length, mm.
+    pub length_mm: f64,
+    /// Its two ends, mm.
+    pub ends: [Point3; 2],
+}
+
+/// The runs on each edge as intervals of arc length.
+pub(crate) struct Coverage {
+    by_edge: Vec<Vec<Interval>>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Interval {
+    run: usize,
+    from: f64,
+    to: f64,
+}
+
+impl Coverage {
+    pub(crate) fn new(edges: &[Edge<'_>], runs: &[Run]) -> Self {
+        let mut by_edge = vec![Vec::new(); edges.len()];
+        for (run, r) in runs.iter().enumerate() {
+            for (edge, on) in [(r.a, r.on_a), (r.b, r.on_b)] {
+                let [s0, s1] = on.map(|t| edges[edge].arc_length(t));
+                by_edge[edge].push(Interval { run, from: s0.min(s1), to: s0.max(s1) });
+            }
+        }
+        Coverage { by_edge }
+    }
+
+    /// For each run, the runs that share more than `tolerance_mm` of an edge with it.
+    pub(crate) fn rivals(&self, runs: usize, tolerance_mm: f64) -> Vec<Vec<usize>> {
+        let mut rivals = vec![Vec::new(); runs];
+        for intervals in &self.by_edge {
+            for (k, x) in intervals.iter().enumerate() {
+                for y in &intervals[k + 1..] {
+                    if x.to.min(y.to) - x.from.max(y.from) > tolerance_mm {
+                        rivals[x.run].push(y.run);
+                        rivals[y.run].push(x.run);
+                    }
+                }
+            }
+        }
+        rivals
+    }
+
+    /// Sums up all edges, and lists the naked stretches longer than `tolerance_mm`.
+    pub(crate) fn account(
+        &self,
+        edges: &[Edge<'_>],
+        tolerance_mm: f64,
+    ) -> (BoundaryAccount, Vec<NakedStretch>) {
+        let mut account = BoundaryAccount::default();
+        let mut naked = Vec::new();
+        for (edge, intervals) in edges.iter().zip(&self.by_edge) {
+            let mut cuts = vec![0.0, edge.length_mm()];
+            cuts.extend(intervals.iter().flat_map(|i| [i.from, i.to]));
+            cuts.sort_by(f64::total_cmp);
+            let mut open: Option<f64> = None;
+            for w in cuts.windows(2) {
+                let length = w[1] - w[0];
+                let covered = |i: &&Interval| i.from <= w[0] && i.to >= w[1];
+                let covers = if length > 0.0 { intervals.iter().filter(covered).count() } else { 0 };
+                account.total_mm += length;
+                match covers {
+                    0 => account.naked_mm += length,
+                    1 => account.matched_mm += length,
+                    _ => account.non_manifold_mm += length,
+                }
+                if covers == 0 {
+                    open.get_or_insert(w[0]);
+                } else if let Some(from) = open.take() {
+                    naked.extend(naked_stretch(edge, from, w[0], tolerance_mm));
+                }
+            }
+            if let Some(from) = open {
+                naked.extend(naked_stretch(edge, from, edge.length_mm(), tolerance_mm));
+            }
+        }
+        (account, naked)
+    }
+}
+
+fn naked_stretch(edge: &Edge<'_>, s0: f64, s1: f64, tolerance_mm: f64) -> Option<NakedStretch> {
+    let (from, to) = (edge.at_length(s0), edge.at_length(s1));
+    (s1 - s0 > tolerance_mm).then(|| NakedStretch {
+        stretch: EdgeStretch {
+            face: edge.face,
+            loop_index: edge.loop_index,
+            edge_index: edge.edge_index,
+            from,
+            to,
+        },
+        length_mm: s1 - s0,
+        ends: [from, to].map(|t| Point3::from(edge.lift(t)[0])),
+    })
+}
+
+/// Cuts runs where another run on the same edge begins or ends, so that on each elementary run the same
+/// edges meet from end to end (T-junctions).
+pub(crate) fn imprint(edges: &[Edge<'_>], runs: &[Run], tolerance_mm: f64) -> Vec<Run> {
+    let mut ends: Vec<Vec<f64>> = vec![Vec::new(); edges.len()];
+    for r in runs {
+        ends[r.a].extend(r.on_a);
+        ends[r.b].extend(r.on_b);
+    }
+    let mut found = Vec::with_capacity(runs.len());
+    for r in runs {
+        let (ea, eb) = (&edges[r.a], &edges[r.b]);
+        let within = |edge: &Edge<'_>, t: f64, on: [f64; 2]| {
+            let [s, s0, s1] = [t, on[0], on[1]].map(|t| edge.arc_length(t));
+            s > s0.min(s1) + 2.0 * tolerance_mm && s < s0.max(s1) - 2.0 * tolerance_mm
+        };
+        let opposite = |from: &Edge<'_>, t: f64, to: &Edge<'_>| to.foot(&Point3::from(from.lift(t)[0])).t;
+        let on_a = ends[r.a].iter().copied().filter(|&t| within(ea, t, r.on_a));
+        let on_b = ends[r.b].iter().copied().filter(|&t| within(eb, t, r.on_b));
+        let mut cuts: Vec<(f64, f64)> = on_a.map(|t| (t, opposite(ea, t, eb))).collect();
+        cuts.extend(on_b.map(|t| (opposite(eb, t, ea), t)));
+        cuts.sort_by(|x, y| x.0.total_cmp(&y.0));
+        cuts.dedup_by(|later, earlier| {
+            ea.arc_length(later.0) - ea.arc_length(earlier.0) <= 2.0 * tolerance_mm
+        });
+        cuts.insert(0, (r.on_a[0], r.on_b[0]));
+        cuts.push((r.on_a[1], r.on_b[1]));
+        found.extend(cuts.windows(2).map(|w| Run {
+            on_a: [w[0].0, w[1].0],
+            on_b: [w[0].1, w[1].1],
+            ..*r
+        }));
+    }
+    found
+}

@@ -1,0 +1,184 @@
+use serde::{Deserialize, Serialize};
+
+use crate::joint::{Joint, JointSample};
+use crate::options::{CurvatureLimit, Judged, Limits, MergeOptions};
+
+/// What became of a joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Within the low limits: its faces are one region.
+    Merged,
+    /// Within the high limits only; the regions on both sides agree along their whole border.
+    MergedWeak,
+    /// Merged, although the curvature jumps: the feed dips here, which costs less than a broken stroke.
+    CrossedCurvatureJump,
+    /// Not smooth by itself, but its faces belong to one region by way of others: it fades out, or the
+    /// region goes round it.
+    Enclosed,
+    /// The gap is too wide.
+    SplitGap,
+    /// The normals differ too much.
+    SplitAngle,
+    /// The curvature jumps too much.
+    SplitCurvature,
+    /// Within the high limits, but the rest of the border between the two regions is not.
+    SplitNeighbours,
+    /// Three or more faces meet, and another pair of them is the smoothest.
+    SplitNonManifold,
+}
+
+impl Verdict {
+    /// Whether strokes run across the joint.
+    #[must_use]
+    pub fn is_merged(self) -> bool {
+        matches!(self, Verdict::Merged | Verdict::MergedWeak | Verdict::CrossedCurvatureJump)
+    }
+}
+
+/// The first limit that a measurement exceeds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Excess {
+    Gap,
+    Angle,
+    Curvature,
+}
+
+impl MergeOptions {
+    /// What `sample` exceeds, worst first: a gap makes angles doubtful, an angle makes curvatures so.
+    pub(crate) fn excess(&self, limits: &Limits, sample: &JointSample, floor_per_mm: f64) -> Option<Excess> {
+        let gap =
+            sample.gap_normal_mm > limits.gap_normal_mm || sample.gap_lateral_mm > limits.gap_lateral_mm;
+        let jump = sample.curvature_jump_per_mm();
+        let curvature = match limits.curvature {
+            CurvatureLimit::Any => false,
+            CurvatureLimit::Machining(limit) => self.ball_radius_mm * jump > limit && jump > floor_per_mm,
+            CurvatureLimit::Relative(limit) => {
+                sample.curvature_relative(floor_per_mm) > limit && jump > floor_per_mm
+            }
+        };
+        match (gap, sample.angle_deg.abs() > limits.angle_deg, curvature) {
+            (true, ..) => Some(Excess::Gap),
+            (_, true, _) => Some(Excess::Angle),
+            (_, _, true) => Some(Excess::Curvature),
+            _ => None,
+        }
+    }
+
+    /// Share of a joint's length within `limits`; the paper's rule knows only all or nothing.
+    pub(crate) fn share_within(&self, limits: &Limits, joint: &Joint) -> f64 {
+        let fine = |s: &JointSample| self.excess(limits, s, joint.curvature_floor_per_mm).is_none();
+        match self.judged {
+            Judged::MidPoint => f64::from(u8::from(fine(&joint.mid))),
+            Judged::Along => {
+                let within: f64 = joint.samples.iter().filter(|s| fine(s)).map(|s| s.length_mm).sum();
+                within / joint.length_mm
+            }
+        }
+    }
+
+    /// The limit that a joint exceeds on the largest part of its length.
+    fn main_excess(&self, joint: &Joint) -> Excess {
+        let found = |s: &JointSample| self.excess(&self.high, s, joint.curvature_floor_per_mm);
+        if self.judged == Judged::MidPoint {
+            return found(&joint.mid).unwrap_or(Excess::Angle);
+        }
+        let length = |kind: Excess| -> f64 {
+            joint.samples.iter().filter(|s| found(s) == Some(kind)).map(|s| s.length_mm).sum()
+        };
+        let kinds = [Excess::Gap, Excess::Angle, Excess::Curvature].map(|kind| (length(kind), kind));
+        let worst = kinds.into_iter().reduce(|x, y| if y.0 > x.0 { y } else { x });
+        worst.map_or(Excess::Angle, |(_, kind)| kind)
+    }
+}
+
+/// What growing found out about a joint.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Standing {
+    /// Passed over in favour of a smoother joint on the same edge.
+    pub(crate) outdone: bool,
+    /// Its faces are in one region.
+    pub(crate) together: bool,
+    pub(crate) strong: bool,
+    pub(crate) weak: bool,
+}
+
+/// Writes the verdict and its reason into the joint.
+pub(crate) fn judge(joint: &mut Joint, standing: Standing, options: &MergeOptions) {
+    let jump = joint.curvature_machining.max;
+    let smooth = standing.strong || standing.weak;
+    joint.verdict = match standing {
+        Standing { outdone: true, together: false, .. } => Verdict::SplitNonManifold,
+        Standing { together: true, .. } if smooth && jump > options.crossing => Verdict::CrossedCurvatureJump,
+        Standing { together: true, strong: true, .. } => Verdict::Merged,
+        Standing { together: true, weak: true, .. } => Verdict::MergedWeak,
+        Standing { together: true, .. } => Verdict::Enclosed,
+        _ if smooth => Verdict::SplitNeighbours,
+        _ => match options.main_excess(joint) {
+            Excess::Gap => Verdict::SplitGap,
+            Excess::Angle => Verdict::SplitAngle,
+            Excess::Curvature => Verdict::SplitCurvature,
+        },
+    };
+    joint.why = reason(joint, options);
+}
+
+fn reason(joint: &Joint, options: &MergeOptions) -> String {
+    let high = &options.high;
+    match joint.verdict {
+        Verdict::Merged => format!(
+            "{:.3}° at most (limit {}°), gap {:.4} mm",
+            joint.angle_deg.p95, options.low.angle_deg, joint.gap_normal_mm.max
+        ),
+        Verdict::MergedWeak => format!(
+            "{:.3}° on all but a twentieth of its length (limit {}°), and the border of the two regions agrees",
+            joint.angle_deg.p95, high.angle_deg
+        ),
+        Verdict::CrossedCurvatureJump => format!(
+            "normals agree within {:.3}°; R·|Δκ| = {:.3} costs a dip in feed, a broken stroke would cost a turn",
+            joint.angle_deg.p95, joint.curvature_machining.max
+        ),
+        Verdict::Enclosed => format!("not smooth itself ({}), but its faces are joined around it", excess(joint, options)),
+        Verdict::SplitNeighbours => format!(
+            "smooth itself ({:.3}°), but the border of the two regions is not",
+            joint.angle_deg.p95
+        ),
+        Verdict::SplitNonManifold => "three or more faces meet here; a smoother pair was joined".to_owned(),
+        Verdict::SplitGap | Verdict::SplitAngle | Verdict::SplitCurvature => excess(joint, options),
+    }
+}
+
+/// The limit exceeded, by how much, on how much of the joint, and where it is worst.
+fn excess(joint: &Joint, options: &MergeOptions) -> String {
+    let high = &options.high;
+    let share = 100.0 * (1.0 - options.share_within(high, joint));
+    let (figure, worst): (String, &dyn Fn(&JointSample) -> f64) = match options.main_excess(joint) {
+        Excess::Gap => (
+            format!(
+                "gap {:.4} mm along the normal (limit {} mm), {:.4} mm across (limit {} mm)",
+                joint.gap_normal_mm.max, high.gap_normal_mm, joint.gap_lateral_mm.max, high.gap_lateral_mm
+            ),
+            &|s| s.gap_normal_mm,
+        ),
+        Excess::Angle => (
+            format!("angle {:.3}° (limit {}°)", joint.angle_deg.max, high.angle_deg),
+            &|s| s.angle_deg.abs(),
+        ),
+        Excess::Curvature => (
+            match high.curvature {
+                CurvatureLimit::Relative(limit) => format!(
+                    "relative curvature difference {:.3} (limit {limit})",
+                    joint.curvature_relative.max
+                ),
+                CurvatureLimit::Machining(limit) => {
+                    format!("R·|Δκ| = {:.3} (limit {limit})", joint.curvature_machining.max)
+                }
+                CurvatureLimit::Any => String::new(),
+            },
+            &|s| s.curvature_jump_per_mm(),
+        ),
+    };
+    let place = joint.samples.iter().fold(&joint.mid, |m, s| if worst(s) > worst(m) { s } else { m }).point;
+    format!("{figure} on {share:.0} % of {:.1} mm, worst at ({:.1}, {:.1}, {:.1})",
+        joint.length_mm, place.x, place.y, place.z)
+}

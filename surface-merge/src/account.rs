@@ -51,7 +51,11 @@ impl Coverage {
         for (run, r) in runs.iter().enumerate() {
             for (edge, on) in [(r.a, r.on_a), (r.b, r.on_b)] {
                 let [s0, s1] = on.map(|t| edges[edge].arc_length(t));
-                by_edge[edge].push(Interval { run, from: s0.min(s1), to: s0.max(s1) });
+                by_edge[edge].push(Interval {
+                    run,
+                    from: s0.min(s1),
+                    to: s0.max(s1),
+                });
             }
         }
         Coverage { by_edge }
@@ -89,7 +93,11 @@ impl Coverage {
             for w in cuts.windows(2) {
                 let length = w[1] - w[0];
                 let covered = |i: &&Interval| i.from <= w[0] && i.to >= w[1];
-                let covers = if length > 0.0 { intervals.iter().filter(covered).count() } else { 0 };
+                let covers = if length > 0.0 {
+                    intervals.iter().filter(covered).count()
+                } else {
+                    0
+                };
                 account.total_mm += length;
                 match covers {
                     0 => account.naked_mm += length,

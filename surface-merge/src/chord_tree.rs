@@ -79,17 +79,19 @@ impl ChordTree {
 
     /// Calls `found` with every chord whose box touches `query`.
     pub(crate) fn touching(&self, query: &Aabb, mut found: impl FnMut(&Chord)) {
-        let apart = |b: &Aabb| {
-            (0..3).any(|k| b.min[k] > query.max[k] || b.max[k] < query.min[k])
-        };
+        let apart = |b: &Aabb| (0..3).any(|k| b.min[k] > query.max[k] || b.max[k] < query.min[k]);
         let mut stack = vec![0];
         while let Some(index) = stack.pop() {
-            let Some(node) = self.nodes.get(index) else { continue };
+            let Some(node) = self.nodes.get(index) else {
+                continue;
+            };
             if apart(&node.bounds) {
                 continue;
             }
             if node.count > 0 {
-                self.chords[node.first..node.first + node.count].iter().for_each(&mut found);
+                self.chords[node.first..node.first + node.count]
+                    .iter()
+                    .for_each(&mut found);
             } else {
                 stack.extend([node.first, index + 1]);
             }

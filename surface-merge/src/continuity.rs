@@ -25,7 +25,7 @@ const GAUSS_9: [(f64, f64); 9] = [
     (-0.836_031_107_326_635_8, 0.180_648_160_694_857_4),
     (-0.613_371_432_700_590_4, 0.260_610_696_402_935_46),
     (-0.324_253_423_403_808_9, 0.312_347_077_040_002_84),
-    (0.0, 0.330_239_355_001_259_76),
+    (0.0, 0.330_239_355_001_259_8),
     (0.324_253_423_403_808_9, 0.312_347_077_040_002_84),
     (0.613_371_432_700_590_4, 0.260_610_696_402_935_46),
     (0.836_031_107_326_635_8, 0.180_648_160_694_857_4),
@@ -54,7 +54,10 @@ pub(crate) fn measure(
     let mut samples = Vec::with_capacity(rule.len() * (pieces.len() - 1));
     for piece in pieces.windows(2) {
         let (middle, half) = (0.5 * (piece[0] + piece[1]), 0.5 * (piece[1] - piece[0]));
-        samples.extend(rule.iter().map(|(x, w)| crossing.sample(middle + half * x, w * half)));
+        samples.extend(
+            rule.iter()
+                .map(|(x, w)| crossing.sample(middle + half * x, w * half)),
+        );
     }
     let half_way = 0.5 * (crossing.a.arc_length(run.on_a[0]) + crossing.a.arc_length(run.on_a[1]));
     let mid = crossing.sample(crossing.a.at_length(half_way), 0.0);
@@ -66,9 +69,8 @@ pub(crate) fn measure(
         CurvatureLimit::Machining(limit) => machining_limit = Some(limit),
         CurvatureLimit::Relative(limit) => relative_limit = Some(limit),
     }
-    let spread = |limit: Option<f64>, value: &dyn Fn(&JointSample) -> f64| {
-        Spread::of(&samples, &mid, limit, value)
-    };
+    let spread =
+        |limit: Option<f64>, value: &dyn Fn(&JointSample) -> f64| Spread::of(&samples, &mid, limit, value);
     let stretch = |edge: &Edge<'_>, on: [f64; 2]| EdgeStretch {
         face: edge.face,
         loop_index: edge.loop_index,
@@ -135,7 +137,14 @@ impl<'e, 'm> Crossing<'e, 'm> {
         // faces whose boundaries run against each other, both on their left, have normals on one side.
         let same_side = -left * other_left * heading;
         let outside = sign(!model.faces[a.face].reversed);
-        Crossing { a, b, left, heading, same_side, outside }
+        Crossing {
+            a,
+            b,
+            left,
+            heading,
+            same_side,
+            outside,
+        }
     }
 
     /// Parameters of the first edge where the joint's polynomial pieces meet, ends included.
@@ -181,7 +190,11 @@ impl<'e, 'm> Crossing<'e, 'm> {
         // Directions across the edge, from the first face into the second, in either tangent plane.
         let (across_a, across_b) = (along.cross(&na) * self.left, along.cross(&nb) * self.left);
         let angle = na.cross(&nb).norm().atan2(na.dot(&nb)).to_degrees();
-        let side = if across_b.dot(&na) * self.outside < 0.0 { -1.0 } else { 1.0 };
+        let side = if across_b.dot(&na) * self.outside < 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
         let curvature_per_mm = match (soft_a || soft_b, ja, jb) {
             (false, ja, jb) => ja
                 .normal_curvature(&across_a, &(na * self.outside))
@@ -193,7 +206,9 @@ impl<'e, 'm> Crossing<'e, 'm> {
             point,
             length_mm,
             gap_normal_mm,
-            gap_lateral_mm: (gap.norm_squared() - gap_normal_mm * gap_normal_mm).max(0.0).sqrt(),
+            gap_lateral_mm: (gap.norm_squared() - gap_normal_mm * gap_normal_mm)
+                .max(0.0)
+                .sqrt(),
             angle_deg: angle * side,
             curvature_per_mm,
         }
@@ -205,7 +220,10 @@ type Normal = Option<(Vector3, bool)>;
 fn frame(edge: &Edge<'_>, t: f64) -> (claymill_nurbs::Jet, Normal) {
     let c = edge.pcurve.point(t);
     let jet = edge.surface.jet(c.x, c.y);
-    let normal = jet.normal().map(|n| (n, false)).or_else(|| edge.surface.normal(c.x, c.y));
+    let normal = jet
+        .normal()
+        .map(|n| (n, false))
+        .or_else(|| edge.surface.normal(c.x, c.y));
     (jet, normal)
 }
 
@@ -218,8 +236,13 @@ fn curvature_floor(model: &Model, edge: usize, edges: &[Edge<'_>]) -> f64 {
         let p = degree as f64;
         4.0 * (p - 1.0) / p * model.coordinate_step_mm / (spacing * spacing)
     };
-    let rounding = floor(surface.knots_u().degree(), across_u).max(floor(surface.knots_v().degree(), across_v));
-    if rounding.is_finite() { rounding.max(CURVATURE_FLOOR_PER_MM) } else { CURVATURE_FLOOR_PER_MM }
+    let rounding =
+        floor(surface.knots_u().degree(), across_u).max(floor(surface.knots_v().degree(), across_v));
+    if rounding.is_finite() {
+        rounding.max(CURVATURE_FLOOR_PER_MM)
+    } else {
+        CURVATURE_FLOOR_PER_MM
+    }
 }
 
 /// Mean distance of control points along `u` and along `v`, mm.

@@ -3,7 +3,9 @@ use std::sync::Arc;
 use claymill_nurbs::{Curve2, Domain, FaceId, Model, NurbsSurface, Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::tolerance::{CHORD_TURN, COLLAPSED_MM, CORNER_DEG, FEWEST_CHORDS, LONGEST_CHORD_MM, MOST_HALVINGS};
+use crate::tolerance::{
+    CHORD_TURN, COLLAPSED_MM, CORNER_DEG, FEWEST_CHORDS, LONGEST_CHORD_MM, MOST_HALVINGS,
+};
 
 /// A smooth piece of a face's boundary: no corner inside, not closed, not collapsed.
 #[derive(Debug)]
@@ -69,7 +71,8 @@ fn face_edges(model: &Model, face: FaceId, chord_error_mm: f64) -> Vec<Edge<'_>>
                     pcurve: Arc::clone(&pcurve),
                 };
                 edge.lay_stations(chord_error_mm);
-                if edge.length_mm() > COLLAPSED_MM {
+                let collapsed = edge.length_mm() <= COLLAPSED_MM;
+                if !collapsed {
                     edge.inside_left = domain.as_ref().is_none_or(|d| edge.face_is_left(d));
                     found.push(edge);
                 }
@@ -91,8 +94,8 @@ fn smooth_pieces(surface: &NurbsSurface, pcurve: &Curve2) -> Vec<Vec<f64>> {
     let mut pieces = vec![vec![t0]];
     for &t in &breaks[1..] {
         pieces.last_mut().expect("never empty").push(t);
-        let corner = t < t1
-            && direction(t - beside).dot(&direction(t + beside)) < CORNER_DEG.to_radians().cos();
+        let corner =
+            t < t1 && direction(t - beside).dot(&direction(t + beside)) < CORNER_DEG.to_radians().cos();
         if corner {
             pieces.push(vec![t]);
         }
@@ -125,7 +128,11 @@ fn breaks(surface: &NurbsSurface, pcurve: &Curve2) -> Vec<f64> {
             _ => return breaks,
         };
         let shares = knots.iter().map(|k| (k - from) / span);
-        breaks.extend(shares.filter(|s| *s > 1e-9 && *s < 1.0 - 1e-9).map(|s| t0 + s * (t1 - t0)));
+        breaks.extend(
+            shares
+                .filter(|s| *s > 1e-9 && *s < 1.0 - 1e-9)
+                .map(|s| t0 + s * (t1 - t0)),
+        );
         breaks.sort_by(f64::total_cmp);
     }
     breaks
@@ -148,7 +155,10 @@ impl Edge<'_> {
 
     /// Arc length at `t`: cubic Hermite between stations, so that lengths of parts add up exactly.
     pub(crate) fn arc_length(&self, t: f64) -> f64 {
-        let i = self.stations.partition_point(|s| s.t <= t).clamp(1, self.stations.len() - 1);
+        let i = self
+            .stations
+            .partition_point(|s| s.t <= t)
+            .clamp(1, self.stations.len() - 1);
         let (a, b) = (&self.stations[i - 1], &self.stations[i]);
         let h = b.t - a.t;
         let x = ((t - a.t) / h).clamp(0.0, 1.0);
@@ -162,7 +172,11 @@ impl Edge<'_> {
         let (mut low, mut high) = self.ends();
         for _ in 0..48 {
             let middle = 0.5 * (low + high);
-            if self.arc_length(middle) < s { low = middle } else { high = middle }
+            if self.arc_length(middle) < s {
+                low = middle
+            } else {
+                high = middle
+            }
         }
         0.5 * (low + high)
     }
@@ -184,10 +198,14 @@ impl Edge<'_> {
         for _ in 0..20 {
             let r = c[0] - p.coords;
             let newton = c[1].norm_squared() + r.dot(&c[2]);
-            let slope = if newton > 0.5 * c[1].norm_squared() { newton } else { c[1].norm_squared() };
+            let slope = if newton > 0.5 * c[1].norm_squared() {
+                newton
+            } else {
+                c[1].norm_squared()
+            };
             let next = (t - r.dot(&c[1]) / slope).clamp(low, high);
             let step = (next - t).abs() * c[1].norm();
-            if !(step > 0.0) {
+            if step == 0.0 || !step.is_finite() {
                 break;
             }
             t = next;
@@ -210,7 +228,11 @@ impl Edge<'_> {
         for i in 0..spans {
             let (a, b) = (self.breaks[i], self.breaks[i + 1]);
             for part in 1..=parts {
-                let end = if part == parts { b } else { a + (b - a) * part as f64 / parts as f64 };
+                let end = if part == parts {
+                    b
+                } else {
+                    a + (b - a) * part as f64 / parts as f64
+                };
                 self.advance(self.station(end), chord_error_mm, 0);
             }
         }
@@ -232,9 +254,12 @@ impl Edge<'_> {
         let m = self.station(0.5 * (a.t + b.t));
         let (first, second, chord) = (m.point - a.point, b.point - m.point, b.point - a.point);
         let length = chord.norm();
-        let bow = if length > 0.0 { first.cross(&chord).norm() / length } else { first.norm() };
-        let coarse =
-            bow > chord_error_mm || length > LONGEST_CHORD_MM || first.angle(&second) > CHORD_TURN;
+        let bow = if length > 0.0 {
+            first.cross(&chord).norm() / length
+        } else {
+            first.norm()
+        };
+        let coarse = bow > chord_error_mm || length > LONGEST_CHORD_MM || first.angle(&second) > CHORD_TURN;
         if coarse && halvings < MOST_HALVINGS && length > COLLAPSED_MM {
             self.advance(m, chord_error_mm, halvings + 1);
             self.advance(b, chord_error_mm, halvings + 1);

@@ -71,7 +71,9 @@ impl Tolerance {
 }
 
 fn bin(gap_mm: f64) -> usize {
-    ((gap_mm / SMALLEST_GAP_MM).log10() * BINS_PER_DECADE).ceil().max(0.0) as usize
+    ((gap_mm / SMALLEST_GAP_MM).log10() * BINS_PER_DECADE)
+        .ceil()
+        .max(0.0) as usize
 }
 
 fn histogram(edges: &[Edge<'_>], pairs: &[Pair], radius_mm: f64) -> Vec<GapBin> {
@@ -81,13 +83,21 @@ fn histogram(edges: &[Edge<'_>], pairs: &[Pair], radius_mm: f64) -> Vec<GapBin> 
             let length = |t: f64| edges[pair.a].arc_length(t);
             let ends = pair.points.windows(2);
             ends.filter(|w| w.iter().all(|o| o.along && o.gap_mm <= radius_mm))
-                .map(|w| (bin(w[0].gap_mm.max(w[1].gap_mm)), length(w[1].ta) - length(w[0].ta)))
+                .map(|w| {
+                    (
+                        bin(w[0].gap_mm.max(w[1].gap_mm)),
+                        length(w[1].ta) - length(w[0].ta),
+                    )
+                })
                 .collect()
         })
         .collect();
     let edge_of_bin = |i: usize| SMALLEST_GAP_MM * 10f64.powf(i as f64 / BINS_PER_DECADE);
     let mut bins: Vec<GapBin> = (0..=bin(radius_mm))
-        .map(|i| GapBin { gap_mm: edge_of_bin(i), length_mm: 0.0 })
+        .map(|i| GapBin {
+            gap_mm: edge_of_bin(i),
+            length_mm: 0.0,
+        })
         .collect();
     for (i, length) in parts.into_iter().flatten() {
         let last = bins.len() - 1;
@@ -129,7 +139,10 @@ mod tests {
 
     fn bins(lengths: &[(f64, f64)]) -> Vec<GapBin> {
         let mut all: Vec<GapBin> = (0..=bin(0.5))
-            .map(|i| GapBin { gap_mm: 1e-4 * 10f64.powf(i as f64 / 10.0), length_mm: 0.0 })
+            .map(|i| GapBin {
+                gap_mm: 1e-4 * 10f64.powf(i as f64 / 10.0),
+                length_mm: 0.0,
+            })
             .collect();
         for (gap, length) in lengths {
             all[bin(*gap)].length_mm += length;

@@ -112,7 +112,9 @@ impl JointSample {
     /// `|κA − κB| / (|κA| + |κB| + 2κ₀)` for the floor `κ₀`.
     #[must_use]
     pub fn curvature_relative(&self, floor_per_mm: f64) -> f64 {
-        let Some([a, b]) = self.curvature_per_mm else { return 0.0 };
+        let Some([a, b]) = self.curvature_per_mm else {
+            return 0.0;
+        };
         (a - b).abs() / (a.abs() + b.abs() + 2.0 * floor_per_mm)
     }
 }

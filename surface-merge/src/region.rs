@@ -62,9 +62,19 @@ pub(crate) fn regions(
     regions.sort_by(|a, b| {
         let key = |r: &Region| {
             let c = r.bounds.centre();
-            [rounded(-r.area_mm2, 1e-3), rounded(c.x, 1e-3), rounded(c.y, 1e-3), rounded(c.z, 1e-3)]
+            [
+                rounded(-r.area_mm2, 1e-3),
+                rounded(c.x, 1e-3),
+                rounded(c.y, 1e-3),
+                rounded(c.z, 1e-3),
+            ]
         };
-        key(a).iter().zip(key(b)).map(|(x, y)| x.total_cmp(&y)).find(|o| o.is_ne()).unwrap_or(a.faces.cmp(&b.faces))
+        key(a)
+            .iter()
+            .zip(key(b))
+            .map(|(x, y)| x.total_cmp(&y))
+            .find(|o| o.is_ne())
+            .unwrap_or(a.faces.cmp(&b.faces))
     });
     let mut of_face = vec![0; labels.len()];
     for (id, region) in regions.iter_mut().enumerate() {
@@ -87,7 +97,11 @@ impl FaceFacts {
             .filter_map(|(u, v)| face.surface.normal(u, v))
             .map(|(n, _)| n)
             .collect();
-        FaceFacts { area_mm2: face.area_mm2(), bounds: face.bounds(), normals }
+        FaceFacts {
+            area_mm2: face.area_mm2(),
+            bounds: face.bounds(),
+            normals,
+        }
     }
 }
 
@@ -108,14 +122,17 @@ impl Region {
             boundary_loops: 0,
             normal_axis,
             normal_half_angle_deg,
-            bounds: faces.iter().fold(Aabb::empty(), |b, &f| b.union(&facts[f].bounds)),
+            bounds: faces
+                .iter()
+                .fold(Aabb::empty(), |b, &f| b.union(&facts[f].bounds)),
             faces,
         }
     }
 }
 
 fn largest(faces: &[FaceId], facts: &[FaceFacts]) -> FaceId {
-    let by_area = |a: &&FaceId, b: &&FaceId| facts[**a].area_mm2.total_cmp(&facts[**b].area_mm2).then(b.cmp(a));
+    let by_area =
+        |a: &&FaceId, b: &&FaceId| facts[**a].area_mm2.total_cmp(&facts[**b].area_mm2).then(b.cmp(a));
     *faces.iter().max_by(by_area).expect("a region has a face")
 }
 
@@ -168,7 +185,9 @@ fn normal_cone(normals: &[Vector3]) -> (Vector3, f64) {
         if cos > best.0 {
             best = (cos, axis);
         }
-        axis = (axis + (n - axis) / f64::from(k)).try_normalize(1e-9).unwrap_or(axis);
+        axis = (axis + (n - axis) / f64::from(k))
+            .try_normalize(1e-9)
+            .unwrap_or(axis);
     }
     (best.1, best.0.clamp(-1.0, 1.0).acos().to_degrees())
 }
@@ -201,8 +220,11 @@ fn count_loops(
 }
 
 fn connected(stretches: &[[Point3; 2]], near_mm: f64) -> usize {
-    let mut ends: Vec<(Point3, usize)> =
-        stretches.iter().enumerate().flat_map(|(i, e)| e.map(|p| (p, i))).collect();
+    let mut ends: Vec<(Point3, usize)> = stretches
+        .iter()
+        .enumerate()
+        .flat_map(|(i, e)| e.map(|p| (p, i)))
+        .collect();
     ends.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
     let mut sets = DisjointSets::new(stretches.len());
     for (k, (p, i)) in ends.iter().enumerate() {

@@ -1,62 +1,132 @@
-//! The part of a curve between two parameters, exactly.
+//! Parts of curves, their joins and affine images, exactly.
 
-use claymill_nurbs::{Curve3, KnotVector, NurbsError, Point3};
-use nalgebra::Vector4;
+use claymill_nurbs::{KnotVector, NurbsCurve, NurbsError};
+use nalgebra::{Point, SVector};
 
 /// The part of `curve` over `[a, b]`, with clamped ends; parameters keep their meaning.
 ///
 /// Control point `i` of a B-spline is its blossom at the `p` inner knots of basis function `i`
 /// (Ramshaw 1989), which also gives the points of the new knot vector.
-pub(crate) fn subcurve(curve: &Curve3, a: f64, b: f64) -> Result<Curve3, NurbsError> {
-    let (p, old) = (curve.knots().degree(), curve.knots().as_slice());
-    let mut knots = vec![a; p + 1];
-    knots.extend(old.iter().filter(|k| a < **k && **k < b));
-    knots.extend(vec![b; p + 1]);
-    let knots = KnotVector::new(p, knots)?;
+///
+/// # Errors
+/// The interval is empty or not finite.
+pub(crate) fn subcurve<const D: usize>(
+    curve: &NurbsCurve<D>,
+    a: f64,
+    b: f64,
+) -> Result<NurbsCurve<D>, NurbsError> {
+    let degree = curve.knots().degree();
+    let mut knots = vec![a; degree + 1];
+    knots.extend(curve.knots().as_slice().iter().filter(|k| a < **k && **k < b));
+    knots.extend(vec![b; degree + 1]);
+    let knots = KnotVector::new(degree, knots)?;
     let new = knots.as_slice();
-    let homogeneous = |i: usize| {
-        let w = curve.weights().map_or(1.0, |w| w[i]);
-        (curve.points()[i].coords * w).push(w)
-    };
-    let net: Vec<Vector4<f64>> = (0..knots.point_count())
+    let (points, weights) = (0..knots.point_count())
         .map(|i| {
             // Any span under basis function i gives the same value.
-            let under = (i..=i + p).find(|&k| new[k] < new[k + 1]).unwrap_or(i);
+            let under = (i..=i + degree).find(|&k| new[k] < new[k + 1]).unwrap_or(i);
             let span = curve.knots().span(0.5 * (new[under] + new[under + 1]));
-            let mut d: Vec<_> = (span - p..=span).map(homogeneous).collect();
-            for r in 1..=p {
-                let t = new[i + r];
-                for j in (r..=p).rev() {
-                    let (low, high) = (old[span - p + j], old[span + 1 + j - r]);
-                    let x = (t - low) / (high - low);
-                    d[j] = d[j - 1] * (1.0 - x) + d[j] * x;
-                }
-            }
-            d[p]
+            let (p, w) = blossom(curve, span, &new[i + 1..=i + degree]);
+            (Point::from(p / w), w)
+        })
+        .unzip();
+    NurbsCurve::new(knots, points, curve.weights().map(|_| weights))
+}
+
+/// The homogeneous blossom of the polynomial piece on `span`.
+fn blossom<const D: usize>(curve: &NurbsCurve<D>, span: usize, at: &[f64]) -> (SVector<f64, D>, f64) {
+    let (knots, degree) = (curve.knots().as_slice(), curve.knots().degree());
+    let mut net: Vec<(SVector<f64, D>, f64)> = (span - degree..=span)
+        .map(|i| {
+            let w = curve.weights().map_or(1.0, |w| w[i]);
+            (curve.points()[i].coords * w, w)
         })
         .collect();
-    let points = net.iter().map(|h| Point3::from(h.xyz() / h.w)).collect();
-    let weights = curve.weights().map(|_| net.iter().map(|h| h.w).collect());
-    Curve3::new(knots, points, weights)
+    for (k, t) in at.iter().enumerate() {
+        for r in (k + 1..=degree).rev() {
+            let i = span - degree + r;
+            let (left, right) = (knots[i], knots[i + degree - k]);
+            let a = (t - left) / (right - left);
+            let (low, high) = (net[r - 1], net[r]);
+            net[r] = (low.0 * (1.0 - a) + high.0 * a, low.1 * (1.0 - a) + high.1 * a);
+        }
+    }
+    net[degree]
+}
+
+/// `first` followed by `second`, which starts where `first` ends; both clamped and of one degree.
+pub(crate) fn joined<const D: usize>(first: &NurbsCurve<D>, second: &NurbsCurve<D>) -> Option<NurbsCurve<D>> {
+    let degree = first.knots().degree();
+    if second.knots().degree() != degree {
+        return None;
+    }
+    let shift = first.domain().1 - second.domain().0;
+    let mut knots = first.knots().as_slice().to_vec();
+    knots.pop();
+    knots.extend(second.knots().as_slice()[degree + 1..].iter().map(|k| k + shift));
+    let mut points = first.points().to_vec();
+    points.extend(&second.points()[1..]);
+    let weights = (first.weights().is_some() || second.weights().is_some()).then(|| {
+        let of = |c: &NurbsCurve<D>| c.weights().map_or(vec![1.0; c.points().len()], <[f64]>::to_vec);
+        let (mut weights, tail) = (of(first), of(second));
+        let scale = weights[weights.len() - 1] / tail[0];
+        weights.extend(tail[1..].iter().map(|w| w * scale));
+        weights
+    });
+    NurbsCurve::new(KnotVector::new(degree, knots).ok()?, points, weights).ok()
+}
+
+/// The image of the curve under an affine map, exactly.
+pub(crate) fn mapped<const D: usize, const E: usize>(
+    curve: &NurbsCurve<D>,
+    map: impl Fn(&Point<f64, D>) -> Point<f64, E>,
+) -> Result<NurbsCurve<E>, NurbsError> {
+    let weights = curve.weights().map(<[f64]>::to_vec);
+    NurbsCurve::new(
+        curve.knots().clone(),
+        curve.points().iter().map(map).collect(),
+        weights,
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use claymill_nurbs::Curve3;
+    use claymill_nurbs::Point3;
+
+    fn wavy() -> Curve3 {
+        let knots =
+            KnotVector::new(3, vec![-0.3, -0.1, 0.0, 0.1, 0.4, 0.5, 0.5, 1.0, 1.0, 1.2, 1.3]).unwrap();
+        let count = knots.point_count();
+        let points = (0..count)
+            .map(|i| Point3::new(i as f64, (i as f64).sin() * 3.0, (i * i) as f64 * 0.2))
+            .collect();
+        let weights = (0..count).map(|i| 1.0 + 0.3 * (i as f64 * 2.0).cos()).collect();
+        Curve3::new(knots, points, Some(weights)).unwrap()
+    }
 
     #[test]
-    fn a_part_is_the_same_curve() {
-        let knots = KnotVector::new(3, vec![0., 0.1, 0.2, 0.5, 1., 1.5, 1.5, 2., 2.5, 3., 3.]).unwrap();
-        let points = (0..7).map(|i| Point3::new(f64::from(i), f64::from(i * i % 5), f64::from(i % 3)));
-        let weights = (0..7).map(|i| 1.0 + 0.2 * f64::from(i % 4)).collect();
-        let whole = Curve3::new(knots, points.collect(), Some(weights)).unwrap();
-        for (a, b) in [(0.5, 2.0), (0.7, 1.1), (1.2, 1.9), (0.5, 1.5)] {
-            let part = subcurve(&whole, a, b).unwrap();
-            assert_eq!(part.domain(), (a, b));
-            for i in 0..=20 {
-                let t = a + (b - a) * f64::from(i) / 20.0;
-                approx::assert_abs_diff_eq!(part.point(t), whole.point(t), epsilon = 1e-12);
+    fn parts_and_their_join_are_the_same_curve() {
+        let c = wavy();
+        let (a, b) = c.domain();
+        for cut in [0.45, 0.5, 0.17] {
+            let low = subcurve(&c, a, cut).unwrap();
+            let high = subcurve(&c, cut, b).unwrap();
+            let inner = subcurve(&c, 0.13, 0.51).unwrap();
+            let both = joined(&low, &high).unwrap();
+            assert_eq!((low.domain(), high.domain()), ((a, cut), (cut, b)));
+            for i in 0..=60 {
+                let t = a + (b - a) * f64::from(i) / 60.0;
+                let part = if t < cut { &low } else { &high };
+                approx::assert_abs_diff_eq!(part.point(t), c.point(t), epsilon = 1e-12);
+                approx::assert_abs_diff_eq!(both.point(t), c.point(t), epsilon = 1e-12);
+                if (0.13..=0.51).contains(&t) {
+                    approx::assert_abs_diff_eq!(inner.point(t), c.point(t), epsilon = 1e-12);
+                }
             }
         }
+        assert!(subcurve(&c, 0.4, 0.4).is_err());
+        assert!(subcurve(&c, 0.4, f64::NAN).is_err());
     }
 }

@@ -57,6 +57,8 @@ impl Range {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Foot {
     pub(super) uv: Point2,
+    /// From the space point to the carrier.
+    pub(super) distance: f64,
     /// The point is a pole: `uv[0]` or `uv[1]` could be anything.
     pub(super) free: [bool; 2],
 }
@@ -109,19 +111,23 @@ impl Carrier {
         let l = frame.local(p);
         let away = l.x.hypot(l.y);
         let around = || quarters().at_angle(l.y.atan2(l.x));
-        let uv = match quadric {
-            Quadric::Plane => Point2::new(l.x, l.y),
+        let (uv, distance) = match quadric {
+            Quadric::Plane => (Point2::new(l.x, l.y), l.z.abs()),
             Quadric::Cone { radius, slope } => {
                 let v = ((away - radius) * slope + l.z) / (1.0 + slope * slope);
-                Point2::new(around(), v)
+                let distance = (away - radius - slope * l.z).abs() / slope.hypot(1.0);
+                (Point2::new(around(), v), distance)
             }
-            Quadric::Torus { major, .. } => {
-                Point2::new(around(), quarters().at_angle(l.z.atan2(away - major)))
+            Quadric::Torus { major, minor } => {
+                let (across, up) = (away - major, l.z);
+                let uv = Point2::new(around(), quarters().at_angle(up.atan2(across)));
+                (uv, (across.hypot(up) - minor).abs())
             }
         };
         let pole = away <= size && *quadric != Quadric::Plane;
         let foot = Foot {
             uv,
+            distance,
             free: [pole, false],
         };
         foot.towards(near, self.periods())

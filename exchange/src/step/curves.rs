@@ -10,8 +10,8 @@ use super::StepError;
 use super::error::OfEntity;
 use super::part21::Part21;
 use super::placement::{frame, point, point2, vector};
-use super::subcurve::{joined, piece};
 use super::value::Entity;
+use crate::subcurve::{joined, subcurve};
 
 /// Basis curves may be nested this deep.
 pub(super) const DEEPEST_BASIS: usize = 12;
@@ -179,6 +179,15 @@ fn clipped(curve: &Curve3, low: &Point3, high: &Point3, tolerance: f64) -> Optio
         (Some(tail), None) if closed => Some(tail),
         _ => None,
     }
+}
+
+/// The part of `curve` between two parameters, as far as it goes.
+fn piece<const D: usize>(curve: &NurbsCurve<D>, from: f64, to: f64) -> Option<NurbsCurve<D>> {
+    let (first, last) = curve.domain();
+    if from <= first && to >= last {
+        return Some(curve.clone());
+    }
+    subcurve(curve, from.max(first), to.min(last)).ok()
 }
 
 /// Parameter of the point of `curve` nearest to `p`: samples, then Newton steps.

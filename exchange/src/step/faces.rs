@@ -1,6 +1,6 @@
 //! One face: surface and bounds become a trimmed NURBS, still in the file's unit and place.
 
-use claymill_nurbs::{Curve2, Face, NurbsSurface, Point2, Source, TrimEdge, TrimLoop};
+use claymill_nurbs::{Curve2, Face, NurbsSurface, Point2, Source, SurfaceKind, TrimEdge, TrimLoop};
 
 use super::carrier::{Carrier, Range};
 use super::closing::{close, contains};
@@ -12,6 +12,9 @@ use super::layout::{LaidLoop, Path, lay, signed_area};
 use super::part21::Part21;
 use super::surfaces::carrier;
 use super::{Context, StepError};
+
+/// Strips thinner than this part of a patch are not cut off.
+const SLIVER: f64 = 1e-9;
 
 /// A face and the gaps that were bridged in it, in file units.
 pub(super) struct BuiltFace {
@@ -56,14 +59,19 @@ pub(super) fn build(file: &Part21, id: u64, context: &Context) -> Result<BuiltFa
             tolerance: context.fit,
             same: context.same,
         },
+        context,
         bridged: Vec::new(),
     };
-    let loops: Result<Vec<TrimLoop>, _> = laid.iter().map(|l| finish.trim_loop(l).of(id)).collect();
+    let loops: Result<Vec<TrimLoop>, _> = laid.iter().map(|l| finish.trim_loop(id, l)).collect();
     let loops = oriented(loops?.into_iter().filter(|l| !l.edges.is_empty()).collect());
     let bridged = finish.bridged;
     Ok(BuiltFace {
         face: Face {
-            surface: patch,
+            // A spline stays as the designer made it; patches of endless surfaces are cut to size.
+            surface: match kind {
+                SurfaceKind::Nurbs => patch,
+                _ => cut_to(patch, &loops),
+            },
             loops,
             reversed: !sense,
             kind,
@@ -91,17 +99,18 @@ fn at_home(carrier: &Carrier, laid: &mut [LaidLoop]) -> Range {
 /// Turns laid-out loops into trim loops.
 struct Finish<'a> {
     fitter: Fitter<'a>,
+    context: &'a Context,
     /// Lengths of gaps that were bridged.
     bridged: Vec<f64>,
 }
 
 impl Finish<'_> {
-    fn trim_loop(&mut self, laid: &LaidLoop) -> Result<TrimLoop, claymill_nurbs::NurbsError> {
+    fn trim_loop(&mut self, id: u64, laid: &LaidLoop) -> Result<TrimLoop, StepError> {
         let mut edges = Vec::with_capacity(laid.legs.len() + 1);
         for leg in &laid.legs {
             let pcurve = match &leg.path {
                 Path::Exact(curve) => curve.clone(),
-                Path::Traced { curve, feet } => self.fitter.pcurve(curve, feet)?,
+                Path::Traced { curve, feet } => self.fitter.pcurve(curve, feet).of(id)?,
             };
             // A straight leg without length is only a joint.
             if leg.edge.is_some() || pcurve.start() != pcurve.end() {
@@ -131,6 +140,11 @@ impl Finish<'_> {
             closed.push(edge);
             if let Some(pcurve) = bridge {
                 let length = self.length(&pcurve);
+                if length > self.context.misfit {
+                    let gap_mm = length * self.context.mm_per_unit;
+                    let what = format!("a trim loop does not close: gap {gap_mm:.3} mm");
+                    return Err(StepError::Geometry { id, what });
+                }
                 if length > self.fitter.same {
                     self.bridged.push(length);
                 }
@@ -175,6 +189,33 @@ fn ending_at(curve: &Curve2, end: Point2) -> Option<Curve2> {
         curve.weights().map(<[f64]>::to_vec),
     )
     .ok()
+}
+
+/// The patch without what lies outside of the loops' hull; parameters keep their meaning.
+fn cut_to(mut patch: NurbsSurface, loops: &[TrimLoop]) -> NurbsSurface {
+    let hull = loops
+        .iter()
+        .flat_map(|l| &l.edges)
+        .flat_map(|e| e.pcurve.points().iter().copied());
+    let range = Range::of(hull);
+    let (u, v) = patch.domain();
+    // Slivers stay: a cut next to an end would leave a knot interval of rounding size.
+    let worth = |at: f64, (low, high): (f64, f64)| {
+        at > low + SLIVER * (high - low) && at < high - SLIVER * (high - low)
+    };
+    if worth(range.min.x, u) {
+        patch = patch.split_u(range.min.x).map_or(patch, |(_, above)| above);
+    }
+    if worth(range.max.x, u) {
+        patch = patch.split_u(range.max.x).map_or(patch, |(below, _)| below);
+    }
+    if worth(range.min.y, v) {
+        patch = patch.split_v(range.min.y).map_or(patch, |(_, above)| above);
+    }
+    if worth(range.max.y, v) {
+        patch = patch.split_v(range.max.y).map_or(patch, |(below, _)| below);
+    }
+    patch
 }
 
 /// Gives loops at even depth (outer boundaries) an anticlockwise run and those at odd depth (holes) a clockwise

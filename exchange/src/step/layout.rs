@@ -11,8 +11,8 @@ use super::carrier::{Carrier, Foot};
 use super::curves::{plane_curve, samples};
 use super::edges::EdgeUse;
 use super::part21::Part21;
-use super::subcurve::mapped;
 use super::{Context, StepError};
+use crate::subcurve::mapped;
 
 /// A piece of a laid-out loop.
 #[derive(Debug, Clone)]
@@ -191,6 +191,8 @@ fn leg(
     if let Carrier::Quadric { frame, quadric } = carrier
         && *quadric == super::carrier::Quadric::Plane
     {
+        let away = edge_use.curve.points().iter().map(|p| frame.local(p).z.abs());
+        off_surface(edge_use, away.fold(0.0, f64::max), context)?;
         let flat = mapped(&edge_use.curve, |p| frame.local(p).xy());
         let path = Path::Exact(flat.map_err(|source| StepError::Kernel {
             id: edge_use.edge.unwrap_or_default(),
@@ -204,11 +206,12 @@ fn leg(
     }
     let mut leg = match file_pcurve(file, surface_id, carrier, edge_use, near, context) {
         Some(curve) => exact_leg(carrier, edge_use, curve, context),
-        None => traced_leg(carrier, edge_use, context),
+        None => traced_leg(carrier, edge_use, context)?,
     };
     if let Some((near, _)) = before {
         let foot = Foot {
             uv: leg.path.start(),
+            distance: 0.0,
             free: [false, false],
         };
         let shift = foot.towards(Some(near), carrier.periods()).uv - foot.uv;
@@ -292,7 +295,7 @@ fn exact_leg(carrier: &Carrier, edge_use: &EdgeUse, curve: Curve2, context: &Con
 const LONGEST_STEP: f64 = 0.2;
 
 /// Follows the edge on the carrier, from its middle to both ends so that a pole at an end is approached.
-fn traced_leg(carrier: &Carrier, edge_use: &EdgeUse, context: &Context) -> Leg {
+fn traced_leg(carrier: &Carrier, edge_use: &EdgeUse, context: &Context) -> Result<Leg, StepError> {
     let curve = &edge_use.curve;
     let spans = curve.knots().breaks().len() - 1;
     let parameters = samples(curve, if spans < 3 { 8 } else { 4 });
@@ -307,14 +310,30 @@ fn traced_leg(carrier: &Carrier, edge_use: &EdgeUse, context: &Context) -> Leg {
     for t in &parameters[middle + 1..] {
         advance(carrier, &foot, &mut feet, *t, FINEST_STEP);
     }
-    Leg {
+    let away = feet.iter().map(|(_, foot)| foot.distance);
+    off_surface(edge_use, away.fold(0.0, f64::max), context)?;
+    Ok(Leg {
         edge: edge_use.edge,
         free: [feet[0].1.free, feet[feet.len() - 1].1.free],
         path: Path::Traced {
             curve: curve.clone(),
             feet: feet.into_iter().map(|(t, foot)| (t, foot.uv)).collect(),
         },
+    })
+}
+
+/// Refuses an edge that is `away` from its surface.
+fn off_surface(edge_use: &EdgeUse, away: f64, context: &Context) -> Result<(), StepError> {
+    if away <= context.misfit {
+        return Ok(());
     }
+    Err(StepError::Geometry {
+        id: edge_use.edge.unwrap_or_default(),
+        what: format!(
+            "the edge lies {:.3} mm off its surface",
+            away * context.mm_per_unit
+        ),
+    })
 }
 
 /// Steps are halved this often at most.

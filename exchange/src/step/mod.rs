@@ -18,7 +18,6 @@ mod part21;
 mod placement;
 mod spline;
 mod styles;
-mod subcurve;
 mod surfaces;
 mod units;
 mod value;
@@ -50,6 +49,8 @@ struct Context {
     fit: f64,
     /// Points closer than this are one point, file units.
     same: f64,
+    /// Edges farther than this from their neighbours or their surface are damaged, file units.
+    misfit: f64,
 }
 
 /// Reads a STEP Part 21 file.
@@ -183,7 +184,7 @@ fn entities(file: &Part21) -> BTreeMap<String, EntityCount> {
 const DIGIT_SAMPLE: usize = 2000;
 
 /// The size of the last digit of the coordinates, in file units: small numbers carry more digits behind the
-/// point than large ones, so that only those of a hundredth of the largest and above count.
+/// point than large ones, so that only those of a hundredth of the large ones and above count.
 fn coordinate_step(file: &Part21) -> f64 {
     let points: Vec<u64> = file.of_type(|name| name == b"CARTESIAN_POINT").collect();
     let stride = points.len().div_ceil(DIGIT_SAMPLE).max(1);
@@ -208,8 +209,11 @@ fn coordinate_step(file: &Part21) -> f64 {
                 .filter_map(number)
         })
         .collect();
-    let largest = numbers.iter().fold(0.0_f64, |m, n| m.max(n.0));
-    let telling = numbers.iter().filter(|n| n.0 >= 0.01 * largest);
+    // One far-away helper point must not decide what is large.
+    let mut sizes: Vec<f64> = numbers.iter().map(|n| n.0).collect();
+    sizes.sort_by(f64::total_cmp);
+    let large = sizes.get(sizes.len() * 9 / 10).copied().unwrap_or(0.0);
+    let telling = numbers.iter().filter(|n| n.0 >= 0.01 * large);
     telling
         .map(|n| n.1)
         .max()

@@ -93,7 +93,7 @@ impl SplineChart {
     pub(super) fn foot(&self, p: &Point3, near: Option<Point2>, size: f64) -> Foot {
         let (mut uv, mut distance) = (Point2::origin(), f64::INFINITY);
         if let Some(near) = near {
-            (uv, distance) = self.newton(p, self.into_domain(near));
+            (uv, distance) = self.newton(p, self.wrapped(near));
         }
         // A continued foot that is off the surface may have stuck on the wrong side of a fold.
         if distance > 10.0 * size {
@@ -113,11 +113,11 @@ impl SplineChart {
             jet.su.norm() * (u1 - u0) <= size.max(1e-9 * jet.sv.norm() * (v1 - v0)),
             jet.sv.norm() * (v1 - v0) <= size.max(1e-9 * jet.su.norm() * (u1 - u0)),
         ];
-        Foot { uv, free }.towards(near, self.periods)
+        Foot { uv, distance, free }.towards(near, self.periods)
     }
 
     /// Parameters moved into the domain: by periods where closed, else to the nearest end.
-    fn into_domain(&self, uv: Point2) -> Point2 {
+    fn wrapped(&self, uv: Point2) -> Point2 {
         let (u, v) = self.surface.domain();
         let wrap = |t: f64, (low, high): (f64, f64), period: Option<f64>| match period {
             Some(period) if !(low..=high).contains(&t) => low + (t - low).rem_euclid(period),
@@ -168,7 +168,7 @@ impl SplineChart {
             let mut factor = 1.0;
             let mut improved = false;
             while factor > 1e-4 {
-                let next = self.into_domain(uv + step * factor);
+                let next = self.wrapped(uv + step * factor);
                 let d = (self.surface.point(next.x, next.y) - p).norm();
                 if d < distance {
                     (uv, distance, improved) = (next, d, true);

@@ -8,6 +8,8 @@ use super::{Context, StepError};
 const FIT_MM: f64 = 1e-4;
 /// The file's tolerance counts within these limits, mm, when points are compared.
 const SAME_POINT_MM: (f64, f64) = (1e-3, 0.1);
+/// An edge may miss its neighbour or its surface by this (or ten times the file's tolerance), mm.
+const MISFIT_MM: f64 = 0.5;
 /// Conversion-based units may be defined by each other this deep.
 const DEEPEST_UNIT: usize = 8;
 
@@ -25,6 +27,7 @@ fn context(mm_per_unit: f64, angle_unit: f64, tolerance_mm: f64, declared: Strin
         declared,
         fit: FIT_MM / mm_per_unit,
         same: same_mm / mm_per_unit,
+        misfit: MISFIT_MM.max(10.0 * tolerance_mm) / mm_per_unit,
     }
 }
 

@@ -5,6 +5,8 @@
 //!                             ├─► Scene (triangles, polylines, legend: plain data)
 //!   Program (tool paths) ─────┘       │
 //!                             View ─► Camera ─► Renderer (wgpu) ─► Picture ─► PNG
+//!                                                                     │
+//!   Job, RegionsFile, Verification ───────────────────────────────────┴─► report.html
 //! ```
 //!
 //! Scenes and cameras are computed on the processor in double precision and need no graphics card; only
@@ -29,6 +31,7 @@ mod palette;
 mod picture;
 mod pipelines;
 mod render;
+mod report;
 mod scene;
 mod segments;
 mod strokes;
@@ -38,6 +41,7 @@ pub use error::ViewError;
 pub use palette::{CLAY, NOT_CUT, RegionExtent, Rgb, colour_regions, region_palette, stroke_shade};
 pub use picture::Picture;
 pub use render::{Backdrop, PictureOptions, Renderer, render_png};
+pub use report::{ReportError, ReportInput, ReportPicture, report_html, write_report};
 pub use scene::{
     Colouring, LegendEntry, LineLayer, Mark, ModelView, Scene, Strip, SurfaceMesh, SurfaceVertex,
     face_colours, region_colours,

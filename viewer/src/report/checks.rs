@@ -1,0 +1,245 @@
+use claymill_verify::{Coverage, Finding, Place, Severity, SurfaceState, Verification};
+use maud::{Markup, html};
+
+use super::figures::{area, count, deviation, plural, point, share};
+use super::plots::{Part, Tick, against_limit, stacked_bar};
+use crate::palette::Rgb;
+
+/// Findings that the verdict lists before it refers to the table.
+const FINDINGS_ON_TOP: usize = 5;
+
+/// The first thing to read: may this job be run?
+pub(super) fn verdict(verification: Option<&Verification>) -> Markup {
+    let Some(v) = verification else {
+        return html! {
+            div.verdict.open role="status" {
+                strong { "Not verified" }
+                "Nothing in this report has been checked against the model. Run "
+                code { "claymill verify" } " on the job folder before it goes to a machine."
+            }
+        };
+    };
+    let findings = &v.verdict.findings;
+    let errors = findings.iter().filter(|f| f.severity == Severity::Error).count() as u64;
+    let warnings = findings.len() as u64 - errors;
+    html! {
+        div.verdict.(if v.verdict.passed { "passed" } else { "failed" }) role="status" {
+            strong { (if v.verdict.passed { "Verified: passed" } else { "Verification failed: do not run this job" }) }
+            p { (summary(v)) }
+            @if !findings.is_empty() {
+                (plural(errors, "error")) ", " (plural(warnings, "warning")) ":"
+                ul { @for finding in findings.iter().take(FINDINGS_ON_TOP) { (finding_line(finding)) } }
+                @if findings.len() > FINDINGS_ON_TOP { a href="#checks" { "All findings" } }
+            }
+        }
+    }
+}
+
+fn summary(v: &Verification) -> String {
+    let cut = v
+        .coverage
+        .by_state_mm2
+        .get(&SurfaceState::Cut)
+        .copied()
+        .unwrap_or(0.0);
+    format!(
+        "Deepest gouge {}, scallop {} at the 99th percentile ({} asked), {} of the model's area cut.",
+        deviation(v.gouge.deepest_mm),
+        deviation(v.scallop.crests.p99_mm),
+        deviation(v.scallop_mm),
+        share(cut, v.coverage.total_mm2)
+    )
+}
+
+fn finding_line(finding: &Finding) -> Markup {
+    let (class, word) = match finding.severity {
+        Severity::Error => ("error", "Error: "),
+        Severity::Warning => ("warning", "Warning: "),
+    };
+    html! { li.(class) { b { (word) } (finding.message) @if let Some(p) = &finding.place { " At " (place(p)) "." } } }
+}
+
+fn place(p: &Place) -> String {
+    let mut text = point(&p.point_mm);
+    if let Some(seq) = p.move_seq {
+        text += &format!(", move {seq}");
+    }
+    match (&p.entity, p.face) {
+        (Some(entity), Some(face)) => text += &format!(", face {face} ({entity})"),
+        (None, Some(face)) => text += &format!(", face {face}"),
+        _ => (),
+    }
+    text
+}
+
+fn place_or_dash(p: Option<&Place>) -> String {
+    p.map_or_else(|| "–".into(), place)
+}
+
+/// Everything that was measured.
+pub(super) fn section(verification: Option<&Verification>) -> Markup {
+    let Some(v) = verification else { return html! {} };
+    let crests = &v.scallop.crests;
+    let asked = Tick {
+        label: "asked",
+        value: v.scallop_mm,
+        figure: deviation(v.scallop_mm),
+    };
+    let tick = |label, value| Tick {
+        label,
+        value,
+        figure: deviation(value),
+    };
+    let heights = [
+        tick("mean", crests.mean_mm),
+        tick("99 %", crests.p99_mm),
+        tick("max", crests.max_mm),
+    ];
+    html! {
+        h2 id="checks" { "Verification" }
+        p { "Measured from the written files and the exact surfaces alone, without any code of the planner." }
+        @if !v.verdict.findings.is_empty() {
+            ul { @for finding in &v.verdict.findings { (finding_line(finding)) } }
+        }
+        (against_limit("Scallop crests between neighbouring passes", &asked, &heights))
+        (measurements(v))
+        (coverage(&v.coverage))
+    }
+}
+
+fn measurements(v: &Verification) -> Markup {
+    let (g, c, r, s) = (&v.gouge, &v.contact, &v.rapids, &v.scallop);
+    let on_length = |x: f64| format!("{} of the length of all passes", share(x, 1.0));
+    let clearance = r
+        .clearance_min_mm
+        .map_or_else(|| "–".into(), |mm| format!("{mm:.2} mm"));
+    let rows = [
+        (
+            "Deepest gouge",
+            deviation(g.deepest_mm),
+            place_or_dash(g.deepest_at.as_ref()),
+            g.samples,
+        ),
+        (
+            "Gouges deeper than 1, 2, 5 µm",
+            format!(
+                "{}, {}, {}",
+                count(g.deeper_than_1_um),
+                count(g.deeper_than_2_um),
+                count(g.deeper_than_5_um)
+            ),
+            "places".into(),
+            g.samples,
+        ),
+        (
+            "Largest gap under the ball",
+            deviation(c.excess_max_mm),
+            place_or_dash(c.excess_max_at.as_ref()),
+            c.samples,
+        ),
+        (
+            "Gap under the ball, 99 % and mean",
+            format!("{}, {}", deviation(c.excess_p99_mm), deviation(c.excess_mean_mm)),
+            String::new(),
+            c.samples,
+        ),
+        (
+            "Ball rolls over an edge",
+            share(c.on_edge_share, 1.0),
+            on_length(c.on_edge_share),
+            c.samples,
+        ),
+        (
+            "Ball in the air",
+            share(c.in_air_share, 1.0),
+            on_length(c.in_air_share),
+            c.samples,
+        ),
+        (
+            "Smallest clearance of rapids",
+            clearance,
+            place_or_dash(r.clearance_min_at.as_ref()),
+            r.moves,
+        ),
+        ("Rapids that touch", count(r.touching), String::new(), r.moves),
+        (
+            "Highest scallop crest",
+            deviation(s.crests.max_mm),
+            place_or_dash(s.crests.max_at.as_ref()),
+            s.crests.samples,
+        ),
+        (
+            "Scallop crests, 99 % and mean",
+            format!("{}, {}", deviation(s.crests.p99_mm), deviation(s.crests.mean_mm)),
+            format!(
+                "{} out of the ball's reach left out",
+                count(s.crests.out_of_reach)
+            ),
+            s.crests.samples,
+        ),
+        (
+            "Material left on the surface, 99 % and mean",
+            format!(
+                "{}, {}",
+                deviation(s.surface.p99_mm),
+                deviation(s.surface.mean_mm)
+            ),
+            format!(
+                "{} of the cut area above the bar",
+                share(s.surface.above_limit_share, 1.0)
+            ),
+            s.surface.samples,
+        ),
+    ];
+    html! {
+        div.wide { table {
+            thead { tr {
+                th scope="col" { "Measured" } th.n scope="col" { "Result" } th scope="col" { "Where, or of what" }
+                th.n scope="col" { "Samples" }
+            } }
+            tbody { @for (name, result, note, samples) in &rows {
+                tr { th scope="row" { (name) } td.n { (result) } td { (note) } td.n { (count(*samples)) } }
+            } }
+        } }
+    }
+}
+
+fn state_words(state: SurfaceState) -> (&'static str, Rgb) {
+    match state {
+        SurfaceState::Cut => ("cut", [0, 84, 148]),
+        SurfaceState::Excluded => ("left out on request", [230, 190, 120]),
+        SurfaceState::Hidden => ("hidden from every setup", [150, 152, 156]),
+        SurfaceState::TooTight => ("too tight for the tool", [205, 62, 0]),
+        SurfaceState::ReachableLeft => ("reachable but left", [180, 30, 120]),
+        SurfaceState::NotMeasured => ("not measured", [60, 60, 64]),
+    }
+}
+
+fn coverage(c: &Coverage) -> Markup {
+    let parts: Vec<Part> = c
+        .by_state_mm2
+        .iter()
+        .map(|(&state, &mm2)| {
+            let (label, colour) = state_words(state);
+            Part {
+                label: label.to_owned(),
+                value: mm2,
+                figure: format!("{} ({})", area(mm2), share(mm2, c.total_mm2)),
+                colour,
+            }
+        })
+        .collect();
+    html! {
+        h3 { "Coverage, as measured" }
+        (stacked_bar("Area by what became of it", &parts))
+        @if !c.reachable_left_at.is_empty() {
+            div.wide { table {
+                caption { "Largest reachable areas that were left" }
+                thead { tr { th.n scope="col" { "Area" } th scope="col" { "Where" } } }
+                tbody { @for left in &c.reachable_left_at {
+                    tr { td.n { (area(left.area_mm2)) } td { (place(&left.at)) } }
+                } }
+            } }
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! The report of a job: one HTML file that needs nothing else, for screen and paper.
+//!
+//! The order is that of a reader with little time: may this job be run, what is it, what does it look like,
+//! and only then the tables.
+
+mod checks;
+mod figures;
+mod merging;
+mod model;
+mod plots;
+mod work;
+
+use std::path::Path;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use claymill_toolpath::{Job, RegionsFile};
+use claymill_verify::Verification;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use thiserror::Error;
+
+use crate::error::write_whole;
+use crate::{Rgb, ViewError};
+
+/// What a report is made of. Everything but the pictures comes from the job folder.
+#[derive(Debug, Clone, Copy)]
+pub struct ReportInput<'a> {
+    /// Heading, usually the model's name.
+    pub title: &'a str,
+    /// The command line that makes this job again.
+    pub command: &'a str,
+    /// `job.json`.
+    pub job: &'a Job,
+    /// `regions.json`.
+    pub regions: &'a RegionsFile,
+    /// `verify.json`; `None` when the job has not been verified, which the report says loudly.
+    pub verification: Option<&'a Verification>,
+    /// Colour of each region in the pictures, by region id.
+    pub region_colours: &'a [Rgb],
+    /// The pictures; the first one is shown large.
+    pub pictures: &'a [ReportPicture],
+}
+
+/// A picture of the report.
+#[derive(Debug, Clone)]
+pub struct ReportPicture {
+    /// What is to be seen, for everybody.
+    pub caption: String,
+    /// What is to be seen, for those who cannot see it.
+    pub alt: String,
+    /// The PNG file's bytes.
+    pub png: Vec<u8>,
+}
+
+/// Why a report could not be written.
+#[derive(Debug, Error)]
+pub enum ReportError {
+    /// The file could not be written.
+    #[error(transparent)]
+    Write(#[from] ViewError),
+}
+
+/// Writes the report, beside its destination and then renamed.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_report(path: &Path, input: &ReportInput<'_>) -> Result<(), ReportError> {
+    Ok(write_whole(path, report_html(input).as_bytes())?)
+}
+
+/// The report as text.
+#[must_use]
+pub fn report_html(input: &ReportInput<'_>) -> String {
+    let job = input.job;
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (input.title) " – claymill report" }
+                style { (PreEscaped(include_str!("style.css"))) }
+            }
+            body {
+                header {
+                    h1 { (input.title) }
+                    p.soft { (work::subtitle(job)) }
+                    (checks::verdict(input.verification))
+                    (work::key_figures(job, input.regions))
+                }
+                main {
+                    (pictures(input.pictures))
+                    (work::asked(job))
+                    (work::path_lengths(job))
+                    (work::setups(job))
+                    (checks::section(input.verification))
+                    (work::regions(job, input.regions, input.region_colours))
+                    (work::not_cut(job))
+                    (merging::section(input.regions))
+                    (model::section(job))
+                    (model::tolerances_and_timings(job))
+                    (model::reproduce(input.command, job))
+                }
+                footer {
+                    "claymill " (job.claymill_version) ", job folder format " (job.format_version)
+                    ". Lengths are in millimetres of model coordinates unless a unit is given."
+                }
+            }
+        }
+    };
+    page.into_string()
+}
+
+fn pictures(pictures: &[ReportPicture]) -> Markup {
+    html! {
+        @if !pictures.is_empty() {
+            section.pictures aria-label="Pictures" {
+                @for picture in pictures {
+                    figure {
+                        img alt=(picture.alt) src=(format!("data:image/png;base64,{}", STANDARD.encode(&picture.png)));
+                        figcaption { (picture.caption) }
+                    }
+                }
+            }
+        }
+    }
+}

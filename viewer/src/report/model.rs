@@ -1,0 +1,92 @@
+use std::collections::BTreeMap;
+
+use claymill_toolpath::Job;
+use maud::{Markup, html};
+
+use super::figures::{area, count, duration, plural};
+
+/// The file: what was read, what not, and why.
+pub(super) fn section(job: &Job) -> Markup {
+    let m = &job.model;
+    let mut reasons: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for skipped in &m.skipped {
+        reasons.entry(&skipped.reason).or_default().push(&skipped.entity);
+    }
+    let mut reasons: Vec<_> = reasons.into_iter().collect();
+    reasons.sort_by(|a, b| b.1.len().cmp(&a.1.len()).then(a.0.cmp(b.0)));
+    let [x0, y0, z0, x1, y1, z1] = m.box_mm;
+    let rows = [
+        ("File", m.path.clone()),
+        ("SHA-256", m.sha256.clone()),
+        ("Unit in the file", format!("{} ({} mm)", m.units, m.unit_mm)),
+        (
+            "Faces",
+            format!(
+                "{} in the file, {} read, {} skipped",
+                count(m.faces_in_file as u64),
+                count(m.faces_read as u64),
+                count(m.skipped.len() as u64)
+            ),
+        ),
+        ("Area", area(m.area_mm2)),
+        (
+            "Box, mm",
+            format!("x {x0:.2} to {x1:.2}, y {y0:.2} to {y1:.2}, z {z0:.2} to {z1:.2}"),
+        ),
+    ];
+    html! {
+        h2 { "The model's file" }
+        table { tbody { @for (name, value) in &rows { tr { th scope="row" { (name) } td { (value) } } } } }
+        @if !reasons.is_empty() {
+            h3 { (plural(m.skipped.len() as u64, "face")) " could not be read" }
+            div.wide { table {
+                thead { tr { th.n scope="col" { "Faces" } th scope="col" { "Reason" } th scope="col" { "Entities" } } }
+                tbody { @for (reason, entities) in &reasons { tr {
+                    td.n { (count(entities.len() as u64)) }
+                    td { (reason) }
+                    td { (first_few(entities)) }
+                } } }
+            } }
+        }
+    }
+}
+
+fn first_few(entities: &[&str]) -> String {
+    const SHOWN: usize = 12;
+    let mut text = entities[..entities.len().min(SHOWN)].join(", ");
+    if entities.len() > SHOWN {
+        text += &format!(" and {} more", entities.len() - SHOWN);
+    }
+    text
+}
+
+pub(super) fn tolerances_and_timings(job: &Job) -> Markup {
+    let total: f64 = job.timings.iter().map(|t| t.seconds).sum();
+    html! {
+        h2 { "Tolerances and computing time" }
+        div.wide { table {
+            caption { "Every tolerance that was used; the unit is in the name" }
+            tbody { @for (name, value) in &job.tolerances {
+                tr { th scope="row" { code { (name) } } td.n { (value) } }
+            } }
+        } }
+        div.wide { table {
+            caption { "Computing time by stage; largest memory " (format!("{:.0} MB", job.peak_memory_mb)) }
+            tbody { @for timing in &job.timings {
+                tr { th scope="row" { (timing.stage) } td.n { (duration(timing.seconds)) } }
+            } }
+            tfoot { tr { th scope="row" { "all stages" } td.n { (duration(total)) } } }
+        } }
+    }
+}
+
+pub(super) fn reproduce(command: &str, job: &Job) -> Markup {
+    html! {
+        h2 { "How to make this job again" }
+        pre { (command) }
+        p.soft {
+            "With claymill " (job.claymill_version) " and the file whose SHA-256 is given above, the same command "
+            "writes the same bytes, apart from computing times and memory."
+        }
+    }
+}

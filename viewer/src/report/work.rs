@@ -1,0 +1,279 @@
+use std::collections::BTreeMap;
+
+use claymill_toolpath::{Job, LengthByKind, LinkStyle, MoveKind, RegionTotals, RegionsFile, UncutReason};
+use maud::{Markup, html};
+
+use super::figures::{area, count, duration, length, plural, share};
+use super::plots::{Part, stacked_bar, swatch};
+use crate::palette::{CLAY, Rgb};
+use crate::strokes::kind_colour;
+
+/// Regions listed before the rest is folded away.
+const REGIONS_SHOWN: usize = 40;
+
+pub(super) fn subtitle(job: &Job) -> String {
+    let [x0, y0, z0, x1, y1, z1] = job.model.box_mm;
+    format!(
+        "{} · {} · {:.0} × {:.0} × {:.0} mm · {}",
+        job.model.path,
+        plural(job.model.faces_read as u64, "face"),
+        x1 - x0,
+        y1 - y0,
+        z1 - z0,
+        area(job.model.area_mm2)
+    )
+}
+
+pub(super) fn key_figures(job: &Job, regions: &RegionsFile) -> Markup {
+    let totals = &job.totals;
+    let facts = [
+        ("Machining time", duration(totals.time_s), "estimated".to_owned()),
+        (
+            "Cutting length",
+            length(totals.length.cut_mm),
+            share(totals.length.cut_mm, totals.length.total_mm()) + " of all motion",
+        ),
+        (
+            "Area cut",
+            area(job.area.cut_mm2),
+            share(job.area.cut_mm2, job.area.total_mm2) + " of the model",
+        ),
+        (
+            "Regions",
+            count(regions.regions.len() as u64),
+            format!("from {}", plural(job.model.faces_read as u64, "face")),
+        ),
+        (
+            "Passes",
+            count(u64::from(totals.passes)),
+            plural(u64::from(totals.retracts), "retract"),
+        ),
+        (
+            "Control points",
+            count(totals.control_points),
+            plural(totals.moves, "move"),
+        ),
+    ];
+    html! {
+        dl.facts {
+            @for (name, figure, note) in &facts {
+                div { dt { (name) } dd { (figure) small { (note) } } }
+            }
+        }
+    }
+}
+
+pub(super) fn asked(job: &Job) -> Markup {
+    let r = &job.request;
+    let link = match r.link {
+        LinkStyle::Lace => "zig-zag: every second pass runs backwards",
+        LinkStyle::Box => "one way: every pass starts on the same side",
+    };
+    let list = |names: &[String]| {
+        if names.is_empty() {
+            "–".to_owned()
+        } else {
+            names.join(", ")
+        }
+    };
+    let rows = [
+        ("Tool", format!("ball end mill, radius {} mm", r.tool.radius_mm())),
+        ("Scallop height", format!("{} mm", r.scallop_mm)),
+        ("Strategy", r.strategy.clone()),
+        ("Passes are joined", link.to_owned()),
+        ("Merging", r.preset.clone()),
+        (
+            "Feed",
+            format!(
+                "{} mm/min cutting, {} mm/min rapid",
+                r.feed_mm_per_min, r.rapid_mm_per_min
+            ),
+        ),
+        ("Axes", format!("up {}, rear to front {}", r.up, r.length)),
+        ("Only", list(&r.only)),
+        ("Left out", list(&r.skip)),
+    ];
+    html! {
+        h2 { "What was asked" }
+        table { tbody { @for (name, value) in &rows { tr { th scope="row" { (name) } td { (value) } } } } }
+    }
+}
+
+pub(super) fn path_lengths(job: &Job) -> Markup {
+    let l = &job.totals.length;
+    let part = |label: &str, mm: f64, kind| Part {
+        label: label.to_owned(),
+        value: mm,
+        figure: format!("{} ({})", length(mm), share(mm, l.total_mm())),
+        colour: kind_colour(kind),
+    };
+    let parts = [
+        part("cut", l.cut_mm, MoveKind::Cut),
+        part("lead in and out", l.lead_mm, MoveKind::LeadIn),
+        part("link", l.link_mm, MoveKind::Link),
+        part("rapid", l.rapid_mm, MoveKind::Rapid),
+    ];
+    html! {
+        h2 { "Tool paths" }
+        (stacked_bar(&format!("Path length by kind, {} in all", length(l.total_mm())), &parts))
+        p {
+            @match job.totals.lifted_locations {
+                0 => "Every location was proven against all faces of the model.",
+                n => { (plural(n, "location")) " could not be proven safe and were lifted to a proven height." }
+            }
+        }
+    }
+}
+
+/// Sums of the totals of several regions or setups.
+#[derive(Default)]
+struct Sum {
+    area_mm2: f64,
+    passes: u64,
+    retracts: u64,
+    length: LengthByKind,
+    control_points: u64,
+    time_s: f64,
+}
+
+impl Sum {
+    fn add(&mut self, t: &RegionTotals) {
+        self.area_mm2 += t.area_mm2;
+        self.passes += u64::from(t.passes);
+        self.retracts += u64::from(t.retracts);
+        self.length.cut_mm += t.length.cut_mm;
+        self.length.lead_mm += t.length.lead_mm;
+        self.length.link_mm += t.length.link_mm;
+        self.length.rapid_mm += t.length.rapid_mm;
+        self.control_points += t.control_points;
+        self.time_s += t.time_s;
+    }
+
+    fn cells(&self) -> Markup {
+        html! {
+            td.n { (count(self.passes)) }
+            td.n { (count(self.retracts)) }
+            td.n { (length(self.length.cut_mm)) }
+            td.n { (length(self.length.lead_mm + self.length.link_mm)) }
+            td.n { (length(self.length.rapid_mm)) }
+            td.n { (count(self.control_points)) }
+            td.n { (duration(self.time_s)) }
+        }
+    }
+}
+
+fn sum_headings() -> Markup {
+    html! {
+        th.n scope="col" { "Passes" } th.n scope="col" { "Retracts" } th.n scope="col" { "Cut" }
+        th.n scope="col" { "Leads, links" } th.n scope="col" { "Rapid" } th.n scope="col" { "Points" }
+        th.n scope="col" { "Time" }
+    }
+}
+
+pub(super) fn setups(job: &Job) -> Markup {
+    let palette = crate::palette::region_palette();
+    let parts: Vec<Part> = job
+        .setups
+        .iter()
+        .enumerate()
+        .map(|(i, s)| Part {
+            label: s.name.clone(),
+            value: s.area_mm2,
+            figure: area(s.area_mm2),
+            colour: palette[i % palette.len()],
+        })
+        .collect();
+    html! {
+        h2 { "Setups" }
+        (stacked_bar("Area cut by setup", &parts))
+        div.wide { table {
+            thead { tr {
+                th scope="col" { "Setup" } th scope="col" { "Tool axis" } th.n scope="col" { "Clearance" }
+                th.n scope="col" { "Area" } (sum_headings())
+            } }
+            tbody { @for setup in &job.setups {
+                @let sum = job.regions.iter().filter(|t| t.setup == setup.name).fold(Sum::default(), |mut s, t| { s.add(t); s });
+                @let sum = Sum { time_s: setup.time_s, ..sum };
+                @let [x, y, z] = setup.axis;
+                tr {
+                    th scope="row" { (setup.name) }
+                    td { (format!("{x:.3}, {y:.3}, {z:.3}")) }
+                    td.n { (format!("{:.1} mm", setup.clearance_mm)) }
+                    td.n { (area(setup.area_mm2)) }
+                    (sum.cells())
+                }
+            } }
+        } }
+    }
+}
+
+pub(super) fn regions(job: &Job, regions: &RegionsFile, colours: &[Rgb]) -> Markup {
+    let mut sums: BTreeMap<usize, Sum> = BTreeMap::new();
+    for totals in &job.regions {
+        sums.entry(totals.region).or_default().add(totals);
+    }
+    let none = Sum::default();
+    let row = |index: usize| {
+        let region = &regions.regions[index];
+        let by_setup: Vec<String> = region
+            .setup_area_mm2
+            .iter()
+            .filter(|(_, a)| **a > 0.0)
+            .map(|(name, a)| format!("{name} {}", area(*a)))
+            .collect();
+        html! { tr {
+            th scope="row" { (swatch(colours.get(region.id).copied().unwrap_or(CLAY))) (region.id) }
+            td.n { (count(region.faces.len() as u64)) }
+            td.n { (area(region.area_mm2)) }
+            td { @if by_setup.is_empty() { span.soft { "not cut" } } @else { (by_setup.join(", ")) } }
+            (sums.get(&region.id).unwrap_or(&none).cells())
+        } }
+    };
+    let table = |range: std::ops::Range<usize>| {
+        html! { div.wide { table {
+            thead { tr {
+                th scope="col" { "Region" } th.n scope="col" { "Faces" } th.n scope="col" { "Area" }
+                th scope="col" { "Area by setup" } (sum_headings())
+            } }
+            tbody { @for index in range { (row(index)) } }
+        } } }
+    };
+    let total = regions.regions.len();
+    let shown = total.min(REGIONS_SHOWN);
+    html! {
+        h2 { "Regions" }
+        p { "A region is a set of faces that is cut as one surface; the colours are those of the pictures." }
+        (table(0..shown))
+        @if total > shown {
+            details { summary { (plural((total - shown) as u64, "smaller region")) } (table(shown..total)) }
+        }
+    }
+}
+
+pub(super) fn not_cut(job: &Job) -> Markup {
+    let reason = |reason: UncutReason| match reason {
+        UncutReason::Hidden => ("hidden: no tool direction reaches it", [150, 152, 156]),
+        UncutReason::TooTight => ("too tight for the tool", [205, 62, 0]),
+        UncutReason::Excluded => ("left out on request", [230, 190, 120]),
+    };
+    let whole = job.area.total_mm2;
+    let part = |label: &str, mm2: f64, colour| Part {
+        label: label.to_owned(),
+        value: mm2,
+        figure: format!("{} ({})", area(mm2), share(mm2, whole)),
+        colour,
+    };
+    let mut parts = vec![part("cut", job.area.cut_mm2, kind_colour(MoveKind::Cut))];
+    parts.extend(job.area.uncut_mm2.iter().map(|(&r, &mm2)| {
+        let (label, colour) = reason(r);
+        part(label, mm2, colour)
+    }));
+    let unaccounted = whole - job.area.cut_mm2 - job.area.uncut_mm2.values().sum::<f64>();
+    html! {
+        h2 { "Where the model's area went" }
+        (stacked_bar(&format!("{} in all", area(whole)), &parts))
+        @if unaccounted.abs() > 1e-6 * whole {
+            p.error { b { "The account does not close: " } (area(unaccounted)) " are missing." }
+        }
+    }
+}

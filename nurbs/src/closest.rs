@@ -110,7 +110,7 @@ impl<'a> ClosestPoints<'a> {
     /// distance returned is never larger than the true one by more than that.
     #[must_use]
     pub fn closest(&self, p: &Point3, within_mm: f64) -> Option<Foot> {
-        self.search(p, within_mm).foot
+        self.search(p, within_mm).foot()
     }
 
     /// The same as [`Self::closest`] for queries along a path: `hint` carries over which items can matter
@@ -129,7 +129,7 @@ impl<'a> ClosestPoints<'a> {
                 hint.items.swap(0, k);
             }
         }
-        search.foot
+        search.foot()
     }
 
     /// Whether some point of the model lies nearer to `p` than `radius_mm`; faster than looking for the nearest.
@@ -138,9 +138,9 @@ impl<'a> ClosestPoints<'a> {
         let mut search = Search::new(self, p, radius_mm);
         self.tree.search(p, search.best_squared, |item| {
             let bound = search.visit(item);
-            if search.foot.is_some() { 0.0 } else { bound }
+            if search.found.is_some() { 0.0 } else { bound }
         });
-        search.foot.is_some_and(|f| f.distance_mm < radius_mm)
+        search.foot().is_some_and(|f| f.distance_mm < radius_mm)
     }
 
     fn search(&self, p: &Point3, within_mm: f64) -> Search<'_> {
@@ -157,7 +157,7 @@ impl<'a> ClosestPoints<'a> {
     /// `b(c) ≤ d(c) + 2 |p − c|`: the items up to `d(c) + 2 · reach` are enough.
     fn renew(&self, p: &Point3, within_mm: f64, hint: &mut Hint) -> Option<Foot> {
         let search = self.search(p, within_mm);
-        let distance = search.foot.map_or(within_mm, |f| f.distance_mm);
+        let distance = search.foot().map_or(within_mm, |f| f.distance_mm);
         let (part, least, largest) = REACH;
         let size = self.pieces.get(search.item).map_or(0.0, |piece| {
             let [x, y, _] = piece.extent();
@@ -165,7 +165,7 @@ impl<'a> ClosestPoints<'a> {
         });
         hint.centre = *p;
         hint.reach = (part * size).clamp(least, largest);
-        hint.within = if search.foot.is_some() {
+        hint.within = if search.found.is_some() {
             f64::INFINITY
         } else {
             within_mm
@@ -181,7 +181,7 @@ impl<'a> ClosestPoints<'a> {
         if let Some(k) = hint.items.iter().position(|&i| i as usize == search.item) {
             hint.items.swap(0, k);
         }
-        search.foot
+        search.foot()
     }
 
     fn lower_bound_squared(&self, item: usize, p: &Point3) -> f64 {

@@ -161,7 +161,7 @@ fn medial_points_have_the_right_distance() {
         let size = 10f64.powi(r.random_range(-14..1));
         within(r, size)
     };
-    check("sphere's centre", ball, 60, 50.0, near_centre, |p| {
+    check("sphere's centre", ball, 20, 50.0, near_centre, |p| {
         (p.norm() - 50.0).abs()
     });
     let tube = cylinder(&askew(), 12.0, (0.0, TAU), (-50.0, 90.0)).unwrap();
@@ -170,7 +170,7 @@ fn medial_points_have_the_right_distance() {
         let aside = within(r, size);
         Vector3::new(aside.x, aside.y, r.random_range(-30.0..70.0))
     };
-    check("cylinder's axis", tube, 200, 50.0, near_axis, |p| {
+    check("cylinder's axis", tube, 60, 50.0, near_axis, |p| {
         12.0 - p.x.hypot(p.y)
     });
     let ring = torus(&askew(), 80.0, 10.0, (0.0, TAU), (0.0, TAU)).unwrap();
@@ -179,7 +179,7 @@ fn medial_points_have_the_right_distance() {
         let (a, aside) = (r.random_range(-PI..PI), within(r, size));
         Vector3::new(80.0 * a.cos(), 80.0 * a.sin(), 0.0) + aside
     };
-    check("torus' tube", ring, 200, 50.0, near_tube, |p| {
+    check("torus' tube", ring, 60, 50.0, near_tube, |p| {
         (10.0 - (p.x.hypot(p.y) - 80.0).hypot(p.z)).abs()
     });
 }

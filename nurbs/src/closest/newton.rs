@@ -19,14 +19,15 @@ pub(super) struct Spot {
 /// Descends from `start` to a constrained local minimum of the distance from `local` over the piece: Newton
 /// with the full Hessian on `½|S − p|²`, sliding along the sides of the parameter square.
 ///
-/// When the squared distance is known to be `convex` over the piece, the search stops with `None` as soon as
-/// the tangent plane of that function shows that the piece has nothing nearer than `cutoff_squared`.
+/// With a `convexity` (see [`super::piece::Shape`]) the search stops with `None` as soon as the paraboloid
+/// that touches the squared distance from below shows that the piece has nothing nearer than
+/// `cutoff_squared`.
 pub(super) fn descend(
     piece: &Piece,
     surface: &NurbsSurface,
     local: &Vector3,
     start: (f64, f64),
-    convex: bool,
+    convexity: Option<[f64; 2]>,
     cutoff_squared: f64,
 ) -> Option<Spot> {
     let (mut s, mut t) = start;
@@ -56,11 +57,10 @@ pub(super) fn descend(
             distance_squared,
         };
         let (gs, gt) = (away.dot(&j.s), away.dot(&j.t));
-        if convex {
-            let drop = |g: f64, x: f64| if g > 0.0 { g * (x + 0.5) } else { g * (x - 0.5) };
-            if distance_squared - 2.0 * (drop(gs, s) + drop(gt, t)) > cutoff_squared {
-                return None;
-            }
+        if let Some([least_s, least_t]) = convexity
+            && distance_squared - 2.0 * (drop(gs, least_s, s) + drop(gt, least_t, t)) > cutoff_squared
+        {
+            return None;
         }
         let (e, f, g) = (j.s.norm_squared(), j.s.dot(&j.t), j.t.norm_squared());
         let (hss, hst, htt) = (e + away.dot(&j.ss), f + away.dot(&j.st), g + away.dot(&j.tt));
@@ -93,6 +93,12 @@ pub(super) fn descend(
         (s, t) = (next_s, next_t);
     }
     Some(previous)
+}
+
+/// The most that `gradient · d + ½ least · d²` falls below zero while `x + d` stays on the piece.
+fn drop(gradient: f64, least: f64, x: f64) -> f64 {
+    let d = (-gradient / least).clamp(-0.5 - x, 0.5 - x);
+    -d * (gradient + 0.5 * least * d)
 }
 
 /// The Newton step for gradient `g`, Hessian `h` (else its positive part, the first fundamental form `first`),

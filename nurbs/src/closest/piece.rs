@@ -43,10 +43,11 @@ pub(super) struct LocalJet {
 }
 
 /// What the ranges of the derivatives say about the squared distance from a point over the whole piece.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Shape {
-    /// Convex in `(s, t)`: a constrained minimum is the only one.
-    Convex,
+    /// Convex in `(s, t)`: a constrained minimum is the only one. The Hessian of half the squared distance
+    /// exceeds the diagonal matrix of these two everywhere.
+    Convex([f64; 2]),
     /// Without a critical point: the minimum lies on the border of the piece.
     Monotone,
     /// Anything.
@@ -168,7 +169,9 @@ impl Piece {
         let vv = self.first[2] + dot(away, &self.range.svv);
         let uv = (self.first[1] + dot(away, &self.range.suv)).magnitude();
         if uu.lo > 0.0 && vv.lo > 0.0 && uu.lo * vv.lo > uv * uv {
-            return Shape::Convex;
+            // 2 m a b ≤ m (ρ a² + b² / ρ) with ρ² = uu / vv takes the same part from both.
+            let part = 1.0 - uv / (uu.lo * vv.lo).sqrt();
+            return Shape::Convex([uu.lo * part, vv.lo * part]);
         }
         let critical = dot(away, &self.range.su).contains_zero() && dot(away, &self.range.sv).contains_zero();
         if critical { Shape::Unknown } else { Shape::Monotone }
@@ -180,7 +183,7 @@ impl Piece {
             lo: -r.width() - reach,
             hi: r.width() + reach,
         });
-        self.shape_seen_from(&away) == Shape::Convex
+        matches!(self.shape_seen_from(&away), Shape::Convex(_))
     }
 
     /// The parameter to cut: the one in which the piece bends (or is stretched unevenly) more, else the

@@ -2,7 +2,7 @@ use super::ClosestPoints;
 use super::net::Direction;
 use super::newton::{Spot, descend};
 use super::piece::{Piece, Shape};
-use crate::{Foot, Point3};
+use crate::{FaceId, Foot, Point3};
 
 /// A piece is given up when nothing on it can be nearer than the best foot by more than this, mm.
 const CERTAIN_MM: f64 = 1e-9;
@@ -15,12 +15,21 @@ const LARGEST_CUT_COUNT: usize = 3000;
 /// A piece is cut through a foot on it unless that is this near to a side, as a part of the piece.
 const CUT_INSET: f64 = 0.02;
 
+/// The best foot so far.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Found {
+    face: FaceId,
+    uv: (f64, f64),
+    point: Point3,
+    on_rim: bool,
+}
+
 /// One query under way.
 pub(super) struct Search<'q> {
     index: &'q ClosestPoints<'q>,
     p: Point3,
     pub(super) best_squared: f64,
-    pub(super) foot: Option<Foot>,
+    pub(super) found: Option<Found>,
     /// The item on which the foot lies.
     pub(super) item: usize,
     cuts: usize,
@@ -33,10 +42,25 @@ impl<'q> Search<'q> {
             p: *p,
             // A foot just at the limit still counts.
             best_squared: (within_mm.max(0.0).powi(2)).next_up(),
-            foot: None,
+            found: None,
             item: usize::MAX,
             cuts: 0,
         }
+    }
+
+    /// The answer.
+    pub(super) fn foot(&self) -> Option<Foot> {
+        let found = self.found?;
+        let (u, v) = found.uv;
+        let ((u0, u1), (v0, v1)) = self.index.model.faces[found.face].surface.domain();
+        Some(Foot {
+            face: found.face,
+            u,
+            v,
+            point: found.point,
+            distance_mm: self.best_squared.sqrt(),
+            on_boundary: found.on_rim || u == u0 || u == u1 || v == v0 || v == v1,
+        })
     }
 
     /// Looks for a nearer foot on an item; returns the squared distance to beat from now on.
@@ -70,19 +94,19 @@ impl<'q> Search<'q> {
             return;
         }
         let trim = &self.index.trims[piece.face];
-        let certain = match piece.shape(&local) {
-            Shape::Convex => true,
+        let convexity = match piece.shape(&local) {
+            Shape::Convex(least) => Some(least),
             Shape::Monotone if piece.mixed && !trim.creased => return,
-            _ => false,
+            _ => None,
         };
         let surface = &self.index.model.faces[piece.face].surface;
         let start = piece.start(&local);
-        let Some(spot) = descend(piece, surface, &local, start, certain, self.best_squared) else {
+        let Some(spot) = descend(piece, surface, &local, start, convexity, self.best_squared) else {
             return;
         };
         let inside = self.offer(piece, &spot);
         let on_side = spot.s.abs() >= 0.5 || spot.t.abs() >= 0.5;
-        if certain && (inside || !(trim.creased && on_side)) {
+        if convexity.is_some() && (inside || !(trim.creased && on_side)) {
             return;
         }
         self.cuts += 1;
@@ -120,15 +144,12 @@ impl<'q> Search<'q> {
         if piece.mixed && trim.domain.as_ref().is_some_and(|d| !d.contains(u, v)) {
             return false;
         }
-        let ((u0, u1), (v0, v1)) = self.index.model.faces[piece.face].surface.domain();
         self.best_squared = spot.distance_squared;
-        self.foot = Some(Foot {
+        self.found = Some(Found {
             face: piece.face,
-            u,
-            v,
+            uv: (u, v),
             point: piece.world(&spot.position),
-            distance_mm: spot.distance_squared.sqrt(),
-            on_boundary: u == u0 || u == u1 || v == v0 || v == v1,
+            on_rim: false,
         });
         true
     }
@@ -142,13 +163,11 @@ impl<'q> Search<'q> {
         };
         let at = pcurve.point(spot.t);
         self.best_squared = spot.distance_squared;
-        self.foot = Some(Foot {
+        self.found = Some(Found {
             face: rim.face,
-            u: at.x,
-            v: at.y,
+            uv: (at.x, at.y),
             point: spot.point,
-            distance_mm: spot.distance_squared.sqrt(),
-            on_boundary: true,
+            on_rim: true,
         });
     }
 }

@@ -1,1 +1,39 @@
-//! models
+//! Generated models whose answers are known by construction.
+//!
+//! ```text
+//!   feature lines ─► sheets (one for each smooth region) ─► cut into patches ─► shuffled ─► model
+//!                                                               └─► joints, regions ─► answers
+//! ```
+//!
+//! A reader of the model has to find again what the answers say: which faces adjoin, how smoothly, and
+//! which of them form one smooth region. Nothing in the model itself gives this away.
+//!
+//! ```
+//! use claymill_models::{RoadsterOptions, roadster};
+//! let sample = roadster(&RoadsterOptions { patches: 500, seed: 7 });
+//! assert_eq!(sample.answers.regions.len(), 37);
+//! assert_eq!(sample.answers.region_of_face.len(), sample.model.faces.len());
+//! ```
+
+mod answers;
+mod joints;
+mod layout;
+mod network;
+mod roadster;
+mod sheet;
+mod shuffle;
+mod spline;
+
+use claymill_nurbs::Model;
+
+pub use answers::{Answers, Continuity, Joint, Region, Totals};
+pub use roadster::{RoadsterOptions, roadster};
+
+/// A generated model and what is known about it.
+#[derive(Debug, Clone)]
+pub struct Sample {
+    /// The model.
+    pub model: Model,
+    /// Its answers.
+    pub answers: Answers,
+}

@@ -2,9 +2,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use claymill_nurbs::analytic::{Frame, cone, cylinder, plane_patch, sphere, torus};
+use claymill_nurbs::analytic::{Frame, circle_arc, cone, cylinder, plane_patch, sphere, torus};
 use claymill_nurbs::{
-    ClosestPoints, Face, Hint, KnotVector, Model, NurbsSurface, Point3, Source, SurfaceKind, Vector3,
+    ClosestPoints, Curve2, Face, Hint, KnotVector, Model, NurbsSurface, Point2, Point3, Source, SurfaceKind,
+    TrimEdge, TrimLoop, Vector3,
 };
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -359,4 +360,96 @@ fn an_empty_model_has_no_closest_point() {
             .is_none()
     );
     assert!(!index.any_within(&Point3::origin(), 1.0));
+}
+
+/// A circle in the parameter plane.
+fn circle(centre: Point2, radius: f64) -> TrimLoop {
+    let frame = Frame::new(Point3::new(centre.x, centre.y, 0.0), Vector3::z(), Vector3::x()).unwrap();
+    let arc = circle_arc(&frame, radius, (0.0, TAU)).unwrap();
+    let points = arc.points().iter().map(|p| p.xy()).collect();
+    let pcurve = Curve2::new(arc.knots().clone(), points, arc.weights().map(<[f64]>::to_vec)).unwrap();
+    TrimLoop {
+        edges: vec![TrimEdge { pcurve, shared: None }],
+    }
+}
+
+fn trimmed(surface: NurbsSurface, loops: Vec<TrimLoop>) -> Model {
+    let face = Face {
+        loops,
+        ..face(surface)
+    };
+    Model {
+        faces: vec![face],
+        ..Model::default()
+    }
+}
+
+#[test]
+#[ignore = "needs the inside test of trimmed faces"]
+fn trimmed_ring_against_its_analytic_distance() {
+    let plane = plane_patch(&askew(), (-100.0, 100.0), (-100.0, 100.0)).unwrap();
+    let centre = Point2::new(7.0, -4.0);
+    let ring = trimmed(plane, vec![circle(centre, 60.0), circle(centre, 20.0)]);
+    let index = ClosestPoints::new(&ring);
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    for k in 0..5000 {
+        let mut p = within(&mut rng, 100.0);
+        if k % 50 == 0 {
+            // On the axis, where the whole inner rim is equally near.
+            (p.x, p.y) = (7.0, -4.0);
+        }
+        let foot = index
+            .closest(&askew().point(p.x, p.y, p.z), f64::INFINITY)
+            .unwrap();
+        let radius = (p.x - 7.0).hypot(p.y + 4.0);
+        let aside = (20.0 - radius).max(radius - 60.0).max(0.0);
+        assert!(
+            (foot.distance_mm - aside.hypot(p.z)).abs() < EXACT_MM,
+            "query {k} at {p}"
+        );
+        assert_eq!(foot.on_boundary, aside > 0.0, "query {k} at {p}");
+    }
+}
+
+#[test]
+#[ignore = "needs the inside test of trimmed faces"]
+fn trimmed_cylinder_near_its_axis() {
+    // A window cut into a half pipe; the nearest points of the untrimmed pipe often lie in the window.
+    let pipe = cylinder(&askew(), 12.0, (0.0, PI), (-50.0, 90.0)).unwrap();
+    let window = [(0.5, -30.0), (2.5, -30.0), (2.5, 60.0), (0.5, 60.0)].map(|(u, v)| Point2::new(u, v));
+    let ends = [(0.0, -50.0), (PI, -50.0), (PI, 90.0), (0.0, 90.0)].map(|(u, v)| Point2::new(u, v));
+    let polygon = |c: &[Point2; 4]| TrimLoop {
+        edges: (0..4)
+            .map(|k| TrimEdge {
+                pcurve: Curve2::line(c[k], c[(k + 1) % 4]),
+                shared: None,
+            })
+            .collect(),
+    };
+    let model = trimmed(pipe, vec![polygon(&ends), polygon(&window)]);
+    let index = ClosestPoints::new(&model);
+    let surface = &model.faces[0].surface;
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    // Brute force over the grid of a parametrisation of its own: a bound from above within the grid's size.
+    let inside = |u: f64, v: f64| !(u > 0.5 && u < 2.5 && v > -30.0 && v < 60.0);
+    let grid: Vec<Point3> = (0..=400)
+        .flat_map(|i| (0..=560).map(move |j| (f64::from(i) / 400.0 * PI, -50.0 + f64::from(j) * 0.25)))
+        .filter(|&(u, v)| inside(u, v))
+        .map(|(u, v)| surface.point(u, v))
+        .collect();
+    for k in 0..150 {
+        let size = if k % 15 == 0 { 0.01 } else { 10.0 };
+        let aside = within(&mut rng, size);
+        let q = askew().point(aside.x, aside.y, rng.random_range(-60.0..100.0));
+        let d = index.closest(&q, f64::INFINITY).unwrap();
+        let expected = grid.iter().map(|g| (g - q).norm()).fold(f64::INFINITY, f64::min);
+        assert!(
+            d.distance_mm < expected + EXACT_MM && d.distance_mm > expected - 0.15,
+            "query {k}"
+        );
+        assert!(
+            inside(d.u + 1e-9 * (1.5 - d.u).signum().min(0.0), d.v) || d.on_boundary,
+            "query {k}"
+        );
+    }
 }

@@ -32,7 +32,11 @@ pub(super) fn close(
             .map(area)
             .fold(0.0_f64, |a, b| if b.abs() > a.abs() { b } else { a });
         if (largest > 0.0) != sense {
-            outer.extend(carrier.whole().map(|range| around(&range)));
+            outer.extend(
+                carrier
+                    .whole()
+                    .map(|range| around(&clear_of(range, &closed, carrier.periods()))),
+            );
         }
     }
     gather(carrier, &outer, &mut closed);
@@ -118,6 +122,36 @@ fn start(l: &LaidLoop) -> Point2 {
 
 fn end(l: &LaidLoop) -> Point2 {
     l.legs[l.legs.len() - 1].path.end()
+}
+
+/// The range moved along its periodic directions until its sides run through the widest gap between the loops.
+fn clear_of(mut range: Range, loops: &[LaidLoop], periods: [Option<f64>; 2]) -> Range {
+    for d in 0..2 {
+        let Some(period) = periods[d] else { continue };
+        let mut spans: Vec<(f64, f64)> = loops
+            .iter()
+            .map(|l| {
+                let covered = Range::of(l.polygon());
+                let from = (covered.min[d] - range.min[d]).rem_euclid(period);
+                (from, from + covered.max[d] - covered.min[d])
+            })
+            .collect();
+        spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let Some(first) = spans.first().copied() else {
+            continue;
+        };
+        spans.push((first.0 + period, 0.0));
+        let (mut covered_to, mut widest) = (first.1, (0.0, 0.0));
+        for (from, to) in &spans[1..] {
+            if from - covered_to > widest.0 {
+                widest = (from - covered_to, 0.5 * (from + covered_to));
+            }
+            covered_to = to.max(covered_to);
+        }
+        range.min[d] += widest.1;
+        range.max[d] += widest.1;
+    }
+    range
 }
 
 /// The range's four sides, anticlockwise.

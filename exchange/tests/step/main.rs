@@ -1,0 +1,7 @@
+//! Reading STEP files.
+
+mod corpus;
+mod damage;
+mod features;
+mod green;
+mod text;

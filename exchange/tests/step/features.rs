@@ -8,7 +8,7 @@ use claymill_nurbs::SurfaceKind;
 use crate::green::green_area;
 use crate::text::{face, file, polygon, read, ring};
 
-/// The only face has this kind and area.
+/// The only face has this kind and area. Fitted pcurves may miss their edges by 1e-4 mm.
 #[track_caller]
 fn one(text: &str, kind: SurfaceKind, area: f64) -> Import {
     let import = read(text);
@@ -17,7 +17,7 @@ fn one(text: &str, kind: SurfaceKind, area: f64) -> Import {
         panic!("{} faces", import.model.faces.len());
     };
     assert_eq!(face.kind, kind);
-    approx::assert_relative_eq!(green_area(face), area, max_relative = 1e-6);
+    approx::assert_relative_eq!(green_area(face), area, max_relative = 5e-6);
     import
 }
 

@@ -36,17 +36,24 @@ pub(crate) fn green_area(face: &Face) -> f64 {
     let edge = |c: &Curve2| -> f64 {
         let spans = c.knots().breaks();
         let parts = if spans.len() > 8 { 1 } else { 12 };
-        spans
+        let mut cuts: Vec<f64> = spans
             .windows(2)
-            .flat_map(|w| {
-                (0..parts).map(move |k| {
-                    (
-                        w[0] + (w[1] - w[0]) * f64::from(k) / f64::from(parts),
-                        (w[1] - w[0]) / f64::from(parts),
-                    )
-                })
-            })
-            .flat_map(|(a, step)| GAUSS.map(|(x, w)| (a + step * x, w * step)))
+            .flat_map(|w| (0..parts).map(move |k| w[0] + (w[1] - w[0]) * f64::from(k) / f64::from(parts)))
+            .chain(spans.last().copied())
+            .collect();
+        // The integrand has kinks where a straight edge crosses the surface's knots.
+        if c.knots().degree() == 1 && spans.len() == 2 {
+            let (from, rise, length) = (c.start().y, c.end().y - c.start().y, spans[1] - spans[0]);
+            let crossings = surface.knots_v().breaks().into_iter().map(|k| (k - from) / rise);
+            cuts.extend(
+                crossings
+                    .filter(|x| *x > 0.0 && *x < 1.0)
+                    .map(|x| spans[0] + x * length),
+            );
+            cuts.sort_by(f64::total_cmp);
+        }
+        cuts.windows(2)
+            .flat_map(|w| GAUSS.map(|(x, weight)| (w[0] + (w[1] - w[0]) * x, weight * (w[1] - w[0]))))
             .map(|(t, w)| {
                 let [p, d, _] = c.derivatives(t);
                 if d.y == 0.0 {

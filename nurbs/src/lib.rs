@@ -28,9 +28,12 @@
 //! ```
 
 pub mod analytic;
+mod arc;
+mod bernstein;
 mod boundary;
 mod closest;
 mod curve;
+mod curvedness;
 mod domain;
 mod error;
 mod face;
@@ -40,9 +43,12 @@ mod knots;
 mod measure;
 mod mesh;
 mod model;
+mod quadrature;
 mod refine;
+mod rings;
 mod surface;
 pub mod tolerance;
+mod winding;
 
 pub use closest::{ClosestPoints, Foot, Hint};
 pub use curve::{Curve2, Curve3, NurbsCurve};

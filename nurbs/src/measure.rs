@@ -1,15 +1,146 @@
-use crate::{Aabb, Face};
+use crate::arc::Arc;
+use crate::curvedness::Curvedness;
+use crate::mesh::rectangle;
+use crate::mesh::sampling::{Limits, sample};
+use crate::quadrature::integral;
+use crate::rings::{Ring, rings};
+use crate::{Aabb, Face, MeshOptions, NurbsSurface, Point2, tessellate};
+
+/// Relative accuracy asked of the quadrature; the error estimate is far on the safe side.
+const AREA_ACCURACY: f64 = 1e-8;
+/// Accuracy of the box, mm.
+const BOX_MM: f64 = 1e-4;
 
 impl Face {
     /// Area of the trimmed face, mm², to a relative accuracy of 1e-7 or better.
+    ///
+    /// By Green's theorem: `∬ |Su × Sv| du dv = ∮ F dv` along the exact trim curves, with
+    /// `F(u, v) = ∫ |Su × Sv| du`. Where damaged loops cross each other the overlap counts with its winding
+    /// number.
     #[must_use]
     pub fn area_mm2(&self) -> f64 {
-        todo!()
+        let surface = &self.surface;
+        let ((u0, u1), (v0, v1)) = surface.domain();
+        let whole = (Point2::new(u0, v0), Point2::new(u1, v1));
+        let rings = rings(self);
+        let window = if self.loops.is_empty() {
+            Some(whole)
+        } else {
+            rectangle(self, &rings, whole)
+        };
+        let sides = window.map(|(a, b)| {
+            let side = |from: f64, to: f64, u: f64| Arc::line(Point2::new(u, from), Point2::new(u, to));
+            vec![side(b.y, a.y, a.x), side(a.y, b.y, b.x)]
+        });
+        let arcs = sides.unwrap_or_else(|| rings.into_iter().flat_map(|r| r.arcs).collect());
+        green(surface, &arcs)
     }
 
     /// Box around the trimmed face, within 1e-4 mm of the smallest one.
+    ///
+    /// Starts from a coarse triangulation and refines only the triangles that may stick out.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
-        todo!()
+        let surface = &self.surface;
+        let coarse = Aabb::of(
+            &surface
+                .net()
+                .iter()
+                .map(|h| (h.xyz() / h.w).into())
+                .collect::<Vec<_>>(),
+        );
+        let options = MeshOptions {
+            deviation_mm: (1e-4 * coarse.diagonal()).max(BOX_MM),
+            longest_edge_mm: f64::INFINITY,
+        };
+        let curved = Curvedness::of(surface);
+        let mut bounds = Aabb::empty();
+        let limits = Limits {
+            sagitta_mm: 0.5 * BOX_MM,
+            facet_mm: f64::INFINITY,
+            edge_mm: f64::INFINITY,
+        };
+        for arc in rings(self).iter().flat_map(|r: &Ring| &r.arcs) {
+            sample(surface, &curved, arc, &limits)
+                .iter()
+                .for_each(|s| bounds.add(&s.point));
+        }
+        let Ok(mesh) = tessellate(self, &options) else {
+            return bounds;
+        };
+        mesh.points.iter().for_each(|p| bounds.add(p));
+        for t in &mesh.triangles {
+            stick_out(surface, &curved, t.map(|i| mesh.uv[i as usize]), &mut bounds, 12);
+        }
+        bounds
     }
+}
+
+/// Grows `bounds` by what a parameter triangle adds to it: where its corners and the bound on its facet error
+/// reach beyond, it is cut in four.
+fn stick_out(surface: &NurbsSurface, curved: &Curvedness, uv: [Point2; 3], bounds: &mut Aabb, depth: u32) {
+    let corners = uv.map(|p| surface.point(p.x, p.y));
+    corners.iter().for_each(|p| bounds.add(p));
+    let (low, high) = (uv[0].inf(&uv[1]).inf(&uv[2]), uv[0].sup(&uv[1]).sup(&uv[2]));
+    let facet = curved
+        .over(low, high)
+        .deviation_mm(high.x - low.x, high.y - low.y);
+    let reach = Aabb::of(&corners).inflated(facet);
+    let out = |k: usize| reach.max[k] > bounds.max[k] + BOX_MM || reach.min[k] < bounds.min[k] - BOX_MM;
+    if depth > 0 && (0..3).any(out) {
+        let middle = |i: usize, j: usize| nalgebra::center(&uv[i], &uv[j]);
+        let (a, b, c) = (middle(0, 1), middle(1, 2), middle(2, 0));
+        for part in [[a, b, c], [uv[0], a, c], [uv[1], b, a], [uv[2], c, b]] {
+            stick_out(surface, curved, part, bounds, depth - 1);
+        }
+    }
+}
+
+/// `∮ F dv` along closed chains of arcs (level ones may be left out).
+fn green(surface: &NurbsSurface, arcs: &[Arc]) -> f64 {
+    let (breaks_u, breaks_v) = (surface.knots_u().breaks(), surface.knots_v().breaks());
+    // Closed chains may start F anywhere; starting at the left keeps it small.
+    let start = arcs
+        .iter()
+        .flat_map(Arc::control_points)
+        .map(|p| p.x)
+        .fold(f64::INFINITY, f64::min);
+    // The integrand is smooth between knots only.
+    let mut pieces: Vec<Arc> = arcs.iter().flat_map(|a| a.monotone(0.0)).collect();
+    for (axis, breaks) in [(0, &breaks_u), (1, &breaks_v)] {
+        for &knot in breaks {
+            let cut = |a: Arc| match a.crossing(axis, knot) {
+                Some(t) => {
+                    let (x, y) = a.split(t);
+                    vec![x, y]
+                }
+                None => vec![a],
+            };
+            pieces = pieces.into_iter().flat_map(cut).collect();
+        }
+    }
+    pieces.retain(|a| a.start().y != a.end().y);
+    let inner = |p: Point2, tolerance: f64| -> f64 {
+        let element = &mut |u: f64| {
+            let jet = surface.jet(u, p.y);
+            jet.su.cross(&jet.sv).norm()
+        };
+        let ends = std::iter::once(start).chain(breaks_u.iter().copied().filter(|&k| start < k && k < p.x));
+        let ends: Vec<f64> = ends.chain([p.x]).collect();
+        ends.windows(2)
+            .map(|w| integral((w[0], w[1]), tolerance, element))
+            .sum()
+    };
+    let outer = |tolerance: f64| -> f64 {
+        let along = |a: &Arc| {
+            let height = (a.end().y - a.start().y).abs();
+            integral((0.0, 1.0), tolerance, &mut |t| {
+                let (p, slope) = a.jet(t);
+                inner(p, tolerance / height) * slope.y
+            })
+        };
+        pieces.iter().map(along).sum::<f64>()
+    };
+    let rough = outer(f64::INFINITY).abs();
+    outer(rough * AREA_ACCURACY / pieces.len().max(1) as f64)
 }

@@ -1,3 +1,10 @@
+mod grid;
+mod lines;
+pub(crate) mod sampling;
+mod trimmed;
+
+use crate::curvedness::Curvedness;
+use crate::rings::{Ring, rings};
 use crate::{Face, NurbsError, Point2, Point3};
 
 /// How fine a face is triangulated.
@@ -25,11 +32,67 @@ pub struct FaceMesh {
     pub rings: Vec<Vec<u32>>,
 }
 
+/// A loop that keeps this close to a parameter rectangle is the rectangle, mm.
+const RECTANGLE_MM: f64 = 1e-5;
+
 /// Triangulates the face.
 ///
+/// Whole surfaces, and faces trimmed along parameter lines, become grids; all others a constrained Delaunay
+/// triangulation of the exact trim curves' samples and a grid inside.
+///
 /// # Errors
-/// The trim loops cannot be triangulated.
+/// Options that are not positive, a tolerance that asks for more than fifty million points, or trim loops
+/// that enclose nothing.
 pub fn tessellate(face: &Face, options: &MeshOptions) -> Result<FaceMesh, NurbsError> {
-    let _ = (face, options);
-    todo!()
+    let positive = |x: f64| x > 0.0 && !x.is_nan();
+    if !(positive(options.deviation_mm) && positive(options.longest_edge_mm)) {
+        let reason = "the deviation and the longest edge must be positive".into();
+        return Err(NurbsError::Mesh { reason });
+    }
+    let surface = &face.surface;
+    let ((u0, u1), (v0, v1)) = surface.domain();
+    let whole = (Point2::new(u0, v0), Point2::new(u1, v1));
+    if face.loops.is_empty() {
+        return grid::rectangle_mesh(surface, whole, options);
+    }
+    let rings = rings(face);
+    match rectangle(face, &rings, whole) {
+        Some(window) => grid::rectangle_mesh(surface, window, options),
+        None => trimmed::mesh(surface, &rings, options),
+    }
+}
+
+/// The parameter rectangle that the single loop of a face runs around, if it does.
+pub(crate) fn rectangle(face: &Face, rings: &[Ring], whole: (Point2, Point2)) -> Option<(Point2, Point2)> {
+    let [ring] = rings else { return None };
+    let (low, high) = ring.hull();
+    let size = Curvedness::of(&face.surface).over(low, high);
+    // Where the surface stands still (a plane has no such place) any parameter distance is the same point.
+    let slack = Point2::new(
+        (RECTANGLE_MM / size.u).min(1e-3 * (high.x - low.x)),
+        (RECTANGLE_MM / size.v).min(1e-3 * (high.y - low.y)),
+    );
+    let along_a_side = |points: &mut dyn Iterator<Item = Point2>| {
+        let mut sides = [true; 4];
+        for p in points {
+            let near = [p.x - low.x, high.x - p.x, p.y - low.y, high.y - p.y];
+            let slacks = [slack.x, slack.x, slack.y, slack.y];
+            (0..4).for_each(|k| sides[k] &= near[k] <= slacks[k]);
+        }
+        sides.contains(&true)
+    };
+    let around = ring.arcs.iter().all(|a| along_a_side(&mut a.control_points()));
+    // Along the sides and back again would enclose nothing: the corners must be met.
+    let corners = [low, high, Point2::new(low.x, high.y), Point2::new(high.x, low.y)];
+    let met = corners.iter().all(|c| {
+        let near = |p: Point2| (p.x - c.x).abs() <= slack.x && (p.y - c.y).abs() <= slack.y;
+        ring.arcs.iter().any(|a| near(a.start()))
+    });
+    let snap = |x: f64, side: f64, slack: f64| if (x - side).abs() <= slack { side } else { x };
+    let snapped = (
+        Point2::new(snap(low.x, whole.0.x, slack.x), snap(low.y, whole.0.y, slack.y)),
+        Point2::new(snap(high.x, whole.1.x, slack.x), snap(high.y, whole.1.y, slack.y)),
+    );
+    let inside = snapped.0 >= whole.0 && snapped.1 <= whole.1;
+    (around && met && inside && low.x < high.x && low.y < high.y).then_some(snapped)
 }

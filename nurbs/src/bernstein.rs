@@ -1,0 +1,97 @@
+use nalgebra::SVector;
+
+/// A tensor-product polynomial on the unit square with values in `N` dimensions, by its Bernstein
+/// coefficients, row-major.
+#[derive(Debug, Clone)]
+pub(crate) struct Bernstein<const N: usize> {
+    degrees: [usize; 2],
+    coefficients: Vec<SVector<f64, N>>,
+}
+
+impl<const N: usize> Bernstein<N> {
+    pub(crate) fn new(degrees: [usize; 2], coefficients: Vec<SVector<f64, N>>) -> Self {
+        debug_assert_eq!(
+            coefficients.len(),
+            (degrees[0] + 1) * (degrees[1] + 1),
+            "net size"
+        );
+        Bernstein {
+            degrees,
+            coefficients,
+        }
+    }
+
+    pub(crate) fn coefficients(&self) -> &[SVector<f64, N>] {
+        &self.coefficients
+    }
+
+    /// Partial derivative along `axis` (0 is `u`); that of a constant is a constant.
+    pub(crate) fn derivative(&self, axis: usize) -> Self {
+        let [p, q] = self.degrees;
+        let degree = self.degrees[axis];
+        let mut degrees = self.degrees;
+        degrees[axis] = degree.saturating_sub(1);
+        let step = if axis == 0 { q + 1 } else { 1 };
+        let difference = |i: usize, j: usize| {
+            let k = i * (q + 1) + j;
+            (self.coefficients[k + step] - self.coefficients[k]) * degree as f64
+        };
+        let coefficients = match degree {
+            0 => vec![SVector::zeros(); (p + 1) * (q + 1)],
+            _ => (0..=degrees[0])
+                .flat_map(|i| (0..=degrees[1]).map(move |j| (i, j)))
+                .map(|(i, j)| difference(i, j))
+                .collect(),
+        };
+        Bernstein {
+            degrees,
+            coefficients,
+        }
+    }
+
+    /// Product with a scalar polynomial: binomially scaled coefficients multiply like those of powers.
+    pub(crate) fn times(&self, o: &Bernstein<1>) -> Self {
+        let degrees = [self.degrees[0] + o.degrees[0], self.degrees[1] + o.degrees[1]];
+        let columns = degrees[1] + 1;
+        let rows = |d: [usize; 2]| d.map(binomials);
+        let ([su, sv], [ou, ov], [tu, tv]) = (rows(self.degrees), rows(o.degrees), rows(degrees));
+        let mut coefficients = vec![SVector::zeros(); (degrees[0] + 1) * columns];
+        for (i, bi) in su.iter().enumerate() {
+            for (j, bj) in sv.iter().enumerate() {
+                let mine = self.coefficients[i * sv.len() + j] * (bi * bj);
+                for (k, bk) in ou.iter().enumerate() {
+                    for (l, bl) in ov.iter().enumerate() {
+                        let other = o.coefficients[k * ov.len() + l].x * bk * bl;
+                        coefficients[(i + k) * columns + j + l] += mine * other;
+                    }
+                }
+            }
+        }
+        for (i, bi) in tu.iter().enumerate() {
+            for (j, bj) in tv.iter().enumerate() {
+                coefficients[i * columns + j] /= bi * bj;
+            }
+        }
+        Bernstein {
+            degrees,
+            coefficients,
+        }
+    }
+
+    /// `self - o · factor`, for equal degrees.
+    pub(crate) fn minus(mut self, o: &Self, factor: f64) -> Self {
+        debug_assert_eq!(self.degrees, o.degrees, "degrees");
+        let pairs = self.coefficients.iter_mut().zip(&o.coefficients);
+        pairs.for_each(|(a, b)| *a -= b * factor);
+        self
+    }
+}
+
+/// The binomial coefficients of `n`.
+fn binomials(n: usize) -> Vec<f64> {
+    let mut row = vec![1.0];
+    for k in 0..n {
+        row.push(row[k] * (n - k) as f64 / (k + 1) as f64);
+    }
+    row
+}

@@ -1,0 +1,221 @@
+use nalgebra::Vector1;
+
+use crate::bernstein::Bernstein;
+use crate::{NurbsSurface, Point2, Vector3};
+
+/// Bounds on the derivatives over one piece of a surface, mm per parameter (squared).
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Bounds {
+    pub(crate) u: f64,
+    pub(crate) v: f64,
+    pub(crate) uu: f64,
+    pub(crate) uv: f64,
+    pub(crate) vv: f64,
+}
+
+impl Bounds {
+    fn max(&self, o: &Bounds) -> Bounds {
+        Bounds {
+            u: self.u.max(o.u),
+            v: self.v.max(o.v),
+            uu: self.uu.max(o.uu),
+            uv: self.uv.max(o.uv),
+            vv: self.vv.max(o.vv),
+        }
+    }
+
+    /// Largest distance between the surface and the linear interpolant over any parameter triangle that
+    /// fits a box of the size `(hu, hv)` (Filip, Magedson, Markot 1986, who state it for right triangles;
+    /// it holds for all because the variance of three numbers is at most a quarter of their range squared).
+    pub(crate) fn deviation_mm(&self, hu: f64, hv: f64) -> f64 {
+        0.125 * (hu * hu * self.uu + 2.0 * hu * hv * self.uv + hv * hv * self.vv)
+    }
+}
+
+/// Sound bounds on the derivatives of a surface, one set per polynomial piece.
+#[derive(Debug, Clone)]
+pub(crate) struct Curvedness {
+    pub(crate) breaks_u: Vec<f64>,
+    pub(crate) breaks_v: Vec<f64>,
+    pieces: Vec<Bounds>,
+}
+
+impl Curvedness {
+    pub(crate) fn of(surface: &NurbsSurface) -> Self {
+        let pieces = surface.bezier_pieces();
+        let pieces = pieces.iter().map(if surface.is_rational() {
+            quartered_bounds
+        } else {
+            polynomial_bounds
+        });
+        Curvedness {
+            breaks_u: surface.knots_u().breaks(),
+            breaks_v: surface.knots_v().breaks(),
+            pieces: pieces.collect(),
+        }
+    }
+
+    /// Bounds of the piece between breaks `i`, `i + 1` and `j`, `j + 1`.
+    pub(crate) fn piece(&self, i: usize, j: usize) -> &Bounds {
+        &self.pieces[i * (self.breaks_v.len() - 1) + j]
+    }
+
+    /// Bounds over a parameter box.
+    pub(crate) fn over(&self, min: Point2, max: Point2) -> Bounds {
+        let spans = |breaks: &[f64], a: f64, b: f64| {
+            let last = breaks.len() - 2;
+            let first = breaks.partition_point(|&k| k <= a).saturating_sub(1).min(last);
+            // A box that ends on a break does not reach into the next piece.
+            let end = breaks
+                .partition_point(|&k| k < b)
+                .saturating_sub(1)
+                .clamp(first, last);
+            first..=end
+        };
+        let mut bounds = Bounds::default();
+        for i in spans(&self.breaks_u, min.x, max.x) {
+            for j in spans(&self.breaks_v, min.y, max.y) {
+                bounds = bounds.max(self.piece(i, j));
+            }
+        }
+        bounds
+    }
+}
+
+/// Control points of a piece relative to their middle, which keeps products small, and the weights.
+fn nets(piece: &NurbsSurface) -> (Bernstein<3>, Bernstein<1>) {
+    let degrees = [piece.knots_u().degree(), piece.knots_v().degree()];
+    let middle = piece.net().iter().map(|h| h.xyz() / h.w).sum::<Vector3>() / piece.net().len() as f64;
+    let local = piece.net().iter().map(|h| h.xyz() - middle * h.w);
+    let weights = piece.net().iter().map(|h| Vector1::new(h.w));
+    (
+        Bernstein::new(degrees, local.collect()),
+        Bernstein::new(degrees, weights.collect()),
+    )
+}
+
+/// From bounds for parameters that run over the unit square to those of the piece's own.
+fn on_domain(piece: &NurbsSurface, [u, v, uu, uv, vv]: [f64; 5]) -> Bounds {
+    let ((u0, u1), (v0, v1)) = piece.domain();
+    let (wu, wv) = (u1 - u0, v1 - v0);
+    Bounds {
+        u: u / wu,
+        v: v / wv,
+        uu: uu / (wu * wu),
+        uv: uv / (wu * wv),
+        vv: vv / (wv * wv),
+    }
+}
+
+/// The derivatives are Bézier patches themselves and lie in the hulls of their control points.
+fn polynomial_bounds(piece: &NurbsSurface) -> Bounds {
+    let (s, _) = nets(piece);
+    let (u, v) = (s.derivative(0), s.derivative(1));
+    let nets = [u.derivative(0), u.derivative(1), v.derivative(1)];
+    let longest = |net: &Bernstein<3>| net.coefficients().iter().map(|c| c.norm()).fold(0.0, f64::max);
+    let [uu, uv, vv] = nets.each_ref().map(longest);
+    on_domain(piece, [longest(&u), longest(&v), uu, uv, vv])
+}
+
+/// The bounds of a rational piece, tightened by cutting it in four.
+fn quartered_bounds(piece: &NurbsSurface) -> Bounds {
+    let ((u0, u1), (v0, v1)) = piece.domain();
+    let halves = piece
+        .split_u(0.5 * (u0 + u1))
+        .map_or_else(Vec::new, |(a, b)| vec![a, b]);
+    let quarters = halves.iter().filter_map(|half| half.split_v(0.5 * (v0 + v1)));
+    let bounds = quarters.map(|(a, b)| rational_bounds(&a).max(&rational_bounds(&b)));
+    // A piece too narrow to cut is bounded as it is.
+    bounds
+        .reduce(|a, b| a.max(&b))
+        .unwrap_or_else(|| rational_bounds(piece))
+}
+
+/// A derivative of a rational patch is a rational patch: that of `X / w^k` is
+/// `(X' w - k X w') / w^(k + 1)`. Its control points are the quotients of the coefficients above and below.
+fn rational_bounds(piece: &NurbsSurface) -> Bounds {
+    let (s, w) = nets(piece);
+    let slopes = [w.derivative(0), w.derivative(1)];
+    let derive = |x: &Bernstein<3>, k: f64, axis: usize| {
+        x.derivative(axis).times(&w).minus(&x.times(&slopes[axis]), k)
+    };
+    let (u, v) = (derive(&s, 1.0, 0), derive(&s, 1.0, 1));
+    let second = [derive(&u, 2.0, 0), derive(&u, 2.0, 1), derive(&v, 2.0, 1)];
+    let w2 = w.times(&w);
+    let w3 = w2.times(&w);
+    let longest = |above: &Bernstein<3>, below: &Bernstein<1>| {
+        let quotients = above.coefficients().iter().zip(below.coefficients());
+        quotients.map(|(a, b)| a.norm() / b.x).fold(0.0, f64::max)
+    };
+    on_domain(
+        piece,
+        [
+            longest(&u, &w2),
+            longest(&v, &w2),
+            longest(&second[0], &w3),
+            longest(&second[1], &w3),
+            longest(&second[2], &w3),
+        ],
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analytic::{Frame, torus};
+    use crate::{KnotVector, Point3};
+
+    fn check(surface: &NurbsSurface, looseness: f64) {
+        let curved = Curvedness::of(surface);
+        let ((u0, u1), (v0, v1)) = surface.domain();
+        let mut seen = Bounds::default();
+        for i in 0..200 {
+            for j in 0..200 {
+                let (u, v) = (
+                    u0 + (u1 - u0) * f64::from(i) / 199.0,
+                    v0 + (v1 - v0) * f64::from(j) / 199.0,
+                );
+                let jet = surface.jet(u, v);
+                let here = Bounds {
+                    u: jet.su.norm(),
+                    v: jet.sv.norm(),
+                    uu: jet.suu.norm(),
+                    uv: jet.suv.norm(),
+                    vv: jet.svv.norm(),
+                };
+                let at = Point2::new(u, v);
+                assert_eq!(curved.over(at, at).max(&here), {
+                    let mut b = curved.over(at, at);
+                    let slack = |b: &mut f64, h: f64| *b = b.max(h.min(*b * (1.0 + 1e-9) + 1e-9));
+                    slack(&mut b.u, here.u);
+                    slack(&mut b.v, here.v);
+                    slack(&mut b.uu, here.uu);
+                    slack(&mut b.uv, here.uv);
+                    slack(&mut b.vv, here.vv);
+                    b
+                });
+                seen = seen.max(&here);
+            }
+        }
+        let all = curved.over(Point2::new(u0, v0), Point2::new(u1, v1));
+        assert!(
+            all.uu <= looseness * seen.uu && all.vv <= looseness * seen.vv,
+            "{all:?} {seen:?}"
+        );
+    }
+
+    #[test]
+    fn bounds_hold_and_are_not_wild() {
+        let turn = (0.0, 2.0 * std::f64::consts::PI);
+        let frame = Frame::new(Point3::new(1000.0, 0.0, 0.0), Vector3::z(), Vector3::x());
+        check(&torus(&frame.unwrap(), 10.0, 3.0, turn, turn).unwrap(), 2.0);
+        let (ku, kv) = (
+            KnotVector::clamped_uniform(3, 6),
+            KnotVector::clamped_uniform(5, 7),
+        );
+        let wave = |k: i32| (f64::from(k) * 1.3).sin();
+        let net = (0..6)
+            .flat_map(|i| (0..7).map(move |j| Point3::new(f64::from(i), f64::from(j), wave(3 * i + j))));
+        check(&NurbsSurface::new(ku, kv, net.collect(), None).unwrap(), 2.0);
+    }
+}

@@ -106,9 +106,10 @@ impl Arc {
         (low, high)
     }
 
-    /// The parts between the arc's extremes in `u` and `v`: each is monotone in both. What is smaller than
-    /// `tiny` counts as monotone.
-    pub(crate) fn monotone(&self, tiny: f64) -> Vec<Arc> {
+    /// The parts between the arc's extremes in `u` and `v`: each is monotone in both, up to
+    /// rounding.
+    pub(crate) fn monotone(&self) -> Vec<Arc> {
+        let tiny = 1e-14 * self.control_points().fold(0.0f64, |m, p| m.max(p.coords.amax()));
         let (mut done, mut open) = (Vec::new(), vec![(self.clone(), 0)]);
         while let Some((arc, depth)) = open.pop() {
             match [0, 1].into_iter().find_map(|axis| arc.turn(axis, tiny)) {
@@ -152,7 +153,8 @@ impl Arc {
             }) = mid;
         }
         let t = 0.5 * (low + high);
-        Some(if t > 1e-9 && t < 1.0 - 1e-9 { t } else { 0.5 })
+        // An extreme this close to an end rises above it by less than rounding.
+        (t > 1e-9 && t < 1.0 - 1e-9).then_some(t)
     }
 
     /// Parameter where a monotone arc reaches `value` along `axis` (bisection to the last bit); `None` when

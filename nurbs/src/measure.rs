@@ -106,7 +106,7 @@ fn green(surface: &NurbsSurface, arcs: &[Arc]) -> f64 {
         .map(|p| p.x)
         .fold(f64::INFINITY, f64::min);
     // The integrand is smooth between knots only.
-    let mut pieces: Vec<Arc> = arcs.iter().flat_map(|a| a.monotone(0.0)).collect();
+    let mut pieces: Vec<Arc> = arcs.iter().flat_map(|a| a.monotone()).collect();
     for (axis, breaks) in [(0, &breaks_u), (1, &breaks_v)] {
         for &knot in breaks {
             let cut = |a: Arc| match a.crossing(axis, knot) {

@@ -157,7 +157,7 @@ impl Window {
         if fits(&arc) || far(&arc) {
             return vec![arc];
         }
-        let mut parts = arc.monotone(slack * 1e-3);
+        let mut parts = arc.monotone();
         for k in -8..=9 {
             let seam = low + f64::from(k) * period;
             let cut = |a: Arc| match a.crossing(axis, seam) {

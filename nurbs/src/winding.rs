@@ -32,12 +32,9 @@ struct Monotone {
 impl Winding {
     /// Prepares closed chains of arcs. Ends must chain to the last bit.
     pub(crate) fn new<'a>(arcs: impl IntoIterator<Item = &'a Arc>) -> Self {
-        let arcs: Vec<&Arc> = arcs.into_iter().collect();
-        let size = arcs.iter().flat_map(|a| a.control_points());
-        let tiny = 1e-14 * size.fold(0.0f64, |m, p| m.max(p.coords.amax()));
         let arcs: Vec<Monotone> = arcs
             .into_iter()
-            .flat_map(|a| a.monotone(tiny))
+            .flat_map(|a| a.monotone())
             .filter_map(Monotone::new)
             .collect();
         let lowest = arcs.iter().fold(f64::INFINITY, |m, a| m.min(a.min.y));

@@ -34,6 +34,8 @@ const BOUNDARY_SHARE: f64 = 0.3;
 const CELL_SHARE: f64 = 0.7;
 /// Index of a vertex that the triangulation made itself, until it gets its own.
 const NEW: u32 = u32::MAX;
+/// Triangles flatter than this are rounding errors of straight lines.
+const FLAT: f64 = 1e-11;
 /// Rounds of adding points where triangles are still too coarse.
 const ROUNDS: usize = 16;
 
@@ -290,16 +292,14 @@ impl Builder<'_> {
                     continue;
                 }
                 // Boundary edges are fine as they are; creases are straight and may be split.
-                let edges = face
-                    .adjacent_edges()
-                    .map(|e| (e.length_2(), e.vertices().map(|v| v.data().index)));
+                let edges = [[ids[0], ids[1]], [ids[1], ids[2]], [ids[2], ids[0]]];
                 let splittable = edges
                     .into_iter()
-                    .filter(|(_, ends)| !self.sagitta_mm.contains_key(&sorted(*ends)));
-                let longest = splittable.max_by(|a, b| a.0.total_cmp(&b.0));
+                    .filter(|e| !self.sagitta_mm.contains_key(&sorted(*e)));
+                let worst = splittable.max_by(|a, b| self.coarseness(*a).total_cmp(&self.coarseness(*b)));
                 let uv = |i: u32| self.mesh.uv[i as usize];
-                extra.push(match longest {
-                    Some((_, [a, b])) => nalgebra::center(&uv(a), &uv(b)),
+                extra.push(match worst {
+                    Some([a, b]) => nalgebra::center(&uv(a), &uv(b)),
                     None => centroid(ids.map(uv)),
                 });
             }
@@ -318,10 +318,31 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// How much an edge exceeds what is allowed: facet error or length, whichever is worse.
+    fn coarseness(&self, [a, b]: [u32; 2]) -> f64 {
+        let (a, b) = (a as usize, b as usize);
+        let (low, high) = (
+            self.mesh.uv[a].inf(&self.mesh.uv[b]),
+            self.mesh.uv[a].sup(&self.mesh.uv[b]),
+        );
+        let facet = self
+            .curved
+            .over(low, high)
+            .deviation_mm(high.x - low.x, high.y - low.y);
+        let length = (self.mesh.points[a] - self.mesh.points[b]).norm();
+        (facet / self.options.deviation_mm).max((length / self.options.longest_edge_mm).powi(2))
+    }
+
+    /// Slivers of no area are outside: samples of a straight edge that rounding has made concave span them.
+    /// Inside none can be, as the Delaunay criterion would have flipped them.
     fn is_inside(&self, ids: [u32; 3]) -> bool {
-        self.inside
-            .number(centroid(ids.map(|i| self.mesh.uv[i as usize])))
-            > 0
+        let uv = ids.map(|i| self.mesh.uv[i as usize]);
+        let [a, b, c] = uv.map(|p| {
+            let place = self.place(p);
+            Point2::new(place.x, place.y)
+        });
+        let longest = (b - a).norm_squared().max((c - a).norm_squared());
+        (b - a).perp(&(c - a)) > FLAT * longest && self.inside.number(centroid(uv)) > 0
     }
 
     fn is_coarse(&self, ids: [u32; 3], deviation_mm: f64) -> bool {
@@ -386,7 +407,7 @@ fn cut_at_creases(arc: &Arc, creases: &[Vec<f64>; 2]) -> Vec<Arc> {
     for axis in 0..2 {
         for &knot in &creases[axis] {
             let cut = |a: Arc| {
-                let pieces = a.monotone(0.0);
+                let pieces = a.monotone();
                 if pieces.iter().all(|a| a.crossing(axis, knot).is_none()) {
                     return vec![a];
                 }

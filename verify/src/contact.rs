@@ -1,4 +1,4 @@
-use claymill_nurbs::Foot;
+use claymill_nurbs::{Foot, Hint};
 use claymill_toolpath::MoveKind;
 use rayon::prelude::*;
 
@@ -58,6 +58,8 @@ pub(crate) fn measure(scene: &Scene<'_>, stage: &Stage<'_>) -> (Gouge, Contact) 
                 scene,
                 track,
                 margin: scene.options.path_spacing_mm,
+                on_path: Hint::default(),
+                lifted: Hint::default(),
             }
             .run();
             stage.step(tracks.len());
@@ -73,10 +75,12 @@ struct Walk<'a> {
     /// Gaps beyond the spacing are not measured: the ball cannot come back to a face between two samples
     /// that far from it.
     margin: f64,
+    on_path: Hint,
+    lifted: Hint,
 }
 
 impl Walk<'_> {
-    fn run(&self) -> Along {
+    fn run(mut self) -> Along {
         let mut along = Along::default();
         let stations = self.track.stations(self.scene.options.path_spacing_mm);
         let probes: Vec<Probe> = stations.iter().map(|&t| self.probe(t)).collect();
@@ -92,10 +96,10 @@ impl Walk<'_> {
         along
     }
 
-    fn probe(&self, t: f64) -> Probe {
+    fn probe(&mut self, t: f64) -> Probe {
         let (centre, speed) = self.track.centre(t);
         let radius = self.track.radius_mm;
-        let foot = self.scene.closest.closest(&centre, radius + self.margin);
+        let foot = (self.scene.closest).closest_from(&centre, radius + self.margin, &mut self.on_path);
         Probe {
             t,
             gap: foot.map(|f| f.distance_mm - radius),
@@ -105,7 +109,7 @@ impl Walk<'_> {
     }
 
     /// Looks for the lowest and highest gap between two neighbouring probes.
-    fn between(&self, a: &Probe, b: &Probe, halvings: u32, along: &mut Along) {
+    fn between(&mut self, a: &Probe, b: &Probe, halvings: u32, along: &mut Along) {
         let step = b.t - a.t;
         let gap = |p: &Probe| p.gap.unwrap_or(self.margin);
         let sag = SAG_MARGIN * step * step / (8.0 * self.track.radius_mm);
@@ -125,7 +129,8 @@ impl Walk<'_> {
             let rise = a.slope.abs().min(b.slope.abs()) * step;
             if rise > BETWEEN_SAMPLES_MM {
                 let t = a.t + step * a.slope / (a.slope - b.slope);
-                self.record(&self.probe(t), along);
+                let extreme = self.probe(t);
+                self.record(&extreme, along);
             }
         }
     }
@@ -133,7 +138,7 @@ impl Walk<'_> {
     /// Whether nothing but the contact itself comes near the ball between two probes: a ball of twice the
     /// size that touches at the same place is empty. It holds the whole ball at mid-interval, and away
     /// from the contact with room to spare.
-    fn alone(&self, a: &Probe, b: &Probe) -> bool {
+    fn alone(&mut self, a: &Probe, b: &Probe) -> bool {
         let (Some(foot_a), Some(foot_b), Some(gap_a), Some(gap_b)) = (a.foot, b.foot, a.gap, b.gap) else {
             return false;
         };
@@ -145,7 +150,9 @@ impl Walk<'_> {
         let predicted = 0.5 * (gap_a + gap_b) + 0.125 * (b.t - a.t) * (a.slope - b.slope);
         let lifted = self.track.centre(0.5 * (a.t + b.t)).0 + up * radius;
         let empty = 2.0 * radius + predicted.min(0.0) - BETWEEN_SAMPLES_MM;
-        self.scene.closest.closest(&lifted, empty).is_none()
+        let nearest =
+            (self.scene.closest).closest_from(&lifted, 2.0 * radius + self.margin, &mut self.lifted);
+        nearest.is_none_or(|foot| foot.distance_mm >= empty)
     }
 
     /// Takes extremes and counts.

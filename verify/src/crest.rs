@@ -1,6 +1,6 @@
 use std::ops::ControlFlow;
 
-use claymill_nurbs::{Point3, Vector3};
+use claymill_nurbs::{Hint, Point3, Vector3};
 use claymill_toolpath::MoveKind;
 use rayon::prelude::*;
 
@@ -88,6 +88,8 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, track: &Track) -> Vec<Cres
     let (radius, h) = (track.radius_mm, scene.scallop_mm().min(track.radius_mm));
     let step_over = 2.0 * (2.0 * radius * h - h * h).sqrt();
     let mut crests = Vec::new();
+    let mut at_contact = Hint::default();
+    let mut at_crest = [Hint::default(), Hint::default()];
     let stations = track.stations(scene.options.crest_spacing_mm);
     // Interval middles: knots and ends of passes have no perpendicular plane of their own.
     for pair in stations.windows(2) {
@@ -96,12 +98,13 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, track: &Track) -> Vec<Cres
         let Some(feed) = speed.try_normalize(1e-9) else {
             continue;
         };
-        let Some(contact) = scene.closest.closest(&c, radius + h) else {
+        let Some(contact) = scene.closest.closest_from(&c, radius + h, &mut at_contact) else {
             continue;
         };
         let up = (c - contact.point) / contact.distance_mm.max(1e-9);
         let sides = neighbours(swept, track, &c, &feed, &up, REACH_STEPS * step_over);
-        for piece in sides.into_iter().flatten() {
+        for (piece, hint) in sides.into_iter().zip(&mut at_crest) {
+            let Some(piece) = piece else { continue };
             let other = swept.track(&piece);
             let (through, direction) = crossing(other, piece.parameters, &c, &feed);
             let Some(top) = cusp(&c, radius, &feed, &up, (&through, &direction, other.radius_mm)) else {
@@ -110,7 +113,7 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, track: &Track) -> Vec<Cres
             if swept.covers(&top, CUT_AWAY_MM) {
                 continue;
             }
-            let Some(foot) = scene.closest.closest(&top, radius) else {
+            let Some(foot) = scene.closest.closest_from(&top, radius, hint) else {
                 continue;
             };
             if !scene.faces_squarely(&foot, &top) {

@@ -64,11 +64,7 @@ impl<'a> Reach<'a> {
             .filter(|(axis, _)| n.dot(axis) >= self.least_cosine);
         let ball = p + n * self.radius_mm;
         let fits = facing.clone().next().is_some()
-            && self
-                .scene
-                .closest
-                .closest(&ball, self.radius_mm - sink_mm)
-                .is_none();
+            && !(self.scene.closest).any_within(&ball, self.radius_mm - sink_mm);
         let slim = self.radius_mm - sink_mm - self.mesh_deviation_mm;
         if fits
             && facing

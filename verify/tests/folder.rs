@@ -1,0 +1,96 @@
+//! Job folders that cannot be verified say why and what to do.
+
+mod synthetic;
+
+use std::path::Path;
+
+use claymill_nurbs::{Model, Point3};
+use claymill_toolpath::{FolderWriter, Job, MoveKind, Program, TOOLPATHS_FILE, sha256_of};
+use claymill_verify::{VerifyError, VerifyOptions, verify, verify_program};
+use synthetic::{job, program, straight};
+
+/// Writes a job on the model file `model` into `folder`.
+fn write(folder: &Path, model: &Path, edit: impl FnOnce(&mut Job)) {
+    let mut job = job(&Model::default());
+    job.model.path = model.to_string_lossy().into_owned();
+    job.model.sha256 = sha256_of(model).unwrap();
+    edit(&mut job);
+    let writer = FolderWriter::begin(folder).unwrap();
+    writer.json("job.json", &job).unwrap();
+    writer.moves(&Program::default()).unwrap();
+    writer.finish().unwrap();
+}
+
+fn refused(folder: &Path, options: &VerifyOptions) -> VerifyError {
+    let error = verify(folder, options, &|_, _| ()).unwrap_err();
+    assert!(error.advice().ends_with('.'), "{}", error.advice());
+    error
+}
+
+#[test]
+fn a_model_that_changed_is_not_verified() {
+    let place = tempfile::tempdir().unwrap();
+    let (folder, model) = (place.path().join("out"), place.path().join("car.igs"));
+    std::fs::write(&model, "a model").unwrap();
+    write(&folder, &model, |_| ());
+    std::fs::write(&model, "another model").unwrap();
+    let error = refused(&folder, &VerifyOptions::default());
+    assert!(matches!(&error, VerifyError::ModelChanged { path, .. } if *path == model));
+    assert!(error.to_string().contains("car.igs") && error.advice().contains("--model"));
+}
+
+#[test]
+fn a_moved_model_is_found_beside_the_folder_or_as_told() {
+    let place = tempfile::tempdir().unwrap();
+    let (folder, model) = (place.path().join("out"), place.path().join("car.igs"));
+    std::fs::write(&model, "no model at all").unwrap();
+    write(&folder, &model, |job| job.model.path = "elsewhere/car.igs".into());
+    // It is found: the hash agrees, and the reader refuses its content.
+    let beside = refused(&folder, &VerifyOptions::default());
+    assert!(matches!(beside, VerifyError::Model(_)), "{beside}");
+
+    let moved = place.path().join("renamed.igs");
+    std::fs::rename(&model, &moved).unwrap();
+    let missing = refused(&folder, &VerifyOptions::default());
+    assert!(matches!(missing, VerifyError::Folder(_)), "{missing}");
+    let options = VerifyOptions {
+        model: Some(moved),
+        ..VerifyOptions::default()
+    };
+    assert!(matches!(refused(&folder, &options), VerifyError::Model(_)));
+}
+
+#[test]
+fn formats_and_files_that_do_not_fit() {
+    let place = tempfile::tempdir().unwrap();
+    let (folder, model) = (place.path().join("out"), place.path().join("car.igs"));
+    let nothing = refused(&folder, &VerifyOptions::default());
+    assert!(nothing.to_string().contains("job.json"), "{nothing}");
+
+    std::fs::write(&model, "a model").unwrap();
+    write(&folder, &model, |job| job.format_version = 99);
+    let version = refused(&folder, &VerifyOptions::default());
+    assert!(matches!(version, VerifyError::Version { found: 99, .. }));
+    assert!(folder.join(TOOLPATHS_FILE).exists());
+}
+
+#[test]
+fn moves_with_unknown_names_are_refused() {
+    let model = Model::default();
+    let job = job(&model);
+    let (a, b) = (Point3::origin(), Point3::new(5.0, 0.0, 0.0));
+    let refused = |edit: fn(&mut claymill_toolpath::Move)| {
+        let mut m = straight(MoveKind::Cut, 0, a, b);
+        edit(&mut m);
+        let options = VerifyOptions::default();
+        verify_program(&model, &job, &program([m]), &options, &|_, _| ()).unwrap_err()
+    };
+    let tool = refused(|m| m.tool = "T9".into()).to_string();
+    assert!(tool.contains("move 0") && tool.contains("T9"), "{tool}");
+    assert!(
+        refused(|m| m.setup = "below".into())
+            .to_string()
+            .contains("setup `below`")
+    );
+    assert!(matches!(refused(|m| m.points.clear()), VerifyError::Move(_)));
+}

@@ -24,6 +24,7 @@ mod format;
 mod iges;
 mod import;
 mod lift;
+mod nesting;
 mod step;
 mod subcurve;
 mod trim;

@@ -4,7 +4,8 @@ use claymill_nurbs::analytic::{self, Frame};
 use claymill_nurbs::{Curve2, Face, NurbsSurface, Point2, Source, SurfaceKind, TrimEdge, TrimLoop};
 
 use crate::import::Repair;
-use crate::trim::{self, RawEdge, Trimmer};
+use crate::nesting;
+use crate::trim::{RawEdge, Trimmer};
 
 use super::attributes;
 use super::fault::Fault;
@@ -152,9 +153,9 @@ impl FaceReader<'_> {
             loops.insert(0, rectangle(window.unwrap_or_else(|| surface.domain())));
         }
         if !loops.is_empty() {
-            loops = trim::orient(&surface, loops)?;
+            loops = nesting::orient(&surface, loops)?;
         }
-        if trim::is_natural(&surface, &loops) {
+        if nesting::is_natural(&surface, &loops) {
             loops.clear();
         }
         let face = Face {

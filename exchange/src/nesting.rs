@@ -1,0 +1,111 @@
+//! Which trim loops are outer loops, which are holes, and which say nothing at all.
+
+use claymill_nurbs::{NurbsSurface, Point2, TrimEdge, TrimLoop};
+
+use crate::trim::{TrimError, pace};
+
+/// A loop this near to the sides of the domain is the natural boundary, mm.
+const NATURAL_MM: f64 = 1e-4;
+/// Chords per knot span when areas are compared.
+const SAMPLES: usize = 6;
+
+/// Signed area of a loop in the parameter plane, from `SAMPLES` chords a span.
+fn signed_area(trim: &TrimLoop) -> f64 {
+    let ring = polygon(trim);
+    let next = ring.iter().cycle().skip(1);
+    // Relative to the first point: far windows would lose digits.
+    let Some(o) = ring.first() else { return 0.0 };
+    let cross = ring.iter().zip(next).map(|(a, b)| (a - o).perp(&(b - o)));
+    0.5 * cross.sum::<f64>()
+}
+
+fn polygon(trim: &TrimLoop) -> Vec<Point2> {
+    let along = |e: &TrimEdge| -> Vec<Point2> {
+        let breaks = e.pcurve.knots().breaks();
+        let count = if e.pcurve.knots().degree() == 1 {
+            1
+        } else {
+            SAMPLES
+        };
+        breaks
+            .windows(2)
+            .flat_map(|w| (0..count).map(move |i| w[0] + (w[1] - w[0]) * i as f64 / count as f64))
+            .map(|t| e.pcurve.point(t))
+            .collect()
+    };
+    trim.edges.iter().flat_map(along).collect()
+}
+
+fn encloses(ring: &[Point2], p: &Point2) -> bool {
+    let mut inside = false;
+    for (a, b) in ring.iter().zip(ring.iter().cycle().skip(1)) {
+        if (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) {
+            inside = !inside;
+        }
+    }
+    inside
+}
+
+/// Turns outer loops anticlockwise and holes clockwise, whatever the file says: a loop inside an odd number of
+/// others is a hole. Loops without area are dropped.
+///
+/// # Errors
+/// No loop encloses any area.
+pub(crate) fn orient(surface: &NurbsSurface, loops: Vec<TrimLoop>) -> Result<Vec<TrimLoop>, TrimError> {
+    let [pace_u, pace_v] = pace(surface);
+    let sized: Vec<_> = loops
+        .into_iter()
+        .map(|l| (signed_area(&l), l))
+        .filter(|(area, _)| area.abs() * pace_u * pace_v > crate::DEGENERATE_MM2)
+        .collect();
+    if sized.is_empty() {
+        return Err(TrimError::NoArea);
+    }
+    let rings: Vec<_> = sized.iter().map(|(_, l)| polygon(l)).collect();
+    let depth = |i: usize| {
+        let others = rings.iter().enumerate().filter(|(j, _)| *j != i);
+        others
+            .filter(|(_, ring)| rings[i].first().is_some_and(|p| encloses(ring, p)))
+            .count()
+    };
+    Ok(sized
+        .iter()
+        .enumerate()
+        .map(|(i, (area, l))| {
+            let outer = depth(i) % 2 == 0;
+            if outer == (*area > 0.0) {
+                l.clone()
+            } else {
+                reversed(l)
+            }
+        })
+        .collect())
+}
+
+fn reversed(trim: &TrimLoop) -> TrimLoop {
+    let edges = trim.edges.iter().rev().map(|e| TrimEdge {
+        pcurve: e.pcurve.reversed(),
+        shared: e.shared,
+    });
+    TrimLoop {
+        edges: edges.collect(),
+    }
+}
+
+/// Whether the loops say no more than that the face is the whole surface: one loop along the four sides.
+pub(crate) fn is_natural(surface: &NurbsSurface, loops: &[TrimLoop]) -> bool {
+    let [only] = loops else { return false };
+    let ((u0, u1), (v0, v1)) = surface.domain();
+    let [pace_u, pace_v] = pace(surface);
+    let at = |x: f64, side: f64, pace: f64| (x - side).abs() * pace <= NATURAL_MM;
+    let on_side = |e: &TrimEdge| {
+        let points = e.pcurve.points();
+        points.iter().all(|p| at(p.x, u0, pace_u))
+            || points.iter().all(|p| at(p.x, u1, pace_u))
+            || points.iter().all(|p| at(p.y, v0, pace_v))
+            || points.iter().all(|p| at(p.y, v1, pace_v))
+    };
+    // Edges on the sides and the area of the rectangle: the loop goes once round.
+    let whole = (u1 - u0) * (v1 - v0);
+    only.edges.iter().all(on_side) && (signed_area(only).abs() - whole).abs() <= 1e-6 * whole
+}

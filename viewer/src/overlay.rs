@@ -60,7 +60,7 @@ fn legend_entries(scene: &Scene, camera: &Camera) -> Vec<(Option<LegendEntry>, S
         (step > 1).then_some((step, l.spacing_mm?))
     });
     if let Some((step, spacing_mm)) = thinned.next_back() {
-        rows.push((None, format!("every {step}{} pass drawn in full,", ordinal(step))));
+        rows.push((None, format!("every {step}{} pass emphasised,", ordinal(step))));
         rows.push((None, format!("passes are {spacing_mm:.2} mm apart")));
     }
     rows
@@ -145,14 +145,6 @@ fn axes(picture: &mut Picture, layout: &Layout, camera: &Camera) {
     let arm = 4.0 * layout.letter;
     let inset = layout.border + arm;
     let centre = [picture.width as f32 - inset, picture.height as f32 - inset];
-    let room = 1.6 * arm;
-    fill(
-        picture,
-        centre.map(|c| c - room),
-        [2.0 * room; 2],
-        [255, 255, 255],
-        0.35,
-    );
     let mut axes = [
         ("x", Vector3::x(), [186, 58, 42]),
         ("y", Vector3::y(), [44, 132, 74]),
@@ -176,6 +168,8 @@ fn axes(picture: &mut Picture, layout: &Layout, camera: &Camera) {
             ]
         };
         let arrow = [[centre, tip], [tip, side(1.0)], [tip, side(-1.0)]];
+        // A pale border, so that the arrows stand out from whatever is behind them.
+        draw_strokes(picture, &arrow, 0.55 * layout.letter, [255, 255, 255], 0.6);
         draw_strokes(picture, &arrow, 0.17 * layout.letter, colour, 1.0);
         let at = [
             tip[0] + 1.0 * layout.letter * ux,

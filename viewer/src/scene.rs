@@ -79,7 +79,8 @@ pub struct LineLayer {
     /// 1 covers, 0 is invisible.
     pub opacity: f32,
     /// Distance between neighbouring passes, mm: where passes would fall closer together in the picture
-    /// than [`crate::CLOSEST_PASSES_PX`], only every n-th is drawn in full. `None`: all strips alike.
+    /// than [`crate::CLOSEST_PASSES_PX`], only every n-th is drawn in full, the others faintly or, where
+    /// they would merge into a veil, not at all. `None`: all strips alike.
     pub spacing_mm: Option<f64>,
 }
 

@@ -12,6 +12,8 @@ const DECIMATION_PX: f64 = 0.3;
 const LONGEST_RUN: usize = 64;
 /// Opacity of the passes between the emphasised ones.
 const FAINT: f32 = 0.16;
+/// Passes closer together than this are only a veil: those between the emphasised ones are left out, pixels.
+const CLOSEST_FAINT_PX: f64 = 1.8;
 
 /// A line segment as the graphics card reads it.
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -143,6 +145,33 @@ mod tests {
         // 4.5 px of 2.5 mm are 11.25 mm: four passes of 2.8 mm are too few, five are enough.
         assert_eq!(emphasis_step(Some(2.8), 2.5), 5);
         assert_eq!(emphasis_step(Some(2.8), 25.0), 50);
+    }
+
+    #[test]
+    fn passes_between_the_emphasised_ones_fade_and_then_go() {
+        let mut layer = LineLayer {
+            width_px: 1.5,
+            opacity: 1.0,
+            spacing_mm: Some(1.0),
+            ..LineLayer::default()
+        };
+        for pass in 0..100 {
+            let y = f64::from(pass);
+            let ends = [Point3::new(0.0, y, 0.0), Point3::new(99.0, y, 0.0)];
+            layer.add(ends.iter(), &Point3::origin(), [0, 0, 0], pass);
+        }
+        let scene = Scene {
+            lines: vec![layer],
+            ..Scene::default()
+        };
+        // Pictures in which passes are about 8.8, 2.6 and 0.9 px apart.
+        for (side, expected) in [(1000, (100, 0)), (300, (50, 50)), (100, (20, 0))] {
+            let view = View::top(&Axes::default());
+            let camera = Camera::frame(&view, scene.points(), [side; 2]);
+            let segments = visible_segments(&scene, &scene.lines[0], &camera, [side; 2]);
+            let strong = segments.iter().filter(|s| s.colour[3] == 255).count();
+            assert_eq!((strong, segments.len() - strong), expected, "{} mm/px", camera.mm_per_px());
+        }
     }
 
     #[test]

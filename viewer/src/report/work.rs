@@ -150,6 +150,9 @@ impl Sum {
     }
 
     fn cells(&self) -> Markup {
+        if self.passes == 0 {
+            return html! { @for _ in 0..7 { td.n { "–" } } };
+        }
         html! {
             td.n { (count(self.passes)) }
             td.n { (count(self.retracts)) }

@@ -14,7 +14,9 @@ use rayon::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
-    let file = arguments.next().ok_or("usage: vehicle FILE [FOLDER] [STEP_OVER_MM]")?;
+    let file = arguments
+        .next()
+        .ok_or("usage: vehicle FILE [FOLDER] [STEP_OVER_MM]")?;
     let folder = PathBuf::from(arguments.next().unwrap_or_else(|| ".".into()));
     let step_over_mm: f64 = arguments.next().map_or(Ok(2.8), |text| text.parse())?;
 
@@ -39,18 +41,28 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let colours = region_colours(&view);
     let mut regions = Scene::of_model(&view, Colouring::Region)?;
-    regions.caption = vec![file.rsplit('/').next().unwrap_or_default().to_owned(), facts(&model, &meshes, colours.len())];
+    regions.caption = vec![
+        file.rsplit('/').next().unwrap_or_default().to_owned(),
+        facts(&model, &meshes, colours.len()),
+    ];
     for region in merged.regions.iter().take(8) {
         regions.legend.push(LegendEntry {
             mark: Mark::Area,
             colour: colours[region.id],
-            text: format!("region {}: {} faces, {:.3} m²", region.id, region.faces.len(), region.area_mm2 / 1e6),
+            text: format!(
+                "region {}: {} faces, {:.3} m²",
+                region.id,
+                region.faces.len(),
+                region.area_mm2 / 1e6
+            ),
         });
     }
     clock.lap("scene");
     let mut painted = Scene::of_model(&view, Colouring::Clay)?;
     painted.caption = regions.caption.clone();
-    painted.lines.push(strokes(&view, &painted.origin, &colours, step_over_mm));
+    painted
+        .lines
+        .push(strokes(&view, &painted.origin, &colours, step_over_mm));
     clock.lap("strokes");
     let ends: usize = painted.lines.iter().map(|l| l.points.len()).sum();
     println!("{} line vertices", ends);
@@ -80,7 +92,10 @@ impl Clock {
 
 fn facts(model: &Model, meshes: &[FaceMesh], regions: usize) -> String {
     let triangles: usize = meshes.iter().map(|m| m.triangles.len()).sum();
-    format!("{} faces, {regions} regions, {triangles} triangles", model.faces.len())
+    format!(
+        "{} faces, {regions} regions, {triangles} triangles",
+        model.faces.len()
+    )
 }
 
 /// Where planes `x = k · step` cut the triangles that look up: the looks of a raster, good enough to draw.

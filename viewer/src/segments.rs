@@ -74,8 +74,14 @@ pub(crate) fn visible_segments(
             colour,
         })
     };
+    let (strong, mut faint): (Vec<&Strip>, Vec<&Strip>) = layer.strips.iter().partition(|s| emphasised(s));
+    if layer
+        .spacing_mm
+        .is_some_and(|mm| mm < CLOSEST_FAINT_PX * camera.mm_per_px())
+    {
+        faint.clear();
+    }
     // The faint ones first: they must not veil the emphasised ones.
-    let (strong, faint): (Vec<&Strip>, Vec<&Strip>) = layer.strips.iter().partition(|s| emphasised(s));
     [faint, strong]
         .concat()
         .into_par_iter()
@@ -165,12 +171,17 @@ mod tests {
             ..Scene::default()
         };
         // Pictures in which passes are about 8.8, 2.6 and 0.9 px apart.
-        for (side, expected) in [(1000, (100, 0)), (300, (50, 50)), (100, (20, 0))] {
+        for (side, expected) in [(1000, (100, 0)), (300, (50, 50)), (100, (10, 0))] {
             let view = View::top(&Axes::default());
             let camera = Camera::frame(&view, scene.points(), [side; 2]);
             let segments = visible_segments(&scene, &scene.lines[0], &camera, [side; 2]);
             let strong = segments.iter().filter(|s| s.colour[3] == 255).count();
-            assert_eq!((strong, segments.len() - strong), expected, "{} mm/px", camera.mm_per_px());
+            assert_eq!(
+                (strong, segments.len() - strong),
+                expected,
+                "{} mm/px",
+                camera.mm_per_px()
+            );
         }
     }
 

@@ -61,7 +61,8 @@ fn lay_out_at(sheets: &[Sheet], size_mm: f64, seed: u64) -> Layout {
     (sheets.iter().enumerate())
         .map(|(index, sheet)| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            rng.set_stream(1 + index as u64);
+            // Both sides of the vehicle are cut alike, so that what spans them can suit both.
+            rng.set_stream(1 + index as u64 - u64::from(sheet.is_mirror_image));
             rows(sheet, size_mm, &mut taken, &mut rng)
         })
         .collect()

@@ -19,15 +19,19 @@ mod answers;
 mod joints;
 mod layout;
 mod network;
+mod panel;
 mod roadster;
 mod sheet;
 mod shuffle;
 mod spline;
+mod write;
 
 use claymill_nurbs::Model;
 
 pub use answers::{Answers, Continuity, Joint, Region, Totals};
+pub use panel::panel;
 pub use roadster::{RoadsterOptions, roadster};
+pub use write::{SAMPLES, SampleError, write_sample};
 
 /// A generated model and what is known about it.
 #[derive(Debug, Clone)]

@@ -21,6 +21,8 @@ pub(crate) struct Sheet {
     pub(crate) edges: [Option<Edge>; 4],
     /// The left edge is the right edge: a tube.
     pub(crate) closed: bool,
+    /// It is the mirror image of the sheet before it.
+    pub(crate) is_mirror_image: bool,
 }
 
 /// The four edges of a sheet, in the order bottom, top, left, right.
@@ -95,6 +97,7 @@ impl Sheet {
             surface: surface(knots_u, knots_v, net.points),
             edges: frame.map(Some),
             closed: false,
+            is_mirror_image: false,
         }
     }
 
@@ -114,6 +117,7 @@ impl Sheet {
             surface: surface(knots(self.surface.knots_u()), knots(self.surface.knots_v()), net),
             edges: self.edges.map(|edge| edge.map(|e| network.mirrored(e))),
             closed: self.closed,
+            is_mirror_image: true,
         }
     }
 
@@ -133,6 +137,7 @@ impl Sheet {
             surface: surface(knots_u, knots_v, net),
             edges: [None; 4],
             closed: true,
+            is_mirror_image: false,
         }
     }
 }

@@ -50,17 +50,27 @@ impl Side<'_> {
         }
     }
 
+    /// How far the middle is from the ends, mm.
+    fn bend(&self) -> f64 {
+        (self.point(0.5) - self.point(0.0)).norm() + (self.point(0.5) - self.point(1.0)).norm()
+    }
+
     /// Share of the side nearest to `p`, and the distance (bisection of nested samples, then Newton on
     /// differences).
     fn nearest(&self, p: &Point3) -> (f64, f64) {
+        const COARSE: usize = 24;
         let distance = |s: f64| (self.point(s) - p).norm();
-        let coarse = (0..=24).map(|i| f64::from(i) / 24.0);
+        let coarse = (0..=COARSE).map(|i| i as f64 / COARSE as f64);
         let start = coarse
             .min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
             .expect("samples");
-        let (mut low, mut high) = ((start - 1.0 / 24.0).max(0.0), (start + 1.0 / 24.0).min(1.0));
+        let step = 1.0 / COARSE as f64;
+        if distance(start) > 4.0 * step * (self.point(1.0) - self.point(0.0)).norm().max(self.bend()) {
+            return (start, distance(start));
+        }
+        let (mut low, mut high) = ((start - step).max(0.0), (start + step).min(1.0));
         let golden = 0.5 * (5f64.sqrt() - 1.0);
-        for _ in 0..40 {
+        for _ in 0..14 {
             let (a, b) = (high - golden * (high - low), low + golden * (high - low));
             if distance(a) < distance(b) {
                 high = b
@@ -214,8 +224,8 @@ fn check(sample: &Sample) {
                 *border = (border.0 + m.faint_mm, border.1 + m.length_mm);
             }
             if joint.class == Continuity::G2 {
-                // Rounding of control points that lie millimetres apart, in second derivatives.
-                assert!(m.curvature_jump < 1e-7, "{place}: {}", m.curvature_jump);
+                // Rounding of control points that lie millimetres apart, in second derivatives (1e-5 of what a 10 mm ball has).
+                assert!(m.curvature_jump < 1e-6, "{place}: {}", m.curvature_jump);
             }
             jumps += usize::from(joint.class == Continuity::G1 && m.curvature_jump > 1e-5);
         }
@@ -255,20 +265,22 @@ fn every_claim_about_every_joint_holds_on_the_faces() {
 }
 
 #[test]
-fn patch_counts_follow_the_request() {
-    for patches in [500, 2000, 5000, 20_000] {
-        let sample = sample(patches, 3);
+fn patch_counts_follow_the_request_and_no_crease_joint_looks_smooth() {
+    let requests = [500, 5000, 20_000].map(|patches| (patches, 3));
+    for (patches, seed) in requests.into_iter().chain((1..=20).map(|seed| (2000, seed))) {
+        let sample = sample(patches, seed);
         let count = sample.model.faces.len();
         assert!(count.abs_diff(patches) * 10 <= patches, "{count} for {patches}");
         assert_eq!(sample.answers.regions.len(), 37);
         assert_eq!(sample.answers.totals.faces, count);
-        let flattest = sample
-            .answers
-            .joints
-            .iter()
-            .filter(|j| j.class == Continuity::C0)
-            .map(|j| j.angle_deg);
-        assert!(flattest.fold(180.0, f64::min) > 1.0);
+        let name = |face: usize| &sample.answers.regions[sample.answers.region_of_face[face]].name;
+        for joint in sample.answers.joints.iter().filter(|j| j.class == Continuity::C0) {
+            let sides = joint.faces.map(name);
+            assert!(
+                joint.angle_deg > 1.0,
+                "{patches} patches, seed {seed}: {sides:?} {joint:?}"
+            );
+        }
     }
 }
 

@@ -207,9 +207,9 @@ impl Lines {
         ]));
         let wing_tail = n.add_pair(Spline::profile(&[
             (0.0, edge(&n, arch_rear, arch::REAR[2]), to(0.8, 0.05, 0.5)),
-            (low, at(4015.0, 852.0, 780.0), to(0.62, -0.35, 0.7)),
-            (high, at(4110.0, 765.0, 900.0), to(0.5, -0.55, 0.65)),
-            (1.0, belt_at(&n, belt::TAIL), to(0.45, -0.62, 0.62)),
+            (low, at(4040.0, 862.0, 700.0), to(0.8, -0.4, 0.55)),
+            (high, at(4138.0, 775.0, 850.0), to(0.35, -0.5, 0.8)),
+            (1.0, belt_at(&n, belt::TAIL), to(0.2, -0.65, 0.72)),
         ]));
 
         // Nose.

@@ -20,6 +20,11 @@ fn bulge(t: f64) -> f64 {
     4.0 * t * (1.0 - t)
 }
 
+/// 0 at both ends of `[0, 1]`, level at 0 but with a slope at 1.
+fn late_bulge(t: f64) -> f64 {
+    6.75 * t * t * (1.0 - t)
+}
+
 /// 0 up to `from`, 1 beyond `to`, straight between.
 fn ramp(t: f64, from: f64, to: f64) -> f64 {
     ((t - from) / (to - from)).clamp(0.0, 1.0)
@@ -66,10 +71,10 @@ fn sides(l: &Lines, into: &mut Vec<Sheet>) {
         "front wing",
         front_wing,
         &Form {
-            seams_deg: [0.0, 0.0, 0.0, 4.0],
+            seams_deg: [0.0, 0.0, -10.0, 4.0],
             ..facing(0.0, 1.0, 0.3, &|u, v| {
                 let crest = ramp(v, 0.2, 0.75) * ramp(1.0 - v, 0.0, 0.25);
-                by(0.0, 40.0 * bulge(v), 70.0 * crest) * bulge(u)
+                by(0.0, 40.0 * bulge(v), 70.0 * crest) * late_bulge(u)
             })
         },
     );
@@ -102,10 +107,14 @@ fn sides(l: &Lines, into: &mut Vec<Sheet>) {
         "rear wing",
         rear_wing,
         &Form {
-            seams_deg: [0.0, 0.0, 4.0, 7.0],
+            seams_deg: [0.0, 0.0, 4.0, -5.0],
             ..facing(0.0, 1.0, 0.3, &|u, v| {
                 let crest = ramp(v, 0.2, 0.75) * ramp(1.0 - v, 0.0, 0.25);
-                by(0.0, 40.0 * bulge(v), 55.0 * crest) * bulge(u)
+                by(
+                    0.0,
+                    40.0 * bulge(v) * late_bulge(1.0 - u),
+                    60.0 * crest * bulge(u),
+                )
             })
         },
     );
@@ -188,9 +197,9 @@ fn nose(l: &Lines, into: &mut Vec<Sheet>) {
         "headlamp",
         lamp,
         &Form {
-            seams_deg: [0.0, 0.0, 0.0, 5.0],
+            seams_deg: [0.0, 0.0, -10.0, 5.0],
             ..facing(-1.0, 1.0, 0.2, &|u, v| {
-                by(-32.0, 26.0, 6.0) * (bulge(u) * bulge(v))
+                by(-32.0, 26.0, 6.0) * (late_bulge(u) * bulge(v))
             })
         },
     );
@@ -389,8 +398,10 @@ fn tail(l: &Lines, into: &mut Vec<Sheet>) {
         "tail lamp",
         lamp,
         &Form {
-            seams_deg: [0.0, 0.0, 7.0, 5.0],
-            ..facing(1.0, 1.0, 0.2, &|u, v| by(32.0, 26.0, 6.0) * (bulge(u) * bulge(v)))
+            seams_deg: [0.0, 0.0, -5.0, 5.0],
+            ..facing(1.0, 1.0, 0.2, &|u, v| {
+                by(32.0, 26.0, 6.0) * (late_bulge(u) * bulge(v))
+            })
         },
     );
 }

@@ -1,0 +1,69 @@
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use claymill_exchange::{WriteError, write_iges};
+use thiserror::Error;
+
+use crate::{RoadsterOptions, Sample, panel, roadster};
+
+/// The names that [`write_sample`] knows.
+pub const SAMPLES: [&str; 2] = ["roadster", "panel"];
+
+/// Why a sample could not be written.
+#[derive(Debug, Error)]
+pub enum SampleError {
+    /// There is no such sample.
+    #[error("there is no sample named `{name}`; the samples are: {}", SAMPLES.join(", "))]
+    Unknown {
+        /// The name asked for.
+        name: String,
+    },
+    /// The model could not be written.
+    #[error(transparent)]
+    Model(#[from] WriteError),
+    /// The answers could not be written.
+    #[error("{}: cannot be written: {source}", path.display())]
+    Answers {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+/// Generates the sample `name`, writes it as IGES to `path` and its answers beside it (`roadster.igs`,
+/// `roadster.answers.json`). The model holds faces only: no groups, names or layers that would tell.
+/// The same options give the same bytes.
+///
+/// # Errors
+/// See [`SampleError`]; a file that could not be written whole is not left behind.
+pub fn write_sample(name: &str, options: &RoadsterOptions, path: &Path) -> Result<Sample, SampleError> {
+    let sample = match name {
+        "roadster" => roadster(options),
+        "panel" => panel(options.patches, options.seed),
+        _ => {
+            return Err(SampleError::Unknown {
+                name: name.to_owned(),
+            });
+        }
+    };
+    write_iges(path, &sample.model, &[])?;
+    write_answers(&sample, &path.with_extension("answers.json"))?;
+    Ok(sample)
+}
+
+fn write_answers(sample: &Sample, path: &Path) -> Result<(), SampleError> {
+    let failed = |source| SampleError::Answers {
+        path: path.into(),
+        source,
+    };
+    let text = serde_json::to_vec(&sample.answers).map_err(|e| failed(e.into()))?;
+    let mut beside = OsString::from(path);
+    beside.push(".partial");
+    let written = std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, path));
+    written.map_err(|source| {
+        // What is half-written is of no use; that it cannot be removed either adds nothing to the message.
+        let _ = std::fs::remove_file(&beside);
+        failed(source)
+    })
+}

@@ -37,7 +37,7 @@ impl Default for VerifyOptions {
             crest_spacing_mm: 2.0,
             area_per_sample_mm2: 40.0,
             chord_mm: 3e-4,
-            mesh_deviation_mm: 0.02,
+            mesh_deviation_mm: 0.1,
             mesh_edge_mm: 40.0,
             cut_limit: 1.5,
             scallop_limit: 1.05,

@@ -4,10 +4,11 @@ mod synthetic;
 
 use std::path::Path;
 
+use claymill_exchange::write_iges;
 use claymill_nurbs::{Model, Point3};
 use claymill_toolpath::{FolderWriter, Job, MoveKind, Program, TOOLPATHS_FILE, sha256_of};
 use claymill_verify::{VerifyError, VerifyOptions, verify, verify_program};
-use synthetic::{job, program, straight};
+use synthetic::{R, job, options, program, rectangle, straight};
 
 /// Writes a job on the model file `model` into `folder`.
 fn write(folder: &Path, model: &Path, edit: impl FnOnce(&mut Job)) {
@@ -25,6 +26,29 @@ fn refused(folder: &Path, options: &VerifyOptions) -> VerifyError {
     let error = verify(folder, options, &|_, _| ()).unwrap_err();
     assert!(error.advice().ends_with('.'), "{}", error.advice());
     error
+}
+
+#[test]
+fn a_sound_job_passes_from_its_files_alone() {
+    let place = tempfile::tempdir().unwrap();
+    let (folder, path) = (place.path().join("out"), place.path().join("plate.igs"));
+    let model = synthetic::model([rectangle((0.0, 40.0), (0.0, 20.0), 0.0)]);
+    write_iges(&path, &model, &[]).unwrap();
+    let mut job = job(&model);
+    job.model.path = path.to_string_lossy().into_owned();
+    job.model.sha256 = sha256_of(&path).unwrap();
+    let row = |k: u32| {
+        let y = 1.26 * f64::from(k);
+        straight(MoveKind::Cut, k, Point3::new(0.0, y, R), Point3::new(40.0, y, R))
+    };
+    let writer = FolderWriter::begin(&folder).unwrap();
+    writer.json("job.json", &job).unwrap();
+    writer.moves(&program((0..17).map(row))).unwrap();
+    writer.finish().unwrap();
+
+    let result = verify(&folder, &options(), &|_, _| ()).unwrap();
+    assert!(result.verdict.passed, "{:?}", result.verdict);
+    assert!(result.verdict.findings.is_empty(), "{:?}", result.verdict);
 }
 
 #[test]

@@ -27,7 +27,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             if preset == Preset::ClassA {
                 let t = &merged.tolerance;
                 println!("  tolerance {:.5} mm ({:?})  {classes:?}", t.value_mm, t.origin);
-                println!("  {:?}, {} naked stretches", merged.account, merged.naked.len());
+                println!("  {:?}", merged.account);
+                let naked = merged
+                    .naked
+                    .iter()
+                    .map(|n| format!("{:.3}(face {})", n.length_mm, n.stretch.face));
+                println!(
+                    "  {} naked stretches: {}",
+                    merged.naked.len(),
+                    naked.take(40).collect::<Vec<_>>().join(" ")
+                );
+                let many = merged.joints.iter().filter(|j| j.non_manifold).count();
+                println!("  {} joints, {many} of them non-manifold", merged.joints.len());
             }
             let areas = merged
                 .regions

@@ -59,7 +59,10 @@ impl Tolerance {
         };
         let value_mm = match origin {
             ToleranceOrigin::Given => value_mm,
-            _ => value_mm.min(LARGEST_TOLERANCE_MM).max(2.0 * file_mm),
+            // A model of exact joints and small gaps has a valley too, below what any trade calls a gap.
+            _ => value_mm
+                .clamp(USUAL_TOLERANCE_MM, LARGEST_TOLERANCE_MM)
+                .max(2.0 * file_mm),
         };
         Tolerance {
             value_mm,

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::chord_tree::{Chord, ChordTree};
 use crate::edge::Edge;
-use crate::tolerance::{ALONG_DEG, OVERSHOOT_MM, RUN_END_SHARE, TOUCH_SHARE};
+use crate::tolerance::{ALONG_DEG, OVERSHOOT_MM, RUN_END_SHARE};
 
 /// Two edges that run along each other somewhere, seen from the shorter one (`a`).
 #[derive(Debug)]
@@ -84,7 +84,7 @@ fn neighbours(edges: &[Edge<'_>], tree: &ChordTree, i: usize, radius_mm: f64) ->
 fn side_by_side(p: &Chord, q: &Chord, reach_mm: f64) -> bool {
     // Each chord may turn by CHORD_TURN against its curve, twice, on top of the angle allowed.
     const COS_LARGEST_ANGLE: f64 = 0.8;
-    const SMALLEST_OVERLAP: f64 = 0.01;
+    const SMALLEST_OVERLAP: f64 = 0.001;
     let (dp, dq) = (p.b - p.a, q.b - q.a);
     let (lp, lq) = (dp.norm(), dq.norm());
     if lp == 0.0 || lq == 0.0 || dp.dot(&dq).abs() < COS_LARGEST_ANGLE * lp * lq {
@@ -161,8 +161,13 @@ pub(crate) fn runs(edges: &[Edge<'_>], pair: &Pair, tolerance_mm: f64) -> Vec<Ru
             i += 1;
         }
         if i > first {
+            let at_end_of_b = |o: &Opposite| {
+                let (t0, t1) = eb.ends();
+                (o.tb - t0).min(t1 - o.tb) <= RUN_END_SHARE * (t1 - t0)
+            };
             let refine = |inside: usize, outside: Option<usize>| match outside {
-                Some(outside) if !good(&pair.points[outside]) => {
+                // Where b ends the run ends: that point was put into the profile exactly.
+                Some(outside) if !good(&pair.points[outside]) && !at_end_of_b(&pair.points[inside]) => {
                     run_end(ea, eb, pair.points[inside], pair.points[outside].ta, good)
                 }
                 _ => pair.points[inside],
@@ -223,8 +228,8 @@ fn long_enough(
     };
     let length = |edge: &Edge<'_>, on: [f64; 2]| (edge.arc_length(on[1]) - edge.arc_length(on[0])).abs();
     let (la, lb) = (length(ea, run.on_a), length(eb, run.on_b));
-    let touch = TOUCH_SHARE * ea.length_mm().min(eb.length_mm());
+    let touch = tolerance_mm.min(0.2 * ea.length_mm());
     // Both sides must cover about the same length, or the edges only fan out from a common point.
     let alike = la.min(lb) >= 0.8 * la.max(lb) - tolerance_mm;
-    (la.min(lb) > touch.max(tolerance_mm.min(0.2 * ea.length_mm())) && alike).then_some(run)
+    (la.min(lb) > touch && alike).then_some(run)
 }

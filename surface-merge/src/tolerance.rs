@@ -10,8 +10,6 @@ pub(crate) const COLLAPSED_MM: f64 = 1e-5;
 pub(crate) const OVERSHOOT_MM: f64 = 1e-6;
 /// Ends of runs are located to this share of the edge.
 pub(crate) const RUN_END_SHARE: f64 = 1e-9;
-/// Runs shorter than this share of the shorter edge are touches, not joints.
-pub(crate) const TOUCH_SHARE: f64 = 0.005;
 /// Gaps below this are one class for the automatic tolerance, mm.
 pub(crate) const SMALLEST_GAP_MM: f64 = 1e-4;
 /// The automatic tolerance when all gaps are of one kind, mm (the G0 limit of VDA 4955).

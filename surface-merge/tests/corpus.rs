@@ -1,0 +1,55 @@
+//! Real models: exact answers where they are known, a second opinion where not.
+
+use std::path::PathBuf;
+
+use claymill_nurbs::Model;
+use claymill_surface_merge::{Continuity, Merge, MergeOptions, merge};
+
+fn corpus(file: &str) -> Option<Model> {
+    let default = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/corpus");
+    let folder = std::env::var("CLAYMILL_CORPUS").unwrap_or_else(|_| default.into());
+    let path = PathBuf::from(folder).join(file);
+    if !path.exists() {
+        eprintln!("skipped: {} is not here", path.display());
+        return None;
+    }
+    Some(claymill_exchange::read(&path).unwrap().model)
+}
+
+fn merged(model: &Model) -> Merge {
+    let m = merge(model, &MergeOptions::default()).unwrap();
+    let a = &m.account;
+    let parts = a.matched_mm + a.lapped_mm + a.naked_mm + a.non_manifold_mm;
+    approx::assert_abs_diff_eq!(parts, a.total_mm, epsilon = 1e-9 * a.total_mm);
+    m
+}
+
+fn count(m: &Merge, class: Continuity) -> usize {
+    m.joints.iter().filter(|j| j.continuity == class).count()
+}
+
+#[test]
+fn the_helmet_has_exactly_its_creases() {
+    let Some(model) = corpus("helmet_928.igs") else {
+        return;
+    };
+    let m = merged(&model);
+    assert_eq!(count(&m, Continuity::C0), 152);
+    assert_eq!(count(&m, Continuity::G2), 1652);
+    assert_eq!(m.joints.len(), 152 + 1652);
+    assert_eq!(m.naked.len(), 104);
+    assert_eq!(m.regions.len(), 7);
+}
+
+#[test]
+fn the_sports_car_falls_into_few_large_regions() {
+    let Some(model) = corpus("sports_car_1399.igs") else {
+        return;
+    };
+    let m = merged(&model);
+    let total: f64 = m.regions.iter().map(|r| r.area_mm2).sum();
+    let largest: f64 = m.regions.iter().take(10).map(|r| r.area_mm2).sum();
+    assert!(m.regions.len() <= 60, "{} regions", m.regions.len());
+    assert!(largest > 0.9 * total);
+    assert_eq!(m.region_of_face.len(), 1399);
+}

@@ -119,17 +119,14 @@ impl Coverage {
 }
 
 fn naked_stretch(edge: &Edge<'_>, s0: f64, s1: f64, tolerance_mm: f64) -> Option<NakedStretch> {
+    if s1 - s0 <= tolerance_mm {
+        return None;
+    }
     let (from, to) = (edge.at_length(s0), edge.at_length(s1));
-    (s1 - s0 > tolerance_mm).then(|| NakedStretch {
-        stretch: EdgeStretch {
-            face: edge.face,
-            loop_index: edge.loop_index,
-            edge_index: edge.edge_index,
-            from,
-            to,
-        },
+    Some(NakedStretch {
+        stretch: edge.stretch([from, to]),
         length_mm: s1 - s0,
-        ends: [from, to].map(|t| Point3::from(edge.lift(t)[0])),
+        ends: edge.points([from, to]),
     })
 }
 

@@ -8,7 +8,7 @@
 use claymill_nurbs::{Face, Model, NurbsSurface, Point3, Vector3};
 
 use crate::edge::Edge;
-use crate::joint::{Continuity, EdgeStretch, Joint, JointSample, Spread};
+use crate::joint::{Continuity, Joint, JointSample, Spread};
 use crate::matching::Run;
 use crate::options::{CurvatureLimit, MergeOptions};
 use crate::tolerance::CURVATURE_FLOOR_PER_MM;
@@ -71,15 +71,8 @@ pub(crate) fn measure(
     }
     let spread =
         |limit: Option<f64>, value: &dyn Fn(&JointSample) -> f64| Spread::of(&samples, &mid, limit, value);
-    let stretch = |edge: &Edge<'_>, on: [f64; 2]| EdgeStretch {
-        face: edge.face,
-        loop_index: edge.loop_index,
-        edge_index: edge.edge_index,
-        from: on[0],
-        to: on[1],
-    };
     Joint {
-        sides: [stretch(crossing.a, run.on_a), stretch(crossing.b, run.on_b)],
+        sides: [crossing.a.stretch(run.on_a), crossing.b.stretch(run.on_b)],
         length_mm: samples.iter().map(|s| s.length_mm).sum(),
         continuity: classify(&samples, floor),
         gap_normal_mm: spread(Some(options.low.gap_normal_mm), &|s| s.gap_normal_mm),
@@ -91,8 +84,7 @@ pub(crate) fn measure(
         curvature_floor_per_mm: floor,
         normals_agree: crossing.same_side > 0.0,
         non_manifold,
-        ends: [(crossing.a, run.on_a), (crossing.b, run.on_b)]
-            .map(|(edge, on)| on.map(|t| Point3::from(edge.lift(t)[0]))),
+        ends: [crossing.a.points(run.on_a), crossing.b.points(run.on_b)],
         mid,
         samples,
         // Growing decides.

@@ -3,6 +3,7 @@ use std::sync::Arc;
 use claymill_nurbs::{Curve2, Domain, FaceId, Model, NurbsSurface, Point3, Vector3};
 use rayon::prelude::*;
 
+use crate::joint::EdgeStretch;
 use crate::tolerance::{
     CHORD_TURN, COLLAPSED_MM, CORNER_DEG, FEWEST_CHORDS, LONGEST_CHORD_MM, MOST_HALVINGS,
 };
@@ -148,37 +149,53 @@ impl Edge<'_> {
         self.stations[self.stations.len() - 1].s
     }
 
+    /// The part between two parameters, as others may refer to it.
+    pub(crate) fn stretch(&self, [from, to]: [f64; 2]) -> EdgeStretch {
+        EdgeStretch {
+            face: self.face,
+            loop_index: self.loop_index,
+            edge_index: self.edge_index,
+            from,
+            to,
+        }
+    }
+
+    /// The points at two parameters.
+    pub(crate) fn points(&self, on: [f64; 2]) -> [Point3; 2] {
+        on.map(|t| Point3::from(self.lift(t)[0]))
+    }
+
     /// Position, velocity and acceleration.
     pub(crate) fn lift(&self, t: f64) -> [Vector3; 3] {
         self.surface.lift(&self.pcurve, t)
     }
 
-    /// Arc length at `t`: cubic Hermite between stations, so that lengths of parts add up exactly.
+    /// Arc length at `t`.
     pub(crate) fn arc_length(&self, t: f64) -> f64 {
-        let i = self
-            .stations
-            .partition_point(|s| s.t <= t)
-            .clamp(1, self.stations.len() - 1);
+        let last = self.stations.len() - 1;
+        let i = self.stations.partition_point(|s| s.t <= t).clamp(1, last);
         let (a, b) = (&self.stations[i - 1], &self.stations[i]);
-        let h = b.t - a.t;
-        let x = ((t - a.t) / h).clamp(0.0, 1.0);
-        let rise = b.s - a.s;
-        let (va, vb) = (a.speed * h, b.speed * h);
-        a.s + x * (va + x * (3.0 * rise - 2.0 * va - vb + x * (va + vb - 2.0 * rise)))
+        arc_length_between(a, b, ((t - a.t) / (b.t - a.t)).clamp(0.0, 1.0))
     }
 
     /// The parameter at arc length `s`.
     pub(crate) fn at_length(&self, s: f64) -> f64 {
-        let (mut low, mut high) = self.ends();
-        for _ in 0..48 {
+        let last = self.stations.len() - 1;
+        let i = self
+            .stations
+            .partition_point(|station| station.s <= s)
+            .clamp(1, last);
+        let (a, b) = (&self.stations[i - 1], &self.stations[i]);
+        let (mut low, mut high) = (0.0, 1.0);
+        while high - low > 1e-12 {
             let middle = 0.5 * (low + high);
-            if self.arc_length(middle) < s {
-                low = middle
+            if arc_length_between(a, b, middle) < s {
+                low = middle;
             } else {
-                high = middle
+                high = middle;
             }
         }
-        0.5 * (low + high)
+        a.t + (b.t - a.t) * 0.5 * (low + high)
     }
 
     /// The nearest point of the edge: nearest chord, then Newton on the exact curve.
@@ -280,4 +297,12 @@ impl Edge<'_> {
         let step = 1e-5 / du.hypot(dv).max(f64::MIN_POSITIVE);
         domain.contains(c.x - dv * step * wide, c.y + du * step * high)
     }
+}
+
+/// Arc length at share `x` of the parameter between two stations: cubic Hermite, so that the lengths of
+/// parts add up to that of the whole.
+fn arc_length_between(a: &Station, b: &Station, x: f64) -> f64 {
+    let (h, rise) = (b.t - a.t, b.s - a.s);
+    let (va, vb) = (a.speed * h, b.speed * h);
+    a.s + x * (va + x * (3.0 * rise - 2.0 * va - vb + x * (va + vb - 2.0 * rise)))
 }

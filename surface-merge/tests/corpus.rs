@@ -53,3 +53,28 @@ fn the_sports_car_falls_into_few_large_regions() {
     assert!(largest > 0.9 * total);
     assert_eq!(m.region_of_face.len(), 1399);
 }
+
+#[test]
+fn the_airliner_s_fuselage_is_one_region_and_two_caps() {
+    let Some(model) = corpus("airliner_fuselage_238.igs") else {
+        return;
+    };
+    let m = merged(&model);
+    let faces: Vec<usize> = m.regions.iter().map(|r| r.faces.len()).collect();
+    assert_eq!(faces, [236, 1, 1]);
+    assert_eq!((count(&m, Continuity::C0), count(&m, Continuity::G2)), (8, 468));
+    assert!(m.naked.is_empty());
+}
+
+#[test]
+fn the_same_car_in_more_patches_gives_the_same_regions() {
+    let (Some(coarse), Some(fine)) = (corpus("sports_car_1399.igs"), corpus("sports_car_6300.igs")) else {
+        return;
+    };
+    let (coarse, fine) = (merged(&coarse), merged(&fine));
+    assert_eq!(coarse.regions.len(), fine.regions.len());
+    for (a, b) in coarse.regions.iter().zip(&fine.regions) {
+        approx::assert_relative_eq!(a.area_mm2, b.area_mm2, max_relative = 1e-5);
+        assert_eq!(a.boundary_loops, b.boundary_loops, "region {}", a.id);
+    }
+}

@@ -65,7 +65,11 @@ fn the_roadster_s_joints_are_found_with_length_and_class() {
             .unwrap_or_else(|| panic!("{faces:?} {expected:?} not found"));
         let length = |all: &[(f64, Continuity)]| all.iter().map(|j| j.0).sum::<f64>();
         // Ends within the tolerance of a corner count as the corner.
-        approx::assert_abs_diff_eq!(length(got), length(expected), epsilon = 2.0 * m.tolerance.value_mm);
+        approx::assert_abs_diff_eq!(
+            length(got),
+            length(expected),
+            epsilon = 2.0 * m.tolerance.value_mm
+        );
         let roughest = |all: &[(f64, Continuity)]| all.iter().map(|j| j.1).min();
         match (roughest(expected), roughest(got)) {
             // Planted by a double knot, but this jump happens to stay below a tenth.

@@ -19,12 +19,16 @@ const VERTICAL: f64 = 1e-9;
 ///         ╲_╱                 thick as the ball, so whatever lies in the column
 ///     ───────────── mesh      stops it
 /// ```
+///
+/// The surface lies within a known deviation of each triangle: a tool thicker by that amount on the triangle
+/// bounds the tool on the surface from above, a thinner one from below.
 #[derive(Debug)]
 pub(crate) struct DropMesh<'a> {
     to_frame: Matrix3<f64>,
     points: Vec<Point3>,
     mesh: &'a Mesh,
     tree: BoxTree,
+    worst_deviation: f64,
 }
 
 impl<'a> DropMesh<'a> {
@@ -49,6 +53,7 @@ impl<'a> DropMesh<'a> {
             points,
             mesh,
             tree: BoxTree::new(&boxes),
+            worst_deviation: f64::from(mesh.deviation_mm.iter().fold(0.0, |a: f32, b| a.max(*b))),
         }
     }
 
@@ -57,11 +62,20 @@ impl<'a> DropMesh<'a> {
         self.to_frame * p
     }
 
+    /// Largest distance of a surface from its triangles, mm.
+    pub(crate) fn worst_deviation_mm(&self) -> f64 {
+        self.worst_deviation
+    }
+
+    fn deviation(&self, triangle: usize) -> f64 {
+        f64::from(self.mesh.deviation_mm[triangle])
+    }
+
     fn corners(&self, triangle: usize) -> [Point3; 3] {
         self.mesh.triangles[triangle].map(|i| self.points[i as usize])
     }
 
-    /// Whether a tool of this radius whose ball centre is at `centre` (in the frame) enters a triangle.
+    /// Whether a tool of this radius whose ball centre is at `centre` (in the frame) surely enters the model.
     pub(crate) fn blocks(&self, centre: &Point3, radius: f64) -> bool {
         let mut blocked = false;
         self.tree.visit(
@@ -78,14 +92,15 @@ impl<'a> DropMesh<'a> {
         blocked
     }
 
-    /// Height of the ball's centre when the tool is lowered at the place of `at` (in the frame), if there
-    /// is anything below or above it.
+    /// An upper bound of the height of the ball's centre when the tool is lowered at the place of `at` (in
+    /// the frame), if there is anything below or above it.
     pub(crate) fn highest(&self, at: &Point3, radius: f64) -> Option<f64> {
         let best = std::cell::Cell::new(f64::NEG_INFINITY);
+        let thick = radius + self.worst_deviation;
         self.tree.visit(
-            |b| b.max.z + radius > best.get() && column_distance_squared(b, at) < radius * radius,
+            |b| b.max.z + thick > best.get() && column_distance_squared(b, at) < thick * thick,
             |i| {
-                if let Some(z) = lowered(&self.corners(i), at.x, at.y, radius) {
+                if let Some(z) = lowered(&self.corners(i), at.x, at.y, radius + self.deviation(i)) {
                     best.set(best.get().max(z));
                 }
                 ControlFlow::Continue(())
@@ -214,7 +229,7 @@ mod tests {
         Mesh {
             triangles: vec![[0, 2, 3], [0, 3, 1], [0, 5, 4], [0, 1, 5]],
             points,
-            deviation_mm: 0.0,
+            deviation_mm: vec![0.0; 4],
         }
     }
 
@@ -242,7 +257,7 @@ mod tests {
                 Point3::new(0.0, 20.0, 5.0),
             ],
             triangles: vec![[0, 1, 2]],
-            deviation_mm: 0.0,
+            deviation_mm: vec![0.0],
         };
         let drop = DropMesh::new(&mesh, &Vector3::z());
         let at = |x: f64, y: f64| drop.highest(&drop.in_frame(&Point3::new(x, y, 0.0)), 10.0);
@@ -260,7 +275,7 @@ mod tests {
         let turned = Mesh {
             points: mesh.points.iter().map(|p| turn * p).collect(),
             triangles: mesh.triangles.clone(),
-            deviation_mm: 0.0,
+            deviation_mm: mesh.deviation_mm.clone(),
         };
         let (straight, oblique) = (DropMesh::new(&mesh, &Vector3::z()), DropMesh::new(&turned, &axis));
         for x in [-30.0, -2.0, 0.0, 7.0] {

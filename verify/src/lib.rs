@@ -120,7 +120,7 @@ pub fn verify_program(
 
     let stage = |name| scene::Stage::begin(name, progress);
     let (gouge, contact) = contact::measure(scene, &stage("gouge and contact"));
-    let rapids = rapids::measure(scene, &mesh, &reach, &stage("rapids"));
+    let rapids = rapids::measure(scene, &reach, &stage("rapids"));
     let crests = crest::measure(scene, &swept, &reach, &stage("scallop crests"));
     let faces = surface::measure(scene, &bench.meshes, &swept, &reach, &stage("coverage"));
     let coverage = coverage::account(scene, &faces);

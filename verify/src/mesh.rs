@@ -6,8 +6,8 @@ use rayon::prelude::*;
 pub(crate) struct Mesh {
     pub(crate) points: Vec<Point3>,
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// Largest distance of a surface from its triangles, mm.
-    pub(crate) deviation_mm: f64,
+    /// Per triangle: bound on the distance of the surface from it, mm.
+    pub(crate) deviation_mm: Vec<f32>,
 }
 
 /// Triangulates every face; `None` for faces that cannot be triangulated.
@@ -28,8 +28,7 @@ impl Mesh {
             mesh.points.extend_from_slice(&face.points);
             mesh.triangles
                 .extend(face.triangles.iter().map(|t| t.map(|i| first + i)));
-            let deviation = face.deviation_mm.iter().fold(0.0, |a: f32, b| a.max(*b));
-            mesh.deviation_mm = mesh.deviation_mm.max(f64::from(deviation));
+            mesh.deviation_mm.extend_from_slice(&face.deviation_mm);
         }
         mesh
     }

@@ -3,7 +3,6 @@ use claymill_toolpath::MoveKind;
 use rayon::prelude::*;
 
 use crate::drop::DropMesh;
-use crate::mesh::Mesh;
 use crate::reach::Reach;
 use crate::report::{Place, Rapids};
 use crate::scene::{Scene, Stage};
@@ -17,7 +16,7 @@ const SAME_CLEARANCE_MM: f64 = 0.01;
 /// Measures how far the tool could be lowered along its axis anywhere on the rapids before ball or shank
 /// touch. Branch and bound: a stretch whose lowest tip is above the highest point of the model beside it needs
 /// no closer look than that.
-pub(crate) fn measure(scene: &Scene<'_>, mesh: &Mesh, reach: &Reach<'_>, stage: &Stage<'_>) -> Rapids {
+pub(crate) fn measure(scene: &Scene<'_>, reach: &Reach<'_>, stage: &Stage<'_>) -> Rapids {
     let rapids: Vec<&Track> = scene
         .tracks
         .iter()
@@ -30,7 +29,6 @@ pub(crate) fn measure(scene: &Scene<'_>, mesh: &Mesh, reach: &Reach<'_>, stage: 
                 scene,
                 view: reach.setup(track.setup),
                 radius: track.radius_mm,
-                deviation: mesh.deviation_mm,
                 least: None,
             };
             // Rapids are straight or nearly so: a coarse polygon is as good as the curve at this scale.
@@ -69,7 +67,6 @@ struct Search<'a> {
     scene: &'a Scene<'a>,
     view: &'a DropMesh<'a>,
     radius: f64,
-    deviation: f64,
     /// Smallest clearance so far and the ball's centre there.
     least: Option<(f64, Point3)>,
 }
@@ -87,10 +84,13 @@ impl Search<'_> {
         if (q - p).xy().norm() < LOCATED_MM {
             return;
         }
-        let Some(top) = self.view.top_along(&p, &q, self.radius + self.deviation) else {
+        let Some(top) = self
+            .view
+            .top_along(&p, &q, self.radius + self.view.worst_deviation_mm())
+        else {
             return;
         };
-        let bound = p.z.min(q.z) - self.radius - top - self.deviation;
+        let bound = p.z.min(q.z) - self.radius - top - self.view.worst_deviation_mm();
         if self
             .least
             .is_some_and(|(least, _)| bound > least - SAME_CLEARANCE_MM)
@@ -115,11 +115,11 @@ impl Search<'_> {
     /// where that says nothing, the exact distance of the ball from the faces.
     fn clearance(&self, centre: &Point3) -> Option<f64> {
         let c = self.view.in_frame(centre);
-        let lowered = c.z - self.view.highest(&c, self.radius + self.deviation)?;
-        if lowered > 0.0 || self.view.blocks(&c, self.radius - self.deviation) {
+        let lowered = c.z - self.view.highest(&c, self.radius)?;
+        if lowered > 0.0 || self.view.blocks(&c, self.radius) {
             return Some(lowered);
         }
-        let within = self.radius + 2.0 * self.deviation;
+        let within = self.radius + 2.0 * self.view.worst_deviation_mm() + SAME_CLEARANCE_MM;
         let foot = self.scene.closest.closest(centre, within);
         Some(foot.map_or(within, |f| f.distance_mm) - self.radius)
     }

@@ -19,7 +19,6 @@ const SIGHT_RADIUS: f64 = 0.01;
 pub(crate) struct Reach<'a> {
     scene: &'a Scene<'a>,
     setups: Vec<(Vector3, DropMesh<'a>)>,
-    mesh_deviation_mm: f64,
     radius_mm: f64,
     least_cosine: f64,
 }
@@ -31,7 +30,6 @@ impl<'a> Reach<'a> {
         Reach {
             scene,
             setups: axes.map(|a| (a, DropMesh::new(mesh, &a))).collect(),
-            mesh_deviation_mm: mesh.deviation_mm,
             radius_mm: scene.job.request.tool.radius_mm(),
             least_cosine: scene.options.steepest_deg.to_radians().cos(),
         }
@@ -65,7 +63,7 @@ impl<'a> Reach<'a> {
         let ball = p + n * self.radius_mm;
         let fits = facing.clone().next().is_some()
             && !(self.scene.closest).any_within(&ball, self.radius_mm - sink_mm);
-        let slim = self.radius_mm - sink_mm - self.mesh_deviation_mm;
+        let slim = self.radius_mm - sink_mm;
         if fits
             && facing
                 .clone()
@@ -73,9 +71,13 @@ impl<'a> Reach<'a> {
         {
             return SurfaceState::ReachableLeft;
         }
-        let pin = SIGHT_RADIUS * self.radius_mm;
-        let tip = p + n * (pin + 2.0 * self.mesh_deviation_mm);
-        if facing.any(|(_, view)| !view.blocks(&view.in_frame(&tip), pin)) {
+        let sees = |view: &DropMesh<'_>| {
+            // Thicker than the mesh is wrong, so that every triangle can stop it.
+            let pin = SIGHT_RADIUS * self.radius_mm + view.worst_deviation_mm();
+            let tip = p + n * (pin + view.worst_deviation_mm());
+            !view.blocks(&view.in_frame(&tip), pin)
+        };
+        if facing.any(|(_, view)| sees(view)) {
             SurfaceState::TooTight
         } else {
             SurfaceState::Hidden

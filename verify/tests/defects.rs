@@ -186,6 +186,19 @@ fn reasons_for_what_is_not_cut() {
 }
 
 #[test]
+fn under_an_arch_everything_is_hidden() {
+    let frame = Frame::new(Point3::new(-20.0, 15.0, -20.0), Vector3::x(), Vector3::z()).unwrap();
+    let arch = cylinder(&frame, 80.0, (-0.8, 0.8), (0.0, 100.0)).unwrap();
+    let model = model([plate(), arch]);
+    let v = check(&model, &job(&model), &program([]));
+    approx::assert_relative_eq!(v.coverage.faces[0].by_state_mm2[&SurfaceState::Hidden], 1800.0);
+    approx::assert_relative_eq!(
+        v.coverage.faces[1].by_state_mm2[&SurfaceState::ReachableLeft],
+        v.coverage.faces[1].area_mm2
+    );
+}
+
+#[test]
 fn the_thread_count_changes_nothing() {
     let model = model([plate(), rectangle((25.0, 35.0), (10.0, 20.0), 8.0)]);
     let job = job(&model);

@@ -140,7 +140,7 @@ pub fn merge(model: &Model, options: &MergeOptions) -> Result<Merge, MergeError>
         .par_iter_mut()
         .zip(standings)
         .for_each(|(joint, standing)| verdict::judge(joint, standing, options));
-    let (regions, region_of_face) = region::regions(model, &labels, &joints, &naked, tolerance_mm);
+    let (regions, region_of_face) = region::regions(model, &edges, &labels, &joints, &naked, tolerance_mm);
     Ok(Merge {
         joints,
         regions,

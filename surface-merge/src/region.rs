@@ -1,11 +1,12 @@
 use std::collections::VecDeque;
 
-use claymill_nurbs::{Aabb, Domain, Face, FaceId, Model, Point3, Vector3};
+use claymill_nurbs::{Aabb, Domain, Face, FaceId, KnotVector, Model, Point3, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::account::NakedStretch;
 use crate::disjoint_sets::DisjointSets;
+use crate::edge::Edge;
 use crate::joint::Joint;
 
 /// Faces that are cut as one surface.
@@ -25,13 +26,15 @@ pub struct Region {
     pub normal_axis: Vector3,
     /// Largest angle between a sampled normal and the axis, degrees; above 90 the region wraps around.
     pub normal_half_angle_deg: f64,
-    /// Box around it.
+    /// Box around its borders and a grid of points on its faces (two for each knot span, both ways); the
+    /// exact box of a face is [`Face::bounds`].
     pub bounds: Aabb,
 }
 
 /// What is measured once per face.
 struct FaceFacts {
     area_mm2: f64,
+    /// Box of its boundary and of the grid.
     bounds: Aabb,
     /// Unit normals `Su × Sv` on a grid.
     normals: Vec<Vector3>,
@@ -41,12 +44,18 @@ struct FaceFacts {
 /// face.
 pub(crate) fn regions(
     model: &Model,
+    edges: &[Edge<'_>],
     labels: &[usize],
     joints: &[Joint],
     naked: &[NakedStretch],
     tolerance_mm: f64,
 ) -> (Vec<Region>, Vec<usize>) {
-    let facts: Vec<FaceFacts> = model.faces.par_iter().map(FaceFacts::new).collect();
+    let mut facts: Vec<FaceFacts> = model.faces.par_iter().map(FaceFacts::new).collect();
+    for edge in edges {
+        edge.stations
+            .iter()
+            .for_each(|s| facts[edge.face].bounds.add(&s.point));
+    }
     let flips = flips(labels, joints, &facts);
     let mut members: Vec<Vec<FaceId>> = vec![Vec::new(); labels.len()];
     for (face, &label) in labels.iter().enumerate() {
@@ -87,22 +96,34 @@ pub(crate) fn regions(
 
 impl FaceFacts {
     fn new(face: &Face) -> Self {
-        const GRID: usize = 6;
         let ((u0, u1), (v0, v1)) = face.surface.domain();
         let domain = (!face.loops.is_empty()).then(|| Domain::new(face));
-        let at = |k: usize| (k as f64 + 0.5) / GRID as f64;
-        let normals = (0..GRID * GRID)
-            .map(|k| (u0 + (u1 - u0) * at(k / GRID), v0 + (v1 - v0) * at(k % GRID)))
-            .filter(|&(u, v)| domain.as_ref().is_none_or(|d| d.contains(u, v)))
-            .filter_map(|(u, v)| face.surface.normal(u, v))
-            .map(|(n, _)| n)
-            .collect();
+        let (rows, columns) = (
+            grid_size(face.surface.knots_u()),
+            grid_size(face.surface.knots_v()),
+        );
+        let at = |k: usize, of: usize| (k as f64 + 0.5) / of as f64;
+        let (mut bounds, mut normals) = (Aabb::empty(), Vec::with_capacity(rows * columns));
+        for k in 0..rows * columns {
+            let u = u0 + (u1 - u0) * at(k / columns, rows);
+            let v = v0 + (v1 - v0) * at(k % columns, columns);
+            if domain.as_ref().is_none_or(|d| d.contains(u, v)) {
+                let jet = face.surface.jet(u, v);
+                bounds.add(&jet.p);
+                normals.extend(jet.normal());
+            }
+        }
         FaceFacts {
             area_mm2: face.area_mm2(),
-            bounds: face.bounds(),
+            bounds,
             normals,
         }
     }
+}
+
+/// Sample points along one parameter: two a span, six at least.
+fn grid_size(knots: &KnotVector) -> usize {
+    (2 * (knots.breaks().len() - 1)).max(6)
 }
 
 impl Region {

@@ -77,19 +77,31 @@ impl<'a> DropMesh<'a> {
 
     /// Whether a tool of this radius whose ball centre is at `centre` (in the frame) surely enters the model.
     pub(crate) fn blocks(&self, centre: &Point3, radius: f64) -> bool {
-        let mut blocked = false;
+        self.stops(centre, radius, |deviation| radius - deviation)
+    }
+
+    /// Whether a pin of this radius whose end is about `end` (in the frame) meets the triangles themselves.
+    pub(crate) fn screens(&self, end: &Point3, radius: f64) -> bool {
+        self.stops(end, radius, |_| radius)
+    }
+
+    /// Whether a tool enters a triangle, where its radius depends on the triangle's deviation.
+    fn stops(&self, centre: &Point3, largest: f64, radius: impl Fn(f64) -> f64) -> bool {
+        let mut stopped = false;
         self.tree.visit(
-            |b| b.max.z + radius > centre.z && column_distance_squared(b, centre) < radius * radius,
+            |b| b.max.z + largest > centre.z && column_distance_squared(b, centre) < largest * largest,
             |i| {
-                blocked = lowered(&self.corners(i), centre.x, centre.y, radius).is_some_and(|z| z > centre.z);
-                if blocked {
+                let r = radius(self.deviation(i));
+                stopped =
+                    r > 0.0 && lowered(&self.corners(i), centre.x, centre.y, r).is_some_and(|z| z > centre.z);
+                if stopped {
                     ControlFlow::Break(())
                 } else {
                     ControlFlow::Continue(())
                 }
             },
         );
-        blocked
+        stopped
     }
 
     /// An upper bound of the height of the ball's centre when the tool is lowered at the place of `at` (in
@@ -190,7 +202,8 @@ fn on_edge(a: &Point3, b: &Point3, x: f64, y: f64, r: f64) -> Option<f64> {
     let rho = rest.sqrt();
     let slope = d.z / length;
     let stretch = slope.hypot(1.0);
-    let contact = along - rho * slope / stretch;
+    // Uphill of the centre.
+    let contact = along + rho * slope / stretch;
     (0.0..=length)
         .contains(&contact)
         .then(|| a.z + slope * along + rho * stretch)
@@ -213,6 +226,7 @@ fn on_facet(a: &Point3, b: &Point3, c: &Point3, x: f64, y: f64, r: f64) -> Optio
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     /// Two slopes of angle `a` that meet in a valley along y at x = 0.
     fn v_groove(a: f64) -> Mesh {
@@ -265,6 +279,33 @@ mod tests {
         approx::assert_abs_diff_eq!(at(3.0, -6.0).unwrap(), 13.0, epsilon = 1e-12);
         approx::assert_abs_diff_eq!(at(-6.0, -6.0).unwrap(), 5.0 + 28f64.sqrt(), epsilon = 1e-12);
         assert_eq!(at(-8.0, -8.0), None);
+    }
+
+    proptest! {
+        #[test]
+        fn any_triangle_stops_the_ball_where_its_points_do(corners in [0.0..8.0, 0.0..8.0, 0.0..8.0, 0.0..8.0, 0.0..8.0, 0.0..8.0, 0.0..8.0, 0.0..8.0, 0.0..8.0], x in -4.0..12.0, y in -4.0..12.0) {
+            let corner = |i: usize| Point3::new(corners[3 * i], corners[3 * i + 1], corners[3 * i + 2]);
+            let triangle = [corner(0), corner(1), corner(2)];
+            let r = 3.0;
+            let fine = 300;
+            let (p, q) = (triangle[1] - triangle[0], triangle[2] - triangle[0]);
+            let mut by_points: Option<f64> = None;
+            for i in 0..=fine {
+                for j in 0..=fine - i {
+                    let at = triangle[0] + (p * f64::from(i) + q * f64::from(j)) / f64::from(fine);
+                    if let Some(z) = on_vertex(&at, x, y, r) {
+                        by_points = Some(by_points.map_or(z, |best| best.max(z)));
+                    }
+                }
+            }
+            let exact = lowered(&triangle, x, y, r);
+            if let Some(found) = by_points {
+                let exact = exact.expect("points of the triangle are met");
+                prop_assert!(exact >= found - 1e-9);
+                // Where the flank of the ball is met, height depends on the root of the distance.
+                prop_assert!(exact - found < 0.5, "{exact} but the points give {found}");
+            }
+        }
     }
 
     #[test]

@@ -71,11 +71,10 @@ impl<'a> Reach<'a> {
         {
             return SurfaceState::ReachableLeft;
         }
+        let pin = SIGHT_RADIUS * self.radius_mm;
         let sees = |view: &DropMesh<'_>| {
-            // Thicker than the mesh is wrong, so that every triangle can stop it.
-            let pin = SIGHT_RADIUS * self.radius_mm + view.worst_deviation_mm();
-            let tip = p + n * (pin + view.worst_deviation_mm());
-            !view.blocks(&view.in_frame(&tip), pin)
+            let end = p + n * (pin + view.worst_deviation_mm());
+            !view.screens(&view.in_frame(&end), pin)
         };
         if facing.any(|(_, view)| sees(view)) {
             SurfaceState::TooTight

@@ -1,6 +1,6 @@
 use nalgebra::Point;
 
-use crate::{Curve2, Face, NurbsSurface, TrimEdge, TrimLoop, Vector3};
+use crate::{Curve2, Face, NurbsSurface, Point3, TrimEdge, TrimLoop, Vector3};
 
 impl Face {
     /// The boundary loops: the trim loops, or for an untrimmed face the four sides of the domain as one
@@ -24,6 +24,13 @@ impl Face {
 }
 
 impl NurbsSurface {
+    /// The point `S(c(t))`, mm.
+    #[must_use]
+    pub fn point_on(&self, pcurve: &Curve2, t: f64) -> Point3 {
+        let c = pcurve.point(t);
+        self.point(c.x, c.y)
+    }
+
     /// Position, first and second derivative with respect to `t` of the space curve `S(c(t))` (chain rule).
     #[must_use]
     pub fn lift(&self, pcurve: &Curve2, t: f64) -> [Vector3; 3] {

@@ -164,6 +164,14 @@ impl KnotVector {
         i
     }
 
+    /// Index of the first control point that acts at `t`, and the values of the `degree + 1` basis functions
+    /// from there on.
+    #[must_use]
+    pub fn basis_functions(&self, t: f64) -> (usize, Vec<f64>) {
+        let basis = self.basis(t);
+        (basis.first, basis.n[0][..=self.degree].to_vec())
+    }
+
     /// Non-vanishing basis functions at `t` with first and second derivatives
     /// (Cox–de Boor recursion; The NURBS Book, eq. 2.5 and 2.7).
     pub(crate) fn basis(&self, t: f64) -> Basis {

@@ -83,6 +83,16 @@ impl NurbsSurface {
         }
     }
 
+    /// The surface whose control points are the images of this one's. Exact for affine maps; weights stay.
+    #[must_use]
+    pub fn mapped(&self, map: impl Fn(Point3) -> Point3) -> Self {
+        let image = |h: &Vector4<f64>| (map(Point3::from(h.xyz() / h.w)).coords * h.w).push(h.w);
+        NurbsSurface {
+            net: self.net.iter().map(image).collect(),
+            ..self.clone()
+        }
+    }
+
     /// Knots in `u`.
     #[must_use]
     pub fn knots_u(&self) -> &KnotVector {

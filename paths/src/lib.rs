@@ -1,1 +1,43 @@
-//! paths
+//! From regions to a program: setups, passes that cannot gouge, refit, links.
+//!
+//! ```text
+//!   model, regions
+//!      │  reach      which setup cuts which part of which region
+//!      │  raster     where rows run: step-over from scallop height, slope and curvature
+//!      │  profile    the exact path of the ball over a row: dropped on ALL faces (contact)
+//!      │  refit      one cubic NURBS per smooth stretch, on the safe side, rounded, measured again
+//!      │  order      lace or box;  part: links that stay down where that is proven, else over a proven height
+//!      ▼
+//!   Plan: the program and its totals
+//! ```
+//!
+//! Regions only decide where rows run. Whether a location is safe is decided by the contact with all faces
+//! of the model, those of other regions and excluded ones included.
+//!
+//! ```
+//! use claymill_paths::Orientation;
+//! let up_z_front_minus_y = Orientation::new("+z".parse()?, "-y".parse()?)?;
+//! let names = claymill_paths::Frame::five(up_z_front_minus_y).map(|f| f.name);
+//! assert_eq!(names, ["top", "left", "right", "front", "rear"]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod banded;
+mod contact;
+mod frame;
+mod heights;
+mod order;
+mod part;
+mod plan;
+mod profile;
+mod raster;
+mod reach;
+mod refit;
+mod step_over;
+
+pub use contact::{Location, Support};
+pub use frame::{Axis, AxisError, Frame, Orientation, ParallelAxes, RowsAlong};
+pub use part::CLEARANCE_MM;
+pub use plan::{Feeds, Plan, PlanError, PlanOptions, Progress, Regions, TOOL_ID, plan};
+pub use refit::{FIT_BIAS_MM, FIT_TOLERANCE_MM};
+pub use step_over::flat_mm;

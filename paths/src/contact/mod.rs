@@ -1,0 +1,59 @@
+//! The exact ball: where it comes to rest when it is dropped along the tool axis on *all* faces.
+//!
+//! Every face is covered by triangles, each with a bound `δ` on how far the surface is from it. A ball of
+//! radius `R` that touches the surface makes a ball of radius `R + δ` touch the triangle, so
+//! `drop(R + δ, triangle)` is a proven upper bound of the height at which the surface stops the ball
+//! (geometry.md §6.2). Only triangles whose bound lies above the best contact found so far are looked at
+//! more closely: by Newton on the offset surface, and where that proves nothing by subdivision. The heights
+//! returned are those of the NURBS, not of triangles.
+
+mod edge;
+mod face;
+mod flat;
+mod stock;
+mod tree;
+
+use claymill_nurbs::{FaceId, Point3, Vector3};
+
+pub(crate) use stock::{FlatPart, Stock};
+
+/// A bound that exceeds the best contact by no more than this is not looked into, mm: the largest amount by
+/// which a location can be too low.
+pub(crate) const CONTACT_EPSILON_MM: f64 = 5e-4;
+
+/// What carries the ball.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Support {
+    /// The inside of a face, at these surface parameters.
+    Face {
+        /// Surface parameter.
+        u: f64,
+        /// Surface parameter.
+        v: f64,
+    },
+    /// The boundary of a face.
+    Edge,
+    /// Nothing could be proven finer than this height, which is safe.
+    Bound,
+}
+
+/// A cutter location in the setup's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Location {
+    /// The ball's centre.
+    pub centre: Point3,
+    /// Unit vector from the contact point to the centre.
+    pub normal: Vector3,
+    /// The face that is touched.
+    pub face: FaceId,
+    /// What carries the ball.
+    pub support: Support,
+}
+
+impl Location {
+    /// Slope `dz/ds` of the surface of all locations in the horizontal unit direction `(ex, ey)`.
+    #[must_use]
+    pub fn slope(&self, ex: f64, ey: f64) -> f64 {
+        -(self.normal.x * ex + self.normal.y * ey) / self.normal.z.max(1e-6)
+    }
+}

@@ -1,0 +1,487 @@
+use claymill_nurbs::{
+    Aabb, Curve2, Domain, Face, FaceId, FaceMesh, MeshOptions, Model, NurbsError, NurbsSurface, Point2,
+    Point3, tessellate,
+};
+use rayon::prelude::*;
+
+use super::edge::highest;
+use super::face::{Polished, polish};
+use super::flat::{on_segment, on_triangle, plane_height};
+use super::tree::DropTree;
+use super::{CONTACT_EPSILON_MM, Location, Support};
+use crate::Frame;
+
+/// Largest distance of the covering triangles from the faces, mm. Coarser means fewer boxes to search but
+/// more candidates per location; it does not touch accuracy.
+const DEVIATION_MM: f64 = 0.02;
+const LONGEST_EDGE_MM: f64 = 15.0;
+/// Edges are cut into pieces that leave their chord by no more than this, mm.
+const EDGE_DEVIATION_MM: f64 = 0.02;
+const EDGE_PIECE_MM: f64 = 15.0;
+/// A triangle where `κ⁺·R` exceeds this may hold more than one contact.
+const TIGHT: f64 = 0.8;
+/// Sampled curvatures and deviations are multiplied by this before they count as bounds.
+const SAMPLING_MARGIN: f64 = 1.25;
+/// Contact points closer than this are one, mm.
+const SAME_MM: f64 = 1e-6;
+/// Deepest subdivision of a triangle; its deviation shrinks by 4 at each level.
+const DEEPEST: u32 = 12;
+
+/// The model's faces as triangles that know their surface, in model coordinates: made once, used by every
+/// setup.
+#[derive(Debug)]
+pub(crate) struct FlatPart {
+    pub(crate) meshes: Vec<FaceMesh>,
+    /// Per face and triangle: smallest and largest normal curvature for the normal `Su × Sv`, 1/mm.
+    curvature: Vec<Vec<[f32; 2]>>,
+    edges: Vec<EdgePiece>,
+}
+
+#[derive(Debug, Clone)]
+struct EdgePiece {
+    face: u32,
+    pcurve: u32,
+    t: (f64, f64),
+    a: Point3,
+    b: Point3,
+    deviation_mm: f64,
+}
+
+impl FlatPart {
+    pub(crate) fn new(model: &Model) -> Result<Self, (FaceId, NurbsError)> {
+        let options = MeshOptions {
+            deviation_mm: DEVIATION_MM,
+            longest_edge_mm: LONGEST_EDGE_MM,
+        };
+        let meshes: Vec<FaceMesh> = model
+            .faces
+            .par_iter()
+            .enumerate()
+            .map(|(id, f)| tessellate(f, &options).map_err(|e| (id, e)))
+            .collect::<Result<_, _>>()?;
+        let curvature = model
+            .faces
+            .par_iter()
+            .zip(&meshes)
+            .map(|(f, m)| curvature_ranges(f, m))
+            .collect();
+        let edges = model
+            .faces
+            .par_iter()
+            .enumerate()
+            .flat_map_iter(|(id, f)| edge_pieces(id, f))
+            .collect();
+        Ok(FlatPart {
+            meshes,
+            curvature,
+            edges,
+        })
+    }
+}
+
+/// Range of normal curvature over each triangle, from its corners and middle.
+fn curvature_ranges(face: &Face, mesh: &FaceMesh) -> Vec<[f32; 2]> {
+    let unknown = [f32::NEG_INFINITY, f32::INFINITY];
+    let at = |uv: Point2| {
+        let jet = face.surface.jet(uv.x, uv.y);
+        let range = jet.normal().and_then(|n| jet.curvature(&n).principal());
+        range.map_or(unknown, |(a, b)| [a as f32, b as f32])
+    };
+    let join = |a: [f32; 2], b: [f32; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+    let creased = [face.surface.knots_u(), face.surface.knots_v()].iter().any(|k| {
+        let breaks = k.breaks();
+        breaks[1..breaks.len() - 1]
+            .iter()
+            .any(|&b| k.multiplicity(b) >= k.degree())
+    });
+    if creased {
+        return vec![unknown; mesh.triangles.len()];
+    }
+    let corners: Vec<_> = mesh.uv.iter().map(|&uv| at(uv)).collect();
+    let widen = |k: f32, sign: f32| {
+        if k * sign > 0.0 {
+            k * SAMPLING_MARGIN as f32
+        } else {
+            k
+        }
+    };
+    mesh.triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|i| mesh.uv[i as usize]);
+            let middle = at(Point2::from((a.coords + b.coords + c.coords) / 3.0));
+            let r = t.iter().map(|&i| corners[i as usize]).fold(middle, join);
+            [widen(r[0], -1.0), widen(r[1], 1.0)]
+        })
+        .collect()
+}
+
+fn edge_pieces(id: FaceId, face: &Face) -> Vec<EdgePiece> {
+    let mut pieces = Vec::new();
+    let boundary = face.boundary();
+    for (k, edge) in boundary.iter().flat_map(|l| &l.edges).enumerate() {
+        for span in edge.pcurve.knots().breaks().windows(2) {
+            cut_edge(
+                &face.surface,
+                &edge.pcurve,
+                (span[0], span[1]),
+                0,
+                &mut |t, a, b, deviation_mm| {
+                    pieces.push(EdgePiece {
+                        face: id as u32,
+                        pcurve: k as u32,
+                        t,
+                        a,
+                        b,
+                        deviation_mm,
+                    });
+                },
+            );
+        }
+    }
+    pieces
+}
+
+/// Halves `[t0, t1]` until it is short and flat; deviation is sampled at quarter points.
+fn cut_edge(
+    s: &NurbsSurface,
+    c: &Curve2,
+    (t0, t1): (f64, f64),
+    depth: u32,
+    emit: &mut impl FnMut((f64, f64), Point3, Point3, f64),
+) {
+    let at = |f: f64| s.point_on(c, t0 + (t1 - t0) * f);
+    let (a, b) = (at(0.0), at(1.0));
+    let chord = b - a;
+    let off = |p: Point3| {
+        let along = if chord.norm_squared() > 0.0 {
+            (p - a).dot(&chord) / chord.norm_squared()
+        } else {
+            0.0
+        };
+        (p - (a + chord * along.clamp(0.0, 1.0))).norm()
+    };
+    let deviation = [0.25, 0.5, 0.75]
+        .map(|f| off(at(f)))
+        .into_iter()
+        .fold(0.0, f64::max)
+        * SAMPLING_MARGIN;
+    if depth < 20 && (deviation > EDGE_DEVIATION_MM || chord.norm() > EDGE_PIECE_MM || depth < 1) {
+        let middle = 0.5 * (t0 + t1);
+        cut_edge(s, c, (t0, middle), depth + 1, emit);
+        cut_edge(s, c, (middle, t1), depth + 1, emit);
+    } else if chord.norm() + deviation > 0.0 {
+        emit((t0, t1), a, b, deviation);
+    }
+}
+
+/// The whole model as seen from one setup, ready for dropping a ball of one radius on it.
+#[derive(Debug)]
+pub(crate) struct Stock<'a> {
+    radius_mm: f64,
+    flat: &'a FlatPart,
+    faces: Vec<SetupFace>,
+    triangles: Vec<Triangle>,
+    edges: Vec<EdgePiece>,
+    tree: DropTree,
+}
+
+#[derive(Debug)]
+struct SetupFace {
+    surface: NurbsSurface,
+    /// The trims; `None` where the whole domain belongs to the face.
+    domain: Option<Domain>,
+    boundary: Vec<Curve2>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Triangle {
+    p: [Point3; 3],
+    face: u32,
+    index: u32,
+    deviation_mm: f32,
+    tight: bool,
+}
+
+impl<'a> Stock<'a> {
+    pub(crate) fn new(model: &Model, flat: &'a FlatPart, frame: &Frame, radius_mm: f64) -> Self {
+        let faces: Vec<SetupFace> = model
+            .faces
+            .par_iter()
+            .map(|f| SetupFace {
+                surface: f.surface.mapped(|p| frame.to_setup(&p)),
+                domain: (!f.loops.is_empty()).then(|| Domain::new(f)),
+                boundary: f
+                    .boundary()
+                    .into_iter()
+                    .flat_map(|l| l.edges)
+                    .map(|e| e.pcurve)
+                    .collect(),
+            })
+            .collect();
+        let triangles: Vec<Triangle> = flat
+            .meshes
+            .par_iter()
+            .zip(&flat.curvature)
+            .enumerate()
+            .flat_map_iter(|(face, (mesh, curvature))| {
+                mesh.triangles.iter().enumerate().map(move |(index, t)| {
+                    let p = t.map(|i| frame.to_setup(&mesh.points[i as usize]));
+                    // The mesh's triangles agree with Su × Sv; the upper side decides which curvature is κ⁺.
+                    let up = (p[1] - p[0]).cross(&(p[2] - p[0])).z >= 0.0;
+                    let kappa = if up {
+                        curvature[index][1]
+                    } else {
+                        -curvature[index][0]
+                    };
+                    Triangle {
+                        p,
+                        face: face as u32,
+                        index: index as u32,
+                        deviation_mm: mesh.deviation_mm[index],
+                        tight: f64::from(kappa) * radius_mm > TIGHT,
+                    }
+                })
+            })
+            .collect();
+        let edges: Vec<EdgePiece> = flat
+            .edges
+            .iter()
+            .map(|e| EdgePiece {
+                a: frame.to_setup(&e.a),
+                b: frame.to_setup(&e.b),
+                ..e.clone()
+            })
+            .collect();
+        let boxes: Vec<Aabb> = triangles
+            .iter()
+            .map(|t| Aabb::of(&t.p).inflated(f64::from(t.deviation_mm)))
+            .chain(
+                edges
+                    .iter()
+                    .map(|e| Aabb::of([&e.a, &e.b]).inflated(e.deviation_mm)),
+            )
+            .collect();
+        Stock {
+            radius_mm,
+            flat,
+            faces,
+            triangles,
+            edges,
+            tree: DropTree::new(&boxes),
+        }
+    }
+
+    pub(crate) fn radius_mm(&self) -> f64 {
+        self.radius_mm
+    }
+
+    /// The surface of a face in the setup's coordinates.
+    pub(crate) fn surface(&self, face: FaceId) -> &NurbsSurface {
+        &self.faces[face].surface
+    }
+
+    /// Calls `visit` with a box around every covered piece, in the setup's coordinates.
+    pub(crate) fn for_each_box(&self, mut visit: impl FnMut(&Aabb)) {
+        for t in &self.triangles {
+            visit(&Aabb::of(&t.p).inflated(f64::from(t.deviation_mm)));
+        }
+        for e in &self.edges {
+            visit(&Aabb::of([&e.a, &e.b]).inflated(e.deviation_mm));
+        }
+    }
+
+    /// Drops the ball at `(x, y)` on everything; `near` is a location close by, which makes it faster.
+    /// `None` where nothing is below.
+    pub(crate) fn drop(&self, x: f64, y: f64, near: Option<&Location>) -> Option<Location> {
+        let mut search = Search {
+            stock: self,
+            x,
+            y,
+            best: None,
+            point: Point3::origin(),
+            tight: true,
+        };
+        if let Some(&Location {
+            face,
+            support: Support::Face { u, v },
+            ..
+        }) = near
+        {
+            search.try_face(face, (u, v), true);
+        }
+        let floor = search.floor();
+        self.tree.descend(x, y, self.radius_mm, floor, |item| {
+            match self.triangles.get(item as usize) {
+                Some(t) => search.triangle(t),
+                None => search.edge(&self.edges[item as usize - self.triangles.len()]),
+            }
+            search.floor()
+        });
+        search.best
+    }
+}
+
+struct Search<'a> {
+    stock: &'a Stock<'a>,
+    x: f64,
+    y: f64,
+    best: Option<Location>,
+    /// Contact point of `best`.
+    point: Point3,
+    /// `best` may have rivals on its own face nearby.
+    tight: bool,
+}
+
+impl Search<'_> {
+    fn floor(&self) -> f64 {
+        self.best
+            .map_or(f64::NEG_INFINITY, |b| b.centre.z + CONTACT_EPSILON_MM)
+    }
+
+    fn offer(&mut self, location: Location, point: Point3, tight: bool) {
+        if self.best.is_none_or(|b| location.centre.z > b.centre.z) {
+            (self.best, self.point, self.tight) = (Some(location), point, tight);
+        } else if self.best.is_some_and(|b| b.face == location.face) && (point - self.point).norm() < SAME_MM
+        {
+            // The same contact found again, now from a triangle that is known to be harmless.
+            self.tight &= tight;
+        }
+    }
+
+    fn try_face(&mut self, face: FaceId, start: (f64, f64), tight: bool) -> Polished {
+        let f = &self.stock.faces[face];
+        let polished = polish(&f.surface, start, self.x, self.y, self.stock.radius_mm);
+        if let Polished::Contact {
+            centre,
+            normal,
+            point,
+            u,
+            v,
+        } = polished
+        {
+            if f.domain.as_ref().is_some_and(|d| !d.contains(u, v)) {
+                return Polished::Outside { point };
+            }
+            self.offer(
+                Location {
+                    centre,
+                    normal,
+                    face,
+                    support: Support::Face { u, v },
+                },
+                point,
+                tight,
+            );
+        }
+        polished
+    }
+
+    fn triangle(&mut self, t: &Triangle) {
+        let delta = f64::from(t.deviation_mm);
+        let (r, floor) = (self.stock.radius_mm, self.floor());
+        let n = (t.p[1] - t.p[0]).cross(&(t.p[2] - t.p[0]));
+        if let Some((z, _)) = plane_height(&t.p[0], &n, self.x, self.y, r + delta)
+            && z <= floor
+        {
+            return;
+        }
+        let Some(rest) = on_triangle(&t.p, &n, self.x, self.y, r + delta) else {
+            return;
+        };
+        if rest.z <= floor {
+            return;
+        }
+        let at = Point3::from(
+            (0..3)
+                .map(|i| t.p[i].coords * rest.at[i])
+                .sum::<claymill_nurbs::Vector3>(),
+        );
+        // Within this distance of a contact, a sheet that curves less tightly than the ball stays outside of
+        // it (geometry.md §6.3, the lens argument), so one contact speaks for its surroundings.
+        let lens = 4.0 * (2.0 * (delta + CONTACT_EPSILON_MM) * r).sqrt();
+        let near = |p: &Point3| (p - at).norm() <= lens;
+        if !t.tight
+            && !self.tight
+            && near(&self.point)
+            && self.best.is_some_and(|b| b.face == t.face as usize)
+        {
+            return;
+        }
+        let mesh = &self.stock.flat.meshes[t.face as usize];
+        let uv = mesh.triangles[t.index as usize].map(|i| mesh.uv[i as usize]);
+        let start: nalgebra::Vector2<f64> = (0..3).map(|i| uv[i].coords * rest.at[i]).sum();
+        let proven = match self.try_face(t.face as usize, (start.x, start.y), t.tight) {
+            Polished::Contact { point, .. } | Polished::Outside { point } => !t.tight && near(&point),
+            Polished::Failed => false,
+        };
+        if !proven {
+            self.subdivide(t, uv, t.p, delta, 0);
+        }
+    }
+
+    /// Cuts a triangle in four in the parameter plane until its bound falls below the best contact, or is so
+    /// close to the surface that the bound itself can serve as the height.
+    fn subdivide(&mut self, t: &Triangle, uv: [Point2; 3], p: [Point3; 3], delta: f64, level: u32) {
+        let (r, floor) = (self.stock.radius_mm, self.floor());
+        let n = (p[1] - p[0]).cross(&(p[2] - p[0]));
+        let Some(high) = on_triangle(&p, &n, self.x, self.y, r + delta) else {
+            return;
+        };
+        if high.z <= floor {
+            return;
+        }
+        let low = on_triangle(&p, &n, self.x, self.y, r);
+        if level >= DEEPEST || low.is_some_and(|low| high.z - low.z < CONTACT_EPSILON_MM) {
+            let at = Point3::from(
+                (0..3)
+                    .map(|i| p[i].coords * high.at[i])
+                    .sum::<claymill_nurbs::Vector3>(),
+            );
+            let centre = Point3::new(self.x, self.y, high.z);
+            let normal = (centre - at).normalize();
+            let location = Location {
+                centre,
+                normal,
+                face: t.face as usize,
+                support: Support::Bound,
+            };
+            self.offer(location, at, true);
+            return;
+        }
+        let surface = &self.stock.faces[t.face as usize].surface;
+        let middle = |i: usize, j: usize| Point2::from((uv[i].coords + uv[j].coords) * 0.5);
+        let m = [middle(0, 1), middle(1, 2), middle(2, 0)];
+        let q = m.map(|c| surface.point(c.x, c.y));
+        let quarters = [
+            ([uv[0], m[0], m[2]], [p[0], q[0], q[2]]),
+            ([m[0], uv[1], m[1]], [q[0], p[1], q[1]]),
+            ([m[2], m[1], uv[2]], [q[2], q[1], p[2]]),
+            ([m[0], m[1], m[2]], [q[0], q[1], q[2]]),
+        ];
+        for (uv, p) in quarters {
+            self.subdivide(t, uv, p, 0.25 * delta, level + 1);
+        }
+    }
+
+    fn edge(&mut self, e: &EdgePiece) {
+        let r = self.stock.radius_mm;
+        let bound = on_segment(&e.a, &e.b, self.x, self.y, r + e.deviation_mm);
+        if bound.is_none_or(|(z, _)| z <= self.floor()) {
+            return;
+        }
+        let face = &self.stock.faces[e.face as usize];
+        let pcurve = &face.boundary[e.pcurve as usize];
+        if let Some((z, point)) = highest(&face.surface, pcurve, e.t, self.x, self.y, r) {
+            let centre = Point3::new(self.x, self.y, z);
+            let normal = (centre - point) / r;
+            let location = Location {
+                centre,
+                normal,
+                face: e.face as usize,
+                support: Support::Edge,
+            };
+            self.offer(location, point, true);
+        }
+    }
+}

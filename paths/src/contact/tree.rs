@@ -1,0 +1,124 @@
+use claymill_nurbs::Aabb;
+
+/// Boxes in a binary tree, to find what a ball dropped at `(x, y)` could rest on.
+#[derive(Debug)]
+pub(crate) struct DropTree {
+    nodes: Vec<Node>,
+    /// Item numbers, leaf by leaf.
+    items: Vec<u32>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    x: [f64; 2],
+    y: [f64; 2],
+    top: f64,
+    /// Leaf: first item. Inner: index of the second child (the first one follows its parent).
+    at: u32,
+    /// Number of items; 0 for an inner node.
+    count: u32,
+}
+
+const LEAF_ITEMS: usize = 4;
+
+impl DropTree {
+    pub(crate) fn new(boxes: &[Aabb]) -> Self {
+        let mut items: Vec<u32> = (0..boxes.len() as u32).collect();
+        let mut nodes = Vec::with_capacity(boxes.len());
+        if !items.is_empty() {
+            split(boxes, &mut items, 0, &mut nodes);
+        }
+        DropTree { nodes, items }
+    }
+
+    /// Visits every item whose box could carry a ball of radius `r` at a centre height above `floor`,
+    /// most promising first; the visitor returns the new floor.
+    pub(crate) fn descend(&self, x: f64, y: f64, r: f64, mut floor: f64, mut visit: impl FnMut(u32) -> f64) {
+        let mut stack = [(0u32, 0.0f64); 96];
+        let mut depth = 0;
+        if let Some(root) = self.nodes.first() {
+            stack[0] = (0, root.bound(x, y, r));
+            depth = 1;
+        }
+        while depth > 0 {
+            depth -= 1;
+            let (index, bound) = stack[depth];
+            if bound <= floor {
+                continue;
+            }
+            let node = &self.nodes[index as usize];
+            if node.count > 0 {
+                let first = node.at as usize;
+                for &item in &self.items[first..first + node.count as usize] {
+                    floor = visit(item);
+                }
+                continue;
+            }
+            let (a, b) = (index + 1, node.at);
+            let (za, zb) = (
+                self.nodes[a as usize].bound(x, y, r),
+                self.nodes[b as usize].bound(x, y, r),
+            );
+            let (low, high) = if za <= zb {
+                ((a, za), (b, zb))
+            } else {
+                ((b, zb), (a, za))
+            };
+            for child in [low, high] {
+                if child.1 > floor {
+                    stack[depth] = child;
+                    depth += 1;
+                }
+            }
+        }
+    }
+}
+
+impl Node {
+    /// No ball of radius `r` at `(x, y)` can rest on anything in the box with its centre above this.
+    fn bound(&self, x: f64, y: f64, r: f64) -> f64 {
+        let dx = (self.x[0] - x).max(x - self.x[1]).max(0.0);
+        let dy = (self.y[0] - y).max(y - self.y[1]).max(0.0);
+        let d2 = dx * dx + dy * dy;
+        if d2 >= r * r {
+            f64::NEG_INFINITY
+        } else {
+            self.top + (r * r - d2).sqrt()
+        }
+    }
+}
+
+/// Median split along the longer side of the centres; the tree's depth is at most log₂ of the items.
+fn split(boxes: &[Aabb], items: &mut [u32], offset: u32, nodes: &mut Vec<Node>) {
+    let all = items
+        .iter()
+        .fold(Aabb::empty(), |b, &i| b.union(&boxes[i as usize]));
+    let node = nodes.len();
+    nodes.push(Node {
+        x: [all.min.x, all.max.x],
+        y: [all.min.y, all.max.y],
+        top: all.max.z,
+        at: offset,
+        count: items.len() as u32,
+    });
+    if items.len() <= LEAF_ITEMS {
+        return;
+    }
+    let centres = Aabb::of(
+        &items
+            .iter()
+            .map(|&i| boxes[i as usize].centre())
+            .collect::<Vec<_>>(),
+    );
+    let size = centres.max - centres.min;
+    let axis = size.imax();
+    let middle = items.len() / 2;
+    let key = |i: u32| boxes[i as usize].min[axis] + boxes[i as usize].max[axis];
+    items.select_nth_unstable_by(middle, |&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
+    let (low, high) = items.split_at_mut(middle);
+    split(boxes, low, offset, nodes);
+    let second = nodes.len() as u32;
+    split(boxes, high, offset + middle as u32, nodes);
+    nodes[node].at = second;
+    nodes[node].count = 0;
+}

@@ -1,0 +1,238 @@
+use claymill_nurbs::{Point3, Vector3};
+use thiserror::Error;
+
+/// A signed coordinate axis of the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Axis {
+    /// 0 = x, 1 = y, 2 = z.
+    pub index: usize,
+    /// Points along the negative axis.
+    pub negative: bool,
+}
+
+/// `text` is not one of `+x -x +y -y +z -z`.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("`{0}` is not an axis; write one of +x -x +y -y +z -z")]
+pub struct AxisError(pub String);
+
+impl std::str::FromStr for Axis {
+    type Err = AxisError;
+
+    fn from_str(text: &str) -> Result<Self, AxisError> {
+        let (negative, letter) = match text.strip_prefix(['+', '-']) {
+            Some(rest) => (text.starts_with('-'), rest),
+            None => (false, text),
+        };
+        let index = ["x", "y", "z"]
+            .iter()
+            .position(|&l| l == letter.to_ascii_lowercase());
+        index
+            .map(|index| Axis { index, negative })
+            .ok_or_else(|| AxisError(text.to_owned()))
+    }
+}
+
+impl std::fmt::Display for Axis {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "{}{}",
+            if self.negative { '-' } else { '+' },
+            ["x", "y", "z"][self.index]
+        )
+    }
+}
+
+impl Axis {
+    /// The unit vector.
+    #[must_use]
+    pub fn vector(self) -> Vector3 {
+        let mut v = Vector3::zeros();
+        v[self.index] = if self.negative { -1.0 } else { 1.0 };
+        v
+    }
+
+    /// The opposite axis.
+    #[must_use]
+    pub fn opposite(self) -> Self {
+        Axis {
+            negative: !self.negative,
+            ..self
+        }
+    }
+}
+
+/// A setup: a right-handed frame whose `z` is the tool axis (from tip to holder).
+///
+/// Its axes are signed axes of the model, so that going back and forth only permutes coordinates and flips
+/// signs: nothing is rounded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Frame {
+    /// `top`, `left`, `right`, `front` or `rear`.
+    pub name: &'static str,
+    x: Axis,
+    y: Axis,
+    z: Axis,
+}
+
+impl Frame {
+    /// The five setups of a vehicle with `up` and `front` (from rear to front) axes. Left and right are
+    /// those of the driver.
+    ///
+    /// # Panics
+    /// If the axes are parallel; see [`Orientation::new`].
+    #[must_use]
+    pub fn five(orientation: Orientation) -> [Frame; 5] {
+        let (up, front) = (orientation.up, orientation.front);
+        let left = cross(up, front);
+        let frame = |name, z: Axis, x: Axis| Frame {
+            name,
+            x,
+            y: cross(z, x),
+            z,
+        };
+        [
+            frame("top", up, front),
+            frame("left", left, front),
+            frame("right", left.opposite(), front),
+            frame("front", front, left),
+            frame("rear", front.opposite(), left),
+        ]
+    }
+
+    /// The tool axis in model coordinates.
+    #[must_use]
+    pub fn axis(&self) -> Vector3 {
+        self.z.vector()
+    }
+
+    /// The frame's `x` (first) or `y` direction in model coordinates.
+    #[must_use]
+    pub fn direction(&self, along: RowsAlong) -> Vector3 {
+        match along {
+            RowsAlong::X => self.x.vector(),
+            RowsAlong::Y => self.y.vector(),
+        }
+    }
+
+    /// Model coordinates to the frame's.
+    #[must_use]
+    pub fn to_setup(&self, p: &Point3) -> Point3 {
+        let pick = |a: Axis| if a.negative { -p[a.index] } else { p[a.index] };
+        Point3::new(pick(self.x), pick(self.y), pick(self.z))
+    }
+
+    /// The frame's coordinates to the model's.
+    #[must_use]
+    pub fn to_model(&self, p: &Point3) -> Point3 {
+        let mut out = Point3::origin();
+        for (k, a) in [self.x, self.y, self.z].into_iter().enumerate() {
+            out[a.index] = if a.negative { -p[k] } else { p[k] };
+        }
+        out
+    }
+}
+
+/// Which way passes run in a setup.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RowsAlong {
+    /// Along the setup's `x`.
+    X,
+    /// Along the setup's `y`.
+    Y,
+}
+
+/// How the vehicle lies in its file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Orientation {
+    /// Points up.
+    pub up: Axis,
+    /// Points from rear to front.
+    pub front: Axis,
+}
+
+/// The two axes are parallel.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("up axis {up} and length axis {length} are parallel; choose two different ones")]
+pub struct ParallelAxes {
+    /// Up.
+    pub up: Axis,
+    /// Length.
+    pub length: Axis,
+}
+
+impl Orientation {
+    /// Checks that the axes differ.
+    ///
+    /// # Errors
+    /// They are parallel.
+    pub fn new(up: Axis, front: Axis) -> Result<Self, ParallelAxes> {
+        if up.index == front.index {
+            Err(ParallelAxes { up, length: front })
+        } else {
+            Ok(Orientation { up, front })
+        }
+    }
+
+    /// A sensible guess from the model's box: length is the longest side; up is `+z`, or `+y` where the
+    /// length runs along `z`. Which end is the front cannot be told from a box: the negative end is taken,
+    /// which only decides whether a setup is called front or rear.
+    #[must_use]
+    pub fn guess(size: &Vector3) -> Self {
+        let length = if size.x >= size.y && size.x >= size.z {
+            0
+        } else if size.y >= size.z {
+            1
+        } else {
+            2
+        };
+        let up = if length == 2 { 1 } else { 2 };
+        Orientation {
+            up: Axis {
+                index: up,
+                negative: false,
+            },
+            front: Axis {
+                index: length,
+                negative: true,
+            },
+        }
+    }
+}
+
+fn cross(a: Axis, b: Axis) -> Axis {
+    let v = a.vector().cross(&b.vector());
+    let index = v.iamax();
+    assert!(v[index] != 0.0, "axes of a frame must not be parallel");
+    Axis {
+        index,
+        negative: v[index] < 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_right_handed_and_round_trip_to_the_bit() {
+        for (up, front) in [("+z", "-y"), ("+y", "+z"), ("-x", "+y")] {
+            let o = Orientation::new(up.parse().unwrap(), front.parse().unwrap()).unwrap();
+            for f in Frame::five(o) {
+                let (x, y) = (f.direction(RowsAlong::X), f.direction(RowsAlong::Y));
+                assert_eq!(x.cross(&y), f.axis(), "{} is right-handed", f.name);
+                let p = Point3::new(0.1, -2.3, 7.7);
+                assert_eq!(f.to_model(&f.to_setup(&p)), p);
+                assert_eq!(f.to_setup(&Point3::from(f.axis())), Point3::new(0.0, 0.0, 1.0));
+            }
+        }
+    }
+
+    #[test]
+    fn left_is_the_drivers_left() {
+        let o = Orientation::new("+z".parse().unwrap(), "-y".parse().unwrap()).unwrap();
+        // Front -y, up z: the driver's left hand points to +x.
+        assert_eq!(Frame::five(o)[1].axis(), Vector3::new(1.0, 0.0, 0.0));
+        assert!(Orientation::new("+z".parse().unwrap(), "-z".parse().unwrap()).is_err());
+    }
+}

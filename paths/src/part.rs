@@ -1,0 +1,435 @@
+//! The passes of one part: what one setup cuts of one region.
+
+use claymill_nurbs::{Point2, Point3};
+use claymill_toolpath::{LengthByKind, LinkStyle, Move, MoveKind, round_to_written};
+use rayon::prelude::*;
+
+use crate::contact::{FlatPart, Stock};
+use crate::heights::Heights;
+use crate::order::{Ends, Turn, order};
+use crate::profile::{Chain, Line, follow};
+use crate::raster::{Patch, Raster, Row};
+use crate::reach::Fate;
+use crate::refit::{Fit, Written, fit};
+use crate::step_over::row_distance_mm;
+use crate::{Feeds, Frame, RowsAlong};
+
+/// Rapids keep at least this distance above everything within the tool's radius, mm.
+pub const CLEARANCE_MM: f64 = 5.0;
+/// Passes shorter than this are left out: the neighbouring rows cover them.
+const SHORTEST_PASS_MM: f64 = 1.0;
+/// A stay-down link may be this many flat step-overs long, and climb or sink this much, mm.
+const LINK_STEPS: f64 = 8.0;
+const LINK_CLIMB_MM: f64 = 10.0;
+/// What a turn between two passes costs, as path length, when a direction is chosen.
+const TURN_MM: f64 = 60.0;
+
+/// What all parts of a setup share.
+pub(crate) struct SetupContext<'a> {
+    pub(crate) flat: &'a FlatPart,
+    pub(crate) frame: Frame,
+    pub(crate) index: usize,
+    pub(crate) stock: &'a Stock<'a>,
+    pub(crate) heights: &'a Heights,
+    pub(crate) scallop_mm: f64,
+    pub(crate) link: LinkStyle,
+    pub(crate) feeds: Feeds,
+}
+
+/// Moves and totals of a part. The first move starts, and the last one ends, at link height.
+#[derive(Debug, Clone)]
+pub(crate) struct Part {
+    pub(crate) moves: Vec<Move>,
+    pub(crate) along: RowsAlong,
+    pub(crate) passes: u32,
+    pub(crate) retracts: u32,
+    pub(crate) length: LengthByKind,
+    pub(crate) lifted: u64,
+    pub(crate) unfitted: u64,
+}
+
+/// The curves of one pass, in order.
+struct Pass {
+    curves: Vec<claymill_nurbs::Curve3>,
+}
+
+/// A line's drive plane in the setup, written in model coordinates.
+struct DrivePlane<'a> {
+    frame: &'a Frame,
+    line: Line,
+    radius_mm: f64,
+}
+
+impl Written for DrivePlane<'_> {
+    fn tip(&self, s: f64, z: f64) -> Point3 {
+        let [x, y] = self.line.at(s);
+        self.frame.to_model(&Point3::new(x, y, z - self.radius_mm))
+    }
+
+    fn drive_plane(&self, tip: &Point3) -> (f64, f64) {
+        let p = self.frame.to_setup(tip);
+        (self.line.along(p.x, p.y), p.z + self.radius_mm)
+    }
+}
+
+impl SetupContext<'_> {
+    /// Plans the part of the region made of `faces`; `None` when this setup cuts nothing of it.
+    pub(crate) fn part(&self, faces: &[usize], fates: &[Vec<Fate>]) -> Option<Part> {
+        let (along, rows) = self.rows(faces, fates)?;
+        let followed: Vec<(Vec<Pass>, u64, u64)> =
+            rows.par_iter().map(|row| self.cut_row(row, along)).collect();
+        let lifted = followed.iter().map(|f| f.1).sum();
+        let unfitted = followed.iter().map(|f| f.2).sum();
+        let passes: Vec<Pass> = followed.into_iter().flat_map(|f| f.0).collect();
+        if passes.is_empty() {
+            return None;
+        }
+        let mut part = Part {
+            moves: Vec::new(),
+            along,
+            passes: passes.len() as u32,
+            retracts: 0,
+            length: LengthByKind::default(),
+            lifted,
+            unfitted,
+        };
+        self.link_passes(passes, &mut part);
+        for m in &part.moves {
+            part.length.add(m.kind, m.length_mm());
+        }
+        Some(part)
+    }
+
+    /// Rows over the part in the cheaper of the two directions.
+    fn rows(&self, faces: &[usize], fates: &[Vec<Fate>]) -> Option<(RowsAlong, Vec<Row>)> {
+        let cell = (0.5 * crate::step_over::flat_mm(self.stock.radius_mm(), self.scallop_mm)).clamp(0.3, 3.0);
+        [RowsAlong::X, RowsAlong::Y]
+            .into_par_iter()
+            .filter_map(|along| {
+                let patches = self.patches(faces, fates, along);
+                let rows = Raster::new(&patches, cell)?.rows();
+                let cost: f64 = rows
+                    .iter()
+                    .flat_map(|r| &r.stretches)
+                    .map(|(a, b)| b - a + TURN_MM)
+                    .sum();
+                Some((cost, along, rows))
+            })
+            .collect::<Vec<_>>()
+            .into_iter()
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, along, rows)| (along, rows))
+    }
+
+    fn patches(&self, faces: &[usize], fates: &[Vec<Fate>], along: RowsAlong) -> Vec<Patch> {
+        let r = self.stock.radius_mm();
+        let pick = |p: &Point3| {
+            if along == RowsAlong::X {
+                [p.x, p.y]
+            } else {
+                [p.y, p.x]
+            }
+        };
+        let mut patches = Vec::new();
+        for &face in faces {
+            let mesh = &self.flat.meshes[face];
+            let surface = self.stock.surface(face);
+            // Centre of the ball that touches the surface's upper side at these parameters.
+            let centre = |uv: Point2| {
+                let (n, _) = surface.normal(uv.x, uv.y)?;
+                Some(surface.point(uv.x, uv.y) + n * (r * if n.z < 0.0 { -1.0 } else { 1.0 }))
+            };
+            for (t, fate) in mesh.triangles.iter().zip(&fates[face]) {
+                if fate.setups & (1 << self.index) == 0 {
+                    continue;
+                }
+                let uv = t.map(|i| mesh.uv[i as usize]);
+                let Some(c) = uv.map(centre).into_iter().collect::<Option<Vec<_>>>() else {
+                    continue;
+                };
+                let middle = (uv[0].coords + uv[1].coords + uv[2].coords) / 3.0;
+                let jet = surface.jet(middle.x, middle.y);
+                let Some(distance_mm) = row_distance_mm(&jet, along, r, self.scallop_mm) else {
+                    continue;
+                };
+                patches.push(Patch {
+                    corners: [pick(&c[0]), pick(&c[1]), pick(&c[2])],
+                    distance_mm,
+                });
+            }
+        }
+        patches
+    }
+
+    /// The passes over one row, the locations that had to be lifted and the stretches that were dropped.
+    fn cut_row(&self, row: &Row, along: RowsAlong) -> (Vec<Pass>, u64, u64) {
+        let line = match along {
+            RowsAlong::X => Line {
+                origin: [0.0, row.q],
+                direction: [1.0, 0.0],
+            },
+            RowsAlong::Y => Line {
+                origin: [row.q, 0.0],
+                direction: [0.0, 1.0],
+            },
+        };
+        let mut passes = Vec::new();
+        let (mut lifted, mut unfitted) = (0, 0);
+        for &(s0, s1) in &row.stretches {
+            let followed = follow(self.stock, &line, s0, s1);
+            lifted += followed.lifted;
+            for chain in followed.chains {
+                if chain[chain.len() - 1].end().s - chain[0].start().s < SHORTEST_PASS_MM {
+                    continue;
+                }
+                let (pass, lost) = self.fit_chain(&chain, &line);
+                unfitted += lost;
+                passes.extend(pass);
+            }
+        }
+        (passes, lifted, unfitted)
+    }
+
+    /// Fits a chain; where a stretch cannot be fitted the pass is parted there.
+    fn fit_chain(&self, chain: &Chain, line: &Line) -> (Vec<Pass>, u64) {
+        let plane = DrivePlane {
+            frame: &self.frame,
+            line: *line,
+            radius_mm: self.stock.radius_mm(),
+        };
+        let mut passes: Vec<Pass> = Vec::new();
+        let mut open = false;
+        let mut lost = 0;
+        for profile in chain {
+            let Some(Fit { mut curve, .. }) = fit(profile, &plane) else {
+                // Stretches below the written digits vanish between their neighbours.
+                if profile.end().s - profile.start().s > 0.01 {
+                    lost += 1;
+                    open = false;
+                }
+                continue;
+            };
+            match passes.last_mut() {
+                Some(pass) if open => {
+                    join(pass.curves.last_mut(), &mut curve);
+                    pass.curves.push(curve);
+                }
+                _ => passes.push(Pass { curves: vec![curve] }),
+            }
+            open = true;
+        }
+        (passes, lost)
+    }
+
+    fn link_passes(&self, mut passes: Vec<Pass>, part: &mut Part) {
+        let flat = |p: Point3| {
+            let q = self.frame.to_setup(&p);
+            [q.x, q.y]
+        };
+        let ends: Vec<Ends> = passes
+            .iter()
+            .map(|p| Ends {
+                start: flat(p.start()),
+                end: flat(p.end()),
+            })
+            .collect();
+        let turns = order(&ends, self.link);
+        for turn in &turns {
+            if turn.reversed {
+                passes[turn.pass].reverse();
+            }
+        }
+        // Links are independent of each other, so they are proven in parallel.
+        let links: Vec<Option<Vec<Move>>> = turns
+            .par_windows(2)
+            .map(|w: &[Turn]| self.stay_down(passes[w[0].pass].end(), passes[w[1].pass].start()))
+            .collect();
+        let axis = self.frame.axis();
+        for (k, turn) in turns.iter().enumerate() {
+            let pass = &passes[turn.pass];
+            let number = k as u32;
+            let first = part.moves.len();
+            if k == 0 {
+                let height = self.link_height(pass.start(), pass.start());
+                part.moves.push(self.lead_in(height, pass.start()));
+            } else if let Some(link) = &links[k - 1] {
+                part.moves.extend(link.iter().cloned());
+            } else {
+                part.retracts += 1;
+                part.moves
+                    .extend(self.lift_over(passes[turns[k - 1].pass].end(), pass.start()));
+            }
+            for curve in &pass.curves {
+                part.moves
+                    .push(Move::along(MoveKind::Cut, curve, axis, self.feeds.cut_mm_per_min));
+            }
+            for m in &mut part.moves[first..] {
+                m.pass = number;
+            }
+        }
+        if let Some(last) = turns.last() {
+            let end = passes[last.pass].end();
+            let mut out = self.lead_out(end, self.link_height(end, end));
+            out.pass = turns.len() as u32 - 1;
+            part.moves.push(out);
+        }
+    }
+
+    /// A link that keeps the ball on the model: the exact path over the straight line between the two ends,
+    /// refitted like a pass. `None` when the way is long, climbs far or is interrupted.
+    fn stay_down(&self, from: Point3, to: Point3) -> Option<Vec<Move>> {
+        let (a, b) = (self.frame.to_setup(&from), self.frame.to_setup(&to));
+        let (dx, dy) = (b.x - a.x, b.y - a.y);
+        let length = dx.hypot(dy);
+        let r = self.stock.radius_mm();
+        if length > LINK_STEPS * crate::step_over::flat_mm(r, self.scallop_mm)
+            || (b.z - a.z).abs() > LINK_CLIMB_MM
+        {
+            return None;
+        }
+        let axis = self.frame.axis();
+        let feed = self.feeds.cut_mm_per_min;
+        if length < 0.05 {
+            return ((b - a).norm() < 0.05)
+                .then(|| vec![Move::straight(MoveKind::Link, from, to, axis, feed)]);
+        }
+        let line = Line {
+            origin: [a.x, a.y],
+            direction: [dx / length, dy / length],
+        };
+        let followed = follow(self.stock, &line, 0.0, length);
+        let [chain] = followed.chains.as_slice() else {
+            return None;
+        };
+        let whole = chain[0].start().s == 0.0 && chain[chain.len() - 1].end().s == length;
+        let climbs = chain
+            .iter()
+            .flat_map(|p| &p.samples)
+            .any(|q| (q.z - r - a.z).abs() > LINK_CLIMB_MM);
+        if !whole || climbs {
+            return None;
+        }
+        let (mut passes, lost) = self.fit_chain(chain, &line);
+        if lost > 0 || passes.len() != 1 {
+            return None;
+        }
+        let mut curves = passes.pop()?.curves;
+        let last = curves.len() - 1;
+        move_end(&mut curves[0], false, from);
+        move_end(&mut curves[last], true, to);
+        Some(
+            curves
+                .iter()
+                .map(|c| Move::along(MoveKind::Link, c, axis, feed))
+                .collect(),
+        )
+    }
+
+    /// Tip height in the setup at which a straight rapid between two places is proven clear.
+    pub(crate) fn link_height(&self, from: Point3, to: Point3) -> f64 {
+        let (a, b) = (self.frame.to_setup(&from), self.frame.to_setup(&to));
+        let top = self.heights.over([a.x, a.y], [b.x, b.y], self.stock.radius_mm());
+        let height = top.max(a.z).max(b.z) + CLEARANCE_MM;
+        // Rounded up, so that what is written is not below what is proven.
+        round_to_written((height * 10.0).ceil() / 10.0)
+    }
+
+    /// Up, across at a proven height, down.
+    pub(crate) fn lift_over(&self, from: Point3, to: Point3) -> [Move; 3] {
+        let height = self.link_height(from, to);
+        [
+            self.lead_out(from, height),
+            self.rapid(from, to, height),
+            self.lead_in(height, to),
+        ]
+    }
+
+    fn rapid(&self, from: Point3, to: Point3, height: f64) -> Move {
+        let (a, b) = (self.at_height(from, height), self.at_height(to, height));
+        Move::straight(
+            MoveKind::Rapid,
+            a,
+            b,
+            self.frame.axis(),
+            self.feeds.rapid_mm_per_min,
+        )
+    }
+
+    fn lead_in(&self, height: f64, to: Point3) -> Move {
+        let from = self.at_height(to, height);
+        Move::straight(
+            MoveKind::LeadIn,
+            from,
+            to,
+            self.frame.axis(),
+            self.feeds.lead_mm_per_min,
+        )
+    }
+
+    fn lead_out(&self, from: Point3, height: f64) -> Move {
+        let to = self.at_height(from, height);
+        Move::straight(
+            MoveKind::LeadOut,
+            from,
+            to,
+            self.frame.axis(),
+            self.feeds.lead_mm_per_min,
+        )
+    }
+
+    fn at_height(&self, p: Point3, height: f64) -> Point3 {
+        let q = self.frame.to_setup(&p);
+        self.frame.to_model(&Point3::new(q.x, q.y, height))
+    }
+}
+
+impl Pass {
+    fn start(&self) -> Point3 {
+        self.curves[0].points()[0]
+    }
+
+    fn end(&self) -> Point3 {
+        let points = self.curves[self.curves.len() - 1].points();
+        points[points.len() - 1]
+    }
+
+    fn reverse(&mut self) {
+        self.curves.reverse();
+        for c in &mut self.curves {
+            *c = reversed_from_zero(c);
+        }
+    }
+}
+
+/// Reversing mirrors the knots; rounding them again keeps the written digits.
+fn reversed_from_zero(curve: &claymill_nurbs::Curve3) -> claymill_nurbs::Curve3 {
+    let back = curve.reversed();
+    let knots = back
+        .knots()
+        .as_slice()
+        .iter()
+        .map(|&k| round_to_written(k))
+        .collect();
+    let rounded = claymill_nurbs::KnotVector::new(back.knots().degree(), knots)
+        .and_then(|k| claymill_nurbs::Curve3::new(k, back.points().to_vec(), None));
+    rounded.unwrap_or(back)
+}
+
+/// Two stretches meet at a corner; the fit lifts each along its own normal, so the ends differ by the bias.
+/// Both end at the higher of the two places.
+fn join(before: Option<&mut claymill_nurbs::Curve3>, after: &mut claymill_nurbs::Curve3) {
+    let Some(before) = before else { return };
+    let (a, b) = (before.points()[before.points().len() - 1], after.points()[0]);
+    let corner = nalgebra::center(&a, &b).map(round_to_written);
+    move_end(before, true, corner);
+    move_end(after, false, corner);
+}
+
+fn move_end(curve: &mut claymill_nurbs::Curve3, last: bool, to: Point3) {
+    let mut points = curve.points().to_vec();
+    let index = if last { points.len() - 1 } else { 0 };
+    points[index] = to;
+    if let Ok(moved) = claymill_nurbs::Curve3::new(curve.knots().clone(), points, None) {
+        *curve = moved;
+    }
+}

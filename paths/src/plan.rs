@@ -1,0 +1,441 @@
+use std::collections::BTreeMap;
+
+use claymill_nurbs::{FaceId, Model, NurbsError};
+use claymill_toolpath::{
+    Area, FaceAccount, LengthByKind, LinkStyle, Move, Program, RegionTotals, Setup, Tool, Totals, UncutReason,
+};
+use rayon::prelude::*;
+use thiserror::Error;
+
+use crate::contact::{CONTACT_EPSILON_MM, FlatPart, Stock};
+use crate::heights::Heights;
+use crate::part::{CLEARANCE_MM, Part, SetupContext};
+use crate::reach::{Fate, assign};
+use crate::refit::{FIT_BIAS_MM, FIT_TOLERANCE_MM};
+use crate::{Frame, Orientation};
+
+/// What to cut and how.
+#[derive(Debug, Clone)]
+pub struct PlanOptions {
+    /// The tool.
+    pub tool: Tool,
+    /// Scallop height, mm.
+    pub scallop_mm: f64,
+    /// How passes are joined.
+    pub link: LinkStyle,
+    /// How the vehicle lies in its file.
+    pub orientation: Orientation,
+    /// Feeds.
+    pub feeds: Feeds,
+}
+
+/// Feeds, mm/min.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Feeds {
+    /// Along passes and links.
+    pub cut_mm_per_min: f64,
+    /// Leads.
+    pub lead_mm_per_min: f64,
+    /// Rapids.
+    pub rapid_mm_per_min: f64,
+    /// Largest acceleration, for the time estimate, mm/s².
+    pub acceleration_mm_per_s2: f64,
+}
+
+impl Default for Feeds {
+    /// A clay mill: 6 m/min, leads at 3 m/min, rapids at 20 m/min, 1 m/s².
+    fn default() -> Self {
+        Feeds {
+            cut_mm_per_min: 6000.0,
+            lead_mm_per_min: 3000.0,
+            rapid_mm_per_min: 20_000.0,
+            acceleration_mm_per_s2: 1000.0,
+        }
+    }
+}
+
+/// The regions to cut.
+#[derive(Debug, Clone)]
+pub struct Regions<'a> {
+    /// Region of each face.
+    pub of_face: &'a [usize],
+    /// Whether each face is left out by the user's wish.
+    pub excluded: &'a [bool],
+    /// Area of each face, mm².
+    pub face_area_mm2: &'a [f64],
+}
+
+/// Why no plan could be made.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PlanError {
+    /// The scallop height does not suit the tool.
+    #[error(
+        "scallop height {scallop_mm} mm must be positive and smaller than the ball radius {radius_mm} mm"
+    )]
+    Scallop {
+        /// Scallop height asked for.
+        scallop_mm: f64,
+        /// Ball radius.
+        radius_mm: f64,
+    },
+    /// The tool does not fit the model.
+    #[error("a ball of radius {radius_mm} mm is too big for a model of {size_mm:.1} mm")]
+    ToolTooBig {
+        /// Ball radius.
+        radius_mm: f64,
+        /// The model's longest side.
+        size_mm: f64,
+    },
+    /// A face cannot be covered with triangles.
+    #[error("face {face} ({entity}): {source}")]
+    Face {
+        /// Index of the face.
+        face: FaceId,
+        /// Where it came from.
+        entity: String,
+        /// What is wrong.
+        source: NurbsError,
+    },
+    /// There is nothing to cut.
+    #[error("no setup reaches any face that is to be cut")]
+    NothingToCut,
+}
+
+/// The program and its totals.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// All moves, in machining order.
+    pub program: Program,
+    /// Setups that cut something.
+    pub setups: Vec<Setup>,
+    /// Totals by region and setup.
+    pub regions: Vec<RegionTotals>,
+    /// Totals.
+    pub totals: Totals,
+    /// Where the area went.
+    pub area: Area,
+    /// The same by face.
+    pub faces: Vec<FaceAccount>,
+    /// Area by region and setup name, mm².
+    pub region_setup_area_mm2: Vec<BTreeMap<String, f64>>,
+    /// Stretches that could not be fitted and were left out.
+    pub unfitted_stretches: u64,
+    /// Tolerances used, by name.
+    pub tolerances: BTreeMap<String, f64>,
+}
+
+/// Tells how far a stage has come: its name and a share from 0 to 1.
+pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
+
+/// Identity of the only tool.
+pub const TOOL_ID: &str = "T1";
+
+/// Plans the whole job; see the crate's documentation for the stages.
+///
+/// # Errors
+/// Options that do not suit the model, faces that cannot be covered, nothing to cut.
+pub fn plan(
+    model: &Model,
+    regions: &Regions,
+    options: &PlanOptions,
+    progress: Progress,
+) -> Result<Plan, PlanError> {
+    let radius_mm = options.tool.radius_mm();
+    check(model, options)?;
+    progress("setups", 0.0);
+    let flat = FlatPart::new(model).map_err(|(face, source)| PlanError::Face {
+        face,
+        entity: model.faces[face].source.entity.clone(),
+        source,
+    })?;
+    let frames = Frame::five(options.orientation);
+    let stocks: Vec<Stock> = frames
+        .par_iter()
+        .map(|f| Stock::new(model, &flat, f, radius_mm))
+        .collect();
+    progress("setups", 0.5);
+    let mut fates = assign(
+        model,
+        &flat,
+        &frames,
+        &stocks,
+        regions.of_face,
+        0.5 * options.scallop_mm,
+    );
+    for (face, fate) in fates
+        .iter_mut()
+        .enumerate()
+        .filter(|(face, _)| regions.excluded[*face])
+    {
+        let _ = face;
+        fate.iter_mut().for_each(|f| *f = Fate::default());
+    }
+    let account = Account::new(&flat, &fates, regions);
+    let faces_of = group(regions.of_face);
+    let jobs: usize = frames.len() * faces_of.len();
+    let mut done = 0;
+    let mut out = Output::default();
+    for (index, frame) in frames.iter().enumerate() {
+        let heights = Heights::new(&stocks[index]);
+        let context = SetupContext {
+            flat: &flat,
+            frame: *frame,
+            index,
+            stock: &stocks[index],
+            heights: &heights,
+            scallop_mm: options.scallop_mm,
+            link: options.link,
+            feeds: options.feeds,
+        };
+        let mut parts = Vec::new();
+        for (region, faces) in faces_of.iter().enumerate() {
+            done += 1;
+            progress("paths", done as f64 / jobs as f64);
+            if account.region_setup_mm2[region][index] > 0.0
+                && let Some(part) = context.part(faces, &fates)
+            {
+                parts.push((region, part));
+            }
+        }
+        out.setup(&context, &account, parts);
+    }
+    if out.program.moves.is_empty() {
+        return Err(PlanError::NothingToCut);
+    }
+    out.add_up();
+    let (area, faces) = account.faces(model, regions);
+    let name_areas = |region: usize| {
+        let named = frames
+            .iter()
+            .zip(account.region_setup_mm2[region])
+            .filter(|(_, a)| *a > 0.0);
+        named.map(|(f, a)| (f.name.to_owned(), a)).collect()
+    };
+    Ok(Plan {
+        region_setup_area_mm2: (0..faces_of.len()).map(name_areas).collect(),
+        program: out.program,
+        setups: out.setups,
+        regions: out.regions,
+        totals: out.totals,
+        area,
+        faces,
+        unfitted_stretches: out.unfitted,
+        tolerances: [
+            ("contact_mm", CONTACT_EPSILON_MM),
+            ("fit_bias_mm", FIT_BIAS_MM),
+            ("fit_mm", FIT_TOLERANCE_MM),
+            ("clearance_mm", CLEARANCE_MM),
+        ]
+        .map(|(name, value)| (name.to_owned(), value))
+        .into(),
+    })
+}
+
+fn check(model: &Model, options: &PlanOptions) -> Result<(), PlanError> {
+    let (radius_mm, scallop_mm) = (options.tool.radius_mm(), options.scallop_mm);
+    if !(scallop_mm > 0.0 && scallop_mm < radius_mm) {
+        return Err(PlanError::Scallop {
+            scallop_mm,
+            radius_mm,
+        });
+    }
+    let bounds = model.faces.iter().map(claymill_nurbs::Face::bounds);
+    let size = bounds
+        .reduce(|a, b| a.union(&b))
+        .map_or(0.0, |b| (b.max - b.min).amax());
+    if 2.0 * radius_mm > size {
+        return Err(PlanError::ToolTooBig {
+            radius_mm,
+            size_mm: size,
+        });
+    }
+    Ok(())
+}
+
+fn group(region_of_face: &[usize]) -> Vec<Vec<usize>> {
+    let mut faces = vec![Vec::new(); region_of_face.iter().max().map_or(0, |m| m + 1)];
+    for (face, &region) in region_of_face.iter().enumerate() {
+        faces[region].push(face);
+    }
+    faces
+}
+
+/// Where the area goes, by face: shares of the triangles, scaled to the face's exact area.
+struct Account {
+    /// Per face: area cut by each setup, then hidden, then too tight, mm².
+    faces: Vec<([f64; 5], f64, f64)>,
+    region_setup_mm2: Vec<[f64; 5]>,
+}
+
+impl Account {
+    fn new(flat: &FlatPart, fates: &[Vec<Fate>], regions: &Regions) -> Self {
+        let count = regions.of_face.iter().max().map_or(0, |m| m + 1);
+        let mut region_setup_mm2 = vec![[0.0; 5]; count];
+        let mut faces = Vec::with_capacity(fates.len());
+        for (face, fate) in fates.iter().enumerate() {
+            let mesh = &flat.meshes[face];
+            let mut sums = ([0.0; 5], 0.0, 0.0);
+            let mut total = 0.0;
+            for (t, f) in mesh.triangles.iter().zip(fate) {
+                let [a, b, c] = t.map(|i| mesh.points[i as usize]);
+                let area = 0.5 * (b - a).cross(&(c - a)).norm();
+                total += area;
+                for k in 0..5 {
+                    sums.0[k] += area * f64::from(f.cut[k]);
+                }
+                sums.1 += area * f64::from(f.hidden);
+                sums.2 += area * f64::from(f.tight);
+            }
+            let scale = if total > 0.0 {
+                regions.face_area_mm2[face] / total
+            } else {
+                0.0
+            };
+            let scaled = (sums.0.map(|v| v * scale), sums.1 * scale, sums.2 * scale);
+            for k in 0..5 {
+                region_setup_mm2[regions.of_face[face]][k] += scaled.0[k];
+            }
+            faces.push(scaled);
+        }
+        Account {
+            faces,
+            region_setup_mm2,
+        }
+    }
+
+    /// The account by face and in total. What the shares leave over by rounding goes to the largest entry,
+    /// so that the sum is the face's area.
+    fn faces(&self, model: &Model, regions: &Regions) -> (Area, Vec<FaceAccount>) {
+        let mut all = Area::default();
+        let mut rows = Vec::with_capacity(self.faces.len());
+        for (face, (cut, hidden, tight)) in self.faces.iter().enumerate() {
+            let total_mm2 = regions.face_area_mm2[face];
+            let mut area = Area {
+                total_mm2,
+                cut_mm2: cut.iter().sum(),
+                uncut_mm2: BTreeMap::new(),
+            };
+            if regions.excluded[face] {
+                area.uncut_mm2.insert(UncutReason::Excluded, total_mm2);
+            } else {
+                for (reason, value) in [(UncutReason::Hidden, *hidden), (UncutReason::TooTight, *tight)] {
+                    if value > 0.0 {
+                        area.uncut_mm2.insert(reason, value);
+                    }
+                }
+                let rest = total_mm2 - area.cut_mm2 - area.uncut_mm2.values().sum::<f64>();
+                match area.uncut_mm2.values_mut().max_by(|a, b| a.total_cmp(b)) {
+                    Some(most) if *most > area.cut_mm2 => *most += rest,
+                    _ => area.cut_mm2 += rest,
+                }
+            }
+            all.total_mm2 += area.total_mm2;
+            all.cut_mm2 += area.cut_mm2;
+            for (reason, value) in &area.uncut_mm2 {
+                *all.uncut_mm2.entry(*reason).or_default() += value;
+            }
+            let entity = model.faces[face].source.entity.clone();
+            rows.push(FaceAccount {
+                face,
+                entity,
+                region: regions.of_face[face],
+                area,
+            });
+        }
+        (all, rows)
+    }
+}
+
+#[derive(Default)]
+struct Output {
+    program: Program,
+    setups: Vec<Setup>,
+    regions: Vec<RegionTotals>,
+    totals: Totals,
+    unfitted: u64,
+}
+
+impl Output {
+    /// Appends a setup: its parts with the ways between them.
+    fn setup(&mut self, context: &SetupContext, account: &Account, parts: Vec<(usize, Part)>) {
+        let name = context.frame.name;
+        let first_move = self.program.moves.len();
+        let first_region = self.regions.len();
+        for (region, part) in parts {
+            let mut moves = part.moves;
+            let mut retracts = part.retracts;
+            if self.program.moves.len() > first_move
+                && let (Some(up), Some(down)) = (self.program.moves.pop(), moves.first())
+            {
+                // One way over replaces the retract of the last part and the approach of this one.
+                moves.splice(0..1, context.lift_over(up.start(), down.end()));
+                retracts += 1;
+            }
+            for m in &mut moves {
+                name.clone_into(&mut m.setup);
+                m.region = region;
+                TOOL_ID.clone_into(&mut m.tool);
+            }
+            self.program.moves.extend(moves);
+            self.regions.push(RegionTotals {
+                region,
+                setup: name.to_owned(),
+                area_mm2: account.region_setup_mm2[region][context.index],
+                pass_direction: context.frame.direction(part.along).into(),
+                passes: part.passes,
+                retracts,
+                length: LengthByKind::default(),
+                control_points: 0,
+                time_s: 0.0,
+            });
+            self.totals.lifted_locations += part.lifted;
+            self.unfitted += part.unfitted;
+        }
+        let regions = &mut self.regions[first_region..];
+        for (seq, m) in self.program.moves.iter_mut().enumerate().skip(first_move) {
+            m.seq = seq as u64;
+            if let Some(totals) = regions.iter_mut().find(|r| r.region == m.region) {
+                totals.length.add(m.kind, m.length_mm());
+                totals.control_points += m.points.len() as u64;
+                totals.time_s += time_s(m, &context.feeds);
+            }
+        }
+        if regions.is_empty() {
+            return;
+        }
+        let sum = |f: fn(&RegionTotals) -> f64| regions.iter().map(f).sum();
+        self.setups.push(Setup {
+            name: name.to_owned(),
+            axis: context.frame.axis().into(),
+            clearance_mm: context.heights.highest() + CLEARANCE_MM,
+            area_mm2: sum(|r| r.area_mm2),
+            time_s: sum(|r| r.time_s),
+        });
+    }
+
+    fn add_up(&mut self) {
+        let totals = &mut self.totals;
+        totals.moves = self.program.moves.len() as u64;
+        for r in &self.regions {
+            totals.passes += r.passes;
+            totals.retracts += r.retracts;
+            totals.control_points += r.control_points;
+            totals.time_s += r.time_s;
+            totals.length.cut_mm += r.length.cut_mm;
+            totals.length.lead_mm += r.length.lead_mm;
+            totals.length.link_mm += r.length.link_mm;
+            totals.length.rapid_mm += r.length.rapid_mm;
+        }
+    }
+}
+
+/// Time of a move that starts and ends at rest, with unlimited jerk: `L/v + v/a`.
+fn time_s(m: &Move, feeds: &Feeds) -> f64 {
+    let v = m.feed / 60.0;
+    let (length, a) = (m.length_mm(), feeds.acceleration_mm_per_s2);
+    if length * a >= v * v {
+        length / v + v / a
+    } else {
+        2.0 * (length / a).sqrt()
+    }
+}

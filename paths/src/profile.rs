@@ -1,0 +1,220 @@
+use crate::contact::{Location, Stock};
+
+/// Samples along a line are at most this far apart, mm along the profile; a location halfway between each
+/// two is checked too. A bump of the locations' surface is at least a ball wide at its foot, so one that hides
+/// between checks is lower than (¼ mm)² / 2R.
+const STRIDE_MM: f64 = 1.0;
+/// Between samples the profile is a cubic Hermite arc; the exact location halfway may differ by this, mm.
+const HERMITE_MM: f64 = 3e-4;
+/// Corners and jumps are narrowed down to this, mm.
+const NARROWEST_MM: f64 = 2e-3;
+/// Tangents that turn by more than this between two sides of a corner make a break, degrees.
+const CORNER_DEG: f64 = 2.0;
+/// Steeper than this (`n·axis` of the contact normal) a line ends: the ball's side would cut.
+pub(crate) const STEEPEST_NZ: f64 = 0.12;
+
+/// A horizontal line in the setup: `origin + s·direction`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Line {
+    pub(crate) origin: [f64; 2],
+    pub(crate) direction: [f64; 2],
+}
+
+impl Line {
+    pub(crate) fn at(&self, s: f64) -> [f64; 2] {
+        [0, 1].map(|k| self.origin[k] + s * self.direction[k])
+    }
+
+    pub(crate) fn along(&self, x: f64, y: f64) -> f64 {
+        (x - self.origin[0]) * self.direction[0] + (y - self.origin[1]) * self.direction[1]
+    }
+}
+
+/// A point of a profile: height of the ball's centre over the line, with its slope.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Sample {
+    pub(crate) s: f64,
+    pub(crate) z: f64,
+    pub(crate) slope: f64,
+}
+
+/// A smooth stretch of the exact path of the ball's centre over a line: heights are exact at the samples and
+/// within [`HERMITE_MM`] between them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Profile {
+    pub(crate) samples: Vec<Sample>,
+}
+
+/// Smooth stretches that join end to end at corners.
+pub(crate) type Chain = Vec<Profile>;
+
+/// What [`follow`] found over a line.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Followed {
+    /// The chains, in order.
+    pub(crate) chains: Vec<Chain>,
+    /// Locations that are proven bounds instead of exact contacts.
+    pub(crate) lifted: u64,
+}
+
+impl Profile {
+    /// Height and slope at `s` (inside the profile's range).
+    pub(crate) fn at(&self, s: f64) -> (f64, f64) {
+        let i = self
+            .samples
+            .partition_point(|p| p.s <= s)
+            .clamp(1, self.samples.len() - 1);
+        hermite(&self.samples[i - 1], &self.samples[i], s)
+    }
+
+    pub(crate) fn start(&self) -> Sample {
+        self.samples[0]
+    }
+
+    pub(crate) fn end(&self) -> Sample {
+        self.samples[self.samples.len() - 1]
+    }
+}
+
+fn hermite(a: &Sample, b: &Sample, s: f64) -> (f64, f64) {
+    let h = b.s - a.s;
+    let t = (s - a.s) / h;
+    let (t2, t3) = (t * t, t * t * t);
+    let z = (2.0 * t3 - 3.0 * t2 + 1.0) * a.z
+        + (t3 - 2.0 * t2 + t) * h * a.slope
+        + (3.0 * t2 - 2.0 * t3) * b.z
+        + (t3 - t2) * h * b.slope;
+    let slope = 6.0 * (t2 - t) / h * (a.z - b.z)
+        + (3.0 * t2 - 4.0 * t + 1.0) * a.slope
+        + (3.0 * t2 - 2.0 * t) * b.slope;
+    (z, slope)
+}
+
+/// Drops the ball along `line` from `s0` to `s1` and returns the chains of the exact profile. A chain ends
+/// where nothing is below, where the contact becomes steep, and where the height jumps.
+pub(crate) fn follow(stock: &Stock, line: &Line, s0: f64, s1: f64) -> Followed {
+    let mut walk = Walk {
+        stock,
+        line,
+        chains: Vec::new(),
+        lifted: 0,
+        near: None,
+    };
+    let mut here = walk.sample(s0);
+    if let Some(a) = here {
+        walk.begin(a);
+    }
+    let mut s = s0;
+    while s < s1 {
+        // The stride is along the profile: steep ground needs smaller steps on the line.
+        let step = here.map_or(STRIDE_MM, |a| STRIDE_MM / (1.0 + a.slope * a.slope).sqrt());
+        let next = if s + 1.5 * step >= s1 { s1 } else { s + step };
+        let there = walk.sample(next);
+        walk.step(s, here, next, there);
+        (s, here) = (next, there);
+    }
+    let (mut chains, lifted) = (walk.chains, walk.lifted);
+    for chain in &mut chains {
+        chain.retain(|p| p.samples.len() > 1);
+    }
+    chains.retain(|c| !c.is_empty());
+    Followed { chains, lifted }
+}
+
+struct Walk<'a> {
+    stock: &'a Stock<'a>,
+    line: &'a Line,
+    chains: Vec<Chain>,
+    lifted: u64,
+    near: Option<Location>,
+}
+
+impl Walk<'_> {
+    fn sample(&mut self, s: f64) -> Option<Sample> {
+        let [x, y] = self.line.at(s);
+        let location = self.stock.drop(x, y, self.near.as_ref())?;
+        self.near = Some(location);
+        self.lifted += u64::from(location.support == crate::contact::Support::Bound);
+        let [ex, ey] = self.line.direction;
+        (location.normal.z >= STEEPEST_NZ).then(|| Sample {
+            s,
+            z: location.centre.z,
+            slope: location.slope(ex, ey),
+        })
+    }
+
+    fn begin(&mut self, first: Sample) {
+        self.chains.push(vec![Profile { samples: vec![first] }]);
+    }
+
+    fn push(&mut self, sample: Sample) {
+        if let Some(profile) = self.chains.last_mut().and_then(|c| c.last_mut()) {
+            profile.samples.push(sample);
+        }
+    }
+
+    /// Continues from the sample at `sa` (already stored) to `sb`.
+    fn step(&mut self, sa: f64, a: Option<Sample>, sb: f64, b: Option<Sample>) {
+        let (Some(a), Some(b)) = (a, b) else {
+            return self.approach_end(sa, a, sb, b);
+        };
+        let middle = 0.5 * (sa + sb);
+        let Some(m) = self.sample(middle) else {
+            self.step(sa, Some(a), middle, None);
+            return self.step(middle, None, sb, Some(b));
+        };
+        let (z, slope) = hermite(&a, &b, middle);
+        if (z - m.z).abs() <= HERMITE_MM * (1.0 + slope * slope).sqrt() {
+            self.push(m);
+            self.push(b);
+        } else if sb - sa > NARROWEST_MM {
+            self.step(sa, Some(a), middle, Some(m));
+            self.step(middle, Some(m), sb, Some(b));
+        } else {
+            self.corner(a, b);
+        }
+    }
+
+    /// Something sharp lies between `a` and `b`, which are as good as at the same place.
+    fn corner(&mut self, a: Sample, b: Sample) {
+        let steepest = (1.0 / (STEEPEST_NZ * STEEPEST_NZ) - 1.0).sqrt();
+        if (b.z - a.z).abs() > steepest * (b.s - a.s) {
+            return self.begin(b);
+        }
+        let turn = (b.slope.atan() - a.slope.atan()).to_degrees();
+        if turn.abs() < CORNER_DEG {
+            return self.push(b);
+        }
+        // The corner is where the two tangents meet.
+        let meet = (b.z - a.z + a.slope * a.s - b.slope * b.s) / (a.slope - b.slope);
+        let s = if meet > a.s && meet < b.s {
+            meet
+        } else {
+            0.5 * (a.s + b.s)
+        };
+        let z = (a.z + a.slope * (s - a.s)).max(b.z + b.slope * (s - b.s));
+        self.push(Sample { s, z, slope: a.slope });
+        if let Some(chain) = self.chains.last_mut() {
+            chain.push(Profile {
+                samples: vec![Sample { s, z, slope: b.slope }, b],
+            });
+        }
+    }
+
+    /// One side has no usable location: narrows the end down.
+    fn approach_end(&mut self, sa: f64, a: Option<Sample>, sb: f64, b: Option<Sample>) {
+        if a.is_none() && b.is_none() {
+            return;
+        }
+        if sb - sa <= 25.0 * NARROWEST_MM {
+            if let Some(b) = b {
+                self.begin(b);
+            }
+            return;
+        }
+        let middle = 0.5 * (sa + sb);
+        let m = self.sample(middle);
+        self.step(sa, a, middle, m);
+        self.step(middle, m, sb, b);
+    }
+}

@@ -1,0 +1,303 @@
+//! Where the passes of a part run: a raster over the ball's positions that knows how close rows must be.
+//!
+//! The raster only decides where rows run; every location on them is computed exactly afterwards.
+
+/// Rows of a part: position across and stretches along.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Row {
+    /// Position across the rows, in the setup.
+    pub(crate) q: f64,
+    /// Stretches along the row.
+    pub(crate) stretches: Vec<(f64, f64)>,
+}
+
+/// Triangle of ball positions with the row distance it asks for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Patch {
+    /// Ball centres above the triangle's corners: (along, across).
+    pub(crate) corners: [[f64; 2]; 3],
+    /// Largest row distance that keeps the scallop height, mm.
+    pub(crate) distance_mm: f64,
+}
+
+/// Stretches closer than this along a row are cut as one: crossing costs less than lifting.
+const BRIDGE_MM: f64 = 30.0;
+/// Rows are refined by at most this factor where the surface asks for closer ones.
+const FINEST: u32 = 16;
+
+#[derive(Debug)]
+pub(crate) struct Raster {
+    cell: f64,
+    origin: [f64; 2],
+    columns: usize,
+    lines: usize,
+    /// Smallest row distance asked for in each cell; infinite where the part has no positions.
+    need: Vec<f32>,
+}
+
+impl Raster {
+    pub(crate) fn new(patches: &[Patch], cell: f64) -> Option<Self> {
+        let mut low = [f64::INFINITY; 2];
+        let mut high = [f64::NEG_INFINITY; 2];
+        for c in patches.iter().flat_map(|p| p.corners) {
+            for k in 0..2 {
+                low[k] = low[k].min(c[k]);
+                high[k] = high[k].max(c[k]);
+            }
+        }
+        if patches.is_empty() {
+            return None;
+        }
+        let origin = low.map(|v| v - cell);
+        let count = |k: usize| ((high[k] - origin[k]) / cell).ceil() as usize + 2;
+        let (columns, lines) = (count(0), count(1));
+        let mut raster = Raster {
+            cell,
+            origin,
+            columns,
+            lines,
+            need: vec![f32::INFINITY; columns * lines],
+        };
+        for p in patches {
+            raster.mark(p);
+        }
+        Some(raster)
+    }
+
+    /// Marks every cell that the triangle touches, or nearly touches.
+    fn mark(&mut self, p: &Patch) {
+        let c = p
+            .corners
+            .map(|c| [0, 1].map(|k| (c[k] - self.origin[k]) / self.cell));
+        let reach = |k: usize| {
+            let low = c.iter().map(|v| v[k]).fold(f64::INFINITY, f64::min);
+            let high = c.iter().map(|v| v[k]).fold(f64::NEG_INFINITY, f64::max);
+            (low.floor().max(0.0) as usize, high.floor() as usize)
+        };
+        let ((i0, i1), (j0, j1)) = (reach(0), reach(1));
+        let need = p.distance_mm as f32;
+        for j in j0..=j1.min(self.lines - 1) {
+            for i in i0..=i1.min(self.columns - 1) {
+                if touches(&c, i as f64 + 0.5, j as f64 + 0.5) {
+                    let cell = &mut self.need[j * self.columns + i];
+                    *cell = cell.min(need);
+                }
+            }
+        }
+    }
+
+    /// Per column, the smallest row distance asked for between `q0` and `q1`.
+    fn band(&self, q0: f64, q1: f64) -> Vec<f32> {
+        let line =
+            |q: f64| (((q - self.origin[1]) / self.cell).floor().max(0.0) as usize).min(self.lines - 1);
+        let mut needs = vec![f32::INFINITY; self.columns];
+        for j in line(q0)..=line(q1) {
+            for (need, &cell) in needs
+                .iter_mut()
+                .zip(&self.need[j * self.columns..(j + 1) * self.columns])
+            {
+                *need = need.min(cell);
+            }
+        }
+        needs
+    }
+
+    /// The lines' range that holds anything, as positions across.
+    fn extent(&self) -> Option<(f64, f64)> {
+        let occupied = |j: &usize| {
+            self.need[j * self.columns..(j + 1) * self.columns]
+                .iter()
+                .any(|n| n.is_finite())
+        };
+        let first = (0..self.lines).find(occupied)?;
+        let last = (0..self.lines).rev().find(occupied)?;
+        let centre = |j: usize| self.origin[1] + (j as f64 + 0.5) * self.cell;
+        Some((centre(first), centre(last)))
+    }
+
+    /// Lays rows over the part: main rows at a distance chosen to waste least, and further rows between them
+    /// (halving again and again) over the columns that ask for closer ones.
+    pub(crate) fn rows(&self) -> Vec<Row> {
+        let Some((first, last)) = self.extent() else {
+            return Vec::new();
+        };
+        let widest = f64::from(
+            self.need
+                .iter()
+                .filter(|n| n.is_finite())
+                .fold(0.0f32, |a, &b| a.max(b)),
+        );
+        let mut rows: Vec<Row> = Vec::new();
+        let (mut q, mut before) = (first, 0.0);
+        loop {
+            let ahead = (last - q).min(widest);
+            let needs = self.band(q, q + ahead);
+            let step = if ahead <= 0.0 {
+                0.0
+            } else {
+                cheapest_step(&needs, widest).min(last - q)
+            };
+            self.push(&mut rows, q, &self.band(q - 0.5 * before, q + 0.5 * step), |n| {
+                n.is_finite()
+            });
+            if step <= 0.0 {
+                return rows;
+            }
+            let needs = self.band(q, q + step);
+            let parts = refinement(&needs, step, (2.0 * widest / self.cell).ceil() as usize);
+            let finest = parts.iter().copied().max().unwrap_or(1);
+            for k in 1..finest {
+                // Row k of `finest` belongs to every column whose own refinement includes it.
+                let level = finest >> k.trailing_zeros();
+                let at: Vec<f32> = parts
+                    .iter()
+                    .map(|&m| if m >= level { 1.0 } else { f32::INFINITY })
+                    .collect();
+                self.push(&mut rows, q + step * f64::from(k) / f64::from(finest), &at, |n| {
+                    n.is_finite()
+                });
+            }
+            before = step;
+            q += step;
+        }
+    }
+
+    fn push(&self, rows: &mut Vec<Row>, q: f64, needs: &[f32], present: impl Fn(f32) -> bool) {
+        let mut stretches: Vec<(f64, f64)> = Vec::new();
+        let left = |i: usize| self.origin[0] + i as f64 * self.cell;
+        for (i, _) in needs.iter().enumerate().filter(|(_, n)| present(**n)) {
+            match stretches.last_mut() {
+                Some(open) if left(i) - open.1 <= BRIDGE_MM => open.1 = left(i + 1),
+                _ => stretches.push((left(i), left(i + 1))),
+            }
+        }
+        if !stretches.is_empty() {
+            rows.push(Row {
+                q: claymill_toolpath::round_to_written(q),
+                stretches,
+            });
+        }
+    }
+}
+
+/// How many times closer than `step` the rows must be in each column: 1, 2, 4, …; 0 where the part is not.
+/// A refinement is kept up over `margin` columns beyond the place that asks for it.
+fn refinement(needs: &[f32], step: f64, margin: usize) -> Vec<u32> {
+    let own: Vec<u32> = needs.iter().map(|&n| parts_for(n, step)).collect();
+    (0..own.len())
+        .map(|i| {
+            if own[i] == 0 {
+                return 0;
+            }
+            let window = i.saturating_sub(margin)..(i + margin + 1).min(own.len());
+            own[window].iter().copied().max().unwrap_or(own[i])
+        })
+        .collect()
+}
+
+fn parts_for(need: f32, step: f64) -> u32 {
+    if !need.is_finite() {
+        return 0;
+    }
+    let ratio = (step / f64::from(need) - 1e-6).ceil().max(1.0);
+    (ratio as u32).next_power_of_two().min(FINEST)
+}
+
+/// The row distance with the least path per advance: `Σ parts / step` over the columns.
+fn cheapest_step(needs: &[f32], widest: f64) -> f64 {
+    let mut sorted: Vec<f32> = needs.iter().copied().filter(|n| n.is_finite()).collect();
+    if sorted.is_empty() {
+        return widest;
+    }
+    sorted.sort_by(f32::total_cmp);
+    let mut best = (f64::INFINITY, widest);
+    for k in 0..=20 {
+        let step = f64::from(sorted[(sorted.len() - 1) * k / 20]);
+        let path: f64 = sorted.iter().map(|&n| f64::from(parts_for(n, step))).sum();
+        if path / step < best.0 * 0.999 {
+            best = (path / step, step);
+        }
+    }
+    best.1
+}
+
+/// Whether a unit cell centred at `(x, y)` comes near the triangle (its circumscribed circle does).
+fn touches(c: &[[f64; 2]; 3], x: f64, y: f64) -> bool {
+    const REACH: f64 = std::f64::consts::FRAC_1_SQRT_2;
+    let side = |a: [f64; 2], b: [f64; 2]| (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
+    let s = [side(c[0], c[1]), side(c[1], c[2]), side(c[2], c[0])];
+    if s.iter().all(|&v| v >= 0.0) || s.iter().all(|&v| v <= 0.0) {
+        return true;
+    }
+    (0..3).any(|i| {
+        let (a, b) = (c[i], c[(i + 1) % 3]);
+        let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+        let l2 = dx * dx + dy * dy;
+        let t = if l2 > 0.0 {
+            (((x - a[0]) * dx + (y - a[1]) * dy) / l2).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        (x - a[0] - t * dx).hypot(y - a[1] - t * dy) <= REACH
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rectangle(x: f64, y: f64, need: impl Fn(f64) -> f64) -> Vec<Patch> {
+        let mut patches = Vec::new();
+        for i in 0..(x / 10.0) as usize {
+            let (a, b) = (i as f64 * 10.0, i as f64 * 10.0 + 10.0);
+            let distance_mm = need(a + 5.0);
+            patches.push(Patch {
+                corners: [[a, 0.0], [b, 0.0], [b, y]],
+                distance_mm,
+            });
+            patches.push(Patch {
+                corners: [[a, 0.0], [b, y], [a, y]],
+                distance_mm,
+            });
+        }
+        patches
+    }
+
+    #[test]
+    fn a_flat_rectangle_gets_equal_rows_from_side_to_side() {
+        let raster = Raster::new(&rectangle(300.0, 100.0, |_| 2.8), 1.4).unwrap();
+        let rows = raster.rows();
+        assert!((36..=39).contains(&rows.len()), "{} rows", rows.len());
+        assert!(rows.windows(2).all(|w| w[1].q - w[0].q <= 2.8 + 1e-4));
+        assert!(rows[0].q <= 0.75 && rows[rows.len() - 1].q >= 99.25);
+        assert!(
+            rows.iter()
+                .all(|r| r.stretches.len() == 1 && r.stretches[0].0 <= 0.0 && r.stretches[0].1 >= 300.0)
+        );
+    }
+
+    #[test]
+    fn a_steep_half_gets_further_rows_only_there() {
+        let raster = Raster::new(
+            &rectangle(300.0, 100.0, |x| if x < 100.0 { 1.3 } else { 2.8 }),
+            1.4,
+        )
+        .unwrap();
+        let rows = raster.rows();
+        // At every place the rows that pass it are close enough.
+        for (x, need) in [(50.0, 1.3), (250.0, 2.8)] {
+            let q: Vec<f64> = rows
+                .iter()
+                .filter(|r| r.stretches.iter().any(|s| s.0 <= x && x <= s.1))
+                .map(|r| r.q)
+                .collect();
+            let widest = q.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+            assert!(widest <= need + 1e-3, "at {x}: {widest}");
+            assert!(
+                q.len() as f64 <= 100.0 / need * 1.25 + 3.0,
+                "at {x}: {} rows",
+                q.len()
+            );
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! Which part of the model each setup can cut, and which setup cuts it.
+
+use claymill_nurbs::{Model, Point2, Vector3};
+use rayon::prelude::*;
+
+use crate::Frame;
+use crate::contact::{FlatPart, Location, Stock, Support};
+
+/// A surface that leans further from the tool axis than this is not cut from there (`n·axis`, 80°).
+pub(crate) const LEAST_FACING: f64 = 0.173_648;
+/// From a direction that faces this well, a region is cut as a whole as far as possible (53°).
+const GOOD_FACING: f64 = 0.6;
+/// A setup takes the lead in a region only for an area worth a part of its own, mm².
+const LEAST_PART_MM2: f64 = 400.0;
+
+/// A probed point of a triangle, as seen from one setup.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Seen {
+    /// The ball gets there; `n·axis`.
+    Reached(f64),
+    /// Leans too far or faces away.
+    Steep,
+    /// The ball is held up by less than its radius.
+    Tight,
+    /// Something else is in the way.
+    Hidden,
+}
+
+/// Fate of the points probed on one triangle.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Fate {
+    /// Bit `s`: setup `s` cuts here.
+    pub(crate) setups: u8,
+    /// Share of the triangle that setup `s` is the first to cut.
+    pub(crate) cut: [f32; 5],
+    /// Share not cut, by reason: hidden, too tight.
+    pub(crate) hidden: f32,
+    /// Share not cut because the ball does not fit.
+    pub(crate) tight: f32,
+}
+
+/// Barycentric places that are probed: the middle and three points toward the corners.
+const PROBES: [[f64; 3]; 4] = [[1.0 / 3.0; 3], [0.8, 0.1, 0.1], [0.1, 0.8, 0.1], [0.1, 0.1, 0.8]];
+
+/// Decides for every triangle of every face which setups cut it.
+///
+/// Probes that keep the ball up by no more than `allowed_mm` along the normal count as reached.
+pub(crate) fn assign(
+    model: &Model,
+    flat: &FlatPart,
+    frames: &[Frame],
+    stocks: &[Stock],
+    region_of_face: &[usize],
+    allowed_mm: f64,
+) -> Vec<Vec<Fate>> {
+    let seen: Vec<Vec<[[Seen; 4]; 5]>> = (0..model.faces.len())
+        .into_par_iter()
+        .map(|face| probe_face(model, flat, frames, stocks, face, allowed_mm))
+        .collect();
+    let leads = lead_setups(flat, &seen, region_of_face);
+    seen.par_iter()
+        .enumerate()
+        .map(|(face, triangles)| {
+            let order = &leads[region_of_face[face]];
+            triangles.iter().map(|t| decide(t, order)).collect()
+        })
+        .collect()
+}
+
+fn probe_face(
+    model: &Model,
+    flat: &FlatPart,
+    frames: &[Frame],
+    stocks: &[Stock],
+    face: usize,
+    allowed_mm: f64,
+) -> Vec<[[Seen; 4]; 5]> {
+    let surface = &model.faces[face].surface;
+    let mesh = &flat.meshes[face];
+    let probe = |uv: Point2| -> [Seen; 5] {
+        let mut seen = [Seen::Steep; 5];
+        let Some((normal, _)) = surface.normal(uv.x, uv.y) else {
+            return seen;
+        };
+        let p = surface.point(uv.x, uv.y);
+        for (k, (frame, stock)) in frames.iter().zip(stocks).enumerate() {
+            let facing = normal.dot(&frame.axis());
+            if facing.abs() < LEAST_FACING {
+                continue;
+            }
+            let n = normal * facing.signum();
+            let centre = frame.to_setup(&(p + n * stock.radius_mm()));
+            let near = Location {
+                centre,
+                normal: Vector3::z(),
+                face,
+                support: Support::Face { u: uv.x, v: uv.y },
+            };
+            let lifted = stock
+                .drop(centre.x, centre.y, Some(&near))
+                .map_or(0.0, |l| l.centre.z - centre.z);
+            seen[k] = if lifted * facing.abs() <= allowed_mm {
+                Seen::Reached(facing.abs())
+            } else if lifted < stock.radius_mm() {
+                Seen::Tight
+            } else {
+                Seen::Hidden
+            };
+        }
+        seen
+    };
+    mesh.triangles
+        .iter()
+        .map(|t| {
+            let uv = t.map(|i| mesh.uv[i as usize].coords);
+            let at = PROBES.map(|w| probe(Point2::from(uv[0] * w[0] + uv[1] * w[1] + uv[2] * w[2])));
+            std::array::from_fn(|setup| std::array::from_fn(|k| at[k][setup]))
+        })
+        .collect()
+}
+
+/// For each region, the setups in the order in which they may claim its triangles: whichever faces the
+/// largest area well comes first, then the best for what is left, and so on.
+fn lead_setups(flat: &FlatPart, seen: &[Vec<[[Seen; 4]; 5]>], region_of_face: &[usize]) -> Vec<Vec<usize>> {
+    let regions = region_of_face.iter().max().map_or(0, |m| m + 1);
+    let mut faces_of = vec![Vec::new(); regions];
+    for (face, &region) in region_of_face.iter().enumerate() {
+        faces_of[region].push(face);
+    }
+    faces_of
+        .par_iter()
+        .map(|faces| {
+            // (area, setups that face it well) of each triangle.
+            let mut open: Vec<(f64, [bool; 5])> = Vec::new();
+            for &face in faces {
+                let areas = triangle_areas(flat, face);
+                open.extend(seen[face].iter().zip(areas).map(|(t, area)| {
+                    let well = |s: &[Seen; 4]| {
+                        s.iter()
+                            .any(|p| matches!(p, Seen::Reached(f) if *f >= GOOD_FACING))
+                    };
+                    (area, std::array::from_fn(|k| well(&t[k])))
+                }));
+            }
+            let mut order: Vec<usize> = Vec::new();
+            loop {
+                let sums: [f64; 5] = std::array::from_fn(|k| {
+                    open.iter()
+                        .filter(|(_, well)| well[k])
+                        .map(|(area, _)| area)
+                        .sum()
+                });
+                let best = (0..5)
+                    .max_by(|&a, &b| sums[a].total_cmp(&sums[b]).then(b.cmp(&a)))
+                    .unwrap_or(0);
+                if sums[best] < LEAST_PART_MM2 || order.len() == 5 {
+                    return order;
+                }
+                order.push(best);
+                open.retain(|(_, well)| !well[best]);
+            }
+        })
+        .collect()
+}
+
+fn triangle_areas(flat: &FlatPart, face: usize) -> impl Iterator<Item = f64> {
+    let mesh = &flat.meshes[face];
+    mesh.triangles.iter().map(|t| {
+        let [a, b, c] = t.map(|i| mesh.points[i as usize]);
+        0.5 * (b - a).cross(&(c - a)).norm()
+    })
+}
+
+/// A triangle goes to the first leading setup that faces it well, else to the one that faces it best; probes
+/// that this one does not reach may bring in further setups.
+fn decide(seen: &[[Seen; 4]; 5], leads: &[usize]) -> Fate {
+    let best = |k: usize| {
+        seen[k].iter().fold(
+            0.0,
+            |m: f64, s| if let Seen::Reached(f) = s { m.max(*f) } else { m },
+        )
+    };
+    let mut order: Vec<usize> = leads
+        .iter()
+        .copied()
+        .filter(|&k| best(k) >= GOOD_FACING)
+        .take(1)
+        .collect();
+    let mut others: Vec<usize> = (0..5).filter(|k| !order.contains(k) && best(*k) > 0.0).collect();
+    others.sort_by(|&a, &b| best(b).total_cmp(&best(a)).then(a.cmp(&b)));
+    order.extend(others);
+
+    let mut fate = Fate::default();
+    let share = 1.0 / PROBES.len() as f32;
+    for probe in 0..PROBES.len() {
+        if let Some(&k) = order
+            .iter()
+            .find(|&&k| matches!(seen[k][probe], Seen::Reached(_)))
+        {
+            fate.setups |= 1 << k;
+            fate.cut[k] += share;
+        } else if (0..5).any(|k| seen[k][probe] == Seen::Tight) {
+            fate.tight += share;
+        } else {
+            fate.hidden += share;
+        }
+    }
+    fate
+}

@@ -1,0 +1,343 @@
+use claymill_nurbs::{Curve3, KnotVector, Point2, Point3};
+use claymill_toolpath::{WRITTEN_STEP_MM, round_to_written};
+
+use crate::banded::solve_banded;
+use crate::profile::Profile;
+
+/// Passes are fitted this far above the exact locations, so that the fit cannot gouge, mm.
+pub const FIT_BIAS_MM: f64 = 2.3e-3;
+/// Largest distance of the written curve from the biased path, mm: what is written lies between 0.2 and
+/// 4.4 µm above the exact locations.
+pub const FIT_TOLERANCE_MM: f64 = 2.1e-3;
+/// The fit aims this much lower than its tolerance, to leave room for rounding to the written digits.
+const AIM_MM: f64 = FIT_TOLERANCE_MM - 2.0 * WRITTEN_STEP_MM;
+const DEGREE: usize = 3;
+const ROUNDS: usize = 12;
+/// Data points per span, at least; and their largest distance, mm.
+const DATA_PER_SPAN: usize = 8;
+const DATA_MM: f64 = 0.5;
+const LONGEST_SPAN_MM: f64 = 400.0;
+/// The written error is checked at points this far apart, mm, and at least eight a span.
+const CHECK_MM: f64 = 0.25;
+
+/// Maps a point of the drive plane (position on the line, height of the ball's centre) to the tip in model
+/// coordinates and back.
+pub(crate) trait Written {
+    fn tip(&self, s: f64, z: f64) -> Point3;
+    fn drive_plane(&self, tip: &Point3) -> (f64, f64);
+}
+
+/// A fitted stretch.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Fit {
+    /// The tip's curve with the written digits.
+    pub(crate) curve: Curve3,
+    /// Lowest and highest distance of the written curve from the exact locations, mm.
+    pub(crate) error_mm: (f64, f64),
+}
+
+/// The biased path by arc length: position, height and unit tangent.
+struct Target {
+    t: Vec<f64>,
+    p: Vec<Point2>,
+    angle: Vec<f64>,
+}
+
+impl Target {
+    fn new(profile: &Profile) -> Self {
+        let angle: Vec<f64> = profile.samples.iter().map(|q| q.slope.atan()).collect();
+        let lift = |(q, a): (&crate::profile::Sample, &f64)| {
+            Point2::new(q.s - a.sin() * FIT_BIAS_MM, q.z + a.cos() * FIT_BIAS_MM)
+        };
+        let p: Vec<Point2> = profile.samples.iter().zip(&angle).map(lift).collect();
+        let mut t = vec![0.0; p.len()];
+        for i in 1..p.len() {
+            t[i] = t[i - 1] + (p[i] - p[i - 1]).norm();
+        }
+        Target { t, p, angle }
+    }
+
+    fn length(&self) -> f64 {
+        self.t[self.t.len() - 1]
+    }
+
+    /// Position by cubic Hermite interpolation in arc length.
+    fn at(&self, t: f64) -> Point2 {
+        let i = self.t.partition_point(|&k| k <= t).clamp(1, self.t.len() - 1);
+        let h = self.t[i] - self.t[i - 1];
+        if h <= 0.0 {
+            return self.p[i];
+        }
+        let x = (t - self.t[i - 1]) / h;
+        let (x2, x3) = (x * x, x * x * x);
+        let tangent = |k: usize| nalgebra::Vector2::new(self.angle[k].cos(), self.angle[k].sin()) * h;
+        Point2::from(
+            self.p[i - 1].coords * (2.0 * x3 - 3.0 * x2 + 1.0)
+                + tangent(i - 1) * (x3 - 2.0 * x2 + x)
+                + self.p[i].coords * (3.0 * x2 - 2.0 * x3)
+                + tangent(i) * (x3 - x2),
+        )
+    }
+
+    fn angle_at(&self, t: f64) -> f64 {
+        let i = self.t.partition_point(|&k| k <= t).clamp(1, self.t.len() - 1);
+        let h = self.t[i] - self.t[i - 1];
+        let x = if h > 0.0 { (t - self.t[i - 1]) / h } else { 0.0 };
+        self.angle[i - 1] * (1.0 - x) + self.angle[i] * x
+    }
+
+    /// First knots: spans of length `(384 ε / |f⁗|)^¼` (geometry.md §7.3), with `f⁗` from third
+    /// differences of the tangent's angle.
+    fn first_breaks(&self, length: f64) -> Vec<f64> {
+        let cells = ((length / 2.0).ceil() as usize).clamp(4, 4000);
+        let step = (length / 8.0).min(4.0);
+        let mut sums = vec![0.0];
+        for i in 0..cells {
+            let t = (i as f64 + 0.5) / cells as f64 * length;
+            let middle = t.clamp(1.5 * step, length - 1.5 * step);
+            let a = [-1.5, -0.5, 0.5, 1.5].map(|k| self.angle_at(middle + k * step));
+            let fourth = (a[3] - 3.0 * a[2] + 3.0 * a[1] - a[0]).abs() / step.powi(3);
+            let density = (fourth / (384.0 * AIM_MM)).powf(0.25).max(1.0 / LONGEST_SPAN_MM);
+            sums.push(sums[i] + density * length / cells as f64);
+        }
+        let total = sums[cells];
+        let spans = total.ceil().max(1.0);
+        let mut breaks = vec![0.0];
+        for k in 1..spans as usize {
+            let wanted = total * k as f64 / spans;
+            let i = sums.partition_point(|&v| v <= wanted).clamp(1, cells);
+            let x = (wanted - sums[i - 1]) / (sums[i] - sums[i - 1]);
+            breaks.push(round_to_written((i as f64 - 1.0 + x) / cells as f64 * length));
+        }
+        breaks.push(length);
+        breaks.dedup_by(|b, a| *b - *a < 0.01);
+        breaks
+    }
+}
+
+/// Fits a smooth stretch by one C² cubic NURBS on the safe side of the exact locations: least squares on
+/// arc length, spans split where the error is too large, rounded to the written digits, then measured again.
+///
+/// `None` when the stretch is shorter than the written digits can show, or cannot be fitted (a defect of
+/// the profile; the caller drops the stretch and says so).
+pub(crate) fn fit(profile: &Profile, written: &impl Written) -> Option<Fit> {
+    let target = Target::new(profile);
+    let length = round_to_written(target.length());
+    if length < 20.0 * WRITTEN_STEP_MM {
+        return None;
+    }
+    let mut breaks = target.first_breaks(length);
+    for _ in 0..ROUNDS {
+        let points = least_squares(&target, &breaks, length)?;
+        let curve = round(&points, &breaks, written)?;
+        let errors = span_errors(&curve, &breaks, profile, written);
+        let worst = |e: &(f64, f64)| (FIT_BIAS_MM - e.0).max(e.1 - FIT_BIAS_MM);
+        if errors.iter().all(|e| worst(e) <= FIT_TOLERANCE_MM) {
+            let low = errors.iter().map(|e| e.0).fold(f64::INFINITY, f64::min);
+            let high = errors.iter().map(|e| e.1).fold(f64::NEG_INFINITY, f64::max);
+            return Some(Fit {
+                curve,
+                error_mm: (low, high),
+            });
+        }
+        let mut finer = vec![0.0];
+        for (span, e) in breaks.windows(2).zip(&errors) {
+            let parts = if worst(e) > FIT_TOLERANCE_MM {
+                (worst(e) / AIM_MM).powf(0.25).ceil().clamp(2.0, 6.0) as usize
+            } else {
+                1
+            };
+            let cut = |k: usize| round_to_written(span[0] + (span[1] - span[0]) * k as f64 / parts as f64);
+            finer.extend(
+                (1..parts)
+                    .map(cut)
+                    .filter(|&b| b - span[0] > 0.005 && span[1] - b > 0.005),
+            );
+            finer.push(span[1]);
+        }
+        if finer.len() == breaks.len() {
+            return None;
+        }
+        breaks = finer;
+    }
+    None
+}
+
+fn knot_vector(breaks: &[f64]) -> Option<KnotVector> {
+    let (first, last) = (breaks[0], breaks[breaks.len() - 1]);
+    let mut knots = vec![first; DEGREE];
+    knots.extend_from_slice(breaks);
+    knots.extend([last; DEGREE]);
+    KnotVector::new(DEGREE, knots).ok()
+}
+
+/// Control points of the least-squares cubic whose ends are the target's ends. Normal equations are banded
+/// (half bandwidth 3).
+fn least_squares(target: &Target, breaks: &[f64], length: f64) -> Option<Vec<Point2>> {
+    let knots = knot_vector(breaks)?;
+    let n = knots.point_count();
+    let scale = target.length() / length;
+    let (first, last) = (target.p[0], target.p[target.p.len() - 1]);
+    let inner = n - 2;
+    let mut a = vec![[0.0; DEGREE + 1]; inner];
+    let mut b = vec![[0.0; 2]; inner];
+    for span in breaks.windows(2) {
+        let width = span[1] - span[0];
+        let count = ((width / DATA_MM).ceil() as usize).max(DATA_PER_SPAN);
+        for k in 0..count {
+            let t = span[0] + width * (k as f64 + 0.5) / count as f64;
+            let weight = width / count as f64;
+            let (start, values) = knots.basis_functions(t);
+            let mut rest = target.at(t * scale).coords;
+            for (i, &w) in values.iter().enumerate() {
+                match start + i {
+                    0 => rest -= first.coords * w,
+                    j if j == n - 1 => rest -= last.coords * w,
+                    _ => {}
+                }
+            }
+            for (i, &wi) in values.iter().enumerate() {
+                let row = start + i;
+                if row == 0 || row == n - 1 {
+                    continue;
+                }
+                b[row - 1][0] += weight * wi * rest.x;
+                b[row - 1][1] += weight * wi * rest.y;
+                for (j, &wj) in values.iter().enumerate().skip(i) {
+                    if start + j < n - 1 {
+                        a[row - 1][j - i] += weight * wi * wj;
+                    }
+                }
+            }
+        }
+    }
+    solve_banded(&mut a, &mut b)?;
+    let middle = b.into_iter().map(|[x, y]| Point2::new(x, y));
+    Some(
+        std::iter::once(first)
+            .chain(middle)
+            .chain(std::iter::once(last))
+            .collect(),
+    )
+}
+
+fn round(points: &[Point2], breaks: &[f64], written: &impl Written) -> Option<Curve3> {
+    let tips = points
+        .iter()
+        .map(|p| written.tip(p.x, p.y).map(round_to_written))
+        .collect();
+    Curve3::new(knot_vector(breaks)?, tips, None).ok()
+}
+
+/// Lowest and highest distance of the written curve from the exact profile, span by span, along the
+/// profile's normal. Points beyond the profile's ends are compared with its end tangents.
+fn span_errors(curve: &Curve3, breaks: &[f64], profile: &Profile, written: &impl Written) -> Vec<(f64, f64)> {
+    let (first, last) = (profile.start(), profile.end());
+    breaks
+        .windows(2)
+        .map(|span| {
+            let count = (((span[1] - span[0]) / CHECK_MM).ceil() as usize).max(8);
+            let mut range = (f64::INFINITY, f64::NEG_INFINITY);
+            for k in 0..=count {
+                let t = span[0] + (span[1] - span[0]) * k as f64 / count as f64;
+                let (s, z) = written.drive_plane(&curve.point(t));
+                let (exact, slope) = if s <= first.s {
+                    (first.z + first.slope * (s - first.s), first.slope)
+                } else if s >= last.s {
+                    (last.z + last.slope * (s - last.s), last.slope)
+                } else {
+                    profile.at(s)
+                };
+                let e = (z - exact) / (1.0 + slope * slope).sqrt();
+                range = (range.0.min(e), range.1.max(e));
+            }
+            range
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::profile::Sample;
+
+    struct Plain;
+
+    impl Written for Plain {
+        fn tip(&self, s: f64, z: f64) -> Point3 {
+            Point3::new(s, 0.0, z)
+        }
+
+        fn drive_plane(&self, tip: &Point3) -> (f64, f64) {
+            (tip.x, tip.z)
+        }
+    }
+
+    fn sampled(from: f64, to: f64, f: impl Fn(f64) -> (f64, f64)) -> Profile {
+        let count = ((to - from) * 2.0).ceil() as usize;
+        let at = |i: usize| {
+            let s = from + (to - from) * i as f64 / count as f64;
+            let (z, slope) = f(s);
+            Sample { s, z, slope }
+        };
+        Profile {
+            samples: (0..=count).map(at).collect(),
+        }
+    }
+
+    #[test]
+    fn a_straight_pass_needs_four_control_points() {
+        let fit = fit(&sampled(0.0, 300.0, |s| (2.0 + 0.25 * s, 0.25)), &Plain).unwrap();
+        assert_eq!(fit.curve.points().len(), 4);
+        assert!(
+            fit.error_mm.0 > 0.0 && fit.error_mm.1 < 5e-3,
+            "{:?}",
+            fit.error_mm
+        );
+    }
+
+    #[test]
+    fn arcs_stay_above_the_exact_path_and_near_the_fourth_root_law() {
+        for radius in [100.0f64, 1000.0, 4000.0] {
+            let half = 0.35 * radius;
+            let exact = |s: f64| {
+                (
+                    (radius * radius - s * s).sqrt(),
+                    -s / (radius * radius - s * s).sqrt(),
+                )
+            };
+            let fit = fit(&sampled(-half, half, exact), &Plain).unwrap();
+            // An independent, denser look at the written curve.
+            let (t0, t1) = fit.curve.domain();
+            for i in 0..=20_000 {
+                let p = fit.curve.point(t0 + (t1 - t0) * f64::from(i) / 20_000.0);
+                let above = p.x.hypot(p.z) - radius;
+                assert!((0.0..=5e-3).contains(&above), "radius {radius}: {above} mm");
+            }
+            let law = (t1 - t0) / (384.0 * FIT_TOLERANCE_MM * radius.powi(3)).powf(0.25);
+            let spans = fit.curve.points().len() - 3;
+            assert!(
+                (spans as f64) <= 1.3 * law + 3.0,
+                "radius {radius}: {spans} spans, law {law:.1}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_curvature_jump_is_fitted_within_tolerance() {
+        // Line, then an arc of radius 40: G1 with a jump of 1/40.
+        let exact = |s: f64| {
+            if s <= 0.0 {
+                (0.0, 0.0)
+            } else {
+                (40.0 - (1600.0 - s * s).sqrt(), s / (1600.0 - s * s).sqrt())
+            }
+        };
+        let fit = fit(&sampled(-100.0, 25.0, exact), &Plain).unwrap();
+        assert!(
+            fit.error_mm.0 > 0.0 && fit.error_mm.1 < 5e-3,
+            "{:?}",
+            fit.error_mm
+        );
+    }
+}

@@ -1,2 +1,47 @@
-//! cli
-fn main() {}
+//! The `claymill` command.
+
+mod args;
+mod commands;
+mod console;
+mod failure;
+mod interrupt;
+mod select;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Cli, Command};
+use console::Console;
+use failure::Failure;
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    interrupt::install();
+    match run(&cli) {
+        Ok(code) => code,
+        Err(failure) => {
+            eprintln!("{failure}");
+            ExitCode::from(failure.code())
+        }
+    }
+}
+
+fn run(cli: &Cli) -> Result<ExitCode, Failure> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(cli.threads)
+        .build_global()
+        .map_err(|e| Failure::problem(format!("no worker threads: {e}"), "Try a smaller --threads."))?;
+    let console = Console::new(cli.quiet);
+    let context = commands::Context { console: &console, json: cli.json };
+    match &cli.command {
+        Command::Demo(args) => commands::demo(&context, args),
+        Command::Inspect(args) => commands::inspect(&context, args),
+        Command::Merge(args) => commands::merge(&context, args),
+        Command::Plan(args) => commands::plan(&context, args),
+        Command::Verify(args) => commands::verify(&context, args),
+        Command::Render(args) => commands::render(&context, args),
+        Command::Sample(args) => commands::sample(&context, args),
+        Command::Schema => commands::schema(),
+    }
+}

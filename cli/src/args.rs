@@ -1,0 +1,200 @@
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use serde::{Deserialize, Serialize};
+
+/// Freeform surface machining of whole vehicles: from an IGES or STEP file to verified NURBS tool paths.
+#[derive(Debug, Parser)]
+#[command(name = "claymill", version, arg_required_else_help = true)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+    /// Print the result as JSON on standard output.
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+    /// No progress and no summary.
+    #[arg(long, global = true)]
+    pub(crate) quiet: bool,
+    /// Worker threads; 0 means one for each core.
+    #[arg(long, global = true, default_value_t = 0, value_name = "N")]
+    pub(crate) threads: usize,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// The built-in vehicle through the whole pipeline.
+    Demo(DemoArgs),
+    /// What is in a file: faces, units, area, box, defects.
+    Inspect(ModelArgs),
+    /// Find the joints between faces and sew smooth ones into regions.
+    Merge(MergeArgs),
+    /// The main job: regions, setups, tool paths, verification, pictures, report.
+    Plan(PlanArgs),
+    /// Check a job folder against its model.
+    Verify(VerifyArgs),
+    /// Pictures of a model or a job folder.
+    Render(RenderArgs),
+    /// Write a generated model with its planted answers.
+    Sample(SampleArgs),
+    /// JSON Schemas of the job folder.
+    Schema,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ModelArgs {
+    /// IGES or STEP file.
+    pub(crate) model: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DemoArgs {
+    /// Job folder to write.
+    #[arg(short, long, default_value = "out/demo", value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Number of patches that the vehicle is cut into.
+    #[arg(long, default_value_t = 2000, value_name = "N")]
+    pub(crate) patches: usize,
+    /// Seed of the shuffle of patches.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) job: JobOptions,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MergeArgs {
+    /// IGES or STEP file.
+    pub(crate) model: PathBuf,
+    /// Folder for regions.json and the picture.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Merge preset.
+    #[arg(long, value_enum, default_value_t = PresetName::Clay)]
+    pub(crate) preset: PresetName,
+    #[command(flatten)]
+    pub(crate) axes: AxisArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PlanArgs {
+    /// IGES or STEP file.
+    pub(crate) model: PathBuf,
+    /// Job folder to write.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Take the job from this TOML file (every job folder holds the one it was made with); options on the
+    /// command line go before it.
+    #[arg(long = "job", value_name = "FILE")]
+    pub(crate) job_file: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) job: JobOptions,
+}
+
+/// Options of a job; also the content of a job file.
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct JobOptions {
+    /// Tool: `ball:R` with the radius in mm [default: ball:10].
+    #[arg(long, value_name = "SHAPE:SIZE")]
+    pub(crate) tool: Option<String>,
+    /// Scallop height between passes, mm [default: 0.1].
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) scallop: Option<f64>,
+    /// Strategy [default: planar].
+    #[arg(long, value_enum)]
+    pub(crate) strategy: Option<StrategyName>,
+    /// How passes are joined [default: lace].
+    #[arg(long, value_enum)]
+    pub(crate) link: Option<LinkName>,
+    /// Merge preset [default: clay].
+    #[arg(long, value_enum)]
+    pub(crate) preset: Option<PresetName>,
+    /// Cut only these: `region:3`, `layer:NAME`, `face:17`, `face:10-20`; may be repeated.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    pub(crate) only: Vec<String>,
+    /// Leave these out; same forms as --only.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    pub(crate) skip: Vec<String>,
+    /// Cutting feed, mm/min [default: 6000].
+    #[arg(long, value_name = "MM_PER_MIN")]
+    pub(crate) feed: Option<f64>,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(crate) axes: AxisArgs,
+}
+
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+pub(crate) struct AxisArgs {
+    /// Model axis that points up, for example +z [default: guessed and printed].
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
+    pub(crate) up: Option<String>,
+    /// Model axis that points from the rear of the vehicle to its front, for example -y [default: guessed].
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
+    pub(crate) length: Option<String>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum PresetName {
+    ClassA,
+    Clay,
+    Tangent,
+    Paper,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum StrategyName {
+    Planar,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum LinkName {
+    Lace,
+    Box,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct VerifyArgs {
+    /// Job folder.
+    pub(crate) folder: PathBuf,
+    /// The model, where it is no longer at the path that the job names.
+    #[arg(long)]
+    pub(crate) model: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    /// Job folder or model file.
+    pub(crate) what: PathBuf,
+    /// PNG file to write.
+    #[arg(short, long, value_name = "PNG")]
+    pub(crate) out: PathBuf,
+    /// iso, top, left, right, front or rear.
+    #[arg(long, default_value = "iso")]
+    pub(crate) view: String,
+    /// Width and height in pixels.
+    #[arg(long, default_value = "1920x1080", value_name = "WxH")]
+    pub(crate) size: String,
+    /// Leave the tool paths out.
+    #[arg(long)]
+    pub(crate) no_paths: bool,
+    #[command(flatten)]
+    pub(crate) axes: AxisArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SampleArgs {
+    /// Which model: roadster.
+    pub(crate) name: String,
+    /// File to write (.igs); the answers go beside it as NAME.answers.json.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+    /// Number of patches.
+    #[arg(long, default_value_t = 2000, value_name = "N")]
+    pub(crate) patches: usize,
+    /// Seed of the shuffle.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+}

@@ -1,0 +1,82 @@
+use std::fmt;
+
+/// Why a command could not do its work: printed with cause and advice, then the process ends with `code`.
+#[derive(Debug)]
+pub(crate) struct Failure {
+    message: String,
+    advice: String,
+    code: u8,
+}
+
+/// The model or the job has a problem.
+pub(crate) const PROBLEM: u8 = 1;
+/// The command line is wrong.
+pub(crate) const USAGE: u8 = 2;
+
+impl Failure {
+    pub(crate) fn problem(message: impl fmt::Display, advice: impl Into<String>) -> Self {
+        Failure { message: message.to_string(), advice: advice.into(), code: PROBLEM }
+    }
+
+    pub(crate) fn usage(message: impl fmt::Display, advice: impl Into<String>) -> Self {
+        Failure { message: message.to_string(), advice: advice.into(), code: USAGE }
+    }
+
+    pub(crate) fn code(&self) -> u8 {
+        self.code
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "error: {}", self.message)?;
+        if !self.advice.is_empty() {
+            write!(f, "\n  help: {}", self.advice)?;
+        }
+        Ok(())
+    }
+}
+
+impl From<claymill_exchange::ReadError> for Failure {
+    fn from(error: claymill_exchange::ReadError) -> Self {
+        Failure::problem(&error, error.advice())
+    }
+}
+
+impl From<claymill_toolpath::FolderError> for Failure {
+    fn from(error: claymill_toolpath::FolderError) -> Self {
+        use claymill_toolpath::FolderError as E;
+        let advice = match &error {
+            E::Io { source, .. } => match source.kind() {
+                std::io::ErrorKind::NotFound => "Check the path.",
+                std::io::ErrorKind::PermissionDenied => "Choose a folder that you may write to.",
+                std::io::ErrorKind::StorageFull | std::io::ErrorKind::WriteZero => {
+                    "The disk is full: free some space or choose another one. Nothing was left behind."
+                }
+                _ => "Nothing was left behind; correct the cause and run the command again.",
+            },
+            E::Format { .. } => "The file was changed or made by another version: plan the job again.",
+            E::NotAJobFolder(_) => "Choose a new folder, or empty this one; other people's files are never replaced.",
+        };
+        Failure::problem(&error, advice)
+    }
+}
+
+impl From<claymill_paths::PlanError> for Failure {
+    fn from(error: claymill_paths::PlanError) -> Self {
+        use claymill_paths::PlanError as E;
+        let advice = match &error {
+            E::Scallop { .. } => "Usual scallop heights are 0.02 to 0.2 mm, for example --scallop 0.1.",
+            E::ToolTooBig { .. } => "Choose a smaller --tool, and check the units that `claymill inspect` shows.",
+            E::Face { .. } => "Leave the face out with --skip, or mend it in the CAD system.",
+            E::NothingToCut => "Check --only, --skip, --up and --length.",
+        };
+        Failure::problem(&error, advice)
+    }
+}
+
+impl From<claymill_paths::AxisError> for Failure {
+    fn from(error: claymill_paths::AxisError) -> Self {
+        Failure::usage(error, "For example: --up +z --length -y.")
+    }
+}

@@ -13,6 +13,9 @@ mod flat;
 mod stock;
 mod tree;
 
+#[cfg(test)]
+mod tests;
+
 use claymill_nurbs::{FaceId, Point3, Vector3};
 
 pub(crate) use stock::{FlatPart, Stock};

@@ -22,6 +22,8 @@ const EDGE_PIECE_MM: f64 = 15.0;
 const TIGHT: f64 = 0.8;
 /// Sampled curvatures and deviations are multiplied by this before they count as bounds.
 const SAMPLING_MARGIN: f64 = 1.25;
+/// Normals on both sides of a knot that differ by more than this (0.1°) make a crease.
+const CREASE_SINE: f64 = 1.7e-3;
 /// Contact points closer than this are one, mm.
 const SAME_MM: f64 = 1e-6;
 /// Deepest subdivision of a triangle; its deviation shrinks by 4 at each level.
@@ -88,13 +90,7 @@ fn curvature_ranges(face: &Face, mesh: &FaceMesh) -> Vec<[f32; 2]> {
         range.map_or(unknown, |(a, b)| [a as f32, b as f32])
     };
     let join = |a: [f32; 2], b: [f32; 2]| [a[0].min(b[0]), a[1].max(b[1])];
-    let creased = [face.surface.knots_u(), face.surface.knots_v()].iter().any(|k| {
-        let breaks = k.breaks();
-        breaks[1..breaks.len() - 1]
-            .iter()
-            .any(|&b| k.multiplicity(b) >= k.degree())
-    });
-    if creased {
+    if is_creased(&face.surface) {
         return vec![unknown; mesh.triangles.len()];
     }
     let corners: Vec<_> = mesh.uv.iter().map(|&uv| at(uv)).collect();
@@ -114,6 +110,25 @@ fn curvature_ranges(face: &Face, mesh: &FaceMesh) -> Vec<[f32; 2]> {
             [widen(r[0], -1.0), widen(r[1], 1.0)]
         })
         .collect()
+}
+
+/// Whether the normal jumps at a knot inside the surface (knots of full multiplicity may hide a crease; those
+/// of exact arcs do not).
+fn is_creased(s: &NurbsSurface) -> bool {
+    let jumps = |before: (f64, f64), after: (f64, f64)| {
+        let normal = |(u, v): (f64, f64)| s.jet(u, v).normal();
+        matches!((normal(before), normal(after)), (Some(a), Some(b)) if a.cross(&b).norm() > CREASE_SINE)
+    };
+    let inner = |k: &claymill_nurbs::KnotVector| -> Vec<(f64, f64)> {
+        let breaks = k.breaks();
+        let beside = 1e-9 * (breaks[breaks.len() - 1] - breaks[0]);
+        let full = |b: &&f64| k.multiplicity(**b) >= k.degree();
+        breaks[1..breaks.len() - 1].iter().filter(full).map(|b| (b - beside, b + beside)).collect()
+    };
+    let ((u0, u1), (v0, v1)) = s.domain();
+    let places = |a: f64, b: f64| (0..=8).map(move |i| a + (b - a) * f64::from(i) / 8.0);
+    inner(s.knots_u()).iter().any(|&(a, b)| places(v0, v1).any(|v| jumps((a, v), (b, v))))
+        || inner(s.knots_v()).iter().any(|&(a, b)| places(u0, u1).any(|u| jumps((u, a), (u, b))))
 }
 
 fn edge_pieces(id: FaceId, face: &Face) -> Vec<EdgePiece> {

@@ -1,0 +1,35 @@
+use std::process::ExitCode;
+
+use super::plan::{Request, run};
+use super::{Context, sample};
+use crate::args::DemoArgs;
+use crate::failure::{Failure, PROBLEM};
+
+/// `claymill demo`.
+pub(crate) fn demo(context: &Context, args: &DemoArgs) -> Result<ExitCode, Failure> {
+    let model = args.out.with_file_name("roadster.igs");
+    context.console.stage("generating");
+    let planted = sample::write_roadster(args.patches, args.seed, &model)?;
+    let mut job = args.job.clone();
+    let axes = claymill_models::ROADSTER_AXES;
+    job.axes.up.get_or_insert_with(|| axes.0.to_owned());
+    job.axes.length.get_or_insert_with(|| axes.1.to_owned());
+    let request = Request::new(&model, &job)?;
+    let done = run(context, &request, &args.out)?;
+
+    let equal = same_partition(&done.region_of_face, &planted.answers.region_of_face);
+    context.console.say(format!(
+        "regions   {} found, {} planted: {}",
+        done.region_of_face.iter().max().map_or(0, |m| m + 1),
+        planted.answers.totals.regions,
+        if equal { "the same partition" } else { "NOT the same partition" }
+    ));
+    Ok(if equal { done.exit } else { ExitCode::from(PROBLEM) })
+}
+
+/// Whether two numberings group the faces alike.
+fn same_partition(a: &[usize], b: &[usize]) -> bool {
+    let forth: std::collections::BTreeMap<_, _> = a.iter().zip(b).collect();
+    let back: std::collections::BTreeMap<_, _> = b.iter().zip(a).collect();
+    a.len() == b.len() && a.iter().zip(b).all(|(x, y)| forth[x] == y && back[y] == x)
+}

@@ -1,0 +1,93 @@
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+
+use claymill_exchange::{ImportReport, Skipped};
+use claymill_nurbs::SurfaceKind;
+use serde::Serialize;
+
+use super::{Context, box_mm};
+use crate::args::ModelArgs;
+use crate::failure::Failure;
+
+/// What `claymill inspect --json` prints.
+#[derive(Debug, Serialize)]
+struct Inspection<'a> {
+    file: String,
+    faces: usize,
+    area_mm2: f64,
+    box_mm: [f64; 6],
+    units: &'a str,
+    unit_mm: f64,
+    tolerance_mm: f64,
+    system: &'a Option<String>,
+    faces_in_file: usize,
+    skipped: &'a [Skipped],
+    surface_kinds: BTreeMap<SurfaceKind, usize>,
+    degrees: BTreeMap<String, usize>,
+    rational: usize,
+    trimmed: usize,
+    report: &'a ImportReport,
+}
+
+/// `claymill inspect`.
+pub(crate) fn inspect(context: &Context, args: &ModelArgs) -> Result<ExitCode, Failure> {
+    let loaded = context.load(&args.model)?;
+    context.console.finish();
+    let (faces, report) = (&loaded.import.model.faces, &loaded.import.report);
+    let mut surface_kinds = BTreeMap::new();
+    let mut degrees = BTreeMap::new();
+    for f in faces {
+        *surface_kinds.entry(f.kind).or_default() += 1;
+        let (p, q) = (f.surface.knots_u().degree(), f.surface.knots_v().degree());
+        *degrees.entry(format!("{}x{}", p.min(q), p.max(q))).or_default() += 1;
+    }
+    let found = Inspection {
+        file: args.model.display().to_string(),
+        faces: faces.len(),
+        area_mm2: loaded.face_area_mm2.iter().sum(),
+        box_mm: box_mm(&loaded.bounds),
+        units: &report.units.declared,
+        unit_mm: report.units.mm_per_unit,
+        tolerance_mm: report.tolerance_mm,
+        system: &report.system,
+        faces_in_file: report.faces_in_file,
+        skipped: &report.skipped,
+        surface_kinds,
+        degrees,
+        rational: faces.iter().filter(|f| f.surface.is_rational()).count(),
+        trimmed: faces.iter().filter(|f| !f.loops.is_empty()).count(),
+        report,
+    };
+    if context.json {
+        context.print_json(&found)?;
+    } else {
+        print(&found);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn print(found: &Inspection) {
+    let size: Vec<String> = (0..3).map(|k| format!("{:.1}", found.box_mm[k + 3] - found.box_mm[k])).collect();
+    println!("{}", found.file);
+    println!("  written by  {}", found.system.as_deref().unwrap_or("(does not say)"));
+    println!("  units       {} ({} mm each)", found.units, found.unit_mm);
+    println!("  tolerance   {} mm", found.tolerance_mm);
+    println!("  faces       {} in the file, {} read, {} skipped", found.faces_in_file, found.faces, found.skipped.len());
+    println!("  trimmed     {} of {}, rational {}", found.trimmed, found.faces, found.rational);
+    println!("  area        {:.4} m²", found.area_mm2 * 1e-6);
+    println!("  size        {} mm", size.join(" x "));
+    let listed = |name: String, count: &usize| format!("{count} {name}");
+    let kinds: Vec<_> = found.surface_kinds.iter().map(|(k, n)| listed(format!("{k:?}").to_lowercase(), n)).collect();
+    println!("  surfaces    {}", kinds.join(", "));
+    let degrees: Vec<_> = found.degrees.iter().map(|(k, n)| listed(format!("of degree {k}"), n)).collect();
+    println!("  degrees     {}", degrees.join(", "));
+    for (entity, count) in &found.report.entities {
+        println!("  entity      {entity}: {} in the file, {} used", count.in_file, count.used);
+    }
+    for r in found.report.repairs.iter().take(super::LISTED) {
+        println!("  mended      {}: {} ({:.4} mm)", r.entity, r.what, r.size_mm);
+    }
+    if found.report.repairs.len() > super::LISTED {
+        println!("  mended      ... and {} more", found.report.repairs.len() - super::LISTED);
+    }
+}

@@ -1,0 +1,111 @@
+//! One file a command.
+
+mod demo;
+mod inspect;
+mod merge;
+mod plan;
+mod render;
+mod sample;
+mod verify;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use claymill_exchange::{Import, ImportReport};
+use claymill_nurbs::{Aabb, Face};
+use claymill_paths::{Axis, Orientation};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::args::AxisArgs;
+use crate::console::Console;
+use crate::failure::Failure;
+
+pub(crate) use demo::demo;
+pub(crate) use inspect::inspect;
+pub(crate) use merge::merge;
+pub(crate) use plan::plan;
+pub(crate) use render::render;
+pub(crate) use sample::sample;
+pub(crate) use verify::verify;
+
+/// What every command gets.
+pub(crate) struct Context<'a> {
+    pub(crate) console: &'a Console,
+    pub(crate) json: bool,
+}
+
+/// A model with the measures that several commands need.
+pub(crate) struct Loaded {
+    pub(crate) import: Import,
+    pub(crate) face_area_mm2: Vec<f64>,
+    pub(crate) bounds: Aabb,
+}
+
+impl Context<'_> {
+    /// Reads a model and measures its faces.
+    fn load(&self, path: &Path) -> Result<Loaded, Failure> {
+        self.console.stage("reading");
+        let import = claymill_exchange::read(path)?;
+        for warning in &import.report.warnings {
+            self.console.say(format!("warning: {warning}"));
+        }
+        say_skipped(self.console, &import.report);
+        self.console.stage("measuring");
+        let faces = &import.model.faces;
+        let face_area_mm2: Vec<f64> = faces.par_iter().map(Face::area_mm2).collect();
+        let boxes: Vec<Aabb> = faces.par_iter().map(Face::bounds).collect();
+        let bounds = boxes.iter().fold(Aabb::empty(), |a, b| a.union(b));
+        Ok(Loaded { import, face_area_mm2, bounds })
+    }
+
+    /// Prints a result as JSON on standard output.
+    fn print_json(&self, value: &impl Serialize) -> Result<(), Failure> {
+        let text = serde_json::to_string_pretty(value)
+            .map_err(|e| Failure::problem(format!("the result cannot be written as JSON: {e}"), ""))?;
+        println!("{text}");
+        Ok(())
+    }
+}
+
+const LISTED: usize = 5;
+
+fn say_skipped(console: &Console, report: &ImportReport) {
+    for s in report.skipped.iter().take(LISTED) {
+        console.say(format!("skipped {} ({}): {}. {}", s.entity, s.what, s.reason, s.advice));
+    }
+    if report.skipped.len() > LISTED {
+        console.say(format!("... and {} more faces skipped; --json lists all", report.skipped.len() - LISTED));
+    }
+}
+
+/// The vehicle's axes as told, or guessed from its box and printed.
+fn orientation(console: &Console, axes: &AxisArgs, bounds: &Aabb) -> Result<Orientation, Failure> {
+    let guess = Orientation::guess(&(bounds.max - bounds.min));
+    let axis = |text: &Option<String>, guess: Axis| text.as_ref().map_or(Ok(guess), |t| t.parse());
+    let chosen = Orientation::new(axis(&axes.up, guess.up)?, axis(&axes.length, guess.front)?)
+        .map_err(|e| Failure::usage(e, "For example: --up +z --length -y."))?;
+    if axes.up.is_none() || axes.length.is_none() {
+        console.say(format!(
+            "axes: up {}, front {} (guessed from the box; --up and --length change them)",
+            chosen.up, chosen.front
+        ));
+    }
+    Ok(chosen)
+}
+
+fn box_mm(b: &Aabb) -> [f64; 6] {
+    [b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z]
+}
+
+/// `claymill schema`.
+pub(crate) fn schema() -> Result<ExitCode, Failure> {
+    let schemas = serde_json::json!({
+        claymill_toolpath::JOB_FILE: schemars::schema_for!(claymill_toolpath::Job),
+        claymill_toolpath::REGIONS_FILE: schemars::schema_for!(claymill_toolpath::RegionsFile),
+        claymill_toolpath::TOOLPATHS_FILE: schemars::schema_for!(claymill_toolpath::Move),
+        claymill_toolpath::VERIFY_FILE: schemars::schema_for!(claymill_verify::Verification),
+    });
+    println!("{schemas:#}");
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,57 @@
+use std::process::ExitCode;
+
+use claymill_verify::{Severity, Verification, VerifyOptions};
+
+use super::Context;
+use crate::args::VerifyArgs;
+use crate::failure::{Failure, PROBLEM};
+
+impl From<claymill_verify::VerifyError> for Failure {
+    fn from(error: claymill_verify::VerifyError) -> Self {
+        Failure::problem(&error, error.advice())
+    }
+}
+
+/// `claymill verify`.
+pub(crate) fn verify(context: &Context, args: &VerifyArgs) -> Result<ExitCode, Failure> {
+    let options = VerifyOptions { model: args.model.clone(), ..VerifyOptions::default() };
+    context.console.stage("verifying");
+    let found = claymill_verify::verify(&args.folder, &options, &|stage, share| context.console.at(stage, share))?;
+    context.console.finish();
+    if context.json {
+        context.print_json(&found)?;
+    } else {
+        say(context, &found);
+    }
+    Ok(exit_code(&found))
+}
+
+/// 0 when every bar was met, 1 when a finding is an error.
+pub(crate) fn exit_code(found: &Verification) -> ExitCode {
+    if found.verdict.passed { ExitCode::SUCCESS } else { ExitCode::from(PROBLEM) }
+}
+
+/// The measurement on a few lines.
+pub(crate) fn say(context: &Context, found: &Verification) {
+    let (gouge, contact, crests) = (&found.gouge, &found.contact, &found.scallop.crests);
+    let say = |line: String| context.console.say(line);
+    say(format!(
+        "verified  deepest gouge {:.2} µm in {} samples; contact on faces within ±5 µm on {:.3} % (worst +{:.2} µm)",
+        gouge.deepest_mm * 1e3,
+        gouge.samples,
+        contact.within_limit_share * 100.0,
+        contact.excess_max_mm * 1e3
+    ));
+    say(format!(
+        "          scallop crests: max {:.4}, p99 {:.4}, mean {:.4} mm; rapids clear by {} mm",
+        crests.max_mm,
+        crests.p99_mm,
+        crests.mean_mm,
+        found.rapids.clearance_min_mm.map_or_else(|| "-".to_owned(), |c| format!("{c:.2}"))
+    ));
+    for f in &found.verdict.findings {
+        let sign = if f.severity == Severity::Error { "FAILED" } else { "note" };
+        say(format!("          {sign}: {}", f.message));
+    }
+    say(format!("          {}", if found.verdict.passed { "PASSED" } else { "NOT PASSED" }));
+}

@@ -203,7 +203,7 @@ fn parts_for(need: f32, step: f64) -> u32 {
     (ratio as u32).next_power_of_two().min(FINEST)
 }
 
-/// The row distance with the least path per advance: `Σ parts / step` over the columns.
+/// The row distance with the least path per advance: `Σ parts / step` over the columns; of equals the widest.
 fn cheapest_step(needs: &[f32], widest: f64) -> f64 {
     let mut sorted: Vec<f32> = needs.iter().copied().filter(|n| n.is_finite()).collect();
     if sorted.is_empty() {
@@ -211,8 +211,10 @@ fn cheapest_step(needs: &[f32], widest: f64) -> f64 {
     }
     sorted.sort_by(f32::total_cmp);
     let mut best = (f64::INFINITY, widest);
-    for k in 0..=20 {
-        let step = f64::from(sorted[(sorted.len() - 1) * k / 20]);
+    // A good step is a need that occurs, or a multiple of one that its columns then halve.
+    let quantiles = (0..=20).map(|k| f64::from(sorted[(sorted.len() - 1) * k / 20]));
+    let steps = quantiles.flat_map(|need| [1.0, 2.0, 4.0, 8.0].map(|m| need * m));
+    for step in steps.filter(|&s| s <= widest) {
         let path: f64 = sorted.iter().map(|&n| f64::from(parts_for(n, step))).sum();
         if path / step < best.0 * 0.999 {
             best = (path / step, step);

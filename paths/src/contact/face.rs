@@ -19,7 +19,7 @@ pub(crate) enum Polished {
 }
 
 /// Iterations stop at this horizontal residual, mm.
-const RESIDUAL_MM: f64 = 1e-9;
+const RESIDUAL_MM: f64 = 1e-10;
 const ITERATIONS: usize = 16;
 /// Contacts steeper than this (sine of the angle to the vertical wall) are left to subdivision.
 const STEEPEST_NZ: f64 = 0.02;

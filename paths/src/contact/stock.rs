@@ -11,10 +11,12 @@ use super::tree::DropTree;
 use super::{CONTACT_EPSILON_MM, Location, Support};
 use crate::Frame;
 
-/// Largest distance of the covering triangles from the faces, mm. Coarser means fewer boxes to search but
-/// more candidates per location; it does not touch accuracy.
-const DEVIATION_MM: f64 = 0.02;
-const LONGEST_EDGE_MM: f64 = 15.0;
+/// Coarseness of the covering triangles: coarser means fewer boxes to search but more candidates per
+/// location; it does not touch accuracy. The mesh's own bound counts how far parameters slide along the
+/// surface as well; what matters here is the distance from the triangle's plane (see [`deviations`]), which is
+/// about ten times smaller.
+const DEVIATION_MM: f64 = 0.25;
+const LONGEST_EDGE_MM: f64 = 12.0;
 /// Edges are cut into pieces that leave their chord by no more than this, mm.
 const EDGE_DEVIATION_MM: f64 = 0.02;
 const EDGE_PIECE_MM: f64 = 15.0;
@@ -22,6 +24,9 @@ const EDGE_PIECE_MM: f64 = 15.0;
 const TIGHT: f64 = 0.8;
 /// Sampled curvatures and deviations are multiplied by this before they count as bounds.
 const SAMPLING_MARGIN: f64 = 1.25;
+/// Sampled distances from a triangle's plane are multiplied by this and raised by the floor.
+const DEVIATION_MARGIN: f64 = 1.5;
+const DEVIATION_FLOOR_MM: f64 = 1e-4;
 /// Normals on both sides of a knot that differ by more than this (0.1°) make a crease.
 const CREASE_SINE: f64 = 1.7e-3;
 /// Contact points closer than this are one, mm.
@@ -34,6 +39,8 @@ const DEEPEST: u32 = 12;
 #[derive(Debug)]
 pub(crate) struct FlatPart {
     pub(crate) meshes: Vec<FaceMesh>,
+    /// Per face and triangle: how far the surface may be from the triangle's plane, mm.
+    deviation_mm: Vec<Vec<f32>>,
     /// Per face and triangle: smallest and largest normal curvature for the normal `Su × Sv`, 1/mm.
     curvature: Vec<Vec<[f32; 2]>>,
     edges: Vec<EdgePiece>,
@@ -81,6 +88,25 @@ impl FlatPart {
     }
 }
 
+/// Distance of the surface from the plane of each triangle, sampled in the middle and on the sides, where a
+/// quadratic has its extremes.
+fn deviations(face: &Face, mesh: &FaceMesh) -> Vec<f32> {
+    const PLACES: [[f64; 3]; 4] = [[1.0 / 3.0; 3], [0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]];
+    let of = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| mesh.points[i as usize]);
+        let uv = t.map(|i| mesh.uv[i as usize].coords);
+        let n = (b - a).cross(&(c - a)).try_normalize(0.0);
+        let off = |w: &[f64; 3]| {
+            let at = uv[0] * w[0] + uv[1] * w[1] + uv[2] * w[2];
+            let d = face.surface.point(at.x, at.y) - a;
+            n.map_or(d.norm(), |n| d.dot(&n).abs())
+        };
+        let most = PLACES.iter().map(off).fold(0.0, f64::max);
+        (most * DEVIATION_MARGIN + DEVIATION_FLOOR_MM) as f32
+    };
+    mesh.triangles.iter().map(of).collect()
+}
+
 /// Range of normal curvature over each triangle, from its corners and middle.
 fn curvature_ranges(face: &Face, mesh: &FaceMesh) -> Vec<[f32; 2]> {
     let unknown = [f32::NEG_INFINITY, f32::INFINITY];
@@ -123,12 +149,20 @@ fn is_creased(s: &NurbsSurface) -> bool {
         let breaks = k.breaks();
         let beside = 1e-9 * (breaks[breaks.len() - 1] - breaks[0]);
         let full = |b: &&f64| k.multiplicity(**b) >= k.degree();
-        breaks[1..breaks.len() - 1].iter().filter(full).map(|b| (b - beside, b + beside)).collect()
+        breaks[1..breaks.len() - 1]
+            .iter()
+            .filter(full)
+            .map(|b| (b - beside, b + beside))
+            .collect()
     };
     let ((u0, u1), (v0, v1)) = s.domain();
     let places = |a: f64, b: f64| (0..=8).map(move |i| a + (b - a) * f64::from(i) / 8.0);
-    inner(s.knots_u()).iter().any(|&(a, b)| places(v0, v1).any(|v| jumps((a, v), (b, v))))
-        || inner(s.knots_v()).iter().any(|&(a, b)| places(u0, u1).any(|u| jumps((u, a), (u, b))))
+    inner(s.knots_u())
+        .iter()
+        .any(|&(a, b)| places(v0, v1).any(|v| jumps((a, v), (b, v))))
+        || inner(s.knots_v())
+            .iter()
+            .any(|&(a, b)| places(u0, u1).any(|u| jumps((u, a), (u, b))))
 }
 
 fn edge_pieces(id: FaceId, face: &Face) -> Vec<EdgePiece> {
@@ -238,8 +272,9 @@ impl<'a> Stock<'a> {
             .meshes
             .par_iter()
             .zip(&flat.curvature)
+            .zip(&flat.deviation_mm)
             .enumerate()
-            .flat_map_iter(|(face, (mesh, curvature))| {
+            .flat_map_iter(|(face, ((mesh, curvature), deviation))| {
                 mesh.triangles.iter().enumerate().map(move |(index, t)| {
                     let p = t.map(|i| frame.to_setup(&mesh.points[i as usize]));
                     // The mesh's triangles agree with Su × Sv; the upper side decides which curvature is κ⁺.
@@ -253,7 +288,7 @@ impl<'a> Stock<'a> {
                         p,
                         face: face as u32,
                         index: index as u32,
-                        deviation_mm: mesh.deviation_mm[index],
+                        deviation_mm: deviation[index],
                         tight: f64::from(kappa) * radius_mm > TIGHT,
                     }
                 })

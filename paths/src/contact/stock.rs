@@ -74,6 +74,12 @@ impl FlatPart {
             .zip(&meshes)
             .map(|(f, m)| curvature_ranges(f, m))
             .collect();
+        let deviation_mm = model
+            .faces
+            .par_iter()
+            .zip(&meshes)
+            .map(|(f, m)| deviations(f, m))
+            .collect();
         let edges = model
             .faces
             .par_iter()
@@ -82,6 +88,7 @@ impl FlatPart {
             .collect();
         Ok(FlatPart {
             meshes,
+            deviation_mm,
             curvature,
             edges,
         })

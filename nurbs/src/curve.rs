@@ -1,5 +1,6 @@
 use nalgebra::{Point, SVector};
 
+use crate::knots::for_degree;
 use crate::tolerance::{EQUAL_WEIGHTS, LARGEST_COORDINATE_MM};
 use crate::{KnotVector, NurbsError};
 
@@ -120,7 +121,11 @@ impl<const D: usize> NurbsCurve<D> {
     /// Position, first and second derivative at `t` (quotient rule; The NURBS Book, eq. 4.8).
     #[must_use]
     pub fn derivatives(&self, t: f64) -> [SVector<f64, D>; 3] {
-        let basis = self.knots.basis(t);
+        for_degree!(self.knots.degree(), self.derivatives_sized(t))
+    }
+
+    fn derivatives_sized<const N: usize>(&self, t: f64) -> [SVector<f64, D>; 3] {
+        let basis = self.knots.basis::<N>(t);
         let count = self.knots.degree() + 1;
         let mut c = [SVector::<f64, D>::zeros(); 3];
         let mut w = [0.0; 3];

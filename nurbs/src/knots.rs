@@ -18,10 +18,22 @@ pub struct KnotVector {
 ///
 /// `n[k][i]` is the k-th derivative of basis function `first + i`, for `i` in `0..=degree`.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Basis {
+pub(crate) struct Basis<const N: usize> {
     pub(crate) first: usize,
-    pub(crate) n: [[f64; MAX_DEGREE + 1]; 3],
+    pub(crate) n: [[f64; N]; 3],
 }
+
+/// Calls a method with the smallest scratch size that holds a degree: cubics need not pay for degree 25.
+macro_rules! for_degree {
+    ($degree:expr, $this:ident . $method:ident ( $($argument:expr),* )) => {
+        match $degree {
+            0..=3 => $this.$method::<4>($($argument),*),
+            4..=7 => $this.$method::<8>($($argument),*),
+            _ => $this.$method::<{ $crate::MAX_DEGREE + 1 }>($($argument),*),
+        }
+    };
+}
+pub(crate) use for_degree;
 
 impl KnotVector {
     /// Checks and wraps `knots` for degree `degree`.
@@ -168,29 +180,30 @@ impl KnotVector {
     /// from there on.
     #[must_use]
     pub fn basis_functions(&self, t: f64) -> (usize, Vec<f64>) {
-        let basis = self.basis(t);
+        let basis = self.basis::<{ MAX_DEGREE + 1 }>(t);
         (basis.first, basis.n[0][..=self.degree].to_vec())
     }
 
     /// Non-vanishing basis functions at `t` with first and second derivatives
-    /// (Cox–de Boor recursion; The NURBS Book, eq. 2.5 and 2.7).
-    pub(crate) fn basis(&self, t: f64) -> Basis {
-        let (p, u, i) = (self.degree, &self.knots, self.span(t));
-        let mut n = [[0.0; MAX_DEGREE + 1]; 3];
-        // rows[d] holds the basis of degree p - d on this span; only the last three degrees are kept.
-        let mut lower = [[0.0; MAX_DEGREE + 1]; 2];
+    /// (Cox–de Boor recursion; The NURBS Book, eq. 2.5 and 2.7). `N` must be above the degree.
+    pub(crate) fn basis<const N: usize>(&self, t: f64) -> Basis<N> {
+        let (p, i) = (self.degree, self.span(t));
+        // The 2p knots around the span: u[p - 1 + k] is knot i + k.
+        let u = &self.knots[i + 1 - p..=i + p];
+        let mut n = [[0.0; N]; 3];
+        // The basis of degree p - 1 and p - 2, from which the derivatives follow.
+        let (mut one_less, mut two_less) = ([0.0; N], [0.0; N]);
         let b = &mut n[0];
         b[0] = 1.0;
         for d in 1..=p {
             if d == p {
-                lower[0] = *b;
-            }
-            if d + 1 == p {
-                lower[1] = *b;
+                one_less[..d].copy_from_slice(&b[..d]);
+            } else if d + 1 == p {
+                two_less[..d].copy_from_slice(&b[..d]);
             }
             let mut carry = 0.0;
             for r in 0..d {
-                let (right, left) = (u[i + r + 1], u[i + r + 1 - d]);
+                let (right, left) = (u[p + r], u[p + r - d]);
                 let w = b[r] / (right - left);
                 b[r] = carry + (right - t) * w;
                 carry = (t - left) * w;
@@ -199,19 +212,19 @@ impl KnotVector {
         }
         // Derivative of degree d from the basis of degree d - 1:
         // N' = d (N_{j,d-1} / (u_{j+d} - u_j) - N_{j+1,d-1} / (u_{j+d+1} - u_{j+1})).
-        let derive = |b: &[f64; MAX_DEGREE + 1], d: usize, out: &mut [f64; MAX_DEGREE + 1]| {
+        let derive = |b: &[f64; N], d: usize, out: &mut [f64; N]| {
             let mut carry = 0.0;
             for r in 0..d {
-                let w = d as f64 * b[r] / (u[i + r + 1] - u[i + r + 1 - d]);
+                let w = d as f64 * b[r] / (u[p + r] - u[p + r - d]);
                 out[r] = carry - w;
                 carry = w;
             }
             out[d] = carry;
         };
-        derive(&lower[0], p, &mut n[1]);
+        derive(&one_less, p, &mut n[1]);
         if p >= 2 {
-            let mut first = [0.0; MAX_DEGREE + 1];
-            derive(&lower[1], p - 1, &mut first);
+            let mut first = [0.0; N];
+            derive(&two_less, p - 1, &mut first);
             derive(&first, p, &mut n[2]);
         }
         Basis { first: i - p, n }
@@ -234,14 +247,14 @@ mod tests {
     fn basis_is_a_partition_of_unity_and_its_derivatives_match_differences() {
         let k = uneven();
         for t in [0.0, 0.1, 0.2, 0.37, 0.61, 0.95, 1.0] {
-            let b = k.basis(t);
+            let b = k.basis::<4>(t);
             let sums: Vec<f64> = b.n.iter().map(|row| row.iter().sum()).collect();
             approx::assert_abs_diff_eq!(sums[0], 1.0, epsilon = 1e-14);
             approx::assert_abs_diff_eq!(sums[1], 0.0, epsilon = 1e-12);
             approx::assert_abs_diff_eq!(sums[2], 0.0, epsilon = 1e-10);
         }
         let (t, h) = (0.37, 1e-5);
-        let (a, m, b) = (k.basis(t - h), k.basis(t), k.basis(t + h));
+        let (a, m, b) = (k.basis::<4>(t - h), k.basis::<4>(t), k.basis::<4>(t + h));
         for i in 0..4 {
             approx::assert_abs_diff_eq!(m.n[1][i], (b.n[0][i] - a.n[0][i]) / (2.0 * h), epsilon = 1e-7);
             let second = (b.n[0][i] - 2.0 * m.n[0][i] + a.n[0][i]) / (h * h);

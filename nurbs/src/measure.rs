@@ -10,6 +10,10 @@ use crate::{Aabb, Face, MeshOptions, NurbsSurface, Point2, tessellate};
 const AREA_ACCURACY: f64 = 1e-8;
 /// Accuracy of the box, mm.
 const BOX_MM: f64 = 1e-4;
+/// Deviation of the first triangles of a trimmed face, as a share of its size.
+const COARSE: f64 = 0.02;
+/// Each level cuts the facet error of a triangle by four: 24 levels resolve the box of any model.
+const DEEPEST: u32 = 24;
 
 impl Face {
     /// Area of the trimmed face, mm², to a relative accuracy of 1e-7 or better.
@@ -38,39 +42,59 @@ impl Face {
 
     /// Box around the trimmed face, within 1e-4 mm of the smallest one.
     ///
-    /// Starts from a coarse triangulation and refines only the triangles that may stick out.
+    /// Starts from few triangles and refines only those that may stick out.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         let surface = &self.surface;
-        let coarse = Aabb::of(
-            &surface
-                .net()
-                .iter()
-                .map(|h| (h.xyz() / h.w).into())
-                .collect::<Vec<_>>(),
-        );
-        let options = MeshOptions {
-            deviation_mm: (1e-4 * coarse.diagonal()).max(BOX_MM),
-            longest_edge_mm: f64::INFINITY,
-        };
         let curved = Curvedness::of(surface);
+        let ((u0, u1), (v0, v1)) = surface.domain();
+        let whole = (Point2::new(u0, v0), Point2::new(u1, v1));
+        let rings = rings(self);
+        let window = if self.loops.is_empty() {
+            Some(whole)
+        } else {
+            rectangle(self, &rings, whole)
+        };
         let mut bounds = Aabb::empty();
+        if let Some((low, high)) = window {
+            let corners = [low, Point2::new(high.x, low.y), high, Point2::new(low.x, high.y)];
+            for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
+                stick_out(
+                    surface,
+                    &curved,
+                    [corners[a], corners[b], corners[c]],
+                    &mut bounds,
+                    DEEPEST,
+                );
+            }
+            return bounds;
+        }
         let limits = Limits {
             sagitta_mm: 0.5 * BOX_MM,
             facet_mm: f64::INFINITY,
             edge_mm: f64::INFINITY,
         };
-        for arc in rings(self).iter().flat_map(|r: &Ring| &r.arcs) {
+        for arc in rings.iter().flat_map(|r: &Ring| &r.arcs) {
             sample(surface, &curved, arc, &limits)
                 .iter()
                 .for_each(|s| bounds.add(&s.point));
         }
+        let options = MeshOptions {
+            deviation_mm: (COARSE * bounds.diagonal()).max(BOX_MM),
+            longest_edge_mm: f64::INFINITY,
+        };
         let Ok(mesh) = tessellate(self, &options) else {
             return bounds;
         };
         mesh.points.iter().for_each(|p| bounds.add(p));
         for t in &mesh.triangles {
-            stick_out(surface, &curved, t.map(|i| mesh.uv[i as usize]), &mut bounds, 12);
+            stick_out(
+                surface,
+                &curved,
+                t.map(|i| mesh.uv[i as usize]),
+                &mut bounds,
+                DEEPEST,
+            );
         }
         bounds
     }

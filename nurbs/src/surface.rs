@@ -1,6 +1,7 @@
 use nalgebra::Vector4;
 
 use crate::curve::check_weights;
+use crate::knots::for_degree;
 use crate::tolerance::LARGEST_COORDINATE_MM;
 use crate::{Jet, KnotVector, NurbsError, Point3, Vector3};
 
@@ -152,7 +153,11 @@ impl NurbsSurface {
     /// The point at `(u, v)`, mm.
     #[must_use]
     pub fn point(&self, u: f64, v: f64) -> Point3 {
-        let (bu, bv) = (self.knots_u.basis(u), self.knots_v.basis(v));
+        for_degree!(self.largest_degree(), self.point_sized(u, v))
+    }
+
+    fn point_sized<const N: usize>(&self, u: f64, v: f64) -> Point3 {
+        let (bu, bv) = (self.knots_u.basis::<N>(u), self.knots_v.basis::<N>(v));
         let columns = self.size().1;
         let mut sum = Vector4::zeros();
         for i in 0..=self.knots_u.degree() {
@@ -170,7 +175,15 @@ impl NurbsSurface {
     /// The NURBS Book, eq. 4.20).
     #[must_use]
     pub fn jet(&self, u: f64, v: f64) -> Jet {
-        let (bu, bv) = (self.knots_u.basis(u), self.knots_v.basis(v));
+        for_degree!(self.largest_degree(), self.jet_sized(u, v))
+    }
+
+    fn largest_degree(&self) -> usize {
+        self.knots_u.degree().max(self.knots_v.degree())
+    }
+
+    fn jet_sized<const N: usize>(&self, u: f64, v: f64) -> Jet {
+        let (bu, bv) = (self.knots_u.basis::<N>(u), self.knots_v.basis::<N>(v));
         let columns = self.size().1;
         // a[k][l]: homogeneous ∂^{k+l} / ∂u^k ∂v^l for k + l <= 2.
         let mut a = [[Vector4::zeros(); 3]; 3];

@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use claymill_nurbs::{FaceId, Model, NurbsError};
+use claymill_nurbs::{Aabb, FaceId, Model, NurbsError};
 use claymill_toolpath::{
     Area, FaceAccount, LengthByKind, LinkStyle, Move, Program, RegionTotals, Setup, Tool, Totals, UncutReason,
 };
@@ -239,10 +239,16 @@ fn check(model: &Model, options: &PlanOptions) -> Result<(), PlanError> {
             radius_mm,
         });
     }
-    let bounds = model.faces.iter().map(claymill_nurbs::Face::bounds);
-    let size = bounds
-        .reduce(|a, b| a.union(&b))
-        .map_or(0.0, |b| (b.max - b.min).amax());
+    let nets = model.faces.iter().flat_map(|f| f.surface.net());
+    let bounds = nets.fold(Aabb::empty(), |mut b, h| {
+        b.add(&(h.xyz() / h.w).into());
+        b
+    });
+    let size = if bounds.is_empty() {
+        0.0
+    } else {
+        (bounds.max - bounds.min).amax()
+    };
     if 2.0 * radius_mm > size {
         return Err(PlanError::ToolTooBig {
             radius_mm,

@@ -1,5 +1,6 @@
 use super::lines::Lines;
 use crate::curvedness::Curvedness;
+use crate::knots::for_degree;
 use crate::{FaceMesh, MeshOptions, NurbsError, NurbsSurface, Point2, Point3};
 use nalgebra::Vector4;
 
@@ -89,13 +90,18 @@ impl NurbsSurface {
     /// The points at all pairs of `us` and `vs`, row by row in `u`. Contracting the net with one `u` first
     /// makes a point cost `degree + 1` products instead of its square.
     pub(crate) fn grid(&self, us: &[f64], vs: &[f64]) -> Vec<Point3> {
+        let degree = self.knots_u().degree().max(self.knots_v().degree());
+        for_degree!(degree, self.grid_sized(us, vs))
+    }
+
+    fn grid_sized<const N: usize>(&self, us: &[f64], vs: &[f64]) -> Vec<Point3> {
         let columns = self.size().1;
         let (p, q) = (self.knots_u().degree(), self.knots_v().degree());
-        let bases: Vec<_> = vs.iter().map(|&v| self.knots_v().basis(v)).collect();
+        let bases: Vec<_> = vs.iter().map(|&v| self.knots_v().basis::<N>(v)).collect();
         let mut points = Vec::with_capacity(us.len() * vs.len());
         let mut row = vec![Vector4::zeros(); columns];
         for &u in us {
-            let basis = self.knots_u().basis(u);
+            let basis = self.knots_u().basis::<N>(u);
             row.fill(Vector4::zeros());
             for i in 0..=p {
                 let source = &self.net()[(basis.first + i) * columns..][..columns];

@@ -19,13 +19,30 @@ pub(crate) fn on_point(p: &Point3, x: f64, y: f64, r: f64) -> Option<f64> {
     (d2 < r * r).then(|| p.z + (r * r - d2).sqrt())
 }
 
+/// No ball of radius `r` above `(x, y)` rests on anything in the box of `points` with its centre above this.
+pub(crate) fn box_height(points: &[Point3], x: f64, y: f64, r: f64) -> f64 {
+    let (mut low, mut high) = (points[0], points[0]);
+    for p in &points[1..] {
+        low = low.inf(p);
+        high = high.sup(p);
+    }
+    let dx = (low.x - x).max(x - high.x).max(0.0);
+    let dy = (low.y - y).max(y - high.y).max(0.0);
+    let d2 = dx * dx + dy * dy;
+    if d2 >= r * r {
+        f64::NEG_INFINITY
+    } else {
+        high.z + (r * r - d2).sqrt()
+    }
+}
+
 /// The ball on the segment `a b`: height of the centre and contact as a fraction of the way to `b`.
 ///
 /// In the vertical plane through the segment the ball is a circle of radius `√(r² − h²)`, `h` the horizontal
 /// distance from the segment's line, that rests on a line of slope `m`.
 pub(crate) fn on_segment(a: &Point3, b: &Point3, x: f64, y: f64, r: f64) -> Option<(f64, f64)> {
     let (dx, dy) = (b.x - a.x, b.y - a.y);
-    let length = dx.hypot(dy);
+    let length = (dx * dx + dy * dy).sqrt();
     let ends = || {
         let (za, zb) = (on_point(a, x, y, r), on_point(b, x, y, r));
         match (za, zb) {

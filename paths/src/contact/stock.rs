@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::edge::highest;
 use super::face::{Polished, polish};
-use super::flat::{on_segment, on_triangle, plane_height};
+use super::flat::{box_height, on_segment, on_triangle, plane_height};
 use super::tree::DropTree;
 use super::{CONTACT_EPSILON_MM, Location, Support};
 use crate::Frame;
@@ -437,6 +437,9 @@ impl Search<'_> {
     fn triangle(&mut self, t: &Triangle) {
         let delta = f64::from(t.deviation_mm);
         let (r, floor) = (self.stock.radius_mm, self.floor());
+        if box_height(&t.p, self.x, self.y, r + delta) <= floor {
+            return;
+        }
         let n = (t.p[1] - t.p[0]).cross(&(t.p[2] - t.p[0]));
         if let Some((z, _)) = plane_height(&t.p[0], &n, self.x, self.y, r + delta)
             && z <= floor
@@ -523,6 +526,9 @@ impl Search<'_> {
 
     fn edge(&mut self, e: &EdgePiece) {
         let r = self.stock.radius_mm;
+        if box_height(&[e.a, e.b], self.x, self.y, r + e.deviation_mm) <= self.floor() {
+            return;
+        }
         let bound = on_segment(&e.a, &e.b, self.x, self.y, r + e.deviation_mm);
         if bound.is_none_or(|(z, _)| z <= self.floor()) {
             return;

@@ -21,7 +21,8 @@ impl Console {
             ProgressBar::hidden()
         } else {
             let bar = ProgressBar::new(STEPS);
-            let style = ProgressStyle::with_template("{msg:14} {bar:40} {percent:>3}% {elapsed} (about {eta} left)");
+            let style =
+                ProgressStyle::with_template("{msg:14} {bar:40} {percent:>3}% {elapsed} (about {eta} left)");
             bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
             bar.enable_steady_tick(Duration::from_millis(200));
             bar
@@ -54,7 +55,9 @@ impl Console {
     /// Ends the display and returns the time of each stage.
     pub(crate) fn finish(&self) -> Vec<StageTiming> {
         self.bar.finish_and_clear();
-        let Ok(stages) = self.stages.lock() else { return Vec::new() };
+        let Ok(stages) = self.stages.lock() else {
+            return Vec::new();
+        };
         let ends = stages.iter().skip(1).map(|s| s.1).chain([Instant::now()]);
         let seconds = |from: Instant, to: Instant| ((to - from).as_secs_f64() * 1000.0).round() / 1000.0;
         stages

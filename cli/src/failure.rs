@@ -56,7 +56,9 @@ impl From<claymill_toolpath::FolderError> for Failure {
                 _ => "Nothing was left behind; correct the cause and run the command again.",
             },
             E::Format { .. } => "The file was changed or made by another version: plan the job again.",
-            E::NotAJobFolder(_) => "Choose a new folder, or empty this one; other people's files are never replaced.",
+            E::NotAJobFolder(_) => {
+                "Choose a new folder, or empty this one; other people's files are never replaced."
+            }
         };
         Failure::problem(&error, advice)
     }
@@ -67,7 +69,9 @@ impl From<claymill_paths::PlanError> for Failure {
         use claymill_paths::PlanError as E;
         let advice = match &error {
             E::Scallop { .. } => "Usual scallop heights are 0.02 to 0.2 mm, for example --scallop 0.1.",
-            E::ToolTooBig { .. } => "Choose a smaller --tool, and check the units that `claymill inspect` shows.",
+            E::ToolTooBig { .. } => {
+                "Choose a smaller --tool, and check the units that `claymill inspect` shows."
+            }
             E::Face { .. } => "Leave the face out with --skip, or mend it in the CAD system.",
             E::NothingToCut => "Check --only, --skip, --up and --length.",
         };

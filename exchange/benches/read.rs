@@ -7,10 +7,8 @@ use claymill_exchange::read_bytes;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 fn reading(c: &mut Criterion) {
-    let folder = std::env::var_os("CLAYMILL_CORPUS").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus"),
-        Into::into,
-    );
+    let folder = std::env::var_os("CLAYMILL_CORPUS")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus"), Into::into);
     let mut group = c.benchmark_group("read");
     group.sample_size(10);
     for name in ["sports_car_25200.igs", "sports_car_1399.igs", "bracket_inch.iges"] {

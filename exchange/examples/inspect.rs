@@ -17,10 +17,7 @@ fn main() {
                     println!("  {warning}");
                 }
                 for skipped in &report.skipped {
-                    println!(
-                        "  {} {}: {} {}",
-                        skipped.entity, skipped.what, skipped.reason, skipped.advice
-                    );
+                    println!("  {} {}: {} {}", skipped.entity, skipped.what, skipped.reason, skipped.advice);
                 }
                 for repair in &report.repairs {
                     println!("  {} {} ({:.4} mm)", repair.entity, repair.what, repair.size_mm);

@@ -98,18 +98,12 @@ impl ReadError {
 fn faceless(report: &ImportReport) -> String {
     if let Some(first) = report.skipped.first() {
         let count = report.skipped.len();
-        return format!(
-            "all {count} faces are damaged, the first ({}): {}",
-            first.entity, first.reason
-        );
+        return format!("all {count} faces are damaged, the first ({}): {}", first.entity, first.reason);
     }
     if report.entities.is_empty() {
         return "it holds no entities".into();
     }
-    let kinds: Vec<_> = report
-        .entities
-        .iter()
-        .map(|(name, count)| format!("{} × {name}", count.in_file))
-        .collect();
+    let kinds: Vec<_> =
+        report.entities.iter().map(|(name, count)| format!("{} × {name}", count.in_file)).collect();
     format!("it holds only {}", kinds.join(", "))
 }

@@ -77,10 +77,7 @@ impl<'a> Projector<'a> {
             .filter(|b| b.0.is_finite())
             .map(|b| self.foot(p, b.1))
             .min_by(|a, b| a.distance_mm.total_cmp(&b.distance_mm))
-            .unwrap_or(Foot {
-                uv: Point2::origin(),
-                distance_mm: f64::INFINITY,
-            })
+            .unwrap_or(Foot { uv: Point2::origin(), distance_mm: f64::INFINITY })
     }
 
     /// The foot that Newton's method finds from `start`, sliding along the sides of the domain.
@@ -137,10 +134,7 @@ impl<'a> Projector<'a> {
                 break;
             }
         }
-        Foot {
-            uv,
-            distance_mm: distance,
-        }
+        Foot { uv, distance_mm: distance }
     }
 
     /// Projects a whole curve, as a cubic with the curve's own parameter: positions and slopes are exact at
@@ -185,12 +179,7 @@ impl<'a> Projector<'a> {
         let size = (e.sqrt() * (u1 - u0)).min(g.sqrt() * (v1 - v0));
         let regular = det > 1e-12 * e * g && size > POLE_MM;
         let slope = regular.then(|| Vector2::new(a * g - b * f, b * e - a * f) / det);
-        Station {
-            t,
-            uv: foot.uv,
-            distance_mm: foot.distance_mm,
-            slope,
-        }
+        Station { t, uv: foot.uv, distance_mm: foot.distance_mm, slope }
     }
 
     /// Appends the pieces from `start` to parameter `end`.
@@ -211,9 +200,7 @@ impl<'a> Projector<'a> {
         if last.distance_mm > 1e-2 * reach {
             let mut seed = start.uv;
             for i in 1..=8 {
-                seed = self
-                    .foot(&curve.point(start.t + length * f64::from(i) / 8.0), seed)
-                    .uv;
+                seed = self.foot(&curve.point(start.t + length * f64::from(i) / 8.0), seed).uv;
             }
             last = self.station(curve, end, end - inset, seed);
         }

@@ -43,12 +43,7 @@ impl Format {
         }
         let head = &bytes[..bytes.len().min(4096)];
         let text_like = head.iter().all(|b| *b >= 32 || b.is_ascii_whitespace());
-        Err(if text_like {
-            "some other text"
-        } else {
-            "binary data"
-        }
-        .into())
+        Err(if text_like { "some other text" } else { "binary data" }.into())
     }
 }
 
@@ -71,15 +66,9 @@ mod tests {
     fn content_decides() {
         let start = format!("{:<72}S{:>7}\r\n", "a start line", 1);
         assert_eq!(Format::of(start.as_bytes()), Ok(Format::Iges));
-        assert_eq!(
-            Format::of(b"\xef\xbb\xbf ISO-10303-21;\nHEADER;"),
-            Ok(Format::Step)
-        );
+        assert_eq!(Format::of(b"\xef\xbb\xbf ISO-10303-21;\nHEADER;"), Ok(Format::Step));
         assert_eq!(Format::of(b"/* made by */ ISO-10303-21;"), Ok(Format::Step));
-        assert_eq!(
-            Format::of(b"hello, this is a text"),
-            Err("some other text".into())
-        );
+        assert_eq!(Format::of(b"hello, this is a text"), Err("some other text".into()));
         assert_eq!(Format::of(b"solid cube\nfacet"), Err("an STL mesh".into()));
         assert_eq!(Format::of(&[0, 1, 2, 250]), Err("binary data".into()));
     }

@@ -90,10 +90,7 @@ impl ImportReport {
         ImportReport {
             format,
             system: None,
-            units: Units {
-                declared: String::new(),
-                mm_per_unit: 1.0,
-            },
+            units: Units { declared: String::new(), mm_per_unit: 1.0 },
             tolerance_mm: 0.0,
             faces_in_file: 0,
             faces_read: 0,

@@ -45,10 +45,7 @@ pub(crate) const DEGENERATE_MM2: f64 = 1e-6;
 /// The file cannot be opened, is empty, is of no known format, breaks off, or holds no usable face. Each
 /// error names the file and offers [`ReadError::advice`].
 pub fn read(path: &Path) -> Result<Import, ReadError> {
-    let bytes = std::fs::read(path).map_err(|source| ReadError::Open {
-        path: path.into(),
-        source,
-    })?;
+    let bytes = std::fs::read(path).map_err(|source| ReadError::Open { path: path.into(), source })?;
     read_bytes(&bytes, path)
 }
 
@@ -63,16 +60,10 @@ pub fn read_bytes(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
     let import = match Format::of(bytes) {
         Ok(Format::Iges) => iges::read(bytes, path),
         Ok(Format::Step) => step::read(bytes, path),
-        Err(found) => Err(ReadError::UnknownFormat {
-            path: path.into(),
-            found,
-        }),
+        Err(found) => Err(ReadError::UnknownFormat { path: path.into(), found }),
     }?;
     if import.model.faces.is_empty() {
-        return Err(ReadError::NoFaces {
-            path: path.into(),
-            report: Box::new(import.report),
-        });
+        return Err(ReadError::NoFaces { path: path.into(), report: Box::new(import.report) });
     }
     Ok(import)
 }

@@ -27,16 +27,8 @@ pub(crate) fn lifted(surface: &NurbsSurface, pcurve: &Curve2) -> Result<Curve3, 
         // The slopes are the span's own: kinks of the pcurve stay kinks.
         let inset = 1e-9 * (span[1] - span[0]);
         let ends = [span[0] + inset, span[1] - inset].map(at);
-        let a = Station {
-            t: span[0],
-            point: at(span[0]).point,
-            ..ends[0]
-        };
-        let b = Station {
-            t: span[1],
-            point: at(span[1]).point,
-            ..ends[1]
-        };
+        let a = Station { t: span[0], point: at(span[0]).point, ..ends[0] };
+        let b = Station { t: span[1], point: at(span[1]).point, ..ends[1] };
         refine(&at, a, b, DEEPEST, &mut pieces);
     }
     let mut knots = Vec::new();
@@ -51,11 +43,7 @@ pub(crate) fn lifted(surface: &NurbsSurface, pcurve: &Curve2) -> Result<Curve3, 
         knots.insert(0, first.t);
         knots.extend([last.t; 4]);
     }
-    Curve3::new(
-        KnotVector::new(3, knots)?,
-        points.into_iter().map(Point3::from).collect(),
-        None,
-    )
+    Curve3::new(KnotVector::new(3, knots)?, points.into_iter().map(Point3::from).collect(), None)
 }
 
 fn refine(at: &impl Fn(f64) -> Station, a: Station, b: Station, depth: u32, pieces: &mut Vec<[Station; 2]>) {

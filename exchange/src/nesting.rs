@@ -22,11 +22,7 @@ fn signed_area(trim: &TrimLoop) -> f64 {
 fn polygon(trim: &TrimLoop) -> Vec<Point2> {
     let along = |e: &TrimEdge| -> Vec<Point2> {
         let breaks = e.pcurve.knots().breaks();
-        let count = if e.pcurve.knots().degree() == 1 {
-            1
-        } else {
-            SAMPLES
-        };
+        let count = if e.pcurve.knots().degree() == 1 { 1 } else { SAMPLES };
         breaks
             .windows(2)
             .flat_map(|w| (0..count).map(move |i| w[0] + (w[1] - w[0]) * i as f64 / count as f64))
@@ -64,32 +60,21 @@ pub(crate) fn orient(surface: &NurbsSurface, loops: Vec<TrimLoop>) -> Result<Vec
     let rings: Vec<_> = sized.iter().map(|(_, l)| polygon(l)).collect();
     let depth = |i: usize| {
         let others = rings.iter().enumerate().filter(|(j, _)| *j != i);
-        others
-            .filter(|(_, ring)| rings[i].first().is_some_and(|p| encloses(ring, p)))
-            .count()
+        others.filter(|(_, ring)| rings[i].first().is_some_and(|p| encloses(ring, p))).count()
     };
     Ok(sized
         .iter()
         .enumerate()
         .map(|(i, (area, l))| {
             let outer = depth(i) % 2 == 0;
-            if outer == (*area > 0.0) {
-                l.clone()
-            } else {
-                reversed(l)
-            }
+            if outer == (*area > 0.0) { l.clone() } else { reversed(l) }
         })
         .collect())
 }
 
 fn reversed(trim: &TrimLoop) -> TrimLoop {
-    let edges = trim.edges.iter().rev().map(|e| TrimEdge {
-        pcurve: e.pcurve.reversed(),
-        shared: e.shared,
-    });
-    TrimLoop {
-        edges: edges.collect(),
-    }
+    let edges = trim.edges.iter().rev().map(|e| TrimEdge { pcurve: e.pcurve.reversed(), shared: e.shared });
+    TrimLoop { edges: edges.collect() }
 }
 
 /// Whether the loops say no more than that the face is the whole surface: one loop along the four sides.

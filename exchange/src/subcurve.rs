@@ -82,11 +82,7 @@ pub(crate) fn mapped<const D: usize, const E: usize>(
     map: impl Fn(&Point<f64, D>) -> Point<f64, E>,
 ) -> Result<NurbsCurve<E>, NurbsError> {
     let weights = curve.weights().map(<[f64]>::to_vec);
-    NurbsCurve::new(
-        curve.knots().clone(),
-        curve.points().iter().map(map).collect(),
-        weights,
-    )
+    NurbsCurve::new(curve.knots().clone(), curve.points().iter().map(map).collect(), weights)
 }
 
 #[cfg(test)]
@@ -99,9 +95,8 @@ mod tests {
         let knots =
             KnotVector::new(3, vec![-0.3, -0.1, 0.0, 0.1, 0.4, 0.5, 0.5, 1.0, 1.0, 1.2, 1.3]).unwrap();
         let count = knots.point_count();
-        let points = (0..count)
-            .map(|i| Point3::new(i as f64, (i as f64).sin() * 3.0, (i * i) as f64 * 0.2))
-            .collect();
+        let points =
+            (0..count).map(|i| Point3::new(i as f64, (i as f64).sin() * 3.0, (i * i) as f64 * 0.2)).collect();
         let weights = (0..count).map(|i| 1.0 + 0.3 * (i as f64 * 2.0).cos()).collect();
         Curve3::new(knots, points, Some(weights)).unwrap()
     }

@@ -69,12 +69,7 @@ pub(crate) struct Trimmer<'a> {
 impl<'a> Trimmer<'a> {
     /// `tolerance_mm` is what the file declares.
     pub(crate) fn new(surface: &'a NurbsSurface, tolerance_mm: f64) -> Self {
-        Trimmer {
-            surface,
-            tolerance_mm,
-            projector: std::cell::OnceCell::new(),
-            pace: pace(surface),
-        }
+        Trimmer { surface, tolerance_mm, projector: std::cell::OnceCell::new(), pace: pace(surface) }
     }
 
     /// The closed loop through `edges`, which must be in order.
@@ -83,10 +78,7 @@ impl<'a> Trimmer<'a> {
         for edge in edges {
             let pcurve = self.snapped_to_domain(self.pcurve(edge)?);
             if self.span_mm(&pcurve) > 0.0 {
-                chain.push(TrimEdge {
-                    pcurve,
-                    shared: edge.shared,
-                });
+                chain.push(TrimEdge { pcurve, shared: edge.shared });
             }
         }
         if chain.is_empty() {
@@ -116,10 +108,7 @@ impl<'a> Trimmer<'a> {
         }
         let trusted = curves.is_empty() || pcurves.iter().all(|p| self.agrees(p, curves));
         if trusted && !pcurves.is_empty() {
-            let edge = |p: &Curve2| RawEdge {
-                pcurve: Some(p.clone()),
-                ..RawEdge::default()
-            };
+            let edge = |p: &Curve2| RawEdge { pcurve: Some(p.clone()), ..RawEdge::default() };
             return self.closed(&pcurves.iter().map(edge).collect::<Vec<_>>());
         }
         self.closed(&from_curves(false))
@@ -209,10 +198,7 @@ impl<'a> Trimmer<'a> {
             return;
         }
         let gap = |a: &TrimEdge, b: &TrimEdge| self.gap_mm(&a.pcurve.end(), &b.pcurve.start());
-        let turned = |e: &TrimEdge| TrimEdge {
-            pcurve: e.pcurve.reversed(),
-            shared: e.shared,
-        };
+        let turned = |e: &TrimEdge| TrimEdge { pcurve: e.pcurve.reversed(), shared: e.shared };
         // The first edge is turned only if that clearly helps: its end must meet one end of the second.
         let nearest = |e: &TrimEdge| gap(e, &chain[1]).min(gap(e, &turned(&chain[1])));
         let first = turned(&chain[0]);
@@ -231,9 +217,7 @@ impl<'a> Trimmer<'a> {
     /// Joins neighbouring ends: moves them together when they all but meet, bridges small gaps.
     fn close(&self, chain: Vec<TrimEdge>) -> Result<Closed, TrimError> {
         let length: f64 = chain.iter().map(|e| self.span_mm(&e.pcurve)).sum();
-        let limit = BRIDGED_MM
-            .max(10.0 * self.tolerance_mm)
-            .min(BRIDGED_PART * length);
+        let limit = BRIDGED_MM.max(10.0 * self.tolerance_mm).min(BRIDGED_PART * length);
         let count = chain.len();
         let mut bridged_mm = 0.0_f64;
         let mut edges = chain;
@@ -266,9 +250,7 @@ impl<'a> Trimmer<'a> {
             // The bridge may be long in the parameter plane where the surface collapses to a point.
             let length_mm = self.length_mm(&bridge);
             if length_mm > limit {
-                return Err(TrimError::Open {
-                    gap_mm: gap_mm.max(length_mm),
-                });
+                return Err(TrimError::Open { gap_mm: gap_mm.max(length_mm) });
             }
             if length_mm > SNAPPED_MM {
                 bridged_mm = bridged_mm.max(length_mm);
@@ -278,18 +260,14 @@ impl<'a> Trimmer<'a> {
         for (i, pcurve) in bridges.into_iter().rev() {
             edges.insert(i + 1, TrimEdge { pcurve, shared: None });
         }
-        Ok(Closed {
-            trim: TrimLoop { edges },
-            bridged_mm,
-        })
+        Ok(Closed { trim: TrimLoop { edges }, bridged_mm })
     }
 
     /// Length of the lifted curve from chords, mm.
     fn length_mm(&self, pcurve: &Curve2) -> f64 {
         let (a, b) = pcurve.domain();
-        let points: Vec<_> = (0..=16)
-            .map(|i| self.lifted(pcurve, a + (b - a) * f64::from(i) / 16.0))
-            .collect();
+        let points: Vec<_> =
+            (0..=16).map(|i| self.lifted(pcurve, a + (b - a) * f64::from(i) / 16.0)).collect();
         points.windows(2).map(|w| (w[1] - w[0]).norm()).sum()
     }
 }
@@ -327,11 +305,7 @@ pub(crate) fn pace(surface: &NurbsSurface) -> [f64; 2] {
     let speed = |knots: &KnotVector, i: usize, distance: f64| {
         let (p, all) = (knots.degree(), knots.as_slice());
         let width = all[i + p + 1] - all[i + 1];
-        if width > 0.0 {
-            p as f64 * distance / width
-        } else {
-            0.0
-        }
+        if width > 0.0 { p as f64 * distance / width } else { 0.0 }
     };
     let mut pace = [0.0_f64; 2];
     for i in 0..nu {

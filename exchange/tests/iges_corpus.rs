@@ -46,10 +46,7 @@ fn stretch(surface: &NurbsSurface, v: f64, (a, b): (f64, f64)) -> f64 {
         (b - a) * GAUSS.into_iter().map(node).sum::<f64>()
     };
     // Two halves a span: the area element is no polynomial.
-    spans
-        .filter(|(a, b)| b > a)
-        .map(|(a, b)| piece((a, 0.5 * (a + b))) + piece((0.5 * (a + b), b)))
-        .sum()
+    spans.filter(|(a, b)| b > a).map(|(a, b)| piece((a, 0.5 * (a + b))) + piece((0.5 * (a + b), b))).sum()
 }
 
 /// Area by scan lines: slow and simple, and nothing that the reader or the kernel's own measure use.
@@ -63,9 +60,7 @@ fn area(face: &Face) -> f64 {
                 .into_iter()
                 .flat_map(move |v0| GAUSS.map(|(x, weight)| (v0 + half * x, weight * half)))
         });
-        return lines
-            .map(|(v, w)| w * stretch(surface, v, surface.domain().0))
-            .sum();
+        return lines.map(|(v, w)| w * stretch(surface, v, surface.domain().0)).sum();
     }
     let rings: Vec<Vec<Point2>> = (face.loops.iter())
         .map(|l| {
@@ -81,10 +76,7 @@ fn area(face: &Face) -> f64 {
         })
         .collect();
     let heights = || rings.iter().flatten().map(|p| p.y);
-    let (low, high) = (
-        heights().fold(f64::INFINITY, f64::min),
-        heights().fold(f64::NEG_INFINITY, f64::max),
-    );
+    let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
     // The round ends of loops make the sum converge slowly; small surfaces can afford more lines.
     let lines = 24_000 / surface.knots_u().breaks().len() as u32;
     let step = (high - low) / f64::from(lines);
@@ -96,10 +88,7 @@ fn area(face: &Face) -> f64 {
             .map(|(a, b)| a.x + (v - a.y) / (b.y - a.y) * (b.x - a.x))
             .collect();
         crossings.sort_by(f64::total_cmp);
-        crossings
-            .chunks(2)
-            .map(|c| stretch(surface, v, (c[0], c[1])))
-            .sum::<f64>()
+        crossings.chunks(2).map(|c| stretch(surface, v, (c[0], c[1]))).sum::<f64>()
     };
     (0..lines).map(line).sum::<f64>() * step
 }
@@ -139,15 +128,9 @@ fn counts_areas_and_boxes_of_all_files() {
         let import = import(&folder.join(name));
         let answer = &answers[name];
         assert_eq!(import.report.skipped, [], "{name}");
-        assert_eq!(
-            import.model.faces.len() as u64,
-            answer["faces"].as_u64().unwrap(),
-            "{name}"
-        );
-        let (found, expected) = (
-            import.model.faces.par_iter().map(area).sum::<f64>(),
-            answer["area_mm2"].as_f64().unwrap(),
-        );
+        assert_eq!(import.model.faces.len() as u64, answer["faces"].as_u64().unwrap(), "{name}");
+        let (found, expected) =
+            (import.model.faces.par_iter().map(area).sum::<f64>(), answer["area_mm2"].as_f64().unwrap());
         let error = (found / expected - 1.0).abs();
         eprintln!("{name}: area {found:.3} mm², {error:.1e} from the answer");
         let corner = |i: usize| answer["box_mm"][i].as_f64().unwrap();
@@ -174,22 +157,13 @@ fn what_the_files_declare_is_reported() {
         ("sports_car_6300.igs", "MM", 1.0, 1e-5),
     ] {
         let import = import(&folder.join(name));
-        assert_eq!(
-            (
-                import.report.units.declared.as_str(),
-                import.report.units.mm_per_unit
-            ),
-            (unit, scale)
-        );
+        assert_eq!((import.report.units.declared.as_str(), import.report.units.mm_per_unit), (unit, scale));
         let found = import.model.coordinate_step_mm;
         assert!(found > 0.0 && found < step, "{name}: {found}");
         let entities = &import.report.entities;
         assert!(entities["128 B-spline surface"].used > 0, "{name}: {entities:?}");
         let json = serde_json::to_string(&import.report).unwrap();
-        assert_eq!(
-            serde_json::from_str::<claymill_exchange::ImportReport>(&json).unwrap(),
-            import.report
-        );
+        assert_eq!(serde_json::from_str::<claymill_exchange::ImportReport>(&json).unwrap(), import.report);
     }
 }
 

@@ -39,21 +39,12 @@ fn altered(from: &str, to: &str) -> Entity {
 #[test]
 fn damaged_surfaces_are_skipped_by_name() {
     for (surface, expected) in [
-        (
-            altered("10.0,0.,0.,8.0,8.0", "nan,0.,0.,8.0,8.0"),
-            "`nan`, not a number",
-        ),
-        (
-            altered("1.,1.,1.,1.", "1.,1.,0.,1."),
-            "is 0: weights must be positive",
-        ),
+        (altered("10.0,0.,0.,8.0,8.0", "nan,0.,0.,8.0,8.0"), "`nan`, not a number"),
+        (altered("1.,1.,1.,1.", "1.,1.,0.,1."), "is 0: weights must be positive"),
         (altered("1.,1.,1.,1.", "1.,1.,-1.,1."), "weights must be positive"),
         (altered("0.,0.,10.0,10.0", "0.,10.0,0.,10.0"), "decreases"),
         (altered("0.,0.,10.0,10.0", "0.,0.,0.,0."), "empty domain"),
-        (
-            altered("0.,0.,0.,10.0,0.", "1E30,0.,0.,10.0,0."),
-            "not a finite number",
-        ),
+        (altered("0.,0.,0.,10.0,0.", "1E30,0.,0.,10.0,0."), "not a finite number"),
         (altered("1,1,1,1,", "1,1,0,1,"), "degree 0"),
         (altered("1,1,1,1,", "99999999999,1,1,1,"), "not a sensible count"),
         (altered("1,1,1,1,", "7,7,1,1,"), "missing or break off"),
@@ -75,11 +66,8 @@ fn trimmed(corners: &[[f64; 3]]) -> Vec<Entity> {
     let count = corners.len() - 1;
     let first = 9;
     let parts: Vec<_> = (0..count).map(|i| (first + 2 * i).to_string()).collect();
-    let mut entities = vec![
-        entity(144, "5,1,0,7"),
-        flat(10.0, 8.0),
-        entity(142, format!("0,5,0,{},2", first + 2 * count)),
-    ];
+    let mut entities =
+        vec![entity(144, "5,1,0,7"), flat(10.0, 8.0), entity(142, format!("0,5,0,{},2", first + 2 * count))];
     entities.extend(corners.windows(2).map(|w| line(w[0], w[1])));
     entities.push(entity(102, format!("{count},{}", parts.join(","))));
     entities
@@ -87,14 +75,8 @@ fn trimmed(corners: &[[f64; 3]]) -> Vec<Entity> {
 
 #[test]
 fn small_gaps_are_bridged_and_reported_and_wide_ones_refused() {
-    let with_gap = |gap: f64| {
-        trimmed(&[
-            [1.0, 1.0, 0.0],
-            [9.0, 1.0, 0.0],
-            [9.0, 7.0, 0.0],
-            [1.0, 1.0 + gap, 0.0],
-        ])
-    };
+    let with_gap =
+        |gap: f64| trimmed(&[[1.0, 1.0, 0.0], [9.0, 1.0, 0.0], [9.0, 7.0, 0.0], [1.0, 1.0 + gap, 0.0]]);
     let mut entities = vec![flat(10.0, 8.0)];
     entities.extend(with_gap(0.02));
     let import = read_bytes(file(&entities).as_bytes(), Path::new("test.igs")).unwrap();
@@ -147,18 +129,12 @@ fn the_frame_of_the_file_is_checked() {
     assert!(error.to_string().contains("body.igs") && !error.advice().is_empty());
     let text = file(&[flat(10.0, 8.0), line([0.; 3], [1.; 3])]);
     let without = |letter: u8| -> String {
-        text.lines()
-            .filter(|l| l.as_bytes()[72] != letter)
-            .map(|l| format!("{l}\n"))
-            .collect()
+        text.lines().filter(|l| l.as_bytes()[72] != letter).map(|l| format!("{l}\n")).collect()
     };
     assert!(matches!(read(&without(b'D')), Err(ReadError::Truncated { .. })));
     assert!(matches!(read(&without(b'P')), Err(ReadError::Truncated { .. })));
     let unterminated = read(&without(b'T')).unwrap();
-    assert_eq!(
-        (unterminated.model.faces.len(), unterminated.report.warnings.len()),
-        (1, 1)
-    );
+    assert_eq!((unterminated.model.faces.len(), unterminated.report.warnings.len()), (1, 1));
     let error = read(&file(&[line([0.; 3], [1.; 3])])).unwrap_err();
     assert!(matches!(error, ReadError::NoFaces { .. }));
     assert!(error.to_string().contains("1 × 110 line"), "{error}");
@@ -191,10 +167,8 @@ fn victims() -> Vec<Vec<u8>> {
         line([8., 4., 0.], [2., 4., 0.]),
     ]);
     let mut victims = vec![file(&entities).into_bytes()];
-    let corpus = std::env::var_os("CLAYMILL_CORPUS").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus"),
-        Into::into,
-    );
+    let corpus = std::env::var_os("CLAYMILL_CORPUS")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus"), Into::into);
     for name in ["bracket_inch.iges", "ship_hull_55.iges"] {
         match std::fs::read(corpus.join(name)) {
             Ok(bytes) => victims.push(bytes),
@@ -210,20 +184,12 @@ fn random_damage_never_panics_or_hangs() {
     let victims = victims();
     for round in 0..400 {
         // The small file takes most of the damage: its every byte matters.
-        let victim = &victims[if round % 4 == 0 {
-            round / 4 % victims.len()
-        } else {
-            0
-        }];
+        let victim = &victims[if round % 4 == 0 { round / 4 % victims.len() } else { 0 }];
         let mut bytes = victim.clone();
         if round % 3 == 0 {
             bytes.truncate(random.random_range(0..bytes.len()));
         }
-        let flips = if round % 2 == 0 {
-            1 + bytes.len() / 500
-        } else {
-            random.random_range(1..5)
-        };
+        let flips = if round % 2 == 0 { 1 + bytes.len() / 500 } else { random.random_range(1..5) };
         for _ in 0..flips.min(bytes.len()) {
             let at = random.random_range(0..bytes.len());
             bytes[at] = match random.random_range(0..4) {

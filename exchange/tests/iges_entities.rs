@@ -49,11 +49,7 @@ fn trimmed_by(curve: Vec<Entity>) -> Face {
 fn a_bare_surface_is_a_face_and_a_trimmed_one_is_not_counted_twice() {
     let face = only_face(&[flat(10.0, 8.0)]);
     assert!(face.loops.is_empty());
-    approx::assert_abs_diff_eq!(
-        face.surface.point(2.0, 3.0),
-        Point3::new(2.0, 3.0, 0.0),
-        epsilon = 1e-12
-    );
+    approx::assert_abs_diff_eq!(face.surface.point(2.0, 3.0), Point3::new(2.0, 3.0, 0.0), epsilon = 1e-12);
     let face = only_face(&[flat(10.0, 8.0), entity(144, "1,0,0,0")]);
     assert!(face.loops.is_empty());
     assert_eq!(face.source.entity, "DE 3");
@@ -61,12 +57,7 @@ fn a_bare_surface_is_a_face_and_a_trimmed_one_is_not_counted_twice() {
 
 #[test]
 fn units_become_millimetres() {
-    for (unit, mm) in [
-        ("1,2HIN", 25.4),
-        ("6,1HM", 1000.0),
-        ("3,2HFT", 304.8),
-        ("10,2HCM", 10.0),
-    ] {
+    for (unit, mm) in [("1,2HIN", 25.4), ("6,1HM", 1000.0), ("3,2HFT", 304.8), ("10,2HCM", 10.0)] {
         let text = file_in(unit, &[flat(10.0, 8.0)]);
         let import = read_bytes(text.as_bytes(), "test.igs".as_ref()).unwrap();
         assert_eq!(import.report.units.mm_per_unit, mm);
@@ -94,11 +85,7 @@ fn nested_matrices_act_from_the_inside_out() {
 #[test]
 fn circles_ellipses_and_composites_trim_exactly() {
     let circle = trimmed_by(vec![entity(100, "0.,5.,4.,8.,4.,8.,4.")]);
-    assert!(
-        (flat_area(&circle) - 9.0 * PI).abs() < 1e-4,
-        "{}",
-        flat_area(&circle)
-    );
+    assert!((flat_area(&circle) - 9.0 * PI).abs() < 1e-4, "{}", flat_area(&circle));
     // x²/16 + y²/4 = 1 moved to (5, 4): x² + 4y² - 10x - 32y + 73 = 0.
     let mut ellipse = entity(104, "1.,0.,4.,-10.,-32.,73.,0.,9.,4.,9.,4.");
     ellipse.form = 1;
@@ -139,21 +126,10 @@ fn polylines_splines_and_parts_of_b_splines_trim() {
     assert!((flat_area(&trimmed_by(vec![polyline])) - 4.0).abs() < 1e-9);
     // One cubic segment y = 1 + t², x = 1 + 2 t, t in 0..1, closed by a line.
     let spline = entity(112, "3,0,2,1,0.,1.,1.,2.,0.,0.,1.,0.,1.,0.,0.,0.,0.,0.");
-    let face = trimmed_by(vec![
-        entity(102, "2,5,7"),
-        spline,
-        line([3.0, 2.0, 0.0], [1.0, 1.0, 0.0]),
-    ]);
-    assert!(
-        (flat_area(&face) - (1.0 - 2.0 / 3.0)).abs() < 1e-6,
-        "{}",
-        flat_area(&face)
-    );
+    let face = trimmed_by(vec![entity(102, "2,5,7"), spline, line([3.0, 2.0, 0.0], [1.0, 1.0, 0.0])]);
+    assert!((flat_area(&face) - (1.0 - 2.0 / 3.0)).abs() < 1e-6, "{}", flat_area(&face));
     // The middle half of a straight B-spline from (0, 2) to (8, 2), with three lines.
-    let part = entity(
-        126,
-        "1,1,0,0,1,0,0.,0.,1.,1.,1.,1.,0.,2.,0.,8.,2.,0.,0.25,0.75,0.,0.,1.",
-    );
+    let part = entity(126, "1,1,0,0,1,0,0.,0.,1.,1.,1.,1.,0.,2.,0.,8.,2.,0.,0.25,0.75,0.,0.,1.");
     let face = trimmed_by(vec![
         entity(102, "3,5,7,9"),
         part,
@@ -178,13 +154,7 @@ fn a_wrong_pcurve_is_not_believed_whatever_the_preference_flag_says() {
         assert!((flat_area(&face) - 9.0 * PI).abs() < 1e-4);
     }
     // Without a curve in space there is only the pcurve.
-    let face = only_face(&[
-        flat(10.0, 8.0),
-        circle,
-        wrong,
-        entity(142, "0,1,5,0,1"),
-        entity(144, "1,1,0,7"),
-    ]);
+    let face = only_face(&[flat(10.0, 8.0), circle, wrong, entity(142, "0,1,5,0,1"), entity(144, "1,1,0,7")]);
     assert!((flat_area(&face) - 4.0 * PI).abs() < 1e-4);
 }
 
@@ -216,11 +186,7 @@ fn a_loop_along_the_sides_is_dropped() {
 fn planes_get_the_size_of_their_loops() {
     for plane in [
         vec![entity(108, "0.,0.,2.,6.,0,0.,0.,0.,0.")],
-        vec![
-            entity(190, "9,11"),
-            entity(116, "1.,1.,3.,0"),
-            entity(123, "0.,0.,1."),
-        ],
+        vec![entity(190, "9,11"), entity(116, "1.,1.,3.,0"), entity(123, "0.,0.,1.")],
     ] {
         let mut plane = plane.into_iter();
         let mut entities = vec![
@@ -241,11 +207,8 @@ fn planes_get_the_size_of_their_loops() {
 #[test]
 fn revolved_extruded_and_ruled_surfaces() {
     let axis = || line([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
-    let face = only_face(&[
-        entity(120, "3,5,0.,3.141592653589793"),
-        axis(),
-        line([2.0, 0.0, 0.0], [2.0, 0.0, 5.0]),
-    ]);
+    let face =
+        only_face(&[entity(120, "3,5,0.,3.141592653589793"), axis(), line([2.0, 0.0, 0.0], [2.0, 0.0, 5.0])]);
     for (u, v) in [(0.1, 0.0), (1.0, 0.5), (3.0, 1.0)] {
         let p = face.surface.point(u, v);
         approx::assert_abs_diff_eq!(p.x.hypot(p.y), 2.0, epsilon = 1e-12);
@@ -253,32 +216,19 @@ fn revolved_extruded_and_ruled_surfaces() {
         assert!(p.y >= 0.0);
     }
     let face = only_face(&[entity(122, "3,0.,0.,9."), line([0.0, 0.0, 0.0], [4.0, 0.0, 0.0])]);
-    approx::assert_abs_diff_eq!(
-        face.surface.point(0.5, 1.0),
-        Point3::new(2.0, 0.0, 9.0),
-        epsilon = 1e-12
-    );
+    approx::assert_abs_diff_eq!(face.surface.point(0.5, 1.0), Point3::new(2.0, 0.0, 9.0), epsilon = 1e-12);
     let face = only_face(&[
         entity(118, "3,5,1,0"),
         line([0.0, 0.0, 0.0], [4.0, 0.0, 0.0]),
         line([4.0, 3.0, 0.0], [0.0, 3.0, 2.0]),
     ]);
-    approx::assert_abs_diff_eq!(
-        face.surface.point(0.0, 1.0),
-        Point3::new(0.0, 3.0, 2.0),
-        epsilon = 1e-12
-    );
+    approx::assert_abs_diff_eq!(face.surface.point(0.0, 1.0), Point3::new(0.0, 3.0, 2.0), epsilon = 1e-12);
 }
 
 #[test]
 fn bounded_surfaces_and_b_reps_share_their_edges() {
     let square = |x: f64| {
-        let c = [
-            [x, 0.0, 0.0],
-            [x + 5.0, 0.0, 0.0],
-            [x + 5.0, 8.0, 0.0],
-            [x, 8.0, 0.0],
-        ];
+        let c = [[x, 0.0, 0.0], [x + 5.0, 0.0, 0.0], [x + 5.0, 8.0, 0.0], [x, 8.0, 0.0]];
         (0..4).map(move |i| line(c[i], c[(i + 1) % 4]))
     };
     // 143 with 141: a triangle of lines, the second against its sense.
@@ -311,16 +261,9 @@ fn bounded_surfaces_and_b_reps_share_their_edges() {
     let import = import(&entities);
     assert_eq!((import.report.faces_in_file, import.report.skipped.len()), (2, 0));
     let shared = |f: usize| -> Vec<_> {
-        import.model.faces[f].loops[0]
-            .edges
-            .iter()
-            .filter_map(|e| e.shared)
-            .collect()
+        import.model.faces[f].loops[0].edges.iter().filter_map(|e| e.shared).collect()
     };
-    let common: Vec<_> = shared(0)
-        .into_iter()
-        .filter(|id| shared(1).contains(id))
-        .collect();
+    let common: Vec<_> = shared(0).into_iter().filter(|id| shared(1).contains(id)).collect();
     assert_eq!(common.len(), 1);
     assert!(!import.model.faces[0].reversed && import.model.faces[1].reversed);
     for face in &import.model.faces {

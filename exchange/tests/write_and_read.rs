@@ -33,12 +33,7 @@ fn ring(centre: (f64, f64), radius: f64, clockwise: bool) -> TrimLoop {
         let points = (2 * q..=2 * q + 2).map(corner).collect();
         Curve2::new(KnotVector::clamped_uniform(2, 3), points, Some(vec![1.0, s, 1.0])).unwrap()
     };
-    let mut edges: Vec<_> = (0..4)
-        .map(|q| TrimEdge {
-            pcurve: quarter(q),
-            shared: None,
-        })
-        .collect();
+    let mut edges: Vec<_> = (0..4).map(|q| TrimEdge { pcurve: quarter(q), shared: None }).collect();
     if clockwise {
         edges.reverse();
         for edge in &mut edges {
@@ -54,11 +49,7 @@ fn face(surface: NurbsSurface, loops: Vec<TrimLoop>, name: &str) -> Face {
         loops,
         reversed: false,
         kind: SurfaceKind::Nurbs,
-        source: Source {
-            name: Some(name.into()),
-            layer: Some("7".into()),
-            ..Source::default()
-        },
+        source: Source { name: Some(name.into()), layer: Some("7".into()), ..Source::default() },
     }
 }
 
@@ -69,23 +60,13 @@ fn sample() -> (Model, Vec<Group>) {
             face(bowl(false), vec![], "roof; left, front"),
             face(bowl(true), vec![], "dôme"),
             face(bowl(true), trimmed.clone(), "door"),
-            Face {
-                reversed: true,
-                ..face(bowl(false), trimmed, "flap")
-            },
+            Face { reversed: true, ..face(bowl(false), trimmed, "flap") },
         ],
         tolerance_mm: 0.002,
         coordinate_step_mm: 0.0,
     };
-    let group = |name: &str, colour, faces| Group {
-        name: name.into(),
-        colour,
-        faces,
-    };
-    let groups = vec![
-        group("upper", Some([255, 128, 3]), vec![0, 2]),
-        group("lower", None, vec![1]),
-    ];
+    let group = |name: &str, colour, faces| Group { name: name.into(), colour, faces };
+    let groups = vec![group("upper", Some([255, 128, 3]), vec![0, 2]), group("lower", None, vec![1])];
     (model, groups)
 }
 
@@ -105,10 +86,7 @@ fn geometry_names_colours_and_levels_survive() {
         assert!(!b.reversed);
         let ((u0, u1), (v0, v1)) = a.surface.domain();
         for k in 0..100 {
-            let (u, v) = (
-                u0 + (u1 - u0) * f64::from(k % 10) / 9.0,
-                v0 + (v1 - v0) * f64::from(k / 10) / 9.0,
-            );
+            let (u, v) = (u0 + (u1 - u0) * f64::from(k % 10) / 9.0, v0 + (v1 - v0) * f64::from(k / 10) / 9.0);
             let back = if a.reversed { u0 + u1 - u } else { u };
             approx::assert_abs_diff_eq!(a.surface.point(u, v), b.surface.point(back, v), epsilon = 1e-9);
         }
@@ -147,11 +125,7 @@ fn the_same_model_gives_the_same_bytes_and_nothing_is_left_beside() {
     write_iges(&path, &model, &groups).unwrap();
     assert_eq!(first, std::fs::read(&path).unwrap());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
-    assert!(
-        first
-            .split(|b| *b == b'\n')
-            .all(|line| line.is_empty() || line.len() == 80)
-    );
+    assert!(first.split(|b| *b == b'\n').all(|line| line.is_empty() || line.len() == 80));
 }
 
 #[test]

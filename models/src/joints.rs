@@ -30,11 +30,7 @@ pub(crate) fn patches(layout: &Layout) -> Vec<Patch> {
     let mut all = Vec::new();
     for (sheet, rows) in layout.iter().enumerate() {
         for row in rows {
-            all.extend(row.cuts.windows(2).map(|w| Patch {
-                sheet,
-                u: (w[0], w[1]),
-                v: row.v,
-            }));
+            all.extend(row.cuts.windows(2).map(|w| Patch { sheet, u: (w[0], w[1]), v: row.v }));
         }
     }
     all
@@ -117,9 +113,7 @@ struct Rim {
 impl Rim {
     /// The sheet's parameters at the curve's parameter `t`.
     fn parameters(&self, sheets: &[Sheet], t: f64) -> (f64, f64) {
-        let share = sheets[self.sheet].edges[self.side]
-            .map_or(0.0, |e| e.share(t))
-            .clamp(0.0, 1.0);
+        let share = sheets[self.sheet].edges[self.side].map_or(0.0, |e| e.share(t)).clamp(0.0, 1.0);
         [(share, 0.0), (share, 1.0), (0.0, share), (1.0, share)][self.side]
     }
 }
@@ -184,11 +178,7 @@ fn class_at(knots: &KnotVector, t: f64) -> Continuity {
     let (first, last) = knots.domain();
     // A seam of a tube is as smooth as its inside.
     let inside = first < t && t < last;
-    if inside && knots.multiplicity(t) > 1 {
-        Continuity::G1
-    } else {
-        Continuity::G2
-    }
+    if inside && knots.multiplicity(t) > 1 { Continuity::G1 } else { Continuity::G2 }
 }
 
 /// Index pairs of intervals of the two subdivisions that overlap, with the overlap.

@@ -75,11 +75,8 @@ fn rows(sheet: &Sheet, size_mm: f64, taken: &mut Taken, rng: &mut ChaCha8Rng) ->
     let transposed = surface.transposed();
     let mut lines = vec![0.0];
     for band in smooth_breaks(surface.knots_v()).windows(2) {
-        let mean = [0.15, 0.5, 0.85]
-            .map(|u| length(&transposed, (band[0], band[1]), u))
-            .iter()
-            .sum::<f64>()
-            / 3.0;
+        let mean =
+            [0.15, 0.5, 0.85].map(|u| length(&transposed, (band[0], band[1]), u)).iter().sum::<f64>() / 3.0;
         let count = pieces(mean, size_mm, 1);
         for k in 1..count {
             let v = band[0] + (band[1] - band[0]) * k as f64 / count as f64;
@@ -101,24 +98,13 @@ fn rows(sheet: &Sheet, size_mm: f64, taken: &mut Taken, rng: &mut ChaCha8Rng) ->
             let width = length(surface, band, middle);
             let before = rows.last().map_or(&[][..], |row| &row.cuts);
             let least = if sheet.closed { 3 } else { 1 };
-            cuts.extend(cuts_of_band(
-                band,
-                width,
-                pieces(width, size_mm, least),
-                before,
-                taken,
-                &wall,
-                rng,
-            ));
+            cuts.extend(cuts_of_band(band, width, pieces(width, size_mm, least), before, taken, &wall, rng));
             cuts.push(band.1);
         }
         for edge in wall.into_iter().flatten() {
             taken.add(edge, &cuts);
         }
-        rows.push(Row {
-            v: (v[0], v[1]),
-            cuts,
-        });
+        rows.push(Row { v: (v[0], v[1]), cuts });
     }
     rows
 }
@@ -133,17 +119,10 @@ fn cuts_of_band(
     wall: &[Option<Edge>],
     rng: &mut ChaCha8Rng,
 ) -> Vec<f64> {
-    let aligned: Vec<f64> = before
-        .iter()
-        .copied()
-        .filter(|&u| band.0 < u && u < band.1)
-        .collect();
+    let aligned: Vec<f64> = before.iter().copied().filter(|&u| band.0 < u && u < band.1).collect();
     // Draw in any case, so that one row's choice does not change the next row's dice.
-    let (keep, extra, shift) = (
-        rng.random_bool(ALIGNED),
-        rng.random_range(0..3),
-        rng.random_range(-0.2..0.2),
-    );
+    let (keep, extra, shift) =
+        (rng.random_bool(ALIGNED), rng.random_range(0..3), rng.random_range(-0.2..0.2));
     if keep && !before.is_empty() && (aligned.len() + 1).abs_diff(count) <= count / 4 {
         return aligned;
     }

@@ -55,11 +55,7 @@ impl Network {
     /// Adds a curve from the right side (negative parameters) to the left, given by its right half: the
     /// last point of `half` is on the middle plane at parameter 0.
     pub(crate) fn add_across(&mut self, half: &[(f64, Point3)]) -> CurveId {
-        let other = half
-            .iter()
-            .rev()
-            .skip(1)
-            .map(|(t, p)| (-t, Point3::new(p.x, -p.y, p.z)));
+        let other = half.iter().rev().skip(1).map(|(t, p)| (-t, Point3::new(p.x, -p.y, p.z)));
         let table: Vec<_> = half.iter().copied().chain(other).collect();
         self.curves.push((Spline::through(&table), Twin::ItselfBackwards));
         self.curves.len() - 1
@@ -87,11 +83,7 @@ impl Network {
     pub(crate) fn mirrored(&self, edge: Edge) -> Edge {
         match self.curves[edge.curve].1 {
             Twin::Other(curve) => Edge { curve, ..edge },
-            Twin::ItselfBackwards => Edge {
-                curve: edge.curve,
-                from: -edge.from,
-                to: -edge.to,
-            },
+            Twin::ItselfBackwards => Edge { curve: edge.curve, from: -edge.from, to: -edge.to },
         }
     }
 }

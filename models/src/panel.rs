@@ -33,23 +33,9 @@ pub fn panel(patches: usize, seed: u64) -> Sample {
     let ridge = [0.15, 0.3, 0.42, 0.42, 0.58, 0.58, 0.7, 0.85];
     let relief = |u: f64, v: f64| {
         let wave = WAVE_MM * (4.0 * PI * u).sin() * (PI * v).sin();
-        let ridge = if (v - 0.5).abs() < 0.08 {
-            0.5 * WAVE_MM
-        } else {
-            0.0
-        };
+        let ridge = if (v - 0.5).abs() < 0.08 { 0.5 * WAVE_MM } else { 0.0 };
         Vector3::new(0.0, 0.0, wave + ridge * (PI * u).sin())
     };
-    let form = Form {
-        outward: Vector3::z(),
-        lines: (&waves, &ridge),
-        relief: &relief,
-        seams_deg: [0.0; 4],
-    };
-    shuffled(
-        "panel",
-        &[Sheet::hung("panel", &network, frame, &form)],
-        patches,
-        seed,
-    )
+    let form = Form { outward: Vector3::z(), lines: (&waves, &ridge), relief: &relief, seams_deg: [0.0; 4] };
+    shuffled("panel", &[Sheet::hung("panel", &network, frame, &form)], patches, seed)
 }

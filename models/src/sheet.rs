@@ -57,11 +57,7 @@ impl Sheet {
         };
         let common = |a: &Spline, b: &Spline, lines: &[f64]| {
             let all = united(&united(&a.knots, &b.knots), lines);
-            if form.seams_deg == [0.0; 4] {
-                all
-            } else {
-                united(&all, &seams(a, b))
-            }
+            if form.seams_deg == [0.0; 4] { all } else { united(&all, &seams(a, b)) }
         };
         let knots_u = common(&bottom, &top, form.lines.0);
         let knots_v = common(&left, &right, form.lines.1);
@@ -69,10 +65,7 @@ impl Sheet {
         let [left, right] = [left, right].map(|s| s.with_knots(knots_v.clone()).points);
         let (g, h) = (greville(&knots_u), greville(&knots_v));
         let (last_i, last_j) = (g.len() - 1, h.len() - 1);
-        let mut net = Net {
-            columns: h.len(),
-            points: Vec::with_capacity(g.len() * h.len()),
-        };
+        let mut net = Net { columns: h.len(), points: Vec::with_capacity(g.len() * h.len()) };
         for (i, &u) in g.iter().enumerate() {
             for (j, &v) in h.iter().enumerate() {
                 net.points.push(if j == 0 {
@@ -124,14 +117,10 @@ impl Sheet {
     /// A tube: `rings[j]` are the control points of the closed curve that stands for control point `j` of a
     /// profile with `knots_v` over `[0, 1]`. Smooth around, as smooth along as the profile's knots.
     pub(crate) fn tube(name: &str, knots_v: Vec<f64>, rings: &[Vec<Point3>]) -> Sheet {
-        let open: Vec<Spline> = rings
-            .iter()
-            .map(|ring| Spline::closed(ring).normalised(false))
-            .collect();
+        let open: Vec<Spline> = rings.iter().map(|ring| Spline::closed(ring).normalised(false)).collect();
         let knots_u = open[0].knots.clone();
-        let net = (0..open[0].points.len())
-            .flat_map(|i| open.iter().map(move |ring| ring.points[i]))
-            .collect();
+        let net =
+            (0..open[0].points.len()).flat_map(|i| open.iter().map(move |ring| ring.points[i])).collect();
         Sheet {
             name: name.to_owned(),
             surface: surface(knots_u, knots_v, net),

@@ -28,31 +28,18 @@ pub(crate) fn shuffled(name: &str, sheets: &[Sheet], count: usize, seed: u64) ->
             loops: Vec::new(),
             reversed: false,
             kind: SurfaceKind::Nurbs,
-            source: Source {
-                entity: format!("patch {face}"),
-                ..Source::default()
-            },
+            source: Source { entity: format!("patch {face}"), ..Source::default() },
         }
     });
-    let model = Model {
-        faces: faces.collect(),
-        tolerance_mm: 1e-6,
-        coordinate_step_mm: 0.0,
-    };
+    let model = Model { faces: faces.collect(), tolerance_mm: 1e-6, coordinate_step_mm: 0.0 };
 
     let region_of_face: Vec<usize> = order.iter().map(|&patch| patches[patch].sheet).collect();
     let region = |(id, sheet): (usize, &Sheet)| Region {
         name: sheet.name.clone(),
-        faces: (0..order.len())
-            .filter(|&face| region_of_face[face] == id)
-            .collect(),
+        faces: (0..order.len()).filter(|&face| region_of_face[face] == id).collect(),
     };
-    let mut totals = Totals {
-        faces: order.len(),
-        regions: sheets.len(),
-        least_crease_deg: 180.0,
-        ..Totals::default()
-    };
+    let mut totals =
+        Totals { faces: order.len(), regions: sheets.len(), least_crease_deg: 180.0, ..Totals::default() };
     let mut joints = Vec::new();
     for contact in contacts(sheets, &layout) {
         let [a, b] = contact.patches.map(|p| face_of_patch[p]);
@@ -122,11 +109,7 @@ fn disguised(part: NurbsSurface, rng: &mut ChaCha8Rng) -> NurbsSurface {
             1 => (0.0, f64::from(rng.random_range(1..2000))),
             _ => (rng.random_range(-50.0..50.0), rng.random_range(0.1..30.0)),
         };
-        let knots = knots
-            .as_slice()
-            .iter()
-            .map(|k| start + (k - a) / (b - a) * length)
-            .collect();
+        let knots = knots.as_slice().iter().map(|k| start + (k - a) / (b - a) * length).collect();
         KnotVector::new(3, knots).expect("an affine map keeps knots in order")
     };
     let (knots_u, knots_v) = (stretched(part.knots_u()), stretched(part.knots_v()));

@@ -33,8 +33,7 @@ impl Spline {
         let lu = basis.lu();
         let solve = |axis: usize| {
             let right = DVector::from_fn(n, |row, _| table[row].1[axis]);
-            lu.solve(&right)
-                .expect("interpolation at increasing parameters is regular")
+            lu.solve(&right).expect("interpolation at increasing parameters is regular")
         };
         let (x, y, z) = (solve(0), solve(1), solve(2));
         let mut points: Vec<Point3> = (0..n).map(|i| Point3::new(x[i], y[i], z[i])).collect();
@@ -81,9 +80,7 @@ impl Spline {
     /// The closed uniform curve with these control points, one knot interval each, cut open at parameter 0.
     pub(crate) fn closed(control: &[Point3]) -> Spline {
         let n = control.len();
-        let knots = (0..n + 2 * DEGREE + 1)
-            .map(|i| i as f64 - DEGREE as f64)
-            .collect();
+        let knots = (0..n + 2 * DEGREE + 1).map(|i| i as f64 - DEGREE as f64).collect();
         let points = (0..n + DEGREE).map(|i| control[i % n]).collect();
         Spline { knots, points }.restricted(0.0, n as f64)
     }
@@ -93,13 +90,7 @@ impl Spline {
     }
 
     pub(crate) fn point(&self, t: f64) -> Point3 {
-        polar(
-            &self.knots,
-            &self.points,
-            span(&self.knots, t),
-            [t; 3],
-            |a, b, s| a + (b - a) * s,
-        )
+        polar(&self.knots, &self.points, span(&self.knots, t), [t; 3], |a, b, s| a + (b - a) * s)
     }
 
     /// Its length, from chords, mm.
@@ -147,19 +138,14 @@ impl Spline {
     /// The mirror image in the plane `y = 0`.
     pub(crate) fn mirrored(&self) -> Spline {
         let points = self.points.iter().map(|p| Point3::new(p.x, -p.y, p.z)).collect();
-        Spline {
-            knots: self.knots.clone(),
-            points,
-        }
+        Spline { knots: self.knots.clone(), points }
     }
 }
 
 /// Where the control points of clamped cubic `knots` sit in the parameter: means of three knots.
 pub(crate) fn greville(knots: &[f64]) -> Vec<f64> {
     let count = knots.len() - DEGREE - 1;
-    (0..count)
-        .map(|i| (knots[i + 1] + knots[i + 2] + knots[i + 3]) / 3.0)
-        .collect()
+    (0..count).map(|i| (knots[i + 1] + knots[i + 2] + knots[i + 3]) / 3.0).collect()
 }
 
 /// All knots of both with the higher of the two multiplicities; knots closer than `NEAR` are one.
@@ -190,10 +176,7 @@ pub(crate) fn united(a: &[f64], b: &[f64]) -> Vec<f64> {
 /// Index of the non-empty knot interval that holds `t`.
 fn span(knots: &[f64], t: f64) -> usize {
     let last = knots.len() - DEGREE - 2;
-    let mut s = knots
-        .partition_point(|&k| k <= t)
-        .saturating_sub(1)
-        .clamp(DEGREE, last);
+    let mut s = knots.partition_point(|&k| k <= t).saturating_sub(1).clamp(DEGREE, last);
     while s > DEGREE && knots[s] == knots[s + 1] {
         s -= 1;
     }
@@ -219,10 +202,7 @@ mod tests {
     fn wavy() -> Spline {
         let row = |i: i32| {
             let t = f64::from(i * i) * 0.1 + f64::from(i);
-            (
-                t,
-                Point3::new(t * 100.0, (t * 0.7).sin() * 50.0, (t * 0.4).cos() * 80.0),
-            )
+            (t, Point3::new(t * 100.0, (t * 0.7).sin() * 50.0, (t * 0.4).cos() * 80.0))
         };
         Spline::through(&(0..9).map(row).collect::<Vec<_>>())
     }
@@ -261,11 +241,7 @@ mod tests {
         let step = std::f64::consts::TAU / f64::from(n);
         let radius = 100.0 * 6.0 / (4.0 + 2.0 * step.cos());
         let at = |i: i32| {
-            Point3::new(
-                radius * (f64::from(i) * step).cos(),
-                radius * (f64::from(i) * step).sin(),
-                0.0,
-            )
+            Point3::new(radius * (f64::from(i) * step).cos(), radius * (f64::from(i) * step).sin(), 0.0)
         };
         let ring = Spline::closed(&(0..n).map(at).collect::<Vec<_>>());
         for i in 0..=200 {

@@ -42,9 +42,7 @@ pub fn write_sample(name: &str, options: &RoadsterOptions, path: &Path) -> Resul
         "roadster" => roadster(options),
         "panel" => panel(options.patches, options.seed),
         _ => {
-            return Err(SampleError::Unknown {
-                name: name.to_owned(),
-            });
+            return Err(SampleError::Unknown { name: name.to_owned() });
         }
     };
     write_iges(path, &sample.model, &[])?;
@@ -53,10 +51,7 @@ pub fn write_sample(name: &str, options: &RoadsterOptions, path: &Path) -> Resul
 }
 
 fn write_answers(sample: &Sample, path: &Path) -> Result<(), SampleError> {
-    let failed = |source| SampleError::Answers {
-        path: path.into(),
-        source,
-    };
+    let failed = |source| SampleError::Answers { path: path.into(), source };
     let text = serde_json::to_vec(&sample.answers).map_err(|e| failed(e.into()))?;
     let mut beside = OsString::from(path);
     beside.push(".partial");

@@ -43,11 +43,7 @@ impl Side<'_> {
         let normal = jet.normal().expect("no face is degenerate at its boundary");
         let along = if self.side < 2 { jet.su } else { jet.sv };
         let across = normal.cross(&along).normalize();
-        Seat {
-            point: jet.p,
-            normal,
-            curvature: jet.normal_curvature(&across, &normal).expect("regular"),
-        }
+        Seat { point: jet.p, normal, curvature: jet.normal_curvature(&across, &normal).expect("regular") }
     }
 
     /// How far the middle is from the ends, mm.
@@ -61,9 +57,7 @@ impl Side<'_> {
         const COARSE: usize = 24;
         let distance = |s: f64| (self.point(s) - p).norm();
         let coarse = (0..=COARSE).map(|i| i as f64 / COARSE as f64);
-        let start = coarse
-            .min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
-            .expect("samples");
+        let start = coarse.min_by(|a, b| distance(*a).total_cmp(&distance(*b))).expect("samples");
         let step = 1.0 / COARSE as f64;
         if distance(start) > 4.0 * step * (self.point(1.0) - self.point(0.0)).norm().max(self.bend()) {
             return (start, distance(start));
@@ -72,11 +66,7 @@ impl Side<'_> {
         let golden = 0.5 * (5f64.sqrt() - 1.0);
         for _ in 0..14 {
             let (a, b) = (high - golden * (high - low), low + golden * (high - low));
-            if distance(a) < distance(b) {
-                high = b
-            } else {
-                low = a
-            }
+            if distance(a) < distance(b) { high = b } else { low = a }
         }
         // Golden section stalls at the square root of the rounding error; a secant step finishes.
         let mut s = 0.5 * (low + high);
@@ -105,11 +95,7 @@ fn shared<'a>(a: &'a Face, b: &'a Face) -> Vec<Shared<'a>> {
         for t in Side::all(b) {
             let ends = [0.0, 1.0].map(|e| (e, t.nearest(&s.point(e))));
             let back = [0.0, 1.0].map(|e| s.nearest(&t.point(e)));
-            let mut shares: Vec<f64> = ends
-                .iter()
-                .filter(|(_, (_, d))| *d < ON)
-                .map(|(e, _)| *e)
-                .collect();
+            let mut shares: Vec<f64> = ends.iter().filter(|(_, (_, d))| *d < ON).map(|(e, _)| *e).collect();
             shares.extend(back.iter().filter(|(_, d)| *d < ON).map(|(share, _)| *share));
             shares.sort_by(f64::total_cmp);
             let (Some(&low), Some(&high)) = (shares.first(), shares.last()) else {
@@ -117,10 +103,7 @@ fn shared<'a>(a: &'a Face, b: &'a Face) -> Vec<Shared<'a>> {
             };
             let middle = s.point(0.5 * (low + high));
             if high - low > 1e-6 && t.nearest(&middle).1 < ON {
-                found.push(Shared {
-                    sides: [s, t],
-                    stretch: (low, high),
-                });
+                found.push(Shared { sides: [s, t], stretch: (low, high) });
             }
         }
     }
@@ -140,13 +123,8 @@ fn measure(shared: &Shared) -> Measured {
     const SAMPLES: usize = 40;
     let [a, b] = shared.sides;
     let (low, high) = shared.stretch;
-    let mut m = Measured {
-        gap_mm: 0.0,
-        angle_deg: (180.0, 0.0),
-        curvature_jump: 0.0,
-        length_mm: 0.0,
-        faint_mm: 0.0,
-    };
+    let mut m =
+        Measured { gap_mm: 0.0, angle_deg: (180.0, 0.0), curvature_jump: 0.0, length_mm: 0.0, faint_mm: 0.0 };
     let mut last: Option<Point3> = None;
     for i in 0..=SAMPLES {
         let share = low + (high - low) * i as f64 / SAMPLES as f64;
@@ -155,12 +133,7 @@ fn measure(shared: &Shared) -> Measured {
         let q = b.seat(other);
         // Neither face knows its outside: fold the angle into 0…90°.
         let sign = p.normal.dot(&q.normal).signum();
-        let angle = p
-            .normal
-            .cross(&q.normal)
-            .norm()
-            .atan2(p.normal.dot(&q.normal).abs())
-            .to_degrees();
+        let angle = p.normal.cross(&q.normal).norm().atan2(p.normal.dot(&q.normal).abs()).to_degrees();
         m.gap_mm = m.gap_mm.max(gap);
         m.angle_deg = (m.angle_deg.0.min(angle), m.angle_deg.1.max(angle));
         m.curvature_jump = m.curvature_jump.max((p.curvature - sign * q.curvature).abs());
@@ -204,11 +177,7 @@ fn check(sample: &Sample) {
         for (m, joint) in measured.iter().zip(claimed) {
             let place = format!("joint {a}-{b} {joint:?}");
             assert!(m.gap_mm <= 1e-9, "{place}: gap {} mm", m.gap_mm);
-            assert!(
-                (m.length_mm / joint.length_mm - 1.0).abs() < 2e-2,
-                "{place}: length {}",
-                m.length_mm
-            );
+            assert!((m.length_mm / joint.length_mm - 1.0).abs() < 2e-2, "{place}: length {}", m.length_mm);
             match joint.class {
                 Continuity::C0 => assert!(m.angle_deg.1 > 1.0, "{place}: {:?}", m.angle_deg),
                 Continuity::G1 | Continuity::G2 => {
@@ -242,10 +211,7 @@ fn check(sample: &Sample) {
         .filter(|(_, (faint, length))| *faint > 0.05 * length)
         .map(|(r, lengths)| (r.map(name), lengths))
         .collect();
-    assert!(
-        faint.is_empty(),
-        "creases under 3° along more than 5 %: {faint:?}"
-    );
+    assert!(faint.is_empty(), "creases under 3° along more than 5 %: {faint:?}");
     for region in &answers.regions {
         let first = root(&mut parent, region.faces[0]);
         for &face in &region.faces {
@@ -276,10 +242,7 @@ fn patch_counts_follow_the_request_and_no_crease_joint_looks_smooth() {
         let name = |face: usize| &sample.answers.regions[sample.answers.region_of_face[face]].name;
         for joint in sample.answers.joints.iter().filter(|j| j.class == Continuity::C0) {
             let sides = joint.faces.map(name);
-            assert!(
-                joint.angle_deg > 1.0,
-                "{patches} patches, seed {seed}: {sides:?} {joint:?}"
-            );
+            assert!(joint.angle_deg > 1.0, "{patches} patches, seed {seed}: {sides:?} {joint:?}");
         }
     }
 }

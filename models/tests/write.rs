@@ -6,10 +6,7 @@ use claymill_models::{Answers, RoadsterOptions, SampleError, panel, write_sample
 fn a_written_sample_reads_back_to_the_same_faces_and_answers() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("roadster.igs");
-    let options = RoadsterOptions {
-        patches: 500,
-        seed: 11,
-    };
+    let options = RoadsterOptions { patches: 500, seed: 11 };
     let sample = write_sample("roadster", &options, &path).unwrap();
     let bytes = std::fs::read(&path).unwrap();
 
@@ -23,18 +20,11 @@ fn a_written_sample_reads_back_to_the_same_faces_and_answers() {
     assert_eq!(answers, sample.answers);
     let file = String::from_utf8_lossy(&bytes);
     for region in &answers.regions {
-        assert!(
-            !file.contains(&region.name),
-            "{} is told in the file",
-            region.name
-        );
+        assert!(!file.contains(&region.name), "{} is told in the file", region.name);
     }
 
     write_sample("roadster", &options, &path).unwrap();
-    assert!(
-        std::fs::read(&path).unwrap() == bytes,
-        "the same options give the same bytes"
-    );
+    assert!(std::fs::read(&path).unwrap() == bytes, "the same options give the same bytes");
 }
 
 #[test]

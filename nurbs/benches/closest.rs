@@ -39,10 +39,7 @@ fn skin() -> Model {
             source: Source::default(),
         }
     };
-    Model {
-        faces: (0..PATCHES * PATCHES).map(patch).collect(),
-        ..Model::default()
-    }
+    Model { faces: (0..PATCHES * PATCHES).map(patch).collect(), ..Model::default() }
 }
 
 /// Centres of a 10 mm ball that rests on the point `(u, v)` of a face.
@@ -65,50 +62,31 @@ fn queries(c: &mut Criterion) {
         })
         .collect();
     group.bench_function("incoherent, ball centres", |b| {
-        b.iter(|| {
-            scattered
-                .iter()
-                .filter_map(|p| index.closest(black_box(p), 20.0))
-                .count()
-        });
+        b.iter(|| scattered.iter().filter_map(|p| index.closest(black_box(p), 20.0)).count());
     });
 
-    let far: Vec<Point3> = (scattered.iter())
-        .map(|p| p + Vector3::from_fn(|_, _| rng.random_range(-100.0..100.0)))
-        .collect();
+    let far: Vec<Point3> =
+        (scattered.iter()).map(|p| p + Vector3::from_fn(|_, _| rng.random_range(-100.0..100.0))).collect();
     group.bench_function("incoherent, within 100 mm", |b| {
-        b.iter(|| {
-            far.iter()
-                .filter_map(|p| index.closest(black_box(p), f64::INFINITY))
-                .count()
-        });
+        b.iter(|| far.iter().filter_map(|p| index.closest(black_box(p), f64::INFINITY)).count());
     });
 
     // Steps of about 1.5 mm across 30 patches.
     let path: Vec<Point3> = (0..QUERIES)
         .map(|k| {
             let along = k as f64 / QUERIES as f64 * 30.0;
-            ball(
-                &model,
-                (10 + along as usize) * PATCHES + 20,
-                along.fract(),
-                0.3 + 0.001 * along,
-            )
+            ball(&model, (10 + along as usize) * PATCHES + 20, along.fract(), 0.3 + 0.001 * along)
         })
         .collect();
     group.bench_function("coherent, 1.5 mm steps", |b| {
         b.iter(|| {
             let mut hint = Hint::default();
-            path.iter()
-                .filter_map(|p| index.closest_from(black_box(p), 20.0, &mut hint))
-                .count()
+            path.iter().filter_map(|p| index.closest_from(black_box(p), 20.0, &mut hint)).count()
         });
     });
     group.finish();
 
-    c.bench_function("build, 3600 patches", |b| {
-        b.iter(|| ClosestPoints::new(black_box(&model)))
-    });
+    c.bench_function("build, 3600 patches", |b| b.iter(|| ClosestPoints::new(black_box(&model))));
 }
 
 criterion_group!(benches, queries);

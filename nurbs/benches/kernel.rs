@@ -25,17 +25,11 @@ fn evaluation(c: &mut Criterion) {
 }
 
 fn triangulation(c: &mut Criterion) {
-    let options = MeshOptions {
-        deviation_mm: 0.01,
-        longest_edge_mm: f64::INFINITY,
-    };
+    let options = MeshOptions { deviation_mm: 0.01, longest_edge_mm: f64::INFINITY };
     let trims = vec![ellipse((0.5, 0.5), 0.45, 0.3), circle((0.5, 0.5), 0.12)];
     let mut group = c.benchmark_group("triangles");
     group.sample_size(10);
-    for (name, face) in [
-        ("whole panel", face(panel(), vec![])),
-        ("trimmed panel", face(panel(), trims)),
-    ] {
+    for (name, face) in [("whole panel", face(panel(), vec![])), ("trimmed panel", face(panel(), trims))] {
         let count = tessellate(&face, &options).map_or(0, |m| m.triangles.len());
         group.throughput(Throughput::Elements(count as u64));
         group.bench_function(name, |b| b.iter(|| tessellate(black_box(&face), &options)));
@@ -48,12 +42,8 @@ fn inside_test(c: &mut Criterion) {
     let mut group = c.benchmark_group("inside");
     group.throughput(Throughput::Elements(at.len() as u64));
     let few = vec![ellipse((0.5, 0.5), 0.45, 0.3), circle((0.5, 0.5), 0.12)];
-    let grille = (0..100).map(|k| {
-        circle(
-            (f64::from(k % 10) * 0.1 + 0.05, f64::from(k / 10) * 0.1 + 0.05),
-            0.04,
-        )
-    });
+    let grille =
+        (0..100).map(|k| circle((f64::from(k % 10) * 0.1 + 0.05, f64::from(k / 10) * 0.1 + 0.05), 0.04));
     for (name, loops) in [("two loops", few), ("a hundred loops", grille.collect())] {
         let domain = Domain::new(&face(panel(), loops));
         group.bench_function(name, |b| {

@@ -35,12 +35,7 @@ impl Frame {
             (hint - z * hint.dot(&z)).try_normalize(1e-6)
         };
         let x = across(x_hint).or_else(|| across(Vector3::ith(z.iamin(), 1.0)))?;
-        Some(Frame {
-            origin,
-            x,
-            y: z.cross(&x),
-            z,
-        })
+        Some(Frame { origin, x, y: z.cross(&x), z })
     }
 
     /// Coordinates of `p` in this frame.
@@ -84,11 +79,7 @@ impl ArcParameter {
         }
         // A quarter turn that misses by rounding is still one piece.
         let count = (quarters - 1e-9).ceil().max(1.0);
-        Ok(ArcParameter {
-            from,
-            piece: (to - from) / count,
-            count: count as usize,
-        })
+        Ok(ArcParameter { from, piece: (to - from) / count, count: count as usize })
     }
 
     /// The parameter of the point at angle `theta`; the map continues periodically outside the range.
@@ -122,11 +113,7 @@ impl ArcParameter {
         let middle = (0.5 * piece).cos();
         (0..=2 * count).map(move |i| {
             let angle = from + 0.5 * piece * i as f64;
-            let (reach, weight) = if i % 2 == 0 {
-                (1.0, 1.0)
-            } else {
-                (1.0 / middle, middle)
-            };
+            let (reach, weight) = if i % 2 == 0 { (1.0, 1.0) } else { (1.0 / middle, middle) };
             (angle, reach, weight)
         })
     }
@@ -161,12 +148,7 @@ pub fn ellipse_arc(
     let arc = ArcParameter::new(from, to)?;
     let (points, weights) = arc
         .control_polygon()
-        .map(|(t, reach, w)| {
-            (
-                frame.point(a_mm * reach * t.cos(), b_mm * reach * t.sin(), 0.0),
-                w,
-            )
-        })
+        .map(|(t, reach, w)| (frame.point(a_mm * reach * t.cos(), b_mm * reach * t.sin(), 0.0), w))
         .unzip();
     Curve3::new(arc.knots()?, points, Some(weights))
 }
@@ -210,10 +192,7 @@ pub fn revolution(
     (from, to): (f64, f64),
 ) -> Result<NurbsSurface, NurbsError> {
     let arc = ArcParameter::new(from, to)?;
-    let axis = nalgebra::Unit::try_new(*axis, 0.0).ok_or(NurbsError::NotFinite {
-        what: "axis",
-        index: 0,
-    })?;
+    let axis = nalgebra::Unit::try_new(*axis, 0.0).ok_or(NurbsError::NotFinite { what: "axis", index: 0 })?;
     let count = curve.points().len();
     let mut points = Vec::with_capacity(count * (2 * arc.count + 1));
     let mut weights = Vec::with_capacity(points.capacity());
@@ -255,12 +234,7 @@ pub fn cone(
 ) -> Result<NurbsSurface, NurbsError> {
     let slope = half_angle.tan();
     let at = |v: f64| frame.point(radius_mm + v * slope, 0.0, v);
-    revolution(
-        &segment(at(v0), at(v1), (v0, v1))?,
-        &frame.origin,
-        &frame.z,
-        angles,
-    )
+    revolution(&segment(at(v0), at(v1), (v0, v1))?, &frame.origin, &frame.z, angles)
 }
 
 /// `o + r cos v (cos u · x + sin u · y) + r sin v · z`: longitudes `u`, latitudes `v` within ±π/2, both as in
@@ -288,12 +262,7 @@ pub fn torus(
     around_axis: (f64, f64),
     around_tube: (f64, f64),
 ) -> Result<NurbsSurface, NurbsError> {
-    let tube = Frame {
-        origin: frame.point(major_mm, 0.0, 0.0),
-        x: frame.x,
-        y: frame.z,
-        z: -frame.y,
-    };
+    let tube = Frame { origin: frame.point(major_mm, 0.0, 0.0), x: frame.x, y: frame.z, z: -frame.y };
     let meridian = circle_arc(&tube, minor_mm, around_tube)?;
     revolution(&meridian, &frame.origin, &frame.z, around_axis)
 }
@@ -304,12 +273,8 @@ mod tests {
     use std::f64::consts::{PI, TAU};
 
     fn tilted() -> Frame {
-        Frame::new(
-            Point3::new(3.0, -2.0, 7.0),
-            Vector3::new(1.0, 2.0, -0.5),
-            Vector3::new(0.3, 0.1, 1.0),
-        )
-        .unwrap()
+        Frame::new(Point3::new(3.0, -2.0, 7.0), Vector3::new(1.0, 2.0, -0.5), Vector3::new(0.3, 0.1, 1.0))
+            .unwrap()
     }
 
     /// Checks `surface` against its formula in angles: `u` (and `v` when given) are turned into parameters.
@@ -322,10 +287,7 @@ mod tests {
         let ((u0, u1), (v0, v1)) = surface.domain();
         for i in 0..=13 {
             for j in 0..=11 {
-                let (a, b) = (
-                    u0 + (u1 - u0) * f64::from(i) / 13.0,
-                    v0 + (v1 - v0) * f64::from(j) / 11.0,
-                );
+                let (a, b) = (u0 + (u1 - u0) * f64::from(i) / 13.0, v0 + (v1 - v0) * f64::from(j) / 11.0);
                 let p = surface.point(u.at_angle(a), v.map_or(b, |v| v.at_angle(b)));
                 approx::assert_abs_diff_eq!(p, formula(a, b), epsilon = 1e-12);
             }
@@ -353,10 +315,8 @@ mod tests {
     fn arcs_follow_their_angle() {
         let f = tilted();
         for (from, to) in [(0.0, TAU), (0.4, 0.9), (-2.0, 3.5)] {
-            let (arc, ellipse) = (
-                ArcParameter::new(from, to).unwrap(),
-                ellipse_arc(&f, 4.0, 1.5, (from, to)).unwrap(),
-            );
+            let (arc, ellipse) =
+                (ArcParameter::new(from, to).unwrap(), ellipse_arc(&f, 4.0, 1.5, (from, to)).unwrap());
             for i in 0..=50 {
                 let a = from + (to - from) * f64::from(i) / 50.0;
                 let expected = f.point(4.0 * a.cos(), 1.5 * a.sin(), 0.0);
@@ -386,10 +346,7 @@ mod tests {
         let s = plane_patch(&f, (-3.0, 2.0), (1.0, 8.0)).unwrap();
         approx::assert_abs_diff_eq!(s.point(-1.2, 5.5), f.point(-1.2, 5.5, 0.0), epsilon = 1e-13);
         // Outside is where the formulas of ISO 10303-42 put it.
-        let outward = cylinder(&f, 2.5, angles, (-1.0, 4.0))
-            .unwrap()
-            .jet(0.3, 0.0)
-            .normal();
+        let outward = cylinder(&f, 2.5, angles, (-1.0, 4.0)).unwrap().jet(0.3, 0.0).normal();
         assert!(outward.unwrap().dot(&(ring(1.0, 0.3, 0.0) - f.origin)) > 0.999);
     }
 
@@ -403,11 +360,7 @@ mod tests {
         let s = revolution(&curve, &Point3::new(1.0, 1.0, 1.0), &d, (0.0, 2.0)).unwrap();
         approx::assert_abs_diff_eq!(s.point(0.0, 0.9), curve.point(0.9), epsilon = 1e-12);
         let distance = |p: Point3| d.normalize().cross(&(p - Point3::new(1.0, 1.0, 1.0))).norm();
-        approx::assert_abs_diff_eq!(
-            distance(s.point(1.7, 0.9)),
-            distance(curve.point(0.9)),
-            epsilon = 1e-12
-        );
+        approx::assert_abs_diff_eq!(distance(s.point(1.7, 0.9)), distance(curve.point(0.9)), epsilon = 1e-12);
     }
 
     #[test]

@@ -21,11 +21,7 @@ impl Arc {
         let arc = |piece: Curve2| {
             let weight = |i: usize| piece.weights().map_or(1.0, |w| w[i]);
             let points = piece.points().iter().enumerate();
-            Arc::new(
-                points
-                    .map(|(i, p)| (p.coords * weight(i)).push(weight(i)))
-                    .collect(),
-            )
+            Arc::new(points.map(|(i, p)| (p.coords * weight(i)).push(weight(i))).collect())
         };
         curve.bezier_pieces().into_iter().map(arc).collect()
     }
@@ -61,10 +57,7 @@ impl Arc {
     }
 
     pub(crate) fn reversed(&self) -> Arc {
-        Arc {
-            net: self.net.iter().rev().copied().collect(),
-            ends: [self.ends[1], self.ends[0]],
-        }
+        Arc { net: self.net.iter().rev().copied().collect(), ends: [self.ends[1], self.ends[0]] }
     }
 
     /// Point at `t` (de Casteljau).
@@ -146,11 +139,7 @@ impl Arc {
         }
         for _ in 0..50 {
             let mid = 0.5 * (low + high);
-            *(if (slope(mid) > 0.0) == rising {
-                &mut low
-            } else {
-                &mut high
-            }) = mid;
+            *(if (slope(mid) > 0.0) == rising { &mut low } else { &mut high }) = mid;
         }
         let t = 0.5 * (low + high);
         // An extreme this close to an end rises above it by less than rounding.
@@ -170,11 +159,7 @@ impl Arc {
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..54 {
             let mid = 0.5 * (low + high);
-            *(if (self.point(mid)[axis] < value) == (a < b) {
-                &mut low
-            } else {
-                &mut high
-            }) = mid;
+            *(if (self.point(mid)[axis] < value) == (a < b) { &mut low } else { &mut high }) = mid;
         }
         Some(0.5 * (low + high))
     }

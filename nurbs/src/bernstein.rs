@@ -10,15 +10,8 @@ pub(crate) struct Bernstein<const N: usize> {
 
 impl<const N: usize> Bernstein<N> {
     pub(crate) fn new(degrees: [usize; 2], coefficients: Vec<SVector<f64, N>>) -> Self {
-        debug_assert_eq!(
-            coefficients.len(),
-            (degrees[0] + 1) * (degrees[1] + 1),
-            "net size"
-        );
-        Bernstein {
-            degrees,
-            coefficients,
-        }
+        debug_assert_eq!(coefficients.len(), (degrees[0] + 1) * (degrees[1] + 1), "net size");
+        Bernstein { degrees, coefficients }
     }
 
     pub(crate) fn coefficients(&self) -> &[SVector<f64, N>] {
@@ -43,10 +36,7 @@ impl<const N: usize> Bernstein<N> {
                 .map(|(i, j)| difference(i, j))
                 .collect(),
         };
-        Bernstein {
-            degrees,
-            coefficients,
-        }
+        Bernstein { degrees, coefficients }
     }
 
     /// Product with a scalar polynomial: binomially scaled coefficients multiply like those of powers.
@@ -72,10 +62,7 @@ impl<const N: usize> Bernstein<N> {
                 coefficients[i * columns + j] /= bi * bj;
             }
         }
-        Bernstein {
-            degrees,
-            coefficients,
-        }
+        Bernstein { degrees, coefficients }
     }
 
     /// `self - o · factor`, for equal degrees.

@@ -13,13 +13,9 @@ impl Face {
         }
         let ((u0, u1), (v0, v1)) = self.surface.domain();
         let corners = [(u0, v0), (u1, v0), (u1, v1), (u0, v1)].map(|(u, v)| Point::from([u, v]));
-        let edge = |i: usize| TrimEdge {
-            pcurve: Curve2::line(corners[i], corners[(i + 1) % 4]),
-            shared: None,
-        };
-        vec![TrimLoop {
-            edges: (0..4).map(edge).collect(),
-        }]
+        let edge =
+            |i: usize| TrimEdge { pcurve: Curve2::line(corners[i], corners[(i + 1) % 4]), shared: None };
+        vec![TrimLoop { edges: (0..4).map(edge).collect() }]
     }
 }
 

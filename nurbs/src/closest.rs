@@ -80,9 +80,8 @@ impl<'a> ClosestPoints<'a> {
     /// Builds the index over all faces (in parallel).
     #[must_use]
     pub fn new(model: &'a Model) -> Self {
-        let parts: Vec<_> = (model.faces.par_iter().enumerate())
-            .map(|(id, face)| build::parts(id, face))
-            .collect();
+        let parts: Vec<_> =
+            (model.faces.par_iter().enumerate()).map(|(id, face)| build::parts(id, face)).collect();
         let (mut trims, mut pieces, mut rims) = (Vec::new(), Vec::new(), Vec::new());
         for part in parts {
             trims.push(part.trim);
@@ -91,13 +90,7 @@ impl<'a> ClosestPoints<'a> {
         }
         let mut boxes: Vec<Aabb> = (pieces.par_iter()).map(|p| Aabb::of(&p.corners())).collect();
         boxes.extend(rims.iter().map(RimPiece::bounds));
-        ClosestPoints {
-            model,
-            trims,
-            pieces,
-            rims,
-            tree: Tree::new(&boxes),
-        }
+        ClosestPoints { model, trims, pieces, rims, tree: Tree::new(&boxes) }
     }
 
     /// The model.
@@ -145,8 +138,7 @@ impl<'a> ClosestPoints<'a> {
 
     fn search(&self, p: &Point3, within_mm: f64) -> Search<'_> {
         let mut search = Search::new(self, p, within_mm);
-        self.tree
-            .search(p, search.best_squared, |item| search.visit(item));
+        self.tree.search(p, search.best_squared, |item| search.visit(item));
         search
     }
 
@@ -165,11 +157,7 @@ impl<'a> ClosestPoints<'a> {
         });
         hint.centre = *p;
         hint.reach = (part * size).clamp(least, largest);
-        hint.within = if search.found.is_some() {
-            f64::INFINITY
-        } else {
-            within_mm
-        };
+        hint.within = if search.found.is_some() { f64::INFINITY } else { within_mm };
         hint.items.clear();
         let horizon = (distance + 2.0 * hint.reach).powi(2).next_up();
         self.tree.search(p, horizon, |item| {

@@ -29,27 +29,13 @@ impl<const D: usize> NurbsCurve<D> {
     ) -> Result<Self, NurbsError> {
         if knots.point_count() != points.len() {
             let (knots, degree) = (knots.as_slice().len(), knots.degree());
-            return Err(NurbsError::KnotCount {
-                knots,
-                points: points.len(),
-                degree,
-            });
+            return Err(NurbsError::KnotCount { knots, points: points.len(), degree });
         }
-        let bad = |p: &Point<f64, D>| {
-            p.iter()
-                .any(|c| !c.is_finite() || c.abs() > LARGEST_COORDINATE_MM)
-        };
+        let bad = |p: &Point<f64, D>| p.iter().any(|c| !c.is_finite() || c.abs() > LARGEST_COORDINATE_MM);
         if let Some(index) = points.iter().position(bad) {
-            return Err(NurbsError::NotFinite {
-                what: "control point",
-                index,
-            });
+            return Err(NurbsError::NotFinite { what: "control point", index });
         }
-        Ok(NurbsCurve {
-            weights: check_weights(weights, points.len())?,
-            knots,
-            points,
-        })
+        Ok(NurbsCurve { weights: check_weights(weights, points.len())?, knots, points })
     }
 
     /// Wraps parts that are known to be sound.
@@ -59,21 +45,13 @@ impl<const D: usize> NurbsCurve<D> {
         weights: Option<Vec<f64>>,
     ) -> Self {
         debug_assert_eq!(knots.point_count(), points.len(), "control point count");
-        NurbsCurve {
-            knots,
-            points,
-            weights,
-        }
+        NurbsCurve { knots, points, weights }
     }
 
     /// The straight segment from `a` at parameter 0 to `b` at parameter 1.
     #[must_use]
     pub fn line(a: Point<f64, D>, b: Point<f64, D>) -> Self {
-        NurbsCurve {
-            knots: KnotVector::clamped_uniform(1, 2),
-            points: vec![a, b],
-            weights: None,
-        }
+        NurbsCurve { knots: KnotVector::clamped_uniform(1, 2), points: vec![a, b], weights: None }
     }
 
     /// The knot vector.
@@ -165,20 +143,12 @@ pub(crate) fn check_weights(
 ) -> Result<Option<Vec<f64>>, NurbsError> {
     let Some(weights) = weights else { return Ok(None) };
     if weights.len() != points {
-        return Err(NurbsError::NetSize {
-            needed: points,
-            given: weights.len(),
-        });
+        return Err(NurbsError::NetSize { needed: points, given: weights.len() });
     }
     if let Some(index) = weights.iter().position(|w| !w.is_finite() || *w <= 0.0) {
-        return Err(NurbsError::Weight {
-            index,
-            value: weights[index],
-        });
+        return Err(NurbsError::Weight { index, value: weights[index] });
     }
-    let equal = weights
-        .iter()
-        .all(|w| (w - weights[0]).abs() <= EQUAL_WEIGHTS * weights[0]);
+    let equal = weights.iter().all(|w| (w - weights[0]).abs() <= EQUAL_WEIGHTS * weights[0]);
     Ok(if equal { None } else { Some(weights) })
 }
 
@@ -190,11 +160,7 @@ mod tests {
     #[test]
     fn a_rational_quadratic_is_a_circle_with_its_curvature() {
         let s = std::f64::consts::FRAC_1_SQRT_2;
-        let points = vec![
-            Point2::new(5.0, 0.0),
-            Point2::new(5.0, 5.0),
-            Point2::new(0.0, 5.0),
-        ];
+        let points = vec![Point2::new(5.0, 0.0), Point2::new(5.0, 5.0), Point2::new(0.0, 5.0)];
         let arc = Curve2::new(KnotVector::clamped_uniform(2, 3), points, Some(vec![1.0, s, 1.0])).unwrap();
         for i in 0..=20 {
             let [p, d1, d2] = arc.derivatives(f64::from(i) / 20.0);

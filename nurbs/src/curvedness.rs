@@ -43,11 +43,8 @@ pub(crate) struct Curvedness {
 impl Curvedness {
     pub(crate) fn of(surface: &NurbsSurface) -> Self {
         let pieces = surface.bezier_pieces();
-        let pieces = pieces.iter().map(if surface.is_rational() {
-            quartered_bounds
-        } else {
-            polynomial_bounds
-        });
+        let pieces =
+            pieces.iter().map(if surface.is_rational() { quartered_bounds } else { polynomial_bounds });
         Curvedness {
             breaks_u: surface.knots_u().breaks(),
             breaks_v: surface.knots_v().breaks(),
@@ -66,10 +63,7 @@ impl Curvedness {
             let last = breaks.len() - 2;
             let first = breaks.partition_point(|&k| k <= a).saturating_sub(1).min(last);
             // A box that ends on a break does not reach into the next piece.
-            let end = breaks
-                .partition_point(|&k| k < b)
-                .saturating_sub(1)
-                .clamp(first, last);
+            let end = breaks.partition_point(|&k| k < b).saturating_sub(1).clamp(first, last);
             first..=end
         };
         let mut bounds = Bounds::default();
@@ -88,23 +82,14 @@ fn nets(piece: &NurbsSurface) -> (Bernstein<3>, Bernstein<1>) {
     let middle = piece.net().iter().map(|h| h.xyz() / h.w).sum::<Vector3>() / piece.net().len() as f64;
     let local = piece.net().iter().map(|h| h.xyz() - middle * h.w);
     let weights = piece.net().iter().map(|h| Vector1::new(h.w));
-    (
-        Bernstein::new(degrees, local.collect()),
-        Bernstein::new(degrees, weights.collect()),
-    )
+    (Bernstein::new(degrees, local.collect()), Bernstein::new(degrees, weights.collect()))
 }
 
 /// From bounds for parameters that run over the unit square to those of the piece's own.
 fn on_domain(piece: &NurbsSurface, [u, v, uu, uv, vv]: [f64; 5]) -> Bounds {
     let ((u0, u1), (v0, v1)) = piece.domain();
     let (wu, wv) = (u1 - u0, v1 - v0);
-    Bounds {
-        u: u / wu,
-        v: v / wv,
-        uu: uu / (wu * wu),
-        uv: uv / (wu * wv),
-        vv: vv / (wv * wv),
-    }
+    Bounds { u: u / wu, v: v / wv, uu: uu / (wu * wu), uv: uv / (wu * wv), vv: vv / (wv * wv) }
 }
 
 /// The derivatives are Bézier patches themselves and lie in the hulls of their control points.
@@ -120,15 +105,11 @@ fn polynomial_bounds(piece: &NurbsSurface) -> Bounds {
 /// The bounds of a rational piece, tightened by cutting it in four.
 fn quartered_bounds(piece: &NurbsSurface) -> Bounds {
     let ((u0, u1), (v0, v1)) = piece.domain();
-    let halves = piece
-        .split_u(0.5 * (u0 + u1))
-        .map_or_else(Vec::new, |(a, b)| vec![a, b]);
+    let halves = piece.split_u(0.5 * (u0 + u1)).map_or_else(Vec::new, |(a, b)| vec![a, b]);
     let quarters = halves.iter().filter_map(|half| half.split_v(0.5 * (v0 + v1)));
     let bounds = quarters.map(|(a, b)| rational_bounds(&a).max(&rational_bounds(&b)));
     // A piece too narrow to cut is bounded as it is.
-    bounds
-        .reduce(|a, b| a.max(&b))
-        .unwrap_or_else(|| rational_bounds(piece))
+    bounds.reduce(|a, b| a.max(&b)).unwrap_or_else(|| rational_bounds(piece))
 }
 
 /// A derivative of a rational patch is a rational patch: that of `X / w^k` is
@@ -171,10 +152,7 @@ mod tests {
         let mut seen = Bounds::default();
         for i in 0..200 {
             for j in 0..200 {
-                let (u, v) = (
-                    u0 + (u1 - u0) * f64::from(i) / 199.0,
-                    v0 + (v1 - v0) * f64::from(j) / 199.0,
-                );
+                let (u, v) = (u0 + (u1 - u0) * f64::from(i) / 199.0, v0 + (v1 - v0) * f64::from(j) / 199.0);
                 let jet = surface.jet(u, v);
                 let here = Bounds {
                     u: jet.su.norm(),
@@ -198,10 +176,7 @@ mod tests {
             }
         }
         let all = curved.over(Point2::new(u0, v0), Point2::new(u1, v1));
-        assert!(
-            all.uu <= looseness * seen.uu && all.vv <= looseness * seen.vv,
-            "{all:?} {seen:?}"
-        );
+        assert!(all.uu <= looseness * seen.uu && all.vv <= looseness * seen.vv, "{all:?} {seen:?}");
     }
 
     #[test]
@@ -209,10 +184,7 @@ mod tests {
         let turn = (0.0, 2.0 * std::f64::consts::PI);
         let frame = Frame::new(Point3::new(1000.0, 0.0, 0.0), Vector3::z(), Vector3::x());
         check(&torus(&frame.unwrap(), 10.0, 3.0, turn, turn).unwrap(), 2.0);
-        let (ku, kv) = (
-            KnotVector::clamped_uniform(3, 6),
-            KnotVector::clamped_uniform(5, 7),
-        );
+        let (ku, kv) = (KnotVector::clamped_uniform(3, 6), KnotVector::clamped_uniform(5, 7));
         let wave = |k: i32| (f64::from(k) * 1.3).sin();
         let net = (0..6)
             .flat_map(|i| (0..7).map(move |j| Point3::new(f64::from(i), f64::from(j), wave(3 * i + j))));

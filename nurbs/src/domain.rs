@@ -36,10 +36,6 @@ impl Domain {
     #[must_use]
     pub fn contains(&self, u: f64, v: f64) -> bool {
         let inside = self.min.x <= u && u <= self.max.x && self.min.y <= v && v <= self.max.y;
-        inside
-            && self
-                .winding
-                .as_ref()
-                .is_none_or(|w| w.number(Point2::new(u, v)) > 0)
+        inside && self.winding.as_ref().is_none_or(|w| w.number(Point2::new(u, v)) > 0)
     }
 }

@@ -44,16 +44,9 @@ impl Jet {
     /// Fundamental forms with respect to the unit normal `n` (either side).
     #[must_use]
     pub fn curvature(&self, n: &Vector3) -> CurvatureTensor {
-        let (e, f, g) = (
-            self.su.dot(&self.su),
-            self.su.dot(&self.sv),
-            self.sv.dot(&self.sv),
-        );
+        let (e, f, g) = (self.su.dot(&self.su), self.su.dot(&self.sv), self.sv.dot(&self.sv));
         let (l, m, nn) = (self.suu.dot(n), self.suv.dot(n), self.svv.dot(n));
-        CurvatureTensor {
-            first: Matrix2::new(e, f, f, g),
-            second: Matrix2::new(l, m, m, nn),
-        }
+        CurvatureTensor { first: Matrix2::new(e, f, f, g), second: Matrix2::new(l, m, m, nn) }
     }
 
     /// The tangent direction `w` written in the basis `(Su, Sv)`: `w = a·Su + b·Sv` in the least-squares

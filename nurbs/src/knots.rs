@@ -43,18 +43,11 @@ impl KnotVector {
     /// `degree + 1`.
     pub fn new(degree: usize, knots: Vec<f64>) -> Result<Self, NurbsError> {
         if degree == 0 || degree > MAX_DEGREE {
-            return Err(NurbsError::Degree {
-                degree,
-                max: MAX_DEGREE,
-            });
+            return Err(NurbsError::Degree { degree, max: MAX_DEGREE });
         }
         if knots.len() < 2 * (degree + 1) {
             let points = knots.len().saturating_sub(degree + 1);
-            return Err(NurbsError::KnotCount {
-                knots: knots.len(),
-                points,
-                degree,
-            });
+            return Err(NurbsError::KnotCount { knots: knots.len(), points, degree });
         }
         if let Some(index) = knots.iter().position(|k| !k.is_finite() || k.abs() > 1e12) {
             return Err(NurbsError::NotFinite { what: "knot", index });
@@ -77,10 +70,7 @@ impl KnotVector {
     /// If `degree` is 0 or `points ≤ degree`: both are the caller's own constants.
     #[must_use]
     pub fn clamped_uniform(degree: usize, points: usize) -> Self {
-        assert!(
-            degree >= 1 && points > degree,
-            "a clamped knot vector needs points > degree >= 1"
-        );
+        assert!(degree >= 1 && points > degree, "a clamped knot vector needs points > degree >= 1");
         let spans = points - degree;
         let mut knots = vec![0.0; degree];
         knots.extend((0..=spans).map(|i| i as f64 / spans as f64));
@@ -90,10 +80,7 @@ impl KnotVector {
 
     /// Wraps knots that are known to be sound.
     pub(crate) fn from_sound(degree: usize, knots: Vec<f64>) -> Self {
-        debug_assert!(
-            KnotVector::new(degree, knots.clone()).is_ok(),
-            "unsound knots {knots:?}"
-        );
+        debug_assert!(KnotVector::new(degree, knots.clone()).is_ok(), "unsound knots {knots:?}");
         KnotVector { degree, knots }
     }
 
@@ -118,10 +105,7 @@ impl KnotVector {
     /// First and last parameter.
     #[must_use]
     pub fn domain(&self) -> (f64, f64) {
-        (
-            self.knots[self.degree],
-            self.knots[self.knots.len() - self.degree - 1],
-        )
+        (self.knots[self.degree], self.knots[self.knots.len() - self.degree - 1])
     }
 
     /// The distinct knots of the domain: where polynomial pieces meet, ends included.
@@ -143,10 +127,7 @@ impl KnotVector {
             k if a < k && k < b => (a + b - k).clamp(a, b),
             k => a + b - k,
         };
-        KnotVector {
-            degree: self.degree,
-            knots: self.knots.iter().rev().map(mirror).collect(),
-        }
+        KnotVector { degree: self.degree, knots: self.knots.iter().rev().map(mirror).collect() }
     }
 
     /// How often `knot` occurs, to the last bit.
@@ -236,11 +217,7 @@ mod tests {
     use super::*;
 
     fn uneven() -> KnotVector {
-        KnotVector::new(
-            3,
-            vec![0.0, 0.0, 0.0, 0.0, 0.2, 0.5, 0.5, 0.9, 1.0, 1.0, 1.0, 1.0],
-        )
-        .unwrap()
+        KnotVector::new(3, vec![0.0, 0.0, 0.0, 0.0, 0.2, 0.5, 0.5, 0.9, 1.0, 1.0, 1.0, 1.0]).unwrap()
     }
 
     #[test]
@@ -274,10 +251,7 @@ mod tests {
 
     #[test]
     fn bad_knots_are_refused() {
-        assert!(matches!(
-            KnotVector::new(0, vec![0.0; 4]),
-            Err(NurbsError::Degree { .. })
-        ));
+        assert!(matches!(KnotVector::new(0, vec![0.0; 4]), Err(NurbsError::Degree { .. })));
         assert!(matches!(
             KnotVector::new(1, vec![0.0, 0.0, 1.0, 0.5]),
             Err(NurbsError::KnotsDecrease { index: 3 })
@@ -286,9 +260,6 @@ mod tests {
             KnotVector::new(1, vec![0.0, 0.0, f64::NAN, 1.0]),
             Err(NurbsError::NotFinite { .. })
         ));
-        assert!(matches!(
-            KnotVector::new(1, vec![0.0; 4]),
-            Err(NurbsError::KnotMultiplicity)
-        ));
+        assert!(matches!(KnotVector::new(1, vec![0.0; 4]), Err(NurbsError::KnotMultiplicity)));
     }
 }

@@ -27,11 +27,7 @@ impl Face {
         let ((u0, u1), (v0, v1)) = surface.domain();
         let whole = (Point2::new(u0, v0), Point2::new(u1, v1));
         let rings = rings(self);
-        let window = if self.loops.is_empty() {
-            Some(whole)
-        } else {
-            rectangle(self, &rings, whole)
-        };
+        let window = if self.loops.is_empty() { Some(whole) } else { rectangle(self, &rings, whole) };
         let sides = window.map(|(a, b)| {
             let side = |from: f64, to: f64, u: f64| Arc::line(Point2::new(u, from), Point2::new(u, to));
             vec![side(b.y, a.y, a.x), side(a.y, b.y, b.x)]
@@ -50,34 +46,18 @@ impl Face {
         let ((u0, u1), (v0, v1)) = surface.domain();
         let whole = (Point2::new(u0, v0), Point2::new(u1, v1));
         let rings = rings(self);
-        let window = if self.loops.is_empty() {
-            Some(whole)
-        } else {
-            rectangle(self, &rings, whole)
-        };
+        let window = if self.loops.is_empty() { Some(whole) } else { rectangle(self, &rings, whole) };
         let mut bounds = Aabb::empty();
         if let Some((low, high)) = window {
             let corners = [low, Point2::new(high.x, low.y), high, Point2::new(low.x, high.y)];
             for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
-                stick_out(
-                    surface,
-                    &curved,
-                    [corners[a], corners[b], corners[c]],
-                    &mut bounds,
-                    DEEPEST,
-                );
+                stick_out(surface, &curved, [corners[a], corners[b], corners[c]], &mut bounds, DEEPEST);
             }
             return bounds;
         }
-        let limits = Limits {
-            sagitta_mm: 0.5 * BOX_MM,
-            facet_mm: f64::INFINITY,
-            edge_mm: f64::INFINITY,
-        };
+        let limits = Limits { sagitta_mm: 0.5 * BOX_MM, facet_mm: f64::INFINITY, edge_mm: f64::INFINITY };
         for arc in rings.iter().flat_map(|r: &Ring| &r.arcs) {
-            sample(surface, &curved, arc, &limits)
-                .iter()
-                .for_each(|s| bounds.add(&s.point));
+            sample(surface, &curved, arc, &limits).iter().for_each(|s| bounds.add(&s.point));
         }
         let options = MeshOptions {
             deviation_mm: (COARSE * bounds.diagonal()).max(BOX_MM),
@@ -88,13 +68,7 @@ impl Face {
         };
         mesh.points.iter().for_each(|p| bounds.add(p));
         for t in &mesh.triangles {
-            stick_out(
-                surface,
-                &curved,
-                t.map(|i| mesh.uv[i as usize]),
-                &mut bounds,
-                DEEPEST,
-            );
+            stick_out(surface, &curved, t.map(|i| mesh.uv[i as usize]), &mut bounds, DEEPEST);
         }
         bounds
     }
@@ -106,9 +80,7 @@ fn stick_out(surface: &NurbsSurface, curved: &Curvedness, uv: [Point2; 3], bound
     let corners = uv.map(|p| surface.point(p.x, p.y));
     corners.iter().for_each(|p| bounds.add(p));
     let (low, high) = (uv[0].inf(&uv[1]).inf(&uv[2]), uv[0].sup(&uv[1]).sup(&uv[2]));
-    let facet = curved
-        .over(low, high)
-        .deviation_mm(high.x - low.x, high.y - low.y);
+    let facet = curved.over(low, high).deviation_mm(high.x - low.x, high.y - low.y);
     let reach = Aabb::of(&corners).inflated(facet);
     let out = |k: usize| reach.max[k] > bounds.max[k] + BOX_MM || reach.min[k] < bounds.min[k] - BOX_MM;
     if depth > 0 && (0..3).any(out) {
@@ -124,11 +96,7 @@ fn stick_out(surface: &NurbsSurface, curved: &Curvedness, uv: [Point2; 3], bound
 fn green(surface: &NurbsSurface, arcs: &[Arc]) -> f64 {
     let (breaks_u, breaks_v) = (surface.knots_u().breaks(), surface.knots_v().breaks());
     // Closed chains may start F anywhere; starting at the left keeps it small.
-    let start = arcs
-        .iter()
-        .flat_map(Arc::control_points)
-        .map(|p| p.x)
-        .fold(f64::INFINITY, f64::min);
+    let start = arcs.iter().flat_map(Arc::control_points).map(|p| p.x).fold(f64::INFINITY, f64::min);
     // The integrand is smooth between knots only.
     let mut pieces: Vec<Arc> = arcs.iter().flat_map(|a| a.monotone()).collect();
     for (axis, breaks) in [(0, &breaks_u), (1, &breaks_v)] {
@@ -151,9 +119,7 @@ fn green(surface: &NurbsSurface, arcs: &[Arc]) -> f64 {
         };
         let ends = std::iter::once(start).chain(breaks_u.iter().copied().filter(|&k| start < k && k < p.x));
         let ends: Vec<f64> = ends.chain([p.x]).collect();
-        ends.windows(2)
-            .map(|w| integral((w[0], w[1]), tolerance, element))
-            .sum()
+        ends.windows(2).map(|w| integral((w[0], w[1]), tolerance, element)).sum()
     };
     let outer = |tolerance: f64| -> f64 {
         let along = |a: &Arc| {

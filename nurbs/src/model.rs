@@ -30,10 +30,7 @@ impl Aabb {
     #[must_use]
     pub fn empty() -> Self {
         let inf = f64::INFINITY;
-        Aabb {
-            min: Point3::new(inf, inf, inf),
-            max: Point3::new(-inf, -inf, -inf),
-        }
+        Aabb { min: Point3::new(inf, inf, inf), max: Point3::new(-inf, -inf, -inf) }
     }
 
     /// The smallest box around `points`.
@@ -54,20 +51,14 @@ impl Aabb {
     /// The smallest box around both.
     #[must_use]
     pub fn union(&self, other: &Aabb) -> Self {
-        Aabb {
-            min: self.min.inf(&other.min),
-            max: self.max.sup(&other.max),
-        }
+        Aabb { min: self.min.inf(&other.min), max: self.max.sup(&other.max) }
     }
 
     /// The box grown by `margin` on every side.
     #[must_use]
     pub fn inflated(&self, margin: f64) -> Self {
         let m = Vector3::new(margin, margin, margin);
-        Aabb {
-            min: self.min - m,
-            max: self.max + m,
-        }
+        Aabb { min: self.min - m, max: self.max + m }
     }
 
     /// Whether it holds no point.

@@ -30,33 +30,15 @@ impl NurbsSurface {
     #[must_use]
     pub fn transposed(&self) -> Self {
         let (rows, columns) = self.size();
-        let net = (0..columns)
-            .flat_map(|j| (0..rows).map(move |i| self.net()[i * columns + j]))
-            .collect();
-        NurbsSurface::from_net(
-            self.knots_v().clone(),
-            self.knots_u().clone(),
-            net,
-            self.is_rational(),
-        )
+        let net = (0..columns).flat_map(|j| (0..rows).map(move |i| self.net()[i * columns + j])).collect();
+        NurbsSurface::from_net(self.knots_v().clone(), self.knots_u().clone(), net, self.is_rational())
     }
 
     /// The same surface with `u` run backwards on the same domain.
     #[must_use]
     pub fn reversed_u(&self) -> Self {
-        let net = self
-            .net()
-            .chunks(self.size().1)
-            .rev()
-            .flatten()
-            .copied()
-            .collect();
-        NurbsSurface::from_net(
-            self.knots_u().reversed(),
-            self.knots_v().clone(),
-            net,
-            self.is_rational(),
-        )
+        let net = self.net().chunks(self.size().1).rev().flatten().copied().collect();
+        NurbsSurface::from_net(self.knots_u().reversed(), self.knots_v().clone(), net, self.is_rational())
     }
 
     /// The polynomial pieces, each a single-span surface on its own knot interval (so that parameters keep
@@ -122,9 +104,8 @@ impl NurbsCurve<2> {
     /// The part over `[a, b]`; both must lie in the domain, `a < b`. Parameters keep their meaning.
     fn restricted(&self, a: f64, b: f64) -> Self {
         let weight = |i: usize| self.weights().map_or(1.0, |w| w[i]);
-        let homogeneous: Vec<SVector<f64, 3>> = (self.points().iter().enumerate())
-            .map(|(i, p)| (p.coords * weight(i)).push(weight(i)))
-            .collect();
+        let homogeneous: Vec<SVector<f64, 3>> =
+            (self.points().iter().enumerate()).map(|(i, p)| (p.coords * weight(i)).push(weight(i))).collect();
         let (knots, net) = restrict(self.knots(), &homogeneous, 1, (a, b));
         let points = net.iter().map(|h| Point::from(h.xy() / h.z)).collect();
         let weights = self.weights().map(|_| net.iter().map(|h| h.z).collect());
@@ -142,9 +123,7 @@ impl NurbsCurve<2> {
     #[must_use]
     pub fn bezier_pieces(&self) -> Vec<Self> {
         let u = self.knots().as_slice();
-        spans(self.knots())
-            .map(|s| self.restricted(u[s], u[s + 1]))
-            .collect()
+        spans(self.knots()).map(|s| self.restricted(u[s], u[s + 1])).collect()
     }
 }
 
@@ -162,11 +141,7 @@ mod tests {
         for i in 0..ku.point_count() {
             for j in 0..kv.point_count() {
                 let (x, y) = (i as f64 * 30.0, j as f64 * 25.0);
-                points.push(Point3::new(
-                    x + (0.1 * y).sin(),
-                    y - (0.07 * x).cos(),
-                    10.0 * (x + y).sin(),
-                ));
+                points.push(Point3::new(x + (0.1 * y).sin(), y - (0.07 * x).cos(), 10.0 * (x + y).sin()));
                 weights.push(1.0 + 0.4 * ((3 * i + j) as f64).cos());
             }
         }
@@ -246,9 +221,7 @@ mod tests {
         let ku = KnotVector::new(1, vec![0.0, 0.0, 1.0, 1.0, 2.0, 2.0]).unwrap();
         let kv = KnotVector::clamped_uniform(1, 2);
         let xs = [0.0, 1.0, 5.0, 6.0];
-        let points = xs
-            .iter()
-            .flat_map(|&x| [Point3::new(x, 0.0, 0.0), Point3::new(x, 1.0, 0.0)]);
+        let points = xs.iter().flat_map(|&x| [Point3::new(x, 0.0, 0.0), Point3::new(x, 1.0, 0.0)]);
         let s = NurbsSurface::new(ku, kv, points.collect(), None).unwrap();
         let (a, b) = s.split_u(1.0).unwrap();
         assert_eq!((a.point(1.0, 0.0).x, b.point(1.0, 0.0).x), (1.0, 5.0));

@@ -80,11 +80,7 @@ impl Window {
         };
         let pole = [0, 1].map(|axis| [0, 1].map(|end| pole(axis, end)));
         let period = |axis: usize, length: f64| {
-            if closed(axis) && pole[axis] == [false; 2] {
-                length
-            } else {
-                f64::INFINITY
-            }
+            if closed(axis) && pole[axis] == [false; 2] { length } else { f64::INFINITY }
         };
         Window {
             min: Point2::new(u0, v0),
@@ -104,12 +100,10 @@ impl Window {
     }
 
     fn on_side(&self, p: Point2) -> Option<(usize, bool)> {
-        (0..2)
-            .filter(|&axis| self.period[axis].is_finite())
-            .find_map(|axis| {
-                let near = |c: f64| (p[axis] - c).abs() < NEAR_PERIOD * self.period[axis];
-                (near(self.min[axis]) || near(self.max[axis])).then(|| (axis, near(self.max[axis])))
-            })
+        (0..2).filter(|&axis| self.period[axis].is_finite()).find_map(|axis| {
+            let near = |c: f64| (p[axis] - c).abs() < NEAR_PERIOD * self.period[axis];
+            (near(self.min[axis]) || near(self.max[axis])).then(|| (axis, near(self.max[axis])))
+        })
     }
 
     /// Whether a chain that does not close starts and ends on one seam.
@@ -149,10 +143,8 @@ impl Window {
     fn inside(&self, arc: Arc, axis: usize) -> Vec<Arc> {
         let (low, period) = (self.min[axis], self.period[axis]);
         let slack = 1e-9 * period;
-        let fits = |a: &Arc| {
-            a.control_points()
-                .all(|p| p[axis] >= low - slack && p[axis] <= low + period + slack)
-        };
+        let fits =
+            |a: &Arc| a.control_points().all(|p| p[axis] >= low - slack && p[axis] <= low + period + slack);
         let far = |a: &Arc| a.control_points().any(|p| (p[axis] - low).abs() > 8.0 * period);
         if fits(&arc) || far(&arc) {
             return vec![arc];
@@ -220,11 +212,7 @@ impl Window {
         };
         let (mut a, mut b) = (end(chain), start(chain));
         (a[other], b[other]) = (pole, pole);
-        vec![
-            Arc::line(end(chain), a),
-            Arc::line(a, b),
-            Arc::line(b, start(chain)),
-        ]
+        vec![Arc::line(end(chain), a), Arc::line(a, b), Arc::line(b, start(chain))]
     }
 
     /// Chains the arcs to the last bit: rounding errors are moved away, gaps get straight arcs.
@@ -276,9 +264,7 @@ impl Ring {
     pub(crate) fn hull(&self) -> (Point2, Point2) {
         let inf = f64::INFINITY;
         let points = self.arcs.iter().flat_map(Arc::control_points);
-        points.fold((Point2::new(inf, inf), Point2::new(-inf, -inf)), |(a, b), p| {
-            (a.inf(&p), b.sup(&p))
-        })
+        points.fold((Point2::new(inf, inf), Point2::new(-inf, -inf)), |(a, b), p| (a.inf(&p), b.sup(&p)))
     }
 
     /// Twice the signed area of an inscribed polygon: its sign is the sense of rotation.

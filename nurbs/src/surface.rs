@@ -31,37 +31,19 @@ impl NurbsSurface {
     ) -> Result<Self, NurbsError> {
         let needed = knots_u.point_count() * knots_v.point_count();
         if points.len() != needed {
-            return Err(NurbsError::NetSize {
-                needed,
-                given: points.len(),
-            });
+            return Err(NurbsError::NetSize { needed, given: points.len() });
         }
-        let bad = |p: &Point3| {
-            p.iter()
-                .any(|c| !c.is_finite() || c.abs() > LARGEST_COORDINATE_MM)
-        };
+        let bad = |p: &Point3| p.iter().any(|c| !c.is_finite() || c.abs() > LARGEST_COORDINATE_MM);
         if let Some(index) = points.iter().position(bad) {
-            return Err(NurbsError::NotFinite {
-                what: "control point",
-                index,
-            });
+            return Err(NurbsError::NotFinite { what: "control point", index });
         }
         let weights = check_weights(weights, points.len())?;
         let rational = weights.is_some();
         let net = match weights {
-            Some(w) => points
-                .iter()
-                .zip(w)
-                .map(|(p, w)| (p.coords * w).push(w))
-                .collect(),
+            Some(w) => points.iter().zip(w).map(|(p, w)| (p.coords * w).push(w)).collect(),
             None => points.iter().map(|p| p.coords.push(1.0)).collect(),
         };
-        Ok(NurbsSurface {
-            knots_u,
-            knots_v,
-            net,
-            rational,
-        })
+        Ok(NurbsSurface { knots_u, knots_v, net, rational })
     }
 
     /// Wraps a homogeneous net that is known to be sound.
@@ -71,27 +53,15 @@ impl NurbsSurface {
         net: Vec<Vector4<f64>>,
         rational: bool,
     ) -> Self {
-        debug_assert_eq!(
-            net.len(),
-            knots_u.point_count() * knots_v.point_count(),
-            "net size"
-        );
-        NurbsSurface {
-            knots_u,
-            knots_v,
-            net,
-            rational,
-        }
+        debug_assert_eq!(net.len(), knots_u.point_count() * knots_v.point_count(), "net size");
+        NurbsSurface { knots_u, knots_v, net, rational }
     }
 
     /// The surface whose control points are the images of this one's. Exact for affine maps; weights stay.
     #[must_use]
     pub fn mapped(&self, map: impl Fn(Point3) -> Point3) -> Self {
         let image = |h: &Vector4<f64>| (map(Point3::from(h.xyz() / h.w)).coords * h.w).push(h.w);
-        NurbsSurface {
-            net: self.net.iter().map(image).collect(),
-            ..self.clone()
-        }
+        NurbsSurface { net: self.net.iter().map(image).collect(), ..self.clone() }
     }
 
     /// Knots in `u`.
@@ -220,14 +190,7 @@ impl NurbsSurface {
         let suu = (xyz(2, 0) - su * (2.0 * w(1, 0)) - p * w(2, 0)) / w0;
         let suv = (xyz(1, 1) - su * w(0, 1) - sv * w(1, 0) - p * w(1, 1)) / w0;
         let svv = (xyz(0, 2) - sv * (2.0 * w(0, 1)) - p * w(0, 2)) / w0;
-        Jet {
-            p: Point3::from(p),
-            su,
-            sv,
-            suu,
-            suv,
-            svv,
-        }
+        Jet { p: Point3::from(p), su, sv, suu, suv, svv }
     }
 
     /// Unit normal at `(u, v)`, also where one derivative vanishes (a collapsed edge or coincident rows):
@@ -241,10 +204,7 @@ impl NurbsSurface {
         let ((u0, u1), (v0, v1)) = self.domain();
         let inward = |t: f64, a: f64, b: f64| t + (0.5 * (a + b) - t).signum() * 1e-3 * (b - a);
         let (iu, iv) = (inward(u, u0, u1), inward(v, v0, v1));
-        [(u, iv), (iu, v), (iu, iv)]
-            .iter()
-            .find_map(|&(u, v)| self.jet(u, v).normal())
-            .map(|n| (n, true))
+        [(u, iv), (iu, v), (iu, iv)].iter().find_map(|&(u, v)| self.jet(u, v).normal()).map(|n| (n, true))
     }
 }
 
@@ -259,11 +219,7 @@ mod tests {
         for i in 0..nu {
             for j in 0..nv {
                 let (x, y) = (i as f64 * 3.0, j as f64 * 2.0);
-                points.push(Point3::new(
-                    x + (y * 1.3).sin() * 0.4,
-                    y,
-                    (x * 0.7 + y).sin() * 2.0,
-                ));
+                points.push(Point3::new(x + (y * 1.3).sin() * 0.4, y, (x * 0.7 + y).sin() * 2.0));
                 weights.push(1.0 + 0.3 * ((i * 3 + j) as f64).cos());
             }
         }

@@ -32,11 +32,8 @@ struct Monotone {
 impl Winding {
     /// Prepares closed chains of arcs. Ends must chain to the last bit.
     pub(crate) fn new<'a>(arcs: impl IntoIterator<Item = &'a Arc>) -> Self {
-        let arcs: Vec<Monotone> = arcs
-            .into_iter()
-            .flat_map(|a| a.monotone())
-            .filter_map(Monotone::new)
-            .collect();
+        let arcs: Vec<Monotone> =
+            arcs.into_iter().flat_map(|a| a.monotone()).filter_map(Monotone::new).collect();
         let lowest = arcs.iter().fold(f64::INFINITY, |m, a| m.min(a.min.y));
         let highest = arcs.iter().fold(f64::NEG_INFINITY, |m, a| m.max(a.max.y));
         if arcs.is_empty() || highest <= lowest {
@@ -84,15 +81,7 @@ impl Monotone {
         let (from, chord) = (arc.start(), arc.end() - arc.start());
         let offsets = arc.control_points().map(|p| chord.perp(&(p - from)));
         let offsets = offsets.fold((0.0f64, 0.0f64), |(l, h), o| (l.min(o), h.max(o)));
-        Some(Monotone {
-            min: a.inf(&b),
-            max: a.sup(&b),
-            arc,
-            sign,
-            from,
-            chord,
-            offsets,
-        })
+        Some(Monotone { min: a.inf(&b), max: a.sup(&b), arc, sign, from, chord, offsets })
     }
 
     /// `sign` when the ray from `p` toward `+u` crosses the arc, else 0. Levels are half open, so that a ray

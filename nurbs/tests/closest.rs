@@ -13,20 +13,11 @@ use rand_chacha::ChaCha8Rng;
 const EXACT_MM: f64 = 1e-9;
 
 fn face(surface: NurbsSurface) -> Face {
-    Face {
-        surface,
-        loops: Vec::new(),
-        reversed: false,
-        kind: SurfaceKind::Nurbs,
-        source: Source::default(),
-    }
+    Face { surface, loops: Vec::new(), reversed: false, kind: SurfaceKind::Nurbs, source: Source::default() }
 }
 
 fn model(surfaces: Vec<NurbsSurface>) -> Model {
-    Model {
-        faces: surfaces.into_iter().map(face).collect(),
-        ..Model::default()
-    }
+    Model { faces: surfaces.into_iter().map(face).collect(), ..Model::default() }
 }
 
 /// A frame askew to the axes and away from the origin.
@@ -58,23 +49,13 @@ fn check(
         let foot = index.closest(&q, f64::INFINITY).expect("the model is not empty");
         let expected = distance(&at);
         let error = (foot.distance_mm - expected).abs();
-        assert!(
-            error < EXACT_MM,
-            "{name}: query {k} at {at}: {} for {expected}",
-            foot.distance_mm
-        );
+        assert!(error < EXACT_MM, "{name}: query {k} at {at}: {} for {expected}", foot.distance_mm);
         // The foot is what it says it is.
         let again = model.faces[foot.face].surface.point(foot.u, foot.v);
-        assert!(
-            (again - foot.point).norm() < 1e-9,
-            "{name}: query {k}: parameters do not fit the point"
-        );
+        assert!((again - foot.point).norm() < 1e-9, "{name}: query {k}: parameters do not fit the point");
         assert!(((foot.point - q).norm() - foot.distance_mm).abs() < 1e-9 + 1e-12 * size);
         let hinted = index.closest_from(&q, f64::INFINITY, &mut hint).unwrap();
-        assert!(
-            (hinted.distance_mm - expected).abs() < EXACT_MM,
-            "{name}: query {k} with a hint"
-        );
+        assert!((hinted.distance_mm - expected).abs() < EXACT_MM, "{name}: query {k} with a hint");
     }
 }
 
@@ -104,14 +85,7 @@ fn plane() {
 #[test]
 fn whole_sphere_with_both_poles() {
     let s = sphere(&askew(), 50.0, (0.0, TAU), (-FRAC_PI_2, FRAC_PI_2)).unwrap();
-    check(
-        "sphere",
-        s,
-        10_000,
-        120.0,
-        |r| within(r, 120.0),
-        |p| (p.norm() - 50.0).abs(),
-    );
+    check("sphere", s, 10_000, 120.0, |r| within(r, 120.0), |p| (p.norm() - 50.0).abs());
 }
 
 #[test]
@@ -162,27 +136,21 @@ fn medial_points_have_the_right_distance() {
         let size = 10f64.powi(r.random_range(-14..1));
         within(r, size)
     };
-    check("sphere's centre", ball, 20, 50.0, near_centre, |p| {
-        (p.norm() - 50.0).abs()
-    });
+    check("sphere's centre", ball, 20, 50.0, near_centre, |p| (p.norm() - 50.0).abs());
     let tube = cylinder(&askew(), 12.0, (0.0, TAU), (-50.0, 90.0)).unwrap();
     let near_axis = |r: &mut ChaCha8Rng| {
         let size = 10f64.powi(r.random_range(-14..1));
         let aside = within(r, size);
         Vector3::new(aside.x, aside.y, r.random_range(-30.0..70.0))
     };
-    check("cylinder's axis", tube, 60, 50.0, near_axis, |p| {
-        12.0 - p.x.hypot(p.y)
-    });
+    check("cylinder's axis", tube, 60, 50.0, near_axis, |p| 12.0 - p.x.hypot(p.y));
     let ring = torus(&askew(), 80.0, 10.0, (0.0, TAU), (0.0, TAU)).unwrap();
     let near_tube = |r: &mut ChaCha8Rng| {
         let size = 10f64.powi(r.random_range(-14..0));
         let (a, aside) = (r.random_range(-PI..PI), within(r, size));
         Vector3::new(80.0 * a.cos(), 80.0 * a.sin(), 0.0) + aside
     };
-    check("torus' tube", ring, 60, 50.0, near_tube, |p| {
-        (10.0 - (p.x.hypot(p.y) - 80.0).hypot(p.z)).abs()
-    });
+    check("torus' tube", ring, 60, 50.0, near_tube, |p| (10.0 - (p.x.hypot(p.y) - 80.0).hypot(p.z)).abs());
 }
 
 /// A wavy surface over about 100 × 80 mm.
@@ -191,10 +159,7 @@ fn bumpy(rng: &mut ChaCha8Rng, (p, q): (usize, usize), rational: bool, height: f
     let (mut points, mut weights) = (Vec::new(), Vec::new());
     for i in 0..nu {
         for j in 0..nv {
-            let (x, y) = (
-                i as f64 / (nu - 1) as f64 * 100.0,
-                j as f64 / (nv - 1) as f64 * 80.0,
-            );
+            let (x, y) = (i as f64 / (nu - 1) as f64 * 100.0, j as f64 / (nv - 1) as f64 * 80.0);
             points.push(
                 Point3::new(x, y, 0.0) + within(rng, 1.0).component_mul(&Vector3::new(6.0, 6.0, height)),
             );
@@ -202,13 +167,8 @@ fn bumpy(rng: &mut ChaCha8Rng, (p, q): (usize, usize), rational: bool, height: f
         }
     }
     let weights = rational.then_some(weights);
-    NurbsSurface::new(
-        KnotVector::clamped_uniform(p, nu),
-        KnotVector::clamped_uniform(q, nv),
-        points,
-        weights,
-    )
-    .unwrap()
+    NurbsSurface::new(KnotVector::clamped_uniform(p, nu), KnotVector::clamped_uniform(q, nv), points, weights)
+        .unwrap()
 }
 
 /// The least distance over a dense grid, each of the best grid points polished by shrinking pattern search:
@@ -221,12 +181,7 @@ fn brute_force(s: &NurbsSurface, p: &Point3) -> f64 {
         (s.point(u0 + x * (u1 - u0), v0 + y * (v1 - v0)) - p).norm()
     };
     let mut seeds: Vec<(f64, f64, f64)> = (0..=GRID * GRID + 2 * GRID)
-        .map(|k| {
-            (
-                (k / (GRID + 1)) as f64 / GRID as f64,
-                (k % (GRID + 1)) as f64 / GRID as f64,
-            )
-        })
+        .map(|k| ((k / (GRID + 1)) as f64 / GRID as f64, (k % (GRID + 1)) as f64 / GRID as f64))
         .map(|(x, y)| (at(x, y), x, y))
         .collect();
     seeds.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -234,16 +189,8 @@ fn brute_force(s: &NurbsSurface, p: &Point3) -> f64 {
     for &(mut d, mut x, mut y) in seeds.iter().take(12) {
         let mut step = 1.0 / GRID as f64;
         while step > 1e-9 {
-            let around = [
-                (1., 0.),
-                (-1., 0.),
-                (0., 1.),
-                (0., -1.),
-                (1., 1.),
-                (-1., -1.),
-                (1., -1.),
-                (-1., 1.),
-            ];
+            let around =
+                [(1., 0.), (-1., 0.), (0., 1.), (0., -1.), (1., 1.), (-1., -1.), (1., -1.), (-1., 1.)];
             let next = (around.iter())
                 .map(|(a, b)| ((x + a * step).clamp(0.0, 1.0), (y + b * step).clamp(0.0, 1.0)))
                 .map(|(x, y)| (at(x, y), x, y))
@@ -292,10 +239,8 @@ fn patchwork(rows: usize, columns: usize) -> Vec<NurbsSurface> {
     for r in 0..rows {
         for c in 0..columns {
             let points = (0..16).map(|k| {
-                let (x, y) = (
-                    r as f64 * 40.0 + (k / 4) as f64 * 13.2,
-                    c as f64 * 40.0 + (k % 4) as f64 * 13.2,
-                );
+                let (x, y) =
+                    (r as f64 * 40.0 + (k / 4) as f64 * 13.2, c as f64 * 40.0 + (k % 4) as f64 * 13.2);
                 Point3::new(x, y, height(x, y))
             });
             let knots = KnotVector::clamped_uniform(3, 4);
@@ -333,11 +278,7 @@ fn a_path_with_a_hint_gives_the_same_distances() {
     let mut hint = Hint::default();
     for k in 0..20_000 {
         let t = f64::from(k) * 0.05;
-        let p = Point3::new(
-            240.0 + 230.0 * (t * 0.013).cos(),
-            t * 0.48,
-            25.0 * (t * 0.031).sin() + 10.0,
-        );
+        let p = Point3::new(240.0 + 230.0 * (t * 0.013).cos(), t * 0.48, 25.0 * (t * 0.031).sin() + 10.0);
         let within = if k % 7 == 0 { 15.0 } else { 40.0 };
         let a = index.closest(&p, within).map(|f| f.distance_mm);
         let b = index.closest_from(&p, within, &mut hint).map(|f| f.distance_mm);
@@ -354,11 +295,7 @@ fn an_empty_model_has_no_closest_point() {
     let none = Model::default();
     let index = ClosestPoints::new(&none);
     assert!(index.closest(&Point3::origin(), f64::INFINITY).is_none());
-    assert!(
-        index
-            .closest_from(&Point3::origin(), 1.0, &mut Hint::default())
-            .is_none()
-    );
+    assert!(index.closest_from(&Point3::origin(), 1.0, &mut Hint::default()).is_none());
     assert!(!index.any_within(&Point3::origin(), 1.0));
 }
 
@@ -368,20 +305,12 @@ fn circle(centre: Point2, radius: f64) -> TrimLoop {
     let arc = circle_arc(&frame, radius, (0.0, TAU)).unwrap();
     let points = arc.points().iter().map(|p| p.xy()).collect();
     let pcurve = Curve2::new(arc.knots().clone(), points, arc.weights().map(<[f64]>::to_vec)).unwrap();
-    TrimLoop {
-        edges: vec![TrimEdge { pcurve, shared: None }],
-    }
+    TrimLoop { edges: vec![TrimEdge { pcurve, shared: None }] }
 }
 
 fn trimmed(surface: NurbsSurface, loops: Vec<TrimLoop>) -> Model {
-    let face = Face {
-        loops,
-        ..face(surface)
-    };
-    Model {
-        faces: vec![face],
-        ..Model::default()
-    }
+    let face = Face { loops, ..face(surface) };
+    Model { faces: vec![face], ..Model::default() }
 }
 
 #[test]
@@ -398,15 +327,10 @@ fn trimmed_ring_against_its_analytic_distance() {
             // On the axis, where the whole inner rim is equally near.
             (p.x, p.y) = (7.0, -4.0);
         }
-        let foot = index
-            .closest(&askew().point(p.x, p.y, p.z), f64::INFINITY)
-            .unwrap();
+        let foot = index.closest(&askew().point(p.x, p.y, p.z), f64::INFINITY).unwrap();
         let radius = (p.x - 7.0).hypot(p.y + 4.0);
         let aside = (20.0 - radius).max(radius - 60.0).max(0.0);
-        assert!(
-            (foot.distance_mm - aside.hypot(p.z)).abs() < EXACT_MM,
-            "query {k} at {p}"
-        );
+        assert!((foot.distance_mm - aside.hypot(p.z)).abs() < EXACT_MM, "query {k} at {p}");
         assert_eq!(foot.on_boundary, aside > 0.0, "query {k} at {p}");
     }
 }
@@ -420,10 +344,7 @@ fn trimmed_cylinder_near_its_axis() {
     let ends = [(0.0, -50.0), (PI, -50.0), (PI, 90.0), (0.0, 90.0)].map(|(u, v)| Point2::new(u, v));
     let polygon = |c: &[Point2; 4]| TrimLoop {
         edges: (0..4)
-            .map(|k| TrimEdge {
-                pcurve: Curve2::line(c[k], c[(k + 1) % 4]),
-                shared: None,
-            })
+            .map(|k| TrimEdge { pcurve: Curve2::line(c[k], c[(k + 1) % 4]), shared: None })
             .collect(),
     };
     let model = trimmed(pipe, vec![polygon(&ends), polygon(&window)]);
@@ -443,13 +364,7 @@ fn trimmed_cylinder_near_its_axis() {
         let q = askew().point(aside.x, aside.y, rng.random_range(-60.0..100.0));
         let d = index.closest(&q, f64::INFINITY).unwrap();
         let expected = grid.iter().map(|g| (g - q).norm()).fold(f64::INFINITY, f64::min);
-        assert!(
-            d.distance_mm < expected + EXACT_MM && d.distance_mm > expected - 0.15,
-            "query {k}"
-        );
-        assert!(
-            inside(d.u + 1e-9 * (1.5 - d.u).signum().min(0.0), d.v) || d.on_boundary,
-            "query {k}"
-        );
+        assert!(d.distance_mm < expected + EXACT_MM && d.distance_mm > expected - 0.15, "query {k}");
+        assert!(inside(d.u + 1e-9 * (1.5 - d.u).signum().min(0.0), d.v) || d.on_boundary, "query {k}");
     }
 }

@@ -36,9 +36,7 @@ fn the_whole_surface_is_its_rectangle() {
 
 #[test]
 fn circles_and_ellipses_are_exact() {
-    check(&face(plane(2.0), vec![circle((0.2, -0.1), 1.3)]), |u, v| {
-        in_circle(u, v, (0.2, -0.1), 1.3)
-    });
+    check(&face(plane(2.0), vec![circle((0.2, -0.1), 1.3)]), |u, v| in_circle(u, v, (0.2, -0.1), 1.3));
     check(&face(plane(2.0), vec![ellipse((0.0, 0.0), 1.9, 0.01)]), |u, v| {
         (1.0 - (u / 1.9).hypot(v / 0.01)) * 0.01
     });
@@ -120,10 +118,9 @@ fn two_loops_around_a_cylinder_bound_the_band_between_them() {
 fn a_loop_across_the_seam_is_seen_from_both_sides() {
     let t = 2.0 * PI;
     for centre in [0.0, t] {
-        check(
-            &face(cylinder(5.0, 10.0), vec![circle((centre, 5.0), 1.0)]),
-            |u, v| in_circle(u, v, (0.0, 5.0), 1.0).max(in_circle(u, v, (t, 5.0), 1.0)),
-        );
+        check(&face(cylinder(5.0, 10.0), vec![circle((centre, 5.0), 1.0)]), |u, v| {
+            in_circle(u, v, (0.0, 5.0), 1.0).max(in_circle(u, v, (t, 5.0), 1.0))
+        });
     }
 }
 
@@ -144,8 +141,6 @@ fn many_holes_are_all_found() {
     }
     let nearest = |c: f64| (((c + 1.7) / 0.1).round() * 0.1 - 1.7).clamp(-1.7, 1.7);
     check(&face(plane(2.0), loops), |u, v| {
-        (1.9 - u.abs())
-            .min(1.9 - v.abs())
-            .min(-in_circle(u, v, (nearest(u), nearest(v)), 0.04))
+        (1.9 - u.abs()).min(1.9 - v.abs()).min(-in_circle(u, v, (nearest(u), nearest(v)), 0.04))
     });
 }

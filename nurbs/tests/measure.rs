@@ -26,11 +26,7 @@ fn trimmed_faces_have_their_area() {
     assert_area(&face(plane(3.0), ring), PI * (4.0 - 0.14), 1e-9);
     let t = 2.0 * PI;
     let around = |v: f64| trim_loop([Curve2::line(Point2::new(1.0, v), Point2::new(1.0 + t, v))]);
-    assert_area(
-        &face(cylinder(5.0, 10.0), vec![around(2.0), around(7.0)]),
-        t * 25.0,
-        1e-9,
-    );
+    assert_area(&face(cylinder(5.0, 10.0), vec![around(2.0), around(7.0)]), t * 25.0, 1e-9);
     // Two quarter turns, where angle and parameter agree.
     let patch = polygon(&[(0.0, 2.0), (PI / 2.0, 2.0), (PI, 2.0), (PI, 5.0), (0.0, 5.0)]);
     assert_area(&face(cylinder(5.0, 10.0), vec![patch]), PI * 15.0, 1e-9);
@@ -55,11 +51,7 @@ fn boxes_are_tight() {
         }
     };
     check(&face(sphere(40.0), vec![]), [-40.0; 3], [40.0; 3]);
-    check(
-        &face(torus(60.0, 20.0), vec![]),
-        [-80.0, -80.0, -20.0],
-        [80.0, 80.0, 20.0],
-    );
+    check(&face(torus(60.0, 20.0), vec![]), [-80.0, -80.0, -20.0], [80.0, 80.0, 20.0]);
     check(
         &face(plane(300.0), vec![ellipse((10.0, 20.0), 100.0, 50.0)]),
         [-90.0, -30.0, 0.0],

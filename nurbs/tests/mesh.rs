@@ -7,18 +7,11 @@ use std::f64::consts::PI;
 use claymill_nurbs::{Curve2, Face, FaceMesh, MeshOptions, Point2, Point3, tessellate};
 use shapes::{circle, cylinder, ellipse, face, panel, plane, polygon, sphere, torus, trim_loop};
 
-const FINE: MeshOptions = MeshOptions {
-    deviation_mm: 0.01,
-    longest_edge_mm: 1e9,
-};
+const FINE: MeshOptions = MeshOptions { deviation_mm: 0.01, longest_edge_mm: 1e9 };
 
 fn area(mesh: &FaceMesh) -> f64 {
     let corner = |t: &[u32; 3], k: usize| mesh.points[t[k] as usize];
-    let twice = |t: &[u32; 3]| {
-        (corner(t, 1) - corner(t, 0))
-            .cross(&(corner(t, 2) - corner(t, 0)))
-            .norm()
-    };
+    let twice = |t: &[u32; 3]| (corner(t, 1) - corner(t, 0)).cross(&(corner(t, 2) - corner(t, 0))).norm();
     mesh.triangles.iter().map(|t| 0.5 * twice(t)).sum()
 }
 
@@ -54,10 +47,7 @@ fn check(face: &Face, options: &MeshOptions) -> (FaceMesh, f64) {
         let bound = f64::from(bound);
         assert!(bound <= options.deviation_mm * (1.0 + 1e-6), "bound {bound}");
         let uv = t.map(|i| mesh.uv[i as usize]);
-        assert!(
-            (uv[1] - uv[0]).perp(&(uv[2] - uv[0])) > 0.0,
-            "turned in the parameter plane"
-        );
+        assert!((uv[1] - uv[0]).perp(&(uv[2] - uv[0])) > 0.0, "turned in the parameter plane");
         let corners = t.map(|i| mesh.points[i as usize]);
         for k in 0..3 {
             let edge = (corners[k] - corners[(k + 1) % 3]).norm();
@@ -80,34 +70,21 @@ fn check(face: &Face, options: &MeshOptions) -> (FaceMesh, f64) {
             *open.entry((t[k], t[(k + 1) % 3])).or_insert(0) += 1;
         }
     }
-    assert!(
-        open.values().all(|&n| n == 1),
-        "an edge is used twice in one direction"
-    );
+    assert!(open.values().all(|&n| n == 1), "an edge is used twice in one direction");
     (mesh, worst)
 }
 
 fn boundary_length(mesh: &FaceMesh) -> f64 {
-    let edges: std::collections::BTreeSet<_> = mesh
-        .triangles
-        .iter()
-        .flat_map(|t| (0..3).map(|k| (t[k], t[(k + 1) % 3])))
-        .collect();
+    let edges: std::collections::BTreeSet<_> =
+        mesh.triangles.iter().flat_map(|t| (0..3).map(|k| (t[k], t[(k + 1) % 3]))).collect();
     let length = |&(a, b): &(u32, u32)| (mesh.uv[a as usize] - mesh.uv[b as usize]).norm();
-    edges
-        .iter()
-        .filter(|(a, b)| !edges.contains(&(*b, *a)))
-        .map(length)
-        .sum()
+    edges.iter().filter(|(a, b)| !edges.contains(&(*b, *a))).map(length).sum()
 }
 
 fn ring_length(mesh: &FaceMesh) -> f64 {
     let at = |i: u32| mesh.uv[i as usize];
-    let length = |r: &Vec<u32>| -> f64 {
-        (0..r.len())
-            .map(|i| (at(r[i]) - at(r[(i + 1) % r.len()])).norm())
-            .sum()
-    };
+    let length =
+        |r: &Vec<u32>| -> f64 { (0..r.len()).map(|i| (at(r[i]) - at(r[(i + 1) % r.len()])).norm()).sum() };
     mesh.rings.iter().map(length).sum()
 }
 
@@ -128,10 +105,7 @@ fn whole_quadrics_are_within_their_bound() {
 
 #[test]
 fn edges_are_as_short_as_asked() {
-    let short = MeshOptions {
-        deviation_mm: 1.0,
-        longest_edge_mm: 7.0,
-    };
+    let short = MeshOptions { deviation_mm: 1.0, longest_edge_mm: 7.0 };
     for loops in [vec![], vec![circle((0.0, 0.0), 61.0), circle((10.0, 5.0), 20.0)]] {
         check(&face(plane(100.0), loops), &short);
     }
@@ -154,19 +128,10 @@ fn trimmed_planes_have_the_area_of_their_polygons() {
 #[test]
 fn trimmed_panels_and_tori_are_within_their_bound() {
     for (surface, loops) in [
-        (
-            panel(),
-            vec![ellipse((0.5, 0.5), 0.45, 0.3), circle((0.5, 0.5), 0.12)],
-        ),
+        (panel(), vec![ellipse((0.5, 0.5), 0.45, 0.3), circle((0.5, 0.5), 0.12)]),
         (torus(60.0, 20.0), vec![circle((2.0, 3.0), 1.5)]),
-        (
-            sphere(40.0),
-            vec![polygon(&[(0.1, -1.2), (6.0, -1.3), (3.0, 1.4)])],
-        ),
-        (
-            cylinder(5.0, 1000.0),
-            vec![polygon(&[(0.5, 10.0), (1.5, 500.0), (0.6, 990.0)])],
-        ),
+        (sphere(40.0), vec![polygon(&[(0.1, -1.2), (6.0, -1.3), (3.0, 1.4)])]),
+        (cylinder(5.0, 1000.0), vec![polygon(&[(0.5, 10.0), (1.5, 500.0), (0.6, 990.0)])]),
     ] {
         let (mesh, worst) = check(&face(surface, loops), &FINE);
         approx::assert_relative_eq!(boundary_length(&mesh), ring_length(&mesh), max_relative = 1e-9);
@@ -181,13 +146,7 @@ fn a_loop_along_parameter_lines_gives_a_grid() {
     let (mesh, _) = check(&face(panel(), vec![rectangle]), &FINE);
     assert_eq!(mesh.rings.len(), 1);
     approx::assert_relative_eq!(uv_area(&mesh), 0.65 * 0.7, max_relative = 1e-12);
-    let around = polygon(&[
-        (1e-9, 0.0),
-        (1.0, 1e-9),
-        (1.0, 0.4),
-        (1.0 - 1e-9, 1.0),
-        (0.0, 1.0),
-    ]);
+    let around = polygon(&[(1e-9, 0.0), (1.0, 1e-9), (1.0, 0.4), (1.0 - 1e-9, 1.0), (0.0, 1.0)]);
     let (mesh, _) = check(&face(panel(), vec![around]), &FINE);
     approx::assert_relative_eq!(uv_area(&mesh), 1.0, max_relative = 1e-12);
 }
@@ -197,17 +156,11 @@ fn bands_and_caps_of_closed_surfaces_are_meshed() {
     let t = 2.0 * PI;
     let around =
         |v: f64, from: f64| trim_loop([Curve2::line(Point2::new(from, v), Point2::new(from + t, v))]);
-    let (mesh, _) = check(
-        &face(cylinder(50.0, 100.0), vec![around(20.0, 1.0), around(70.0, 0.0)]),
-        &FINE,
-    );
+    let (mesh, _) = check(&face(cylinder(50.0, 100.0), vec![around(20.0, 1.0), around(70.0, 0.0)]), &FINE);
     assert!((area(&mesh) / (t * 50.0 * 50.0) - 1.0).abs() < 1e-3);
     let (mesh, _) = check(&face(sphere(40.0), vec![around(0.0, 0.0)]), &FINE);
     assert!((area(&mesh) / (t * 1600.0) - 1.0).abs() < 2e-3);
-    let (mesh, _) = check(
-        &face(cylinder(50.0, 100.0), vec![circle((0.0, 50.0), 1.0)]),
-        &FINE,
-    );
+    let (mesh, _) = check(&face(cylinder(50.0, 100.0), vec![circle((0.0, 50.0), 1.0)]), &FINE);
     assert!((uv_area(&mesh) / PI - 1.0).abs() < 1e-2);
 }
 
@@ -216,9 +169,7 @@ fn creases_are_edges_of_the_mesh() {
     use claymill_nurbs::{KnotVector, NurbsSurface};
     // A ridge along u = 1, crossed by the trim loop.
     let net = [(0.0, 0.0), (10.0, 5.0), (20.0, 0.0)];
-    let points = net
-        .iter()
-        .flat_map(|&(x, z)| [Point3::new(x, 0.0, z), Point3::new(x, 20.0, z)]);
+    let points = net.iter().flat_map(|&(x, z)| [Point3::new(x, 0.0, z), Point3::new(x, 20.0, z)]);
     let ku = KnotVector::new(1, vec![0.0, 0.0, 1.0, 2.0, 2.0]).unwrap();
     let roof = NurbsSurface::new(ku, KnotVector::clamped_uniform(1, 2), points.collect(), None).unwrap();
     let (mesh, worst) = check(&face(roof, vec![ellipse((1.0, 0.5), 0.8, 0.3)]), &FINE);
@@ -238,22 +189,13 @@ fn damaged_loops_do_not_panic() {
         vec![circle((500.0, 0.0), 450.0)],
         vec![circle((0.0, 0.0), 1e-12)],
         vec![circle((0.0, 0.0), 50.0), circle((0.0, 0.0), 50.0)],
-        vec![polygon(&[
-            (-50.0, -50.0),
-            (50.0, -50.0),
-            (50.0, 50.0),
-            (0.0, -50.0),
-            (-50.0, 50.0),
-        ])],
+        vec![polygon(&[(-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (0.0, -50.0), (-50.0, 50.0)])],
     ];
     for loops in nan_free {
         if let Ok(mesh) = tessellate(&face(plane(100.0), loops), &FINE) {
             assert!(area(&mesh) <= 200.0 * 200.0 * (1.0 + 1e-9));
         }
     }
-    let bad = MeshOptions {
-        deviation_mm: 0.0,
-        longest_edge_mm: f64::NAN,
-    };
+    let bad = MeshOptions { deviation_mm: 0.0, longest_edge_mm: f64::NAN };
     assert!(tessellate(&face(plane(1.0), vec![]), &bad).is_err());
 }

@@ -23,23 +23,14 @@ impl std::str::FromStr for Axis {
             Some(rest) => (text.starts_with('-'), rest),
             None => (false, text),
         };
-        let index = ["x", "y", "z"]
-            .iter()
-            .position(|&l| l == letter.to_ascii_lowercase());
-        index
-            .map(|index| Axis { index, negative })
-            .ok_or_else(|| AxisError(text.to_owned()))
+        let index = ["x", "y", "z"].iter().position(|&l| l == letter.to_ascii_lowercase());
+        index.map(|index| Axis { index, negative }).ok_or_else(|| AxisError(text.to_owned()))
     }
 }
 
 impl std::fmt::Display for Axis {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "{}{}",
-            if self.negative { '-' } else { '+' },
-            ["x", "y", "z"][self.index]
-        )
+        write!(f, "{}{}", if self.negative { '-' } else { '+' }, ["x", "y", "z"][self.index])
     }
 }
 
@@ -55,10 +46,7 @@ impl Axis {
     /// The opposite axis.
     #[must_use]
     pub fn opposite(self) -> Self {
-        Axis {
-            negative: !self.negative,
-            ..self
-        }
+        Axis { negative: !self.negative, ..self }
     }
 }
 
@@ -85,12 +73,7 @@ impl Frame {
     pub fn five(orientation: Orientation) -> [Frame; 5] {
         let (up, front) = (orientation.up, orientation.front);
         let left = cross(up, front);
-        let frame = |name, z: Axis, x: Axis| Frame {
-            name,
-            x,
-            y: cross(z, x),
-            z,
-        };
+        let frame = |name, z: Axis, x: Axis| Frame { name, x, y: cross(z, x), z };
         [
             frame("top", up, front),
             frame("left", left, front),
@@ -187,16 +170,7 @@ impl Orientation {
             2
         };
         let up = if length == 2 { 1 } else { 2 };
-        Orientation {
-            up: Axis {
-                index: up,
-                negative: false,
-            },
-            front: Axis {
-                index: length,
-                negative: true,
-            },
-        }
+        Orientation { up: Axis { index: up, negative: false }, front: Axis { index: length, negative: true } }
     }
 }
 
@@ -204,10 +178,7 @@ fn cross(a: Axis, b: Axis) -> Axis {
     let v = a.vector().cross(&b.vector());
     let index = v.iamax();
     assert!(v[index] != 0.0, "axes of a frame must not be parallel");
-    Axis {
-        index,
-        negative: v[index] < 0.0,
-    }
+    Axis { index, negative: v[index] < 0.0 }
 }
 
 #[cfg(test)]

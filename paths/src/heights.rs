@@ -27,13 +27,7 @@ impl Heights {
             }
         });
         if !low[0].is_finite() {
-            return Heights {
-                origin: [0.0; 2],
-                columns: 0,
-                lines: 0,
-                top: Vec::new(),
-                highest: 0.0,
-            };
+            return Heights { origin: [0.0; 2], columns: 0, lines: 0, top: Vec::new(), highest: 0.0 };
         }
         let count = |k: usize| ((high[k] - low[k]) / CELL_MM) as usize + 1;
         let (columns, lines) = (count(0), count(1));
@@ -64,11 +58,7 @@ impl Heights {
         let count = if k == 0 { self.columns } else { self.lines };
         let first = ((from - self.origin[k]) / CELL_MM).floor().max(0.0) as usize;
         let last = ((to - self.origin[k]) / CELL_MM).floor();
-        if last < 0.0 {
-            0..0
-        } else {
-            first.min(count)..(last as usize + 1).min(count)
-        }
+        if last < 0.0 { 0..0 } else { first.min(count)..(last as usize + 1).min(count) }
     }
 
     /// Upper bound of all faces within `radius` of the segment from `a` to `b` (horizontally);
@@ -85,11 +75,7 @@ impl Heights {
             let y = self.origin[1] + (j as f64 + 0.5) * CELL_MM - a[1];
             for i in self.cells(0, low[0], high[0]) {
                 let x = self.origin[0] + (i as f64 + 0.5) * CELL_MM - a[0];
-                let t = if l2 > 0.0 {
-                    ((x * dx + y * dy) / l2).clamp(0.0, 1.0)
-                } else {
-                    0.0
-                };
+                let t = if l2 > 0.0 { ((x * dx + y * dy) / l2).clamp(0.0, 1.0) } else { 0.0 };
                 if (x - t * dx).hypot(y - t * dy) <= reach {
                     top = top.max(self.top[j * self.columns + i]);
                 }

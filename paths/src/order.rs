@@ -62,27 +62,16 @@ mod tests {
     use super::*;
 
     fn rows(count: usize) -> Vec<Ends> {
-        (0..count)
-            .map(|k| Ends {
-                start: [0.0, k as f64 * 3.0],
-                end: [100.0, k as f64 * 3.0],
-            })
-            .collect()
+        (0..count).map(|k| Ends { start: [0.0, k as f64 * 3.0], end: [100.0, k as f64 * 3.0] }).collect()
     }
 
     #[test]
     fn lace_alternates_and_box_does_not() {
         let lace = order(&rows(5), LinkStyle::Lace);
         assert_eq!(lace.iter().map(|t| t.pass).collect::<Vec<_>>(), [0, 1, 2, 3, 4]);
-        assert_eq!(
-            lace.iter().map(|t| t.reversed).collect::<Vec<_>>(),
-            [false, true, false, true, false]
-        );
+        assert_eq!(lace.iter().map(|t| t.reversed).collect::<Vec<_>>(), [false, true, false, true, false]);
         let one_way = order(&rows(5), LinkStyle::Box);
-        assert_eq!(
-            one_way.iter().map(|t| t.pass).collect::<Vec<_>>(),
-            [0, 1, 2, 3, 4]
-        );
+        assert_eq!(one_way.iter().map(|t| t.pass).collect::<Vec<_>>(), [0, 1, 2, 3, 4]);
         assert!(one_way.iter().all(|t| !t.reversed));
     }
 }

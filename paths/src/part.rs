@@ -108,11 +108,7 @@ impl SetupContext<'_> {
             .filter_map(|along| {
                 let patches = self.patches(faces, fates, along);
                 let rows = Raster::new(&patches, cell)?.rows();
-                let cost: f64 = rows
-                    .iter()
-                    .flat_map(|r| &r.stretches)
-                    .map(|(a, b)| b - a + TURN_MM)
-                    .sum();
+                let cost: f64 = rows.iter().flat_map(|r| &r.stretches).map(|(a, b)| b - a + TURN_MM).sum();
                 Some((cost, along, rows))
             })
             .collect::<Vec<_>>()
@@ -124,11 +120,7 @@ impl SetupContext<'_> {
     fn patches(&self, faces: &[usize], fates: &[Vec<Fate>], along: RowsAlong) -> Vec<Patch> {
         let r = self.stock.radius_mm();
         let pick = |p: &Point3| {
-            if along == RowsAlong::X {
-                [p.x, p.y]
-            } else {
-                [p.y, p.x]
-            }
+            if along == RowsAlong::X { [p.x, p.y] } else { [p.y, p.x] }
         };
         let mut patches = Vec::new();
         for &face in faces {
@@ -152,10 +144,7 @@ impl SetupContext<'_> {
                 let Some(distance_mm) = row_distance_mm(&jet, along, r, self.scallop_mm) else {
                     continue;
                 };
-                patches.push(Patch {
-                    corners: [pick(&c[0]), pick(&c[1]), pick(&c[2])],
-                    distance_mm,
-                });
+                patches.push(Patch { corners: [pick(&c[0]), pick(&c[1]), pick(&c[2])], distance_mm });
             }
         }
         patches
@@ -164,14 +153,8 @@ impl SetupContext<'_> {
     /// The passes over one row, the locations that had to be lifted and the stretches that were dropped.
     fn cut_row(&self, row: &Row, along: RowsAlong) -> (Vec<Pass>, u64, u64) {
         let line = match along {
-            RowsAlong::X => Line {
-                origin: [0.0, row.q],
-                direction: [1.0, 0.0],
-            },
-            RowsAlong::Y => Line {
-                origin: [row.q, 0.0],
-                direction: [0.0, 1.0],
-            },
+            RowsAlong::X => Line { origin: [0.0, row.q], direction: [1.0, 0.0] },
+            RowsAlong::Y => Line { origin: [row.q, 0.0], direction: [0.0, 1.0] },
         };
         let mut passes = Vec::new();
         let (mut lifted, mut unfitted) = (0, 0);
@@ -192,11 +175,7 @@ impl SetupContext<'_> {
 
     /// Fits a chain; where a stretch cannot be fitted the pass is parted there.
     fn fit_chain(&self, chain: &Chain, line: &Line) -> (Vec<Pass>, u64) {
-        let plane = DrivePlane {
-            frame: &self.frame,
-            line: *line,
-            radius_mm: self.stock.radius_mm(),
-        };
+        let plane = DrivePlane { frame: &self.frame, line: *line, radius_mm: self.stock.radius_mm() };
         let mut passes: Vec<Pass> = Vec::new();
         let mut open = false;
         let mut lost = 0;
@@ -226,13 +205,8 @@ impl SetupContext<'_> {
             let q = self.frame.to_setup(&p);
             [q.x, q.y]
         };
-        let ends: Vec<Ends> = passes
-            .iter()
-            .map(|p| Ends {
-                start: flat(p.start()),
-                end: flat(p.end()),
-            })
-            .collect();
+        let ends: Vec<Ends> =
+            passes.iter().map(|p| Ends { start: flat(p.start()), end: flat(p.end()) }).collect();
         let turns = order(&ends, self.link);
         for turn in &turns {
             if turn.reversed {
@@ -256,12 +230,10 @@ impl SetupContext<'_> {
                 part.moves.extend(link.iter().cloned());
             } else {
                 part.retracts += 1;
-                part.moves
-                    .extend(self.lift_over(passes[turns[k - 1].pass].end(), pass.start()));
+                part.moves.extend(self.lift_over(passes[turns[k - 1].pass].end(), pass.start()));
             }
             for curve in &pass.curves {
-                part.moves
-                    .push(Move::along(MoveKind::Cut, curve, axis, self.feeds.cut_mm_per_min));
+                part.moves.push(Move::along(MoveKind::Cut, curve, axis, self.feeds.cut_mm_per_min));
             }
             for m in &mut part.moves[first..] {
                 m.pass = number;
@@ -293,19 +265,13 @@ impl SetupContext<'_> {
             return ((b - a).norm() < 0.05)
                 .then(|| vec![Move::straight(MoveKind::Link, from, to, axis, feed)]);
         }
-        let line = Line {
-            origin: [a.x, a.y],
-            direction: [dx / length, dy / length],
-        };
+        let line = Line { origin: [a.x, a.y], direction: [dx / length, dy / length] };
         let followed = follow(self.stock, &line, 0.0, length);
         let [chain] = followed.chains.as_slice() else {
             return None;
         };
         let whole = chain[0].start().s == 0.0 && chain[chain.len() - 1].end().s == length;
-        let climbs = chain
-            .iter()
-            .flat_map(|p| &p.samples)
-            .any(|q| (q.z - r - a.z).abs() > LINK_CLIMB_MM);
+        let climbs = chain.iter().flat_map(|p| &p.samples).any(|q| (q.z - r - a.z).abs() > LINK_CLIMB_MM);
         if !whole || climbs {
             return None;
         }
@@ -317,12 +283,7 @@ impl SetupContext<'_> {
         let last = curves.len() - 1;
         move_end(&mut curves[0], false, from);
         move_end(&mut curves[last], true, to);
-        Some(
-            curves
-                .iter()
-                .map(|c| Move::along(MoveKind::Link, c, axis, feed))
-                .collect(),
-        )
+        Some(curves.iter().map(|c| Move::along(MoveKind::Link, c, axis, feed)).collect())
     }
 
     /// Tip height in the setup at which a straight rapid between two places is proven clear.
@@ -337,44 +298,22 @@ impl SetupContext<'_> {
     /// Up, across at a proven height, down.
     pub(crate) fn lift_over(&self, from: Point3, to: Point3) -> [Move; 3] {
         let height = self.link_height(from, to);
-        [
-            self.lead_out(from, height),
-            self.rapid(from, to, height),
-            self.lead_in(height, to),
-        ]
+        [self.lead_out(from, height), self.rapid(from, to, height), self.lead_in(height, to)]
     }
 
     fn rapid(&self, from: Point3, to: Point3, height: f64) -> Move {
         let (a, b) = (self.at_height(from, height), self.at_height(to, height));
-        Move::straight(
-            MoveKind::Rapid,
-            a,
-            b,
-            self.frame.axis(),
-            self.feeds.rapid_mm_per_min,
-        )
+        Move::straight(MoveKind::Rapid, a, b, self.frame.axis(), self.feeds.rapid_mm_per_min)
     }
 
     fn lead_in(&self, height: f64, to: Point3) -> Move {
         let from = self.at_height(to, height);
-        Move::straight(
-            MoveKind::LeadIn,
-            from,
-            to,
-            self.frame.axis(),
-            self.feeds.lead_mm_per_min,
-        )
+        Move::straight(MoveKind::LeadIn, from, to, self.frame.axis(), self.feeds.lead_mm_per_min)
     }
 
     fn lead_out(&self, from: Point3, height: f64) -> Move {
         let to = self.at_height(from, height);
-        Move::straight(
-            MoveKind::LeadOut,
-            from,
-            to,
-            self.frame.axis(),
-            self.feeds.lead_mm_per_min,
-        )
+        Move::straight(MoveKind::LeadOut, from, to, self.frame.axis(), self.feeds.lead_mm_per_min)
     }
 
     fn at_height(&self, p: Point3, height: f64) -> Point3 {
@@ -404,12 +343,7 @@ impl Pass {
 /// Reversing mirrors the knots; rounding them again keeps the written digits.
 fn reversed_from_zero(curve: &claymill_nurbs::Curve3) -> claymill_nurbs::Curve3 {
     let back = curve.reversed();
-    let knots = back
-        .knots()
-        .as_slice()
-        .iter()
-        .map(|&k| round_to_written(k))
-        .collect();
+    let knots = back.knots().as_slice().iter().map(|&k| round_to_written(k)).collect();
     let rounded = claymill_nurbs::KnotVector::new(back.knots().degree(), knots)
         .and_then(|k| claymill_nurbs::Curve3::new(k, back.points().to_vec(), None));
     rounded.unwrap_or(back)

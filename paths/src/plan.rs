@@ -149,24 +149,10 @@ pub fn plan(
         source,
     })?;
     let frames = Frame::five(options.orientation);
-    let stocks: Vec<Stock> = frames
-        .par_iter()
-        .map(|f| Stock::new(model, &flat, f, radius_mm))
-        .collect();
+    let stocks: Vec<Stock> = frames.par_iter().map(|f| Stock::new(model, &flat, f, radius_mm)).collect();
     progress("setups", 0.5);
-    let mut fates = assign(
-        model,
-        &flat,
-        &frames,
-        &stocks,
-        regions.of_face,
-        0.5 * options.scallop_mm,
-    );
-    for (face, fate) in fates
-        .iter_mut()
-        .enumerate()
-        .filter(|(face, _)| regions.excluded[*face])
-    {
+    let mut fates = assign(model, &flat, &frames, &stocks, regions.of_face, 0.5 * options.scallop_mm);
+    for (face, fate) in fates.iter_mut().enumerate().filter(|(face, _)| regions.excluded[*face]) {
         let _ = face;
         fate.iter_mut().for_each(|f| *f = Fate::default());
     }
@@ -205,10 +191,7 @@ pub fn plan(
     out.add_up();
     let (area, faces) = account.faces(model, regions);
     let name_areas = |region: usize| {
-        let named = frames
-            .iter()
-            .zip(account.region_setup_mm2[region])
-            .filter(|(_, a)| *a > 0.0);
+        let named = frames.iter().zip(account.region_setup_mm2[region]).filter(|(_, a)| *a > 0.0);
         named.map(|(f, a)| (f.name.to_owned(), a)).collect()
     };
     Ok(Plan {
@@ -234,26 +217,16 @@ pub fn plan(
 fn check(model: &Model, options: &PlanOptions) -> Result<(), PlanError> {
     let (radius_mm, scallop_mm) = (options.tool.radius_mm(), options.scallop_mm);
     if !(scallop_mm > 0.0 && scallop_mm < radius_mm) {
-        return Err(PlanError::Scallop {
-            scallop_mm,
-            radius_mm,
-        });
+        return Err(PlanError::Scallop { scallop_mm, radius_mm });
     }
     let nets = model.faces.iter().flat_map(|f| f.surface.net());
     let bounds = nets.fold(Aabb::empty(), |mut b, h| {
         b.add(&(h.xyz() / h.w).into());
         b
     });
-    let size = if bounds.is_empty() {
-        0.0
-    } else {
-        (bounds.max - bounds.min).amax()
-    };
+    let size = if bounds.is_empty() { 0.0 } else { (bounds.max - bounds.min).amax() };
     if 2.0 * radius_mm > size {
-        return Err(PlanError::ToolTooBig {
-            radius_mm,
-            size_mm: size,
-        });
+        return Err(PlanError::ToolTooBig { radius_mm, size_mm: size });
     }
     Ok(())
 }
@@ -292,21 +265,14 @@ impl Account {
                 sums.1 += area * f64::from(f.hidden);
                 sums.2 += area * f64::from(f.tight);
             }
-            let scale = if total > 0.0 {
-                regions.face_area_mm2[face] / total
-            } else {
-                0.0
-            };
+            let scale = if total > 0.0 { regions.face_area_mm2[face] / total } else { 0.0 };
             let scaled = (sums.0.map(|v| v * scale), sums.1 * scale, sums.2 * scale);
             for k in 0..5 {
                 region_setup_mm2[regions.of_face[face]][k] += scaled.0[k];
             }
             faces.push(scaled);
         }
-        Account {
-            faces,
-            region_setup_mm2,
-        }
+        Account { faces, region_setup_mm2 }
     }
 
     /// The account by face and in total. What the shares leave over by rounding goes to the largest entry,
@@ -316,11 +282,7 @@ impl Account {
         let mut rows = Vec::with_capacity(self.faces.len());
         for (face, (cut, hidden, tight)) in self.faces.iter().enumerate() {
             let total_mm2 = regions.face_area_mm2[face];
-            let mut area = Area {
-                total_mm2,
-                cut_mm2: cut.iter().sum(),
-                uncut_mm2: BTreeMap::new(),
-            };
+            let mut area = Area { total_mm2, cut_mm2: cut.iter().sum(), uncut_mm2: BTreeMap::new() };
             if regions.excluded[face] {
                 area.uncut_mm2.insert(UncutReason::Excluded, total_mm2);
             } else {
@@ -341,12 +303,7 @@ impl Account {
                 *all.uncut_mm2.entry(*reason).or_default() += value;
             }
             let entity = model.faces[face].source.entity.clone();
-            rows.push(FaceAccount {
-                face,
-                entity,
-                region: regions.of_face[face],
-                area,
-            });
+            rows.push(FaceAccount { face, entity, region: regions.of_face[face], area });
         }
         (all, rows)
     }
@@ -439,9 +396,5 @@ impl Output {
 fn time_s(m: &Move, feeds: &Feeds) -> f64 {
     let v = m.feed / 60.0;
     let (length, a) = (m.length_mm(), feeds.acceleration_mm_per_s2);
-    if length * a >= v * v {
-        length / v + v / a
-    } else {
-        2.0 * (length / a).sqrt()
-    }
+    if length * a >= v * v { length / v + v / a } else { 2.0 * (length / a).sqrt() }
 }

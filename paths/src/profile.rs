@@ -60,10 +60,7 @@ pub(crate) struct Followed {
 impl Profile {
     /// Height and slope at `s` (inside the profile's range).
     pub(crate) fn at(&self, s: f64) -> (f64, f64) {
-        let i = self
-            .samples
-            .partition_point(|p| p.s <= s)
-            .clamp(1, self.samples.len() - 1);
+        let i = self.samples.partition_point(|p| p.s <= s).clamp(1, self.samples.len() - 1);
         hermite(&self.samples[i - 1], &self.samples[i], s)
     }
 
@@ -93,13 +90,7 @@ fn hermite(a: &Sample, b: &Sample, s: f64) -> (f64, f64) {
 /// Drops the ball along `line` from `s0` to `s1` and returns the chains of the exact profile. A chain ends
 /// where nothing is below, where the contact becomes steep, and where the height jumps.
 pub(crate) fn follow(stock: &Stock, line: &Line, s0: f64, s1: f64) -> Followed {
-    let mut walk = Walk {
-        stock,
-        line,
-        chains: Vec::new(),
-        lifted: 0,
-        near: None,
-    };
+    let mut walk = Walk { stock, line, chains: Vec::new(), lifted: 0, near: None };
     let mut here = walk.sample(s0);
     if let Some(a) = here {
         walk.begin(a);
@@ -187,17 +178,11 @@ impl Walk<'_> {
         }
         // The corner is where the two tangents meet.
         let meet = (b.z - a.z + a.slope * a.s - b.slope * b.s) / (a.slope - b.slope);
-        let s = if meet > a.s && meet < b.s {
-            meet
-        } else {
-            0.5 * (a.s + b.s)
-        };
+        let s = if meet > a.s && meet < b.s { meet } else { 0.5 * (a.s + b.s) };
         let z = (a.z + a.slope * (s - a.s)).max(b.z + b.slope * (s - b.s));
         self.push(Sample { s, z, slope: a.slope });
         if let Some(chain) = self.chains.last_mut() {
-            chain.push(Profile {
-                samples: vec![Sample { s, z, slope: b.slope }, b],
-            });
+            chain.push(Profile { samples: vec![Sample { s, z, slope: b.slope }, b] });
         }
     }
 

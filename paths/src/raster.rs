@@ -51,13 +51,7 @@ impl Raster {
         let origin = low.map(|v| v - cell);
         let count = |k: usize| ((high[k] - origin[k]) / cell).ceil() as usize + 2;
         let (columns, lines) = (count(0), count(1));
-        let mut raster = Raster {
-            cell,
-            origin,
-            columns,
-            lines,
-            need: vec![f32::INFINITY; columns * lines],
-        };
+        let mut raster = Raster { cell, origin, columns, lines, need: vec![f32::INFINITY; columns * lines] };
         for p in patches {
             raster.mark(p);
         }
@@ -66,9 +60,7 @@ impl Raster {
 
     /// Marks every cell that the triangle touches, or nearly touches.
     fn mark(&mut self, p: &Patch) {
-        let c = p
-            .corners
-            .map(|c| [0, 1].map(|k| (c[k] - self.origin[k]) / self.cell));
+        let c = p.corners.map(|c| [0, 1].map(|k| (c[k] - self.origin[k]) / self.cell));
         let reach = |k: usize| {
             let low = c.iter().map(|v| v[k]).fold(f64::INFINITY, f64::min);
             let high = c.iter().map(|v| v[k]).fold(f64::NEG_INFINITY, f64::max);
@@ -92,10 +84,7 @@ impl Raster {
             |q: f64| (((q - self.origin[1]) / self.cell).floor().max(0.0) as usize).min(self.lines - 1);
         let mut needs = vec![f32::INFINITY; self.columns];
         for j in line(q0)..=line(q1) {
-            for (need, &cell) in needs
-                .iter_mut()
-                .zip(&self.need[j * self.columns..(j + 1) * self.columns])
-            {
+            for (need, &cell) in needs.iter_mut().zip(&self.need[j * self.columns..(j + 1) * self.columns]) {
                 *need = need.min(cell);
             }
         }
@@ -104,11 +93,8 @@ impl Raster {
 
     /// The lines' range that holds anything, as positions across.
     fn extent(&self) -> Option<(f64, f64)> {
-        let occupied = |j: &usize| {
-            self.need[j * self.columns..(j + 1) * self.columns]
-                .iter()
-                .any(|n| n.is_finite())
-        };
+        let occupied =
+            |j: &usize| self.need[j * self.columns..(j + 1) * self.columns].iter().any(|n| n.is_finite());
         let first = (0..self.lines).find(occupied)?;
         let last = (0..self.lines).rev().find(occupied)?;
         let centre = |j: usize| self.origin[1] + (j as f64 + 0.5) * self.cell;
@@ -121,25 +107,14 @@ impl Raster {
         let Some((first, last)) = self.extent() else {
             return Vec::new();
         };
-        let widest = f64::from(
-            self.need
-                .iter()
-                .filter(|n| n.is_finite())
-                .fold(0.0f32, |a, &b| a.max(b)),
-        );
+        let widest = f64::from(self.need.iter().filter(|n| n.is_finite()).fold(0.0f32, |a, &b| a.max(b)));
         let mut rows: Vec<Row> = Vec::new();
         let (mut q, mut before) = (first, 0.0);
         loop {
             let ahead = (last - q).min(widest);
             let needs = self.band(q, q + ahead);
-            let step = if ahead <= 0.0 {
-                0.0
-            } else {
-                cheapest_step(&needs, widest).min(last - q)
-            };
-            self.push(&mut rows, q, &self.band(q - 0.5 * before, q + 0.5 * step), |n| {
-                n.is_finite()
-            });
+            let step = if ahead <= 0.0 { 0.0 } else { cheapest_step(&needs, widest).min(last - q) };
+            self.push(&mut rows, q, &self.band(q - 0.5 * before, q + 0.5 * step), |n| n.is_finite());
             if step <= 0.0 {
                 return rows;
             }
@@ -149,13 +124,9 @@ impl Raster {
             for k in 1..finest {
                 // Row k of `finest` belongs to every column whose own refinement includes it.
                 let level = finest >> k.trailing_zeros();
-                let at: Vec<f32> = parts
-                    .iter()
-                    .map(|&m| if m >= level { 1.0 } else { f32::INFINITY })
-                    .collect();
-                self.push(&mut rows, q + step * f64::from(k) / f64::from(finest), &at, |n| {
-                    n.is_finite()
-                });
+                let at: Vec<f32> =
+                    parts.iter().map(|&m| if m >= level { 1.0 } else { f32::INFINITY }).collect();
+                self.push(&mut rows, q + step * f64::from(k) / f64::from(finest), &at, |n| n.is_finite());
             }
             before = step;
             q += step;
@@ -172,10 +143,7 @@ impl Raster {
             }
         }
         if !stretches.is_empty() {
-            rows.push(Row {
-                q: claymill_toolpath::round_to_written(q),
-                stretches,
-            });
+            rows.push(Row { q: claymill_toolpath::round_to_written(q), stretches });
         }
     }
 }
@@ -235,11 +203,7 @@ fn touches(c: &[[f64; 2]; 3], x: f64, y: f64) -> bool {
         let (a, b) = (c[i], c[(i + 1) % 3]);
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
         let l2 = dx * dx + dy * dy;
-        let t = if l2 > 0.0 {
-            (((x - a[0]) * dx + (y - a[1]) * dy) / l2).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
+        let t = if l2 > 0.0 { (((x - a[0]) * dx + (y - a[1]) * dy) / l2).clamp(0.0, 1.0) } else { 0.0 };
         (x - a[0] - t * dx).hypot(y - a[1] - t * dy) <= REACH
     })
 }
@@ -253,14 +217,8 @@ mod tests {
         for i in 0..(x / 10.0) as usize {
             let (a, b) = (i as f64 * 10.0, i as f64 * 10.0 + 10.0);
             let distance_mm = need(a + 5.0);
-            patches.push(Patch {
-                corners: [[a, 0.0], [b, 0.0], [b, y]],
-                distance_mm,
-            });
-            patches.push(Patch {
-                corners: [[a, 0.0], [b, y], [a, y]],
-                distance_mm,
-            });
+            patches.push(Patch { corners: [[a, 0.0], [b, 0.0], [b, y]], distance_mm });
+            patches.push(Patch { corners: [[a, 0.0], [b, y], [a, y]], distance_mm });
         }
         patches
     }
@@ -280,11 +238,8 @@ mod tests {
 
     #[test]
     fn a_steep_half_gets_further_rows_only_there() {
-        let raster = Raster::new(
-            &rectangle(300.0, 100.0, |x| if x < 100.0 { 1.3 } else { 2.8 }),
-            1.4,
-        )
-        .unwrap();
+        let raster =
+            Raster::new(&rectangle(300.0, 100.0, |x| if x < 100.0 { 1.3 } else { 2.8 }), 1.4).unwrap();
         let rows = raster.rows();
         // At every place the rows that pass it are close enough.
         for (x, need) in [(50.0, 1.3), (250.0, 2.8)] {
@@ -295,11 +250,7 @@ mod tests {
                 .collect();
             let widest = q.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
             assert!(widest <= need + 1e-3, "at {x}: {widest}");
-            assert!(
-                q.len() as f64 <= 100.0 / need * 1.25 + 3.0,
-                "at {x}: {} rows",
-                q.len()
-            );
+            assert!(q.len() as f64 <= 100.0 / need * 1.25 + 3.0, "at {x}: {} rows", q.len());
         }
     }
 }

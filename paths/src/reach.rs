@@ -90,15 +90,9 @@ fn probe_face(
             }
             let n = normal * facing.signum();
             let centre = frame.to_setup(&(p + n * stock.radius_mm()));
-            let near = Location {
-                centre,
-                normal: Vector3::z(),
-                face,
-                support: Support::Face { u: uv.x, v: uv.y },
-            };
-            let lifted = stock
-                .drop(centre.x, centre.y, Some(&near))
-                .map_or(0.0, |l| l.centre.z - centre.z);
+            let near =
+                Location { centre, normal: Vector3::z(), face, support: Support::Face { u: uv.x, v: uv.y } };
+            let lifted = stock.drop(centre.x, centre.y, Some(&near)).map_or(0.0, |l| l.centre.z - centre.z);
             seen[k] = if lifted * facing.abs() <= allowed_mm {
                 Seen::Reached(facing.abs())
             } else if lifted < stock.radius_mm() {
@@ -135,24 +129,17 @@ fn lead_setups(flat: &FlatPart, seen: &[Vec<[[Seen; 4]; 5]>], region_of_face: &[
             for &face in faces {
                 let areas = triangle_areas(flat, face);
                 open.extend(seen[face].iter().zip(areas).map(|(t, area)| {
-                    let well = |s: &[Seen; 4]| {
-                        s.iter()
-                            .any(|p| matches!(p, Seen::Reached(f) if *f >= GOOD_FACING))
-                    };
+                    let well =
+                        |s: &[Seen; 4]| s.iter().any(|p| matches!(p, Seen::Reached(f) if *f >= GOOD_FACING));
                     (area, std::array::from_fn(|k| well(&t[k])))
                 }));
             }
             let mut order: Vec<usize> = Vec::new();
             loop {
                 let sums: [f64; 5] = std::array::from_fn(|k| {
-                    open.iter()
-                        .filter(|(_, well)| well[k])
-                        .map(|(area, _)| area)
-                        .sum()
+                    open.iter().filter(|(_, well)| well[k]).map(|(area, _)| area).sum()
                 });
-                let best = (0..5)
-                    .max_by(|&a, &b| sums[a].total_cmp(&sums[b]).then(b.cmp(&a)))
-                    .unwrap_or(0);
+                let best = (0..5).max_by(|&a, &b| sums[a].total_cmp(&sums[b]).then(b.cmp(&a))).unwrap_or(0);
                 if sums[best] < LEAST_PART_MM2 || order.len() == 5 {
                     return order;
                 }
@@ -174,18 +161,9 @@ fn triangle_areas(flat: &FlatPart, face: usize) -> impl Iterator<Item = f64> {
 /// A triangle goes to the first leading setup that faces it well, else to the one that faces it best; probes
 /// that this one does not reach may bring in further setups.
 fn decide(seen: &[[Seen; 4]; 5], leads: &[usize]) -> Fate {
-    let best = |k: usize| {
-        seen[k].iter().fold(
-            0.0,
-            |m: f64, s| if let Seen::Reached(f) = s { m.max(*f) } else { m },
-        )
-    };
-    let mut order: Vec<usize> = leads
-        .iter()
-        .copied()
-        .filter(|&k| best(k) >= GOOD_FACING)
-        .take(1)
-        .collect();
+    let best =
+        |k: usize| seen[k].iter().fold(0.0, |m: f64, s| if let Seen::Reached(f) = s { m.max(*f) } else { m });
+    let mut order: Vec<usize> = leads.iter().copied().filter(|&k| best(k) >= GOOD_FACING).take(1).collect();
     let mut others: Vec<usize> = (0..5).filter(|k| !order.contains(k) && best(*k) > 0.0).collect();
     others.sort_by(|&a, &b| best(b).total_cmp(&best(a)).then(a.cmp(&b)));
     order.extend(others);
@@ -193,10 +171,7 @@ fn decide(seen: &[[Seen; 4]; 5], leads: &[usize]) -> Fate {
     let mut fate = Fate::default();
     let share = 1.0 / PROBES.len() as f32;
     for probe in 0..PROBES.len() {
-        if let Some(&k) = order
-            .iter()
-            .find(|&&k| matches!(seen[k][probe], Seen::Reached(_)))
-        {
+        if let Some(&k) = order.iter().find(|&&k| matches!(seen[k][probe], Seen::Reached(_))) {
             fate.setups |= 1 << k;
             fate.cut[k] += share;
         } else if (0..5).any(|k| seen[k][probe] == Seen::Tight) {

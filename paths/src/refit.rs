@@ -135,10 +135,7 @@ pub(crate) fn fit(profile: &Profile, written: &impl Written) -> Option<Fit> {
         if errors.iter().all(|e| worst(e) <= FIT_TOLERANCE_MM) {
             let low = errors.iter().map(|e| e.0).fold(f64::INFINITY, f64::min);
             let high = errors.iter().map(|e| e.1).fold(f64::NEG_INFINITY, f64::max);
-            return Some(Fit {
-                curve,
-                error_mm: (low, high),
-            });
+            return Some(Fit { curve, error_mm: (low, high) });
         }
         let mut finer = vec![0.0];
         for (span, e) in breaks.windows(2).zip(&errors) {
@@ -148,11 +145,7 @@ pub(crate) fn fit(profile: &Profile, written: &impl Written) -> Option<Fit> {
                 1
             };
             let cut = |k: usize| round_to_written(span[0] + (span[1] - span[0]) * k as f64 / parts as f64);
-            finer.extend(
-                (1..parts)
-                    .map(cut)
-                    .filter(|&b| b - span[0] > 0.005 && span[1] - b > 0.005),
-            );
+            finer.extend((1..parts).map(cut).filter(|&b| b - span[0] > 0.005 && span[1] - b > 0.005));
             finer.push(span[1]);
         }
         if finer.len() == breaks.len() {
@@ -213,19 +206,11 @@ fn least_squares(target: &Target, breaks: &[f64], length: f64) -> Option<Vec<Poi
     }
     solve_banded(&mut a, &mut b)?;
     let middle = b.into_iter().map(|[x, y]| Point2::new(x, y));
-    Some(
-        std::iter::once(first)
-            .chain(middle)
-            .chain(std::iter::once(last))
-            .collect(),
-    )
+    Some(std::iter::once(first).chain(middle).chain(std::iter::once(last)).collect())
 }
 
 fn round(points: &[Point2], breaks: &[f64], written: &impl Written) -> Option<Curve3> {
-    let tips = points
-        .iter()
-        .map(|p| written.tip(p.x, p.y).map(round_to_written))
-        .collect();
+    let tips = points.iter().map(|p| written.tip(p.x, p.y).map(round_to_written)).collect();
     Curve3::new(knot_vector(breaks)?, tips, None).ok()
 }
 
@@ -280,32 +265,21 @@ mod tests {
             let (z, slope) = f(s);
             Sample { s, z, slope }
         };
-        Profile {
-            samples: (0..=count).map(at).collect(),
-        }
+        Profile { samples: (0..=count).map(at).collect() }
     }
 
     #[test]
     fn a_straight_pass_needs_four_control_points() {
         let fit = fit(&sampled(0.0, 300.0, |s| (2.0 + 0.25 * s, 0.25)), &Plain).unwrap();
         assert_eq!(fit.curve.points().len(), 4);
-        assert!(
-            fit.error_mm.0 > 0.0 && fit.error_mm.1 < 5e-3,
-            "{:?}",
-            fit.error_mm
-        );
+        assert!(fit.error_mm.0 > 0.0 && fit.error_mm.1 < 5e-3, "{:?}", fit.error_mm);
     }
 
     #[test]
     fn arcs_stay_above_the_exact_path_and_near_the_fourth_root_law() {
         for radius in [100.0f64, 1000.0, 4000.0] {
             let half = 0.35 * radius;
-            let exact = |s: f64| {
-                (
-                    (radius * radius - s * s).sqrt(),
-                    -s / (radius * radius - s * s).sqrt(),
-                )
-            };
+            let exact = |s: f64| ((radius * radius - s * s).sqrt(), -s / (radius * radius - s * s).sqrt());
             let fit = fit(&sampled(-half, half, exact), &Plain).unwrap();
             // An independent, denser look at the written curve.
             let (t0, t1) = fit.curve.domain();
@@ -316,10 +290,7 @@ mod tests {
             }
             let law = (t1 - t0) / (384.0 * FIT_TOLERANCE_MM * radius.powi(3)).powf(0.25);
             let spans = fit.curve.points().len() - 3;
-            assert!(
-                (spans as f64) <= 1.3 * law + 3.0,
-                "radius {radius}: {spans} spans, law {law:.1}"
-            );
+            assert!((spans as f64) <= 1.3 * law + 3.0, "radius {radius}: {spans} spans, law {law:.1}");
         }
     }
 
@@ -327,17 +298,9 @@ mod tests {
     fn a_curvature_jump_is_fitted_within_tolerance() {
         // Line, then an arc of radius 40: G1 with a jump of 1/40.
         let exact = |s: f64| {
-            if s <= 0.0 {
-                (0.0, 0.0)
-            } else {
-                (40.0 - (1600.0 - s * s).sqrt(), s / (1600.0 - s * s).sqrt())
-            }
+            if s <= 0.0 { (0.0, 0.0) } else { (40.0 - (1600.0 - s * s).sqrt(), s / (1600.0 - s * s).sqrt()) }
         };
         let fit = fit(&sampled(-100.0, 25.0, exact), &Plain).unwrap();
-        assert!(
-            fit.error_mm.0 > 0.0 && fit.error_mm.1 < 5e-3,
-            "{:?}",
-            fit.error_mm
-        );
+        assert!(fit.error_mm.0 > 0.0 && fit.error_mm.1 < 5e-3, "{:?}", fit.error_mm);
     }
 }

@@ -14,9 +14,7 @@ const CLOSEST: f64 = 0.1;
 /// Step-over on a plane: `s = 2 √(2 R h − h²)`.
 #[must_use]
 pub fn flat_mm(radius_mm: f64, scallop_mm: f64) -> f64 {
-    2.0 * (2.0 * radius_mm * scallop_mm - scallop_mm * scallop_mm)
-        .max(0.0)
-        .sqrt()
+    2.0 * (2.0 * radius_mm * scallop_mm - scallop_mm * scallop_mm).max(0.0).sqrt()
 }
 
 /// Distance of parallel rows, in the setup's horizontal plane, that keeps the scallop height at this point
@@ -50,14 +48,7 @@ mod tests {
 
     fn jet(su: Vector3, sv: Vector3, svv: Vector3) -> Jet {
         let zero = Vector3::zeros();
-        Jet {
-            p: Point3::origin(),
-            su,
-            sv,
-            suu: zero,
-            suv: zero,
-            svv,
-        }
+        Jet { p: Point3::origin(), su, sv, suu: zero, suv: zero, svv }
     }
 
     #[test]
@@ -76,11 +67,7 @@ mod tests {
     #[test]
     fn a_slope_across_the_rows_brings_them_together() {
         let tilt = 40f64.to_radians();
-        let j = jet(
-            Vector3::x(),
-            Vector3::new(0.0, tilt.cos(), tilt.sin()),
-            Vector3::zeros(),
-        );
+        let j = jet(Vector3::x(), Vector3::new(0.0, tilt.cos(), tilt.sin()), Vector3::zeros());
         let across = row_distance_mm(&j, RowsAlong::X, 10.0, 0.1).unwrap();
         let uphill = row_distance_mm(&j, RowsAlong::Y, 10.0, 0.1).unwrap();
         approx::assert_relative_eq!(across / uphill, tilt.cos(), max_relative = 1e-12);

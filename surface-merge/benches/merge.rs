@@ -13,18 +13,12 @@ fn corpus(file: &str) -> PathBuf {
 fn cars(c: &mut Criterion) {
     let mut group = c.benchmark_group("merge");
     group.sample_size(10);
-    for file in [
-        "sports_car_1399.igs",
-        "sports_car_6300.igs",
-        "sports_car_25200.igs",
-    ] {
+    for file in ["sports_car_1399.igs", "sports_car_6300.igs", "sports_car_25200.igs"] {
         let Ok(import) = claymill_exchange::read(&corpus(file)) else {
             eprintln!("skipped: no {file} in the corpus");
             continue;
         };
-        group.bench_function(file, |b| {
-            b.iter(|| merge(&import.model, &MergeOptions::default()))
-        });
+        group.bench_function(file, |b| b.iter(|| merge(&import.model, &MergeOptions::default())));
     }
     group.finish();
 }

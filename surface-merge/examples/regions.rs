@@ -8,11 +8,7 @@ use claymill_surface_merge::{MergeOptions, Preset, merge};
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     for file in std::env::args().skip(1) {
         let import = claymill_exchange::read(file.as_ref())?;
-        println!(
-            "{file}: {} faces, tolerance {} mm",
-            import.model.faces.len(),
-            import.model.tolerance_mm
-        );
+        println!("{file}: {} faces, tolerance {} mm", import.model.faces.len(), import.model.tolerance_mm);
         for preset in [Preset::ClassA, Preset::Clay, Preset::Tangent, Preset::Paper] {
             let options: MergeOptions = preset.options();
             let start = Instant::now();
@@ -28,10 +24,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let t = &merged.tolerance;
                 println!("  tolerance {:.5} mm ({:?})  {classes:?}", t.value_mm, t.origin);
                 println!("  {:?}", merged.account);
-                let naked = merged
-                    .naked
-                    .iter()
-                    .map(|n| format!("{:.3}(face {})", n.length_mm, n.stretch.face));
+                let naked =
+                    merged.naked.iter().map(|n| format!("{:.3}(face {})", n.length_mm, n.stretch.face));
                 println!(
                     "  {} naked stretches: {}",
                     merged.naked.len(),
@@ -40,11 +34,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let many = merged.joints.iter().filter(|j| j.non_manifold).count();
                 println!("  {} joints, {many} of them non-manifold", merged.joints.len());
             }
-            let areas = merged
-                .regions
-                .iter()
-                .take(12)
-                .map(|r| format!("{:.0}({})", r.area_mm2, r.faces.len()));
+            let areas =
+                merged.regions.iter().take(12).map(|r| format!("{:.0}({})", r.area_mm2, r.faces.len()));
             println!(
                 "  {preset:?}: {} regions in {seconds:.2} s; largest {}",
                 merged.regions.len(),

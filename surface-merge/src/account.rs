@@ -51,11 +51,7 @@ impl Coverage {
         for (run, r) in runs.iter().enumerate() {
             for (edge, on) in [(r.a, r.on_a), (r.b, r.on_b)] {
                 let [s0, s1] = on.map(|t| edges[edge].arc_length(t));
-                by_edge[edge].push(Interval {
-                    run,
-                    from: s0.min(s1),
-                    to: s0.max(s1),
-                });
+                by_edge[edge].push(Interval { run, from: s0.min(s1), to: s0.max(s1) });
             }
         }
         Coverage { by_edge }
@@ -93,11 +89,7 @@ impl Coverage {
             for w in cuts.windows(2) {
                 let length = w[1] - w[0];
                 let covered = |i: &&Interval| i.from <= w[0] && i.to >= w[1];
-                let covers = if length > 0.0 {
-                    intervals.iter().filter(covered).count()
-                } else {
-                    0
-                };
+                let covers = if length > 0.0 { intervals.iter().filter(covered).count() } else { 0 };
                 account.total_mm += length;
                 match covers {
                     0 => account.naked_mm += length,
@@ -156,11 +148,7 @@ pub(crate) fn imprint(edges: &[Edge<'_>], runs: &[Run], tolerance_mm: f64) -> Ve
         });
         cuts.insert(0, (r.on_a[0], r.on_b[0]));
         cuts.push((r.on_a[1], r.on_b[1]));
-        found.extend(cuts.windows(2).map(|w| Run {
-            on_a: [w[0].0, w[1].0],
-            on_b: [w[0].1, w[1].1],
-            ..*r
-        }));
+        found.extend(cuts.windows(2).map(|w| Run { on_a: [w[0].0, w[1].0], on_b: [w[0].1, w[1].1], ..*r }));
     }
     found
 }

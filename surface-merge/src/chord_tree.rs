@@ -34,16 +34,9 @@ impl ChordTree {
         let mut chords: Vec<Chord> = Vec::new();
         for (i, edge) in edges.iter().enumerate() {
             let ends = edge.stations.windows(2);
-            chords.extend(ends.map(|w| Chord {
-                edge: i,
-                a: w[0].point,
-                b: w[1].point,
-            }));
+            chords.extend(ends.map(|w| Chord { edge: i, a: w[0].point, b: w[1].point }));
         }
-        let mut tree = ChordTree {
-            nodes: Vec::with_capacity(chords.len()),
-            chords,
-        };
+        let mut tree = ChordTree { nodes: Vec::with_capacity(chords.len()), chords };
         if !tree.chords.is_empty() {
             tree.build(edges, 0, tree.chords.len());
         }
@@ -60,11 +53,7 @@ impl ChordTree {
         }
         let node = self.nodes.len();
         let leaf = to - from <= LEAF;
-        self.nodes.push(Node {
-            bounds,
-            first: from,
-            count: if leaf { to - from } else { 0 },
-        });
+        self.nodes.push(Node { bounds, first: from, count: if leaf { to - from } else { 0 } });
         if leaf {
             return;
         }
@@ -89,9 +78,7 @@ impl ChordTree {
                 continue;
             }
             if node.count > 0 {
-                self.chords[node.first..node.first + node.count]
-                    .iter()
-                    .for_each(&mut found);
+                self.chords[node.first..node.first + node.count].iter().for_each(&mut found);
             } else {
                 stack.extend([node.first, index + 1]);
             }

@@ -54,10 +54,7 @@ pub(crate) fn measure(
     let mut samples = Vec::with_capacity(rule.len() * (pieces.len() - 1));
     for piece in pieces.windows(2) {
         let (middle, half) = (0.5 * (piece[0] + piece[1]), 0.5 * (piece[1] - piece[0]));
-        samples.extend(
-            rule.iter()
-                .map(|(x, w)| crossing.sample(middle + half * x, w * half)),
-        );
+        samples.extend(rule.iter().map(|(x, w)| crossing.sample(middle + half * x, w * half)));
     }
     let half_way = 0.5 * (crossing.a.arc_length(run.on_a[0]) + crossing.a.arc_length(run.on_a[1]));
     let mid = crossing.sample(crossing.a.at_length(half_way), 0.0);
@@ -129,14 +126,7 @@ impl<'e, 'm> Crossing<'e, 'm> {
         // faces whose boundaries run against each other, both on their left, have normals on one side.
         let same_side = -left * other_left * heading;
         let outside = sign(!model.faces[a.face].reversed);
-        Crossing {
-            a,
-            b,
-            left,
-            heading,
-            same_side,
-            outside,
-        }
+        Crossing { a, b, left, heading, same_side, outside }
     }
 
     /// Parameters of the first edge where the joint's polynomial pieces meet, ends included.
@@ -182,11 +172,7 @@ impl<'e, 'm> Crossing<'e, 'm> {
         // Directions across the edge, from the first face into the second, in either tangent plane.
         let (across_a, across_b) = (along.cross(&na) * self.left, along.cross(&nb) * self.left);
         let angle = na.cross(&nb).norm().atan2(na.dot(&nb)).to_degrees();
-        let side = if across_b.dot(&na) * self.outside < 0.0 {
-            -1.0
-        } else {
-            1.0
-        };
+        let side = if across_b.dot(&na) * self.outside < 0.0 { -1.0 } else { 1.0 };
         let curvature_per_mm = match (soft_a || soft_b, ja, jb) {
             (false, ja, jb) => ja
                 .normal_curvature(&across_a, &(na * self.outside))
@@ -198,9 +184,7 @@ impl<'e, 'm> Crossing<'e, 'm> {
             point,
             length_mm,
             gap_normal_mm,
-            gap_lateral_mm: (gap.norm_squared() - gap_normal_mm * gap_normal_mm)
-                .max(0.0)
-                .sqrt(),
+            gap_lateral_mm: (gap.norm_squared() - gap_normal_mm * gap_normal_mm).max(0.0).sqrt(),
             angle_deg: angle * side,
             curvature_per_mm,
         }
@@ -212,10 +196,7 @@ type Normal = Option<(Vector3, bool)>;
 fn frame(edge: &Edge<'_>, t: f64) -> (claymill_nurbs::Jet, Normal) {
     let c = edge.pcurve.point(t);
     let jet = edge.surface.jet(c.x, c.y);
-    let normal = jet
-        .normal()
-        .map(|n| (n, false))
-        .or_else(|| edge.surface.normal(c.x, c.y));
+    let normal = jet.normal().map(|n| (n, false)).or_else(|| edge.surface.normal(c.x, c.y));
     (jet, normal)
 }
 
@@ -230,11 +211,7 @@ fn curvature_floor(model: &Model, edge: usize, edges: &[Edge<'_>]) -> f64 {
     };
     let rounding =
         floor(surface.knots_u().degree(), across_u).max(floor(surface.knots_v().degree(), across_v));
-    if rounding.is_finite() {
-        rounding.max(CURVATURE_FLOOR_PER_MM)
-    } else {
-        CURVATURE_FLOOR_PER_MM
-    }
+    if rounding.is_finite() { rounding.max(CURVATURE_FLOOR_PER_MM) } else { CURVATURE_FLOOR_PER_MM }
 }
 
 /// Mean distance of control points along `u` and along `v`, mm.

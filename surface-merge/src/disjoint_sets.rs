@@ -6,9 +6,7 @@ pub(crate) struct DisjointSets {
 
 impl DisjointSets {
     pub(crate) fn new(count: usize) -> Self {
-        DisjointSets {
-            parent: (0..count).collect(),
-        }
+        DisjointSets { parent: (0..count).collect() }
     }
 
     pub(crate) fn root(&mut self, mut x: usize) -> usize {

@@ -129,11 +129,7 @@ fn breaks(surface: &NurbsSurface, pcurve: &Curve2) -> Vec<f64> {
             _ => return breaks,
         };
         let shares = knots.iter().map(|k| (k - from) / span);
-        breaks.extend(
-            shares
-                .filter(|s| *s > 1e-9 && *s < 1.0 - 1e-9)
-                .map(|s| t0 + s * (t1 - t0)),
-        );
+        breaks.extend(shares.filter(|s| *s > 1e-9 && *s < 1.0 - 1e-9).map(|s| t0 + s * (t1 - t0)));
         breaks.sort_by(f64::total_cmp);
     }
     breaks
@@ -151,13 +147,7 @@ impl Edge<'_> {
 
     /// The part between two parameters, as others may refer to it.
     pub(crate) fn stretch(&self, [from, to]: [f64; 2]) -> EdgeStretch {
-        EdgeStretch {
-            face: self.face,
-            loop_index: self.loop_index,
-            edge_index: self.edge_index,
-            from,
-            to,
-        }
+        EdgeStretch { face: self.face, loop_index: self.loop_index, edge_index: self.edge_index, from, to }
     }
 
     /// The points at two parameters.
@@ -181,10 +171,7 @@ impl Edge<'_> {
     /// The parameter at arc length `s`.
     pub(crate) fn at_length(&self, s: f64) -> f64 {
         let last = self.stations.len() - 1;
-        let i = self
-            .stations
-            .partition_point(|station| station.s <= s)
-            .clamp(1, last);
+        let i = self.stations.partition_point(|station| station.s <= s).clamp(1, last);
         let (a, b) = (&self.stations[i - 1], &self.stations[i]);
         let (mut low, mut high) = (0.0, 1.0);
         while high - low > 1e-12 {
@@ -215,11 +202,7 @@ impl Edge<'_> {
         for _ in 0..20 {
             let r = c[0] - p.coords;
             let newton = c[1].norm_squared() + r.dot(&c[2]);
-            let slope = if newton > 0.5 * c[1].norm_squared() {
-                newton
-            } else {
-                c[1].norm_squared()
-            };
+            let slope = if newton > 0.5 * c[1].norm_squared() { newton } else { c[1].norm_squared() };
             let next = (t - r.dot(&c[1]) / slope).clamp(low, high);
             let step = (next - t).abs() * c[1].norm();
             if step == 0.0 || !step.is_finite() {
@@ -231,11 +214,7 @@ impl Edge<'_> {
                 break;
             }
         }
-        EdgeFoot {
-            t,
-            point: Point3::from(c[0]),
-            velocity: c[1],
-        }
+        EdgeFoot { t, point: Point3::from(c[0]), velocity: c[1] }
     }
 
     fn lay_stations(&mut self, chord_error_mm: f64) {
@@ -245,11 +224,7 @@ impl Edge<'_> {
         for i in 0..spans {
             let (a, b) = (self.breaks[i], self.breaks[i + 1]);
             for part in 1..=parts {
-                let end = if part == parts {
-                    b
-                } else {
-                    a + (b - a) * part as f64 / parts as f64
-                };
+                let end = if part == parts { b } else { a + (b - a) * part as f64 / parts as f64 };
                 self.advance(self.station(end), chord_error_mm, 0);
             }
         }
@@ -257,12 +232,7 @@ impl Edge<'_> {
 
     fn station(&self, t: f64) -> Station {
         let [p, velocity, _] = self.lift(t);
-        Station {
-            t,
-            point: Point3::from(p),
-            speed: velocity.norm(),
-            s: 0.0,
-        }
+        Station { t, point: Point3::from(p), speed: velocity.norm(), s: 0.0 }
     }
 
     /// Adds stations from the last one up to `b`, halving while the chord is too coarse.
@@ -271,11 +241,7 @@ impl Edge<'_> {
         let m = self.station(0.5 * (a.t + b.t));
         let (first, second, chord) = (m.point - a.point, b.point - m.point, b.point - a.point);
         let length = chord.norm();
-        let bow = if length > 0.0 {
-            first.cross(&chord).norm() / length
-        } else {
-            first.norm()
-        };
+        let bow = if length > 0.0 { first.cross(&chord).norm() / length } else { first.norm() };
         let coarse = bow > chord_error_mm || length > LONGEST_CHORD_MM || first.angle(&second) > CHORD_TURN;
         if coarse && halvings < MOST_HALVINGS && length > COLLAPSED_MM {
             self.advance(m, chord_error_mm, halvings + 1);

@@ -60,23 +60,14 @@ impl Tolerance {
         let value_mm = match origin {
             ToleranceOrigin::Given => value_mm,
             // A model of exact joints and small gaps has a valley too, below what any trade calls a gap.
-            _ => value_mm
-                .clamp(USUAL_TOLERANCE_MM, LARGEST_TOLERANCE_MM)
-                .max(2.0 * file_mm),
+            _ => value_mm.clamp(USUAL_TOLERANCE_MM, LARGEST_TOLERANCE_MM).max(2.0 * file_mm),
         };
-        Tolerance {
-            value_mm,
-            origin,
-            search_radius_mm,
-            histogram,
-        }
+        Tolerance { value_mm, origin, search_radius_mm, histogram }
     }
 }
 
 fn bin(gap_mm: f64) -> usize {
-    ((gap_mm / SMALLEST_GAP_MM).log10() * BINS_PER_DECADE)
-        .ceil()
-        .max(0.0) as usize
+    ((gap_mm / SMALLEST_GAP_MM).log10() * BINS_PER_DECADE).ceil().max(0.0) as usize
 }
 
 fn histogram(edges: &[Edge<'_>], pairs: &[Pair], radius_mm: f64) -> Vec<GapBin> {
@@ -86,22 +77,13 @@ fn histogram(edges: &[Edge<'_>], pairs: &[Pair], radius_mm: f64) -> Vec<GapBin> 
             let length = |t: f64| edges[pair.a].arc_length(t);
             let ends = pair.points.windows(2);
             ends.filter(|w| w.iter().all(|o| o.along && o.gap_mm <= radius_mm))
-                .map(|w| {
-                    (
-                        bin(w[0].gap_mm.max(w[1].gap_mm)),
-                        length(w[1].ta) - length(w[0].ta),
-                    )
-                })
+                .map(|w| (bin(w[0].gap_mm.max(w[1].gap_mm)), length(w[1].ta) - length(w[0].ta)))
                 .collect()
         })
         .collect();
     let edge_of_bin = |i: usize| SMALLEST_GAP_MM * 10f64.powf(i as f64 / BINS_PER_DECADE);
-    let mut bins: Vec<GapBin> = (0..=bin(radius_mm))
-        .map(|i| GapBin {
-            gap_mm: edge_of_bin(i),
-            length_mm: 0.0,
-        })
-        .collect();
+    let mut bins: Vec<GapBin> =
+        (0..=bin(radius_mm)).map(|i| GapBin { gap_mm: edge_of_bin(i), length_mm: 0.0 }).collect();
     for (i, length) in parts.into_iter().flatten() {
         let last = bins.len() - 1;
         bins[i.min(last)].length_mm += length;
@@ -142,10 +124,7 @@ mod tests {
 
     fn bins(lengths: &[(f64, f64)]) -> Vec<GapBin> {
         let mut all: Vec<GapBin> = (0..=bin(0.5))
-            .map(|i| GapBin {
-                gap_mm: 1e-4 * 10f64.powf(i as f64 / 10.0),
-                length_mm: 0.0,
-            })
+            .map(|i| GapBin { gap_mm: 1e-4 * 10f64.powf(i as f64 / 10.0), length_mm: 0.0 })
             .collect();
         for (gap, length) in lengths {
             all[bin(*gap)].length_mm += length;

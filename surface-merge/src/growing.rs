@@ -25,21 +25,15 @@ pub(crate) fn grow(
     rivals: &[Vec<usize>],
     options: &MergeOptions,
 ) -> (Vec<usize>, Vec<Standing>) {
-    let shares: Vec<[f64; 2]> = joints
-        .iter()
-        .map(|j| [&options.low, &options.high].map(|l| options.share_within(l, j)))
-        .collect();
-    let outdone: Vec<bool> = (0..joints.len())
-        .map(|i| is_outdone(joints, i, &rivals[i]))
-        .collect();
+    let shares: Vec<[f64; 2]> =
+        joints.iter().map(|j| [&options.low, &options.high].map(|l| options.share_within(l, j))).collect();
+    let outdone: Vec<bool> = (0..joints.len()).map(|i| is_outdone(joints, i, &rivals[i])).collect();
     let usable = |i: &usize| !outdone[*i] && joints[*i].sides[0].face != joints[*i].sides[1].face;
 
     // Strong: all joints between two faces taken together.
     let mut between: BTreeMap<[usize; 2], [f64; 2]> = BTreeMap::new();
     for i in (0..joints.len()).filter(usable) {
-        let sums = between
-            .entry(ordered(joints[i].sides.map(|s| s.face)))
-            .or_default();
+        let sums = between.entry(ordered(joints[i].sides.map(|s| s.face))).or_default();
         sums[0] += joints[i].length_mm;
         sums[1] += joints[i].length_mm * shares[i][0];
     }
@@ -58,11 +52,7 @@ pub(crate) fn grow(
             if regions[0] != regions[1] {
                 let sums = borders.entry(regions).or_default();
                 sums[0] += joints[i].length_mm;
-                sums[1] += if shares[i][1] >= WEAK_SHARE {
-                    joints[i].length_mm
-                } else {
-                    0.0
-                };
+                sums[1] += if shares[i][1] >= WEAK_SHARE { joints[i].length_mm } else { 0.0 };
             }
         }
         let mut changed = false;
@@ -90,9 +80,7 @@ pub(crate) fn grow(
 fn is_outdone(joints: &[Joint], i: usize, rivals: &[usize]) -> bool {
     let roughness = |j: &Joint| j.angle_deg.rms;
     // Twins differ by rounding only.
-    rivals
-        .iter()
-        .any(|&r| roughness(&joints[r]) + 1e-6 < roughness(&joints[i]))
+    rivals.iter().any(|&r| roughness(&joints[r]) + 1e-6 < roughness(&joints[i]))
 }
 
 fn ordered([a, b]: [usize; 2]) -> [usize; 2] {

@@ -106,26 +106,16 @@ pub enum MergeError {
 pub fn merge(model: &Model, options: &MergeOptions) -> Result<Merge, MergeError> {
     options.check()?;
     let given = options.tolerance_mm.unwrap_or(0.0);
-    let radius_mm = tolerance::SEARCH_RADIUS_MM
-        .max(20.0 * model.tolerance_mm)
-        .max(given);
+    let radius_mm = tolerance::SEARCH_RADIUS_MM.max(20.0 * model.tolerance_mm).max(given);
     let edges = edge::edges(model, 0.1 * radius_mm);
     if let Some(edge) = edges.iter().find(|e| !e.length_mm().is_finite()) {
         return Err(MergeError::NotFinite { face: edge.face });
     }
     let pairs = matching::pairs(&edges, radius_mm);
-    let tolerance = Tolerance::find(
-        &edges,
-        &pairs,
-        options.tolerance_mm,
-        model.tolerance_mm,
-        radius_mm,
-    );
+    let tolerance = Tolerance::find(&edges, &pairs, options.tolerance_mm, model.tolerance_mm, radius_mm);
     let tolerance_mm = tolerance.value_mm;
-    let runs: Vec<_> = pairs
-        .par_iter()
-        .flat_map_iter(|pair| matching::runs(&edges, pair, tolerance_mm))
-        .collect();
+    let runs: Vec<_> =
+        pairs.par_iter().flat_map_iter(|pair| matching::runs(&edges, pair, tolerance_mm)).collect();
     let runs = account::imprint(&edges, &runs, tolerance_mm);
     let coverage = account::Coverage::new(&edges, &runs);
     let rivals = coverage.rivals(runs.len(), tolerance_mm);
@@ -141,12 +131,5 @@ pub fn merge(model: &Model, options: &MergeOptions) -> Result<Merge, MergeError>
         .zip(standings)
         .for_each(|(joint, standing)| verdict::judge(joint, standing, options));
     let (regions, region_of_face) = region::regions(model, &edges, &labels, &joints, &naked, tolerance_mm);
-    Ok(Merge {
-        joints,
-        regions,
-        region_of_face,
-        account,
-        naked,
-        tolerance,
-    })
+    Ok(Merge { joints, regions, region_of_face, account, naked, tolerance })
 }

@@ -46,11 +46,7 @@ pub(crate) fn pairs(edges: &[Edge<'_>], radius_mm: f64) -> Vec<Pair> {
             near.into_iter().map(move |j| (i, j))
         })
         .map(|(i, j)| {
-            let (a, b) = if edges[j].length_mm() < edges[i].length_mm() {
-                (j, i)
-            } else {
-                (i, j)
-            };
+            let (a, b) = if edges[j].length_mm() < edges[i].length_mm() { (j, i) } else { (i, j) };
             profile(edges, a, b, radius_mm)
         })
         .filter(|pair| pair.points.iter().any(|o| o.along && o.gap_mm <= radius_mm))
@@ -62,11 +58,7 @@ fn neighbours(edges: &[Edge<'_>], tree: &ChordTree, i: usize, radius_mm: f64) ->
     let mut near = Vec::new();
     let edge = &edges[i];
     for w in edge.stations.windows(2) {
-        let chord = Chord {
-            edge: i,
-            a: w[0].point,
-            b: w[1].point,
-        };
+        let chord = Chord { edge: i, a: w[0].point, b: w[1].point };
         let reach = radius_mm + edge.sagitta_mm;
         tree.touching(&Aabb::of([&chord.a, &chord.b]).inflated(reach), |other| {
             if other.edge > i && side_by_side(&chord, other, reach + edges[other.edge].sagitta_mm) {
@@ -128,12 +120,7 @@ fn opposite(ea: &Edge<'_>, eb: &Edge<'_>, ta: f64) -> Opposite {
     // Beside the edge the gap is across it; past its end the gap points along it.
     let overshoot = gap.dot(&foot.velocity).abs() / lb;
     let beside = overshoot <= OVERSHOOT_MM + gap.norm() * ALONG_DEG.to_radians().sin();
-    Opposite {
-        ta,
-        tb: foot.t,
-        gap_mm: gap.norm(),
-        along: parallel && beside,
-    }
+    Opposite { ta, tb: foot.t, gap_mm: gap.norm(), along: parallel && beside }
 }
 
 /// The stretches of a pair that stay within `tolerance_mm`.

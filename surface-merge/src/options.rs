@@ -93,27 +93,17 @@ impl Preset {
         };
         use CurvatureLimit::{Any, Relative};
         let (low, high) = match self {
-            Preset::ClassA => (
-                limits(0.01, 0.1, Relative(0.05)),
-                limits(0.01, 0.2, Relative(0.10)),
-            ),
+            Preset::ClassA => (limits(0.01, 0.1, Relative(0.05)), limits(0.01, 0.2, Relative(0.10))),
             Preset::Clay => (limits(0.03, 0.5, Any), limits(0.03, 1.0, Any)),
             Preset::Tangent => (limits(0.05, 1.0, Any), limits(0.05, 2.0, Any)),
-            Preset::Paper => (
-                limits(0.02, 0.5, Relative(0.05)),
-                limits(0.02, 0.5, Relative(0.05)),
-            ),
+            Preset::Paper => (limits(0.02, 0.5, Relative(0.05)), limits(0.02, 0.5, Relative(0.05))),
         };
         MergeOptions {
             preset: self,
             tolerance_mm: None,
             low,
             high,
-            judged: if self == Preset::Paper {
-                Judged::MidPoint
-            } else {
-                Judged::Along
-            },
+            judged: if self == Preset::Paper { Judged::MidPoint } else { Judged::Along },
             ball_radius_mm: 10.0,
             feed_mm_per_min: 10_000.0,
             crossing: 0.2,
@@ -130,10 +120,7 @@ impl MergeOptions {
             ("low.angle_deg", self.low.angle_deg),
             ("high.angle_deg", self.high.angle_deg),
         ];
-        match positive
-            .into_iter()
-            .find(|(_, value)| !(*value > 0.0 && value.is_finite()))
-        {
+        match positive.into_iter().find(|(_, value)| !(*value > 0.0 && value.is_finite())) {
             Some((option, value)) => Err(MergeError::Option { option, value }),
             None => Ok(()),
         }

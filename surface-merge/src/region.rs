@@ -52,9 +52,7 @@ pub(crate) fn regions(
 ) -> (Vec<Region>, Vec<usize>) {
     let mut facts: Vec<FaceFacts> = model.faces.par_iter().map(FaceFacts::new).collect();
     for edge in edges {
-        edge.stations
-            .iter()
-            .for_each(|s| facts[edge.face].bounds.add(&s.point));
+        edge.stations.iter().for_each(|s| facts[edge.face].bounds.add(&s.point));
     }
     let flips = flips(labels, joints, &facts);
     let mut members: Vec<Vec<FaceId>> = vec![Vec::new(); labels.len()];
@@ -62,21 +60,14 @@ pub(crate) fn regions(
         members[label].push(face);
     }
     members.retain(|faces| !faces.is_empty());
-    let mut regions: Vec<Region> = members
-        .into_par_iter()
-        .map(|faces| Region::new(model, faces, &facts, &flips))
-        .collect();
+    let mut regions: Vec<Region> =
+        members.into_par_iter().map(|faces| Region::new(model, faces, &facts, &flips)).collect();
     // Rounded, so that mirror twins compare by place whatever the order of summation.
     let rounded = |x: f64, step: f64| (x / step).round();
     regions.sort_by(|a, b| {
         let key = |r: &Region| {
             let c = r.bounds.centre();
-            [
-                rounded(-r.area_mm2, 1e-3),
-                rounded(c.x, 1e-3),
-                rounded(c.y, 1e-3),
-                rounded(c.z, 1e-3),
-            ]
+            [rounded(-r.area_mm2, 1e-3), rounded(c.x, 1e-3), rounded(c.y, 1e-3), rounded(c.z, 1e-3)]
         };
         key(a)
             .iter()
@@ -98,10 +89,7 @@ impl FaceFacts {
     fn new(face: &Face) -> Self {
         let ((u0, u1), (v0, v1)) = face.surface.domain();
         let domain = (!face.loops.is_empty()).then(|| Domain::new(face));
-        let (rows, columns) = (
-            grid_size(face.surface.knots_u()),
-            grid_size(face.surface.knots_v()),
-        );
+        let (rows, columns) = (grid_size(face.surface.knots_u()), grid_size(face.surface.knots_v()));
         let at = |k: usize, of: usize| (k as f64 + 0.5) / of as f64;
         let (mut bounds, mut normals) = (Aabb::empty(), Vec::with_capacity(rows * columns));
         for k in 0..rows * columns {
@@ -113,11 +101,7 @@ impl FaceFacts {
                 normals.extend(jet.normal());
             }
         }
-        FaceFacts {
-            area_mm2: face.area_mm2(),
-            bounds,
-            normals,
-        }
+        FaceFacts { area_mm2: face.area_mm2(), bounds, normals }
     }
 }
 
@@ -143,9 +127,7 @@ impl Region {
             boundary_loops: 0,
             normal_axis,
             normal_half_angle_deg,
-            bounds: faces
-                .iter()
-                .fold(Aabb::empty(), |b, &f| b.union(&facts[f].bounds)),
+            bounds: faces.iter().fold(Aabb::empty(), |b, &f| b.union(&facts[f].bounds)),
             faces,
         }
     }
@@ -206,9 +188,7 @@ fn normal_cone(normals: &[Vector3]) -> (Vector3, f64) {
         if cos > best.0 {
             best = (cos, axis);
         }
-        axis = (axis + (n - axis) / f64::from(k))
-            .try_normalize(1e-9)
-            .unwrap_or(axis);
+        axis = (axis + (n - axis) / f64::from(k)).try_normalize(1e-9).unwrap_or(axis);
     }
     (best.1, best.0.clamp(-1.0, 1.0).acos().to_degrees())
 }
@@ -241,11 +221,8 @@ fn count_loops(
 }
 
 fn connected(stretches: &[[Point3; 2]], near_mm: f64) -> usize {
-    let mut ends: Vec<(Point3, usize)> = stretches
-        .iter()
-        .enumerate()
-        .flat_map(|(i, e)| e.map(|p| (p, i)))
-        .collect();
+    let mut ends: Vec<(Point3, usize)> =
+        stretches.iter().enumerate().flat_map(|(i, e)| e.map(|p| (p, i))).collect();
     ends.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
     let mut sets = DisjointSets::new(stretches.len());
     for (k, (p, i)) in ends.iter().enumerate() {

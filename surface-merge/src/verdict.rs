@@ -32,10 +32,7 @@ impl Verdict {
     /// Whether strokes run across the joint.
     #[must_use]
     pub fn is_merged(self) -> bool {
-        matches!(
-            self,
-            Verdict::Merged | Verdict::MergedWeak | Verdict::CrossedCurvatureJump
-        )
+        matches!(self, Verdict::Merged | Verdict::MergedWeak | Verdict::CrossedCurvatureJump)
     }
 }
 
@@ -74,12 +71,7 @@ impl MergeOptions {
         match self.judged {
             Judged::MidPoint => f64::from(u8::from(fine(&joint.mid))),
             Judged::Along => {
-                let within: f64 = joint
-                    .samples
-                    .iter()
-                    .filter(|s| fine(s))
-                    .map(|s| s.length_mm)
-                    .sum();
+                let within: f64 = joint.samples.iter().filter(|s| fine(s)).map(|s| s.length_mm).sum();
                 within / joint.length_mm
             }
         }
@@ -92,12 +84,7 @@ impl MergeOptions {
             return found(&joint.mid).unwrap_or(Excess::Angle);
         }
         let length = |kind: Excess| -> f64 {
-            joint
-                .samples
-                .iter()
-                .filter(|s| found(s) == Some(kind))
-                .map(|s| s.length_mm)
-                .sum()
+            joint.samples.iter().filter(|s| found(s) == Some(kind)).map(|s| s.length_mm).sum()
         };
         let kinds = [Excess::Gap, Excess::Angle, Excess::Curvature].map(|kind| (length(kind), kind));
         let worst = kinds.into_iter().reduce(|x, y| if y.0 > x.0 { y } else { x });
@@ -121,22 +108,10 @@ pub(crate) fn judge(joint: &mut Joint, standing: Standing, options: &MergeOption
     let jump = joint.curvature_machining.max;
     let smooth = standing.strong || standing.weak;
     joint.verdict = match standing {
-        Standing {
-            outdone: true,
-            together: false,
-            ..
-        } => Verdict::SplitNonManifold,
+        Standing { outdone: true, together: false, .. } => Verdict::SplitNonManifold,
         Standing { together: true, .. } if smooth && jump > options.crossing => Verdict::CrossedCurvatureJump,
-        Standing {
-            together: true,
-            strong: true,
-            ..
-        } => Verdict::Merged,
-        Standing {
-            together: true,
-            weak: true,
-            ..
-        } => Verdict::MergedWeak,
+        Standing { together: true, strong: true, .. } => Verdict::Merged,
+        Standing { together: true, weak: true, .. } => Verdict::MergedWeak,
         Standing { together: true, .. } => Verdict::Enclosed,
         _ if smooth => Verdict::SplitNeighbours,
         _ => match options.main_excess(joint) {
@@ -163,14 +138,12 @@ fn reason(joint: &Joint, options: &MergeOptions) -> String {
             "normals agree within {:.3}°; R·|Δκ| = {:.3} costs a dip in feed, a broken stroke would cost a turn",
             joint.angle_deg.p95, joint.curvature_machining.max
         ),
-        Verdict::Enclosed => format!(
-            "not smooth itself ({}), but its faces are joined around it",
-            excess(joint, options)
-        ),
-        Verdict::SplitNeighbours => format!(
-            "smooth itself ({:.3}°), but the border of the two regions is not",
-            joint.angle_deg.p95
-        ),
+        Verdict::Enclosed => {
+            format!("not smooth itself ({}), but its faces are joined around it", excess(joint, options))
+        }
+        Verdict::SplitNeighbours => {
+            format!("smooth itself ({:.3}°), but the border of the two regions is not", joint.angle_deg.p95)
+        }
         Verdict::SplitNonManifold => "three or more faces meet here; a smoother pair was joined".to_owned(),
         Verdict::SplitGap | Verdict::SplitAngle | Verdict::SplitCurvature => excess(joint, options),
     }
@@ -188,10 +161,9 @@ fn excess(joint: &Joint, options: &MergeOptions) -> String {
             ),
             &|s| s.gap_normal_mm,
         ),
-        Excess::Angle => (
-            format!("angle {:.3}° (limit {}°)", joint.angle_deg.max, high.angle_deg),
-            &|s| s.angle_deg.abs(),
-        ),
+        Excess::Angle => (format!("angle {:.3}° (limit {}°)", joint.angle_deg.max, high.angle_deg), &|s| {
+            s.angle_deg.abs()
+        }),
         Excess::Curvature => (
             match high.curvature {
                 CurvatureLimit::Relative(limit) => format!(
@@ -206,11 +178,7 @@ fn excess(joint: &Joint, options: &MergeOptions) -> String {
             &|s| s.curvature_jump_per_mm(),
         ),
     };
-    let place = joint
-        .samples
-        .iter()
-        .fold(&joint.mid, |m, s| if worst(s) > worst(m) { s } else { m })
-        .point;
+    let place = joint.samples.iter().fold(&joint.mid, |m, s| if worst(s) > worst(m) { s } else { m }).point;
     format!(
         "{figure} on {share:.0} % of {:.1} mm, worst at ({:.1}, {:.1}, {:.1})",
         joint.length_mm, place.x, place.y, place.z

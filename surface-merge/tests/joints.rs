@@ -65,11 +65,7 @@ fn a_cylinder_leaves_its_tangent_plane_with_curvature_one_over_r() {
         }
         assert_abs_diff_eq!(j.curvature_machining.rms, 10.0 / r, epsilon = 1e-11);
         assert_abs_diff_eq!(j.angle_deg.max, 0.0, epsilon = 1e-9);
-        let verdict = if 10.0 / r > 0.2 {
-            Verdict::CrossedCurvatureJump
-        } else {
-            Verdict::Merged
-        };
+        let verdict = if 10.0 / r > 0.2 { Verdict::CrossedCurvatureJump } else { Verdict::Merged };
         assert_eq!(j.verdict, verdict);
         assert_eq!(m.regions.len(), 1);
     }
@@ -80,11 +76,7 @@ fn sphere_octants_are_one_closed_region() {
     let z = frame([3.0, -2.0, 5.0], Vector3::z(), Vector3::x());
     let octant = |k: usize| {
         let from = FRAC_PI_2 * (k % 4) as f64;
-        let latitudes = if k < 4 {
-            (0.0, FRAC_PI_2)
-        } else {
-            (-FRAC_PI_2, 0.0)
-        };
+        let latitudes = if k < 4 { (0.0, FRAC_PI_2) } else { (-FRAC_PI_2, 0.0) };
         sphere(&z, 25.0, (from, from + FRAC_PI_2), latitudes).unwrap()
     };
     let m = merged((0..8).map(octant).collect());
@@ -109,9 +101,7 @@ fn closed_surfaces_meet_themselves() {
     assert_abs_diff_eq!(tube.account.matched_mm, 100.0, epsilon = 1e-9);
     assert_abs_diff_eq!(tube.account.naked_mm, 2.0 * 2.0 * PI * 12.0, epsilon = 1e-4);
     assert_eq!(tube.regions[0].boundary_loops, 2);
-    let ring = merged(vec![
-        torus(&z, 60.0, 12.0, (0.0, 2.0 * PI), (0.0, 2.0 * PI)).unwrap(),
-    ]);
+    let ring = merged(vec![torus(&z, 60.0, 12.0, (0.0, 2.0 * PI), (0.0, 2.0 * PI)).unwrap()]);
     assert_eq!(ring.regions[0].boundary_loops, 0);
     assert!(ring.joints.iter().all(|j| j.continuity == Continuity::G2));
     assert_account_closes(&ring);
@@ -131,21 +121,11 @@ fn a_moved_patch_leaves_a_gap_of_that_size() {
         assert_abs_diff_eq!(j.gap_lateral_mm.rms, lateral, epsilon = 1e-12);
         assert_eq!(j.verdict, Verdict::Merged);
     }
-    let options = MergeOptions {
-        tolerance_mm: Some(0.4),
-        ..MergeOptions::default()
-    };
-    let apart = [
-        plate((0.0, 10.0), (0.0, 20.0), 0.0),
-        plate((10.0, 30.0), (0.0, 20.0), 0.3),
-    ];
+    let options = MergeOptions { tolerance_mm: Some(0.4), ..MergeOptions::default() };
+    let apart = [plate((0.0, 10.0), (0.0, 20.0), 0.0), plate((10.0, 30.0), (0.0, 20.0), 0.3)];
     let m = merge(&model(apart.to_vec()), &options).unwrap();
     assert_eq!(m.joints[0].verdict, Verdict::SplitGap);
-    assert!(
-        m.joints[0].why.starts_with("gap 0.3000 mm"),
-        "{}",
-        m.joints[0].why
-    );
+    assert!(m.joints[0].why.starts_with("gap 0.3000 mm"), "{}", m.joints[0].why);
 }
 
 #[test]
@@ -155,15 +135,8 @@ fn a_side_that_drifts_apart_is_joined_only_where_it_is_near() {
     let corners = [[10.0, 0.0], [10.1, 100.0], [30.0, 0.0], [30.0, 100.0]];
     let points = corners.map(|[x, y]| Point3::new(x, y, 0.0)).to_vec();
     let right = NurbsSurface::new(k(), k(), points, None).unwrap();
-    let options = MergeOptions {
-        tolerance_mm: Some(0.04),
-        ..MergeOptions::default()
-    };
-    let m = merge(
-        &model(vec![plate((0.0, 10.0), (0.0, 100.0), 0.0), right]),
-        &options,
-    )
-    .unwrap();
+    let options = MergeOptions { tolerance_mm: Some(0.04), ..MergeOptions::default() };
+    let m = merge(&model(vec![plate((0.0, 10.0), (0.0, 100.0), 0.0), right]), &options).unwrap();
     assert_eq!(m.joints.len(), 1);
     // 0.04 = 100.1/100 · y · 0.001 on the slanted side, seen from the shorter, straight one.
     assert_abs_diff_eq!(m.joints[0].length_mm, 40.0, epsilon = 1e-3);
@@ -177,12 +150,8 @@ fn a_long_side_is_shared_out_among_short_ones() {
     let mut all: Vec<_> = cuts.windows(2).map(|w| narrow(w[0], w[1])).collect();
     all.push(plate((0.0, 10.0), (0.0, 20.0), 0.0));
     let m = merged(all);
-    let mut along_wide: Vec<f64> = m
-        .joints
-        .iter()
-        .filter(|j| j.sides.iter().any(|s| s.face == 3))
-        .map(|j| j.length_mm)
-        .collect();
+    let mut along_wide: Vec<f64> =
+        m.joints.iter().filter(|j| j.sides.iter().any(|s| s.face == 3)).map(|j| j.length_mm).collect();
     along_wide.sort_by(f64::total_cmp);
     assert_eq!(along_wide.len(), 3);
     for (found, expected) in along_wide.iter().zip([3.0, 8.5, 8.5]) {
@@ -198,11 +167,8 @@ fn a_long_side_is_shared_out_among_short_ones() {
 fn a_third_face_on_an_edge_leaves_the_smooth_pair_joined() {
     let flange = frame([10.0, 0.0, 0.0], Vector3::x(), Vector3::z());
     let upright = plane_patch(&flange, (0.0, 15.0), (-20.0, 0.0)).unwrap();
-    let m = merged(vec![
-        plate((0.0, 10.0), (0.0, 20.0), 0.0),
-        plate((10.0, 30.0), (0.0, 20.0), 0.0),
-        upright,
-    ]);
+    let m =
+        merged(vec![plate((0.0, 10.0), (0.0, 20.0), 0.0), plate((10.0, 30.0), (0.0, 20.0), 0.0), upright]);
     assert_eq!(m.joints.len(), 3);
     assert!(m.joints.iter().all(|j| j.non_manifold));
     assert_abs_diff_eq!(m.account.non_manifold_mm, 60.0, epsilon = 1e-9);
@@ -241,26 +207,12 @@ fn lifted(lift: [f64; 4]) -> (Vec<NurbsSurface>, impl Fn(f64) -> f64) {
 #[test]
 fn the_mid_point_rule_passes_a_joint_that_is_not_smooth() {
     let (surfaces, jump) = lifted([0.5, 0.5 / 3.0, -0.5 / 3.0, -0.5]);
-    let along = MergeOptions {
-        tolerance_mm: Some(0.01),
-        ..Preset::Paper.options()
-    };
+    let along = MergeOptions { tolerance_mm: Some(0.01), ..Preset::Paper.options() };
     let paper = merge(&model(surfaces.clone()), &along).unwrap();
-    let ours = merge(
-        &model(surfaces),
-        &MergeOptions {
-            judged: Judged::Along,
-            ..along
-        },
-    )
-    .unwrap();
+    let ours = merge(&model(surfaces), &MergeOptions { judged: Judged::Along, ..along }).unwrap();
     let j = &ours.joints[0];
     for s in &j.samples {
-        assert_abs_diff_eq!(
-            s.curvature_jump_per_mm(),
-            jump(s.point.y / 36.0).abs(),
-            epsilon = 1e-15
-        );
+        assert_abs_diff_eq!(s.curvature_jump_per_mm(), jump(s.point.y / 36.0).abs(), epsilon = 1e-15);
     }
     assert!(j.curvature_relative.mid < 1e-9 && j.curvature_relative.max > 0.9);
     assert_eq!(paper.regions.len(), 1);
@@ -274,18 +226,11 @@ fn the_mid_point_rule_passes_a_joint_that_is_not_smooth() {
 fn a_prescribed_curvature_jump_is_found_exactly_on_a_curved_joint() {
     let (surfaces, jump) = lifted([0.2, -0.1, 0.35, 0.15]);
     let m = merged(surfaces);
-    let worst = m.joints[0]
-        .samples
-        .iter()
-        .map(|s| jump(s.point.y / 36.0).abs())
-        .fold(0.0, f64::max);
+    let worst = m.joints[0].samples.iter().map(|s| jump(s.point.y / 36.0).abs()).fold(0.0, f64::max);
     assert_abs_diff_eq!(m.joints[0].curvature_machining.max, 10.0 * worst, epsilon = 1e-13);
     // And none where one curved surface was only cut.
     let master = scene::master();
-    let halves = vec![
-        part(&master, (0.0, 0.37), (0.0, 1.0)),
-        part(&master, (0.37, 1.0), (0.0, 1.0)),
-    ];
+    let halves = vec![part(&master, (0.0, 0.37), (0.0, 1.0)), part(&master, (0.37, 1.0), (0.0, 1.0))];
     let j = &merged(halves).joints[0];
     assert!(j.curvature_machining.max < 1e-9, "{}", j.curvature_machining.max);
     assert_eq!(j.continuity, Continuity::G2);
@@ -293,17 +238,11 @@ fn a_prescribed_curvature_jump_is_found_exactly_on_a_curved_joint() {
 
 #[test]
 fn options_that_make_no_sense_are_refused() {
-    let options = MergeOptions {
-        ball_radius_mm: 0.0,
-        ..MergeOptions::default()
-    };
+    let options = MergeOptions { ball_radius_mm: 0.0, ..MergeOptions::default() };
     let refused = merge(&model(vec![plate((0.0, 1.0), (0.0, 1.0), 0.0)]), &options);
     assert!(refused.unwrap_err().to_string().contains("ball_radius_mm"));
     let none = MergeOptions {
-        low: claymill_surface_merge::Limits {
-            curvature: CurvatureLimit::Any,
-            ..options.low
-        },
+        low: claymill_surface_merge::Limits { curvature: CurvatureLimit::Any, ..options.low },
         ..MergeOptions::default()
     };
     assert!(merge(&model(Vec::new()), &none).unwrap().regions.is_empty());

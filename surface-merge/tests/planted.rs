@@ -33,9 +33,7 @@ fn layout(rows: usize, columns: usize, rng: &mut ChaCha8Rng) -> Layout {
 
 fn patches(surface: &NurbsSurface, layout: &Layout) -> Vec<NurbsSurface> {
     let row = |(v, cuts): &((f64, f64), Vec<f64>)| {
-        cuts.windows(2)
-            .map(|w| part(surface, (w[0], w[1]), *v))
-            .collect::<Vec<_>>()
+        cuts.windows(2).map(|w| part(surface, (w[0], w[1]), *v)).collect::<Vec<_>>()
     };
     layout.iter().flat_map(row).collect()
 }
@@ -80,22 +78,15 @@ fn shuffled(surfaces: &[NurbsSurface], rng: &mut ChaCha8Rng) -> (Model, Vec<usiz
 }
 
 fn found(m: &Merge, order: &[usize]) -> BTreeSet<[usize; 2]> {
-    let pairs: Vec<[usize; 2]> = m
-        .joints
-        .iter()
-        .map(|j| j.sides.map(|s| order[s.face]))
-        .map(|[a, b]| [a.min(b), a.max(b)])
-        .collect();
+    let pairs: Vec<[usize; 2]> =
+        m.joints.iter().map(|j| j.sides.map(|s| order[s.face])).map(|[a, b]| [a.min(b), a.max(b)]).collect();
     let set: BTreeSet<_> = pairs.iter().copied().collect();
     assert_eq!(set.len(), pairs.len(), "a joint is listed twice");
     set
 }
 
 fn partition(m: &Merge, order: &[usize]) -> BTreeSet<BTreeSet<usize>> {
-    m.regions
-        .iter()
-        .map(|r| r.faces.iter().map(|&f| order[f]).collect())
-        .collect()
+    m.regions.iter().map(|r| r.faces.iter().map(|&f| order[f]).collect()).collect()
 }
 
 #[test]
@@ -110,10 +101,7 @@ fn planted_joints_are_found_one_for_one() {
         assert_eq!(found(&m, &order), neighbours(&layout), "seed {seed}");
         assert_eq!(m.regions.len(), 1, "seed {seed}");
         assert_eq!(m.regions[0].boundary_loops, 1);
-        assert!(
-            m.joints.iter().all(|j| j.continuity == Continuity::G2),
-            "seed {seed}"
-        );
+        assert!(m.joints.iter().all(|j| j.continuity == Continuity::G2), "seed {seed}");
         let whole = merge(&scene::model(vec![master.clone()]), &MergeOptions::default()).unwrap();
         assert_abs_diff_eq!(m.account.naked_mm, whole.account.naked_mm, epsilon = 1e-2);
         // All patches turn to one side although half of them are turned over.
@@ -123,11 +111,7 @@ fn planted_joints_are_found_one_for_one() {
             .zip(&m.regions[0].flipped)
             .map(|(&f, flip)| {
                 let ((u0, u1), (v0, v1)) = model.faces[f].surface.domain();
-                let n = model.faces[f]
-                    .surface
-                    .normal(0.5 * (u0 + u1), 0.5 * (v0 + v1))
-                    .unwrap()
-                    .0;
+                let n = model.faces[f].surface.normal(0.5 * (u0 + u1), 0.5 * (v0 + v1)).unwrap().0;
                 (n.z > 0.0) != *flip
             })
             .collect();
@@ -171,11 +155,8 @@ fn a_hundred_shuffles_give_one_partition() {
         let (model, order) = shuffled(&surfaces, &mut rng);
         let m = merge(&model, &MergeOptions::default()).unwrap();
         assert_eq!(partition(&m, &order), expected);
-        let ids: Vec<BTreeSet<usize>> = m
-            .regions
-            .iter()
-            .map(|r| r.faces.iter().map(|&f| order[f]).collect())
-            .collect();
+        let ids: Vec<BTreeSet<usize>> =
+            m.regions.iter().map(|r| r.faces.iter().map(|&f| order[f]).collect()).collect();
         // Areas differ by the lean: 0.5, then 0.3, then 0.2.
         let first: Vec<usize> = ids.iter().map(|r| *r.first().unwrap()).collect();
         assert_eq!(first, [12, 0, 24]);
@@ -186,10 +167,7 @@ fn a_hundred_shuffles_give_one_partition() {
 fn a_gap_does_not_hide_a_joint_and_is_measured() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let layout = layout(4, 5, &mut rng);
-    let mut surfaces = patches(
-        &sheared(&plate((0.0, 1.0), (0.0, 1.0), 0.0), 200.0, 0.0, 0.0, 0.0),
-        &layout,
-    );
+    let mut surfaces = patches(&sheared(&plate((0.0, 1.0), (0.0, 1.0), 0.0), 200.0, 0.0, 0.0, 0.0), &layout);
     let sunk = [3, 7, 11, 16];
     for (k, depth) in sunk.iter().zip([0.001, 0.004, 0.006, 0.0085]) {
         surfaces[*k] = moved(&surfaces[*k], Vector3::z() * -depth);
@@ -223,10 +201,7 @@ fn the_number_of_threads_changes_nothing() {
     let surfaces = patches(&master(), &layout(4, 6, &mut rng));
     let model = model(surfaces);
     let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| merge(&model, &MergeOptions::default()).unwrap())
     };
     assert_eq!(on(1), on(5));

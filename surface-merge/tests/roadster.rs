@@ -19,9 +19,7 @@ type ByFaces = BTreeMap<[usize; 2], Vec<(f64, Continuity)>>;
 fn planted(answers: &Answers) -> ByFaces {
     let mut all = ByFaces::new();
     for j in &answers.joints {
-        all.entry(j.faces)
-            .or_default()
-            .push((j.length_mm, class(j.class)));
+        all.entry(j.faces).or_default().push((j.length_mm, class(j.class)));
     }
     all
 }
@@ -30,9 +28,7 @@ fn found(m: &Merge) -> ByFaces {
     let mut all = ByFaces::new();
     for j in &m.joints {
         let [a, b] = j.sides.map(|s| s.face);
-        all.entry([a.min(b), a.max(b)])
-            .or_default()
-            .push((j.length_mm, j.continuity));
+        all.entry([a.min(b), a.max(b)]).or_default().push((j.length_mm, j.continuity));
     }
     all
 }
@@ -52,24 +48,15 @@ fn the_roadster_gives_its_37_regions_whatever_the_seed() {
 
 #[test]
 fn the_roadster_s_joints_are_found_with_length_and_class() {
-    let sample = roadster(&RoadsterOptions {
-        patches: 2000,
-        seed: 3,
-    });
+    let sample = roadster(&RoadsterOptions { patches: 2000, seed: 3 });
     let m = merge(&sample.model, &MergeOptions::default()).unwrap();
     let (planted, found) = (planted(&sample.answers), found(&m));
     let mut slight = 0;
     for (faces, expected) in &planted {
-        let got = found
-            .get(faces)
-            .unwrap_or_else(|| panic!("{faces:?} {expected:?} not found"));
+        let got = found.get(faces).unwrap_or_else(|| panic!("{faces:?} {expected:?} not found"));
         let length = |all: &[(f64, Continuity)]| all.iter().map(|j| j.0).sum::<f64>();
         // Ends within the tolerance of a corner count as the corner.
-        approx::assert_abs_diff_eq!(
-            length(got),
-            length(expected),
-            epsilon = 2.0 * m.tolerance.value_mm
-        );
+        approx::assert_abs_diff_eq!(length(got), length(expected), epsilon = 2.0 * m.tolerance.value_mm);
         let roughest = |all: &[(f64, Continuity)]| all.iter().map(|j| j.1).min();
         match (roughest(expected), roughest(got)) {
             // Planted by a double knot, but this jump happens to stay below a tenth.
@@ -77,11 +64,7 @@ fn the_roadster_s_joints_are_found_with_length_and_class() {
             (expected, got) => assert_eq!(got, expected, "{faces:?}"),
         }
     }
-    assert!(
-        slight < sample.answers.totals.joints_g1 / 4,
-        "{slight} of {}",
-        sample.answers.totals.joints_g1
-    );
+    assert!(slight < sample.answers.totals.joints_g1 / 4, "{slight} of {}", sample.answers.totals.joints_g1);
     assert_eq!(found.len(), planted.len());
     assert!(m.joints.iter().all(|j| !j.non_manifold));
 }

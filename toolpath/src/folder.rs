@@ -47,10 +47,7 @@ pub enum FolderError {
 }
 
 fn io_error(path: &Path) -> impl FnOnce(io::Error) -> FolderError + '_ {
-    |source| FolderError::Io {
-        path: path.to_owned(),
-        source,
-    }
+    |source| FolderError::Io { path: path.to_owned(), source }
 }
 
 /// Writes a job folder beside its destination and moves it into place when it is whole.
@@ -70,15 +67,21 @@ impl FolderWriter {
     /// The destination's parent cannot be written, or the destination exists and holds something else than
     /// a job (an empty folder is fine).
     pub fn begin(destination: &Path) -> Result<Self, FolderError> {
+        Self::begin_replacing(destination, JOB_FILE)
+    }
+
+    /// As [`FolderWriter::begin`], for a folder that may be replaced when it holds the file `mark`.
+    ///
+    /// # Errors
+    /// As [`FolderWriter::begin`].
+    pub fn begin_replacing(destination: &Path, mark: &str) -> Result<Self, FolderError> {
         if destination.exists() {
             let mut entries = fs::read_dir(destination).map_err(io_error(destination))?;
-            if entries.next().is_some() && !destination.join(JOB_FILE).exists() {
+            if entries.next().is_some() && !destination.join(mark).exists() {
                 return Err(FolderError::NotAJobFolder(destination.to_owned()));
             }
         }
-        let name = destination
-            .file_name()
-            .map_or_else(|| "job".into(), |n| n.to_string_lossy().into_owned());
+        let name = destination.file_name().map_or_else(|| "job".into(), |n| n.to_string_lossy().into_owned());
         let parent = match destination.parent() {
             Some(p) if !p.as_os_str().is_empty() => p.to_owned(),
             _ => PathBuf::from("."),
@@ -89,11 +92,7 @@ impl FolderWriter {
             fs::remove_dir_all(&partial).map_err(io_error(&partial))?;
         }
         fs::create_dir(&partial).map_err(io_error(&partial))?;
-        Ok(FolderWriter {
-            partial,
-            destination: destination.to_owned(),
-            finished: false,
-        })
+        Ok(FolderWriter { partial, destination: destination.to_owned(), finished: false })
     }
 
     /// Where the files are until the folder is whole.
@@ -117,6 +116,15 @@ impl FolderWriter {
         fs::write(&path, text).map_err(io_error(&path))
     }
 
+    /// Writes plain text.
+    ///
+    /// # Errors
+    /// Writing fails.
+    pub fn text(&self, name: &str, text: &str) -> Result<(), FolderError> {
+        let path = self.partial.join(name);
+        fs::write(&path, text).map_err(io_error(&path))
+    }
+
     /// Writes the moves, one a line.
     ///
     /// # Errors
@@ -125,10 +133,8 @@ impl FolderWriter {
         let path = self.partial.join(TOOLPATHS_FILE);
         let mut out = BufWriter::new(File::create(&path).map_err(io_error(&path))?);
         for m in &program.moves {
-            serde_json::to_writer(&mut out, m).map_err(|e| FolderError::Io {
-                path: path.clone(),
-                source: e.into(),
-            })?;
+            serde_json::to_writer(&mut out, m)
+                .map_err(|e| FolderError::Io { path: path.clone(), source: e.into() })?;
             out.write_all(b"\n").map_err(io_error(&path))?;
         }
         out.flush().map_err(io_error(&path))

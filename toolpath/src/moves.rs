@@ -135,17 +135,11 @@ impl Move {
         for axis in [self.axis_start, self.axis_end] {
             let size = Vector3::from(axis).norm();
             if !(0.999..1.001).contains(&size) {
-                return Err(MoveError::Field {
-                    seq,
-                    what: "the tool axis is not a unit vector",
-                });
+                return Err(MoveError::Field { seq, what: "the tool axis is not a unit vector" });
             }
         }
         if !(self.feed.is_finite() && self.feed > 0.0) {
-            return Err(MoveError::Field {
-                seq,
-                what: "the feed is not a positive number",
-            });
+            return Err(MoveError::Field { seq, what: "the feed is not a positive number" });
         }
         let wrap = |source| MoveError::Curve { seq, source };
         let knots = KnotVector::new(self.degree, self.knots.clone()).map_err(wrap)?;
@@ -156,17 +150,13 @@ impl Move {
     /// First control point.
     #[must_use]
     pub fn start(&self) -> Point3 {
-        self.points
-            .first()
-            .map_or_else(Point3::origin, |&p| Point3::from(p))
+        self.points.first().map_or_else(Point3::origin, |&p| Point3::from(p))
     }
 
     /// Last control point.
     #[must_use]
     pub fn end(&self) -> Point3 {
-        self.points
-            .last()
-            .map_or_else(Point3::origin, |&p| Point3::from(p))
+        self.points.last().map_or_else(Point3::origin, |&p| Point3::from(p))
     }
 
     /// Length of the move, mm: the knot span, which is about arc length by the format's rule.

@@ -119,11 +119,7 @@ mod tests {
         let s: f64 = 1.264_278_450_6;
         let n = Vector3::z();
         let crest = [-s / 2.0, s / 2.0]
-            .map(|y| Capsule {
-                a: Point3::new(-5.0, y, radius),
-                b: Point3::new(5.0, y, radius),
-                radius,
-            })
+            .map(|y| Capsule { a: Point3::new(-5.0, y, radius), b: Point3::new(5.0, y, radius), radius })
             .iter()
             .filter_map(|c| c.entry(&Point3::origin(), &n))
             .fold(f64::INFINITY, f64::min);

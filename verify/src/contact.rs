@@ -226,11 +226,7 @@ fn summarise(found: Vec<Along>, limit_mm: f64) -> (Gouge, Contact) {
         all.gaps.append(one.gaps);
     }
     let share = |length: f64| {
-        if all.cut_mm > 0.0 {
-            length / all.cut_mm
-        } else {
-            0.0
-        }
+        if all.cut_mm > 0.0 { length / all.cut_mm } else { 0.0 }
     };
     let gouge = Gouge {
         samples: all.samples,

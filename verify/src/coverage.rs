@@ -12,23 +12,14 @@ const NAMED_PLACES: usize = 20;
 
 /// Sums up areas by state and compares them with the planner's account.
 pub(crate) fn account(scene: &Scene<'_>, faces: &[FaceSamples]) -> Coverage {
-    let by_face: Vec<FaceCoverage> = faces
-        .iter()
-        .enumerate()
-        .map(|(i, f)| face_coverage(i, f))
-        .collect();
+    let by_face: Vec<FaceCoverage> = faces.iter().enumerate().map(|(i, f)| face_coverage(i, f)).collect();
     let mut by_state = BTreeMap::new();
     for face in &by_face {
         for (&state, &area) in &face.by_state_mm2 {
             *by_state.entry(state).or_insert(0.0) += area;
         }
     }
-    let left = |f: &FaceCoverage| {
-        f.by_state_mm2
-            .get(&SurfaceState::ReachableLeft)
-            .copied()
-            .unwrap_or(0.0)
-    };
+    let left = |f: &FaceCoverage| f.by_state_mm2.get(&SurfaceState::ReachableLeft).copied().unwrap_or(0.0);
     let mut worst: Vec<&FaceCoverage> = by_face.iter().filter(|f| left(f) > 0.0).collect();
     worst.sort_by(|a, b| left(b).total_cmp(&left(a)).then(a.face.cmp(&b.face)));
     let reachable_left_at = worst
@@ -37,10 +28,7 @@ pub(crate) fn account(scene: &Scene<'_>, faces: &[FaceSamples]) -> Coverage {
         .filter_map(|f| {
             let samples = &faces[f.face].samples;
             let one = samples.iter().find(|s| s.state == SurfaceState::ReachableLeft)?;
-            Some(AreaAt {
-                area_mm2: left(f),
-                at: scene.place(one.point, Some(f.face)),
-            })
+            Some(AreaAt { area_mm2: left(f), at: scene.place(one.point, Some(f.face)) })
         })
         .collect();
     Coverage {

@@ -66,10 +66,7 @@ pub(crate) fn measure(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, s
         for c in crests {
             heights.add(c.height, c.weight);
             if highest.as_ref().is_none_or(|h| c.height > h.0) {
-                let at = Place {
-                    point_mm: c.top.into(),
-                    ..c.place
-                };
+                let at = Place { point_mm: c.top.into(), ..c.place };
                 highest = Some((c.height, at));
             }
         }
@@ -125,11 +122,7 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, track: &Track) -> Vec<Cres
             let normal = if n.dot(&up) < 0.0 { -n } else { n };
             let below = (top - foot.point).dot(&normal) < 0.0;
             crests.push(Crest {
-                height: if below {
-                    -foot.distance_mm
-                } else {
-                    foot.distance_mm
-                },
+                height: if below { -foot.distance_mm } else { foot.distance_mm },
                 weight: pair[1] - pair[0],
                 top,
                 place: Place {

@@ -24,9 +24,10 @@ impl Distribution {
 
     /// Mean; 0 without values.
     pub(crate) fn mean(&self) -> f64 {
-        let (sum, weight) = self.samples.iter().fold((0.0, 0.0), |(s, w), &(v, k)| {
-            (s + f64::from(v) * f64::from(k), w + f64::from(k))
-        });
+        let (sum, weight) = self
+            .samples
+            .iter()
+            .fold((0.0, 0.0), |(s, w), &(v, k)| (s + f64::from(v) * f64::from(k), w + f64::from(k)));
         if weight > 0.0 { sum / weight } else { 0.0 }
     }
 

@@ -34,20 +34,13 @@ pub(crate) struct DropMesh<'a> {
 impl<'a> DropMesh<'a> {
     /// Turns the mesh so that `axis` (a unit vector from tip to holder) is up.
     pub(crate) fn new(mesh: &'a Mesh, axis: &Vector3) -> Self {
-        let aside = if axis.x.abs() < 0.6 {
-            Vector3::x()
-        } else {
-            Vector3::y()
-        };
+        let aside = if axis.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
         let x = aside.cross(axis).normalize();
         let y = axis.cross(&x);
         let to_frame = Matrix3::from_rows(&[x.transpose(), y.transpose(), axis.transpose()]);
         let points: Vec<Point3> = mesh.points.par_iter().map(|p| to_frame * p).collect();
-        let boxes: Vec<Aabb> = mesh
-            .triangles
-            .par_iter()
-            .map(|t| Aabb::of(t.iter().map(|&i| &points[i as usize])))
-            .collect();
+        let boxes: Vec<Aabb> =
+            mesh.triangles.par_iter().map(|t| Aabb::of(t.iter().map(|&i| &points[i as usize]))).collect();
         DropMesh {
             to_frame,
             points,
@@ -94,11 +87,7 @@ impl<'a> DropMesh<'a> {
                 let r = radius(self.deviation(i));
                 stopped =
                     r > 0.0 && lowered(&self.corners(i), centre.x, centre.y, r).is_some_and(|z| z > centre.z);
-                if stopped {
-                    ControlFlow::Break(())
-                } else {
-                    ControlFlow::Continue(())
-                }
+                if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             },
         );
         stopped
@@ -173,9 +162,7 @@ fn lowered(triangle: &[Point3; 3], x: f64, y: f64, r: f64) -> Option<f64> {
     // Where the facet itself is met, its rim is lower.
     facet.or_else(|| {
         let edges = [(a, b), (b, c), (c, a)];
-        let heights = edges
-            .iter()
-            .flat_map(|(a, b)| [on_vertex(a, x, y, r), on_edge(a, b, x, y, r)]);
+        let heights = edges.iter().flat_map(|(a, b)| [on_vertex(a, x, y, r), on_edge(a, b, x, y, r)]);
         heights.flatten().reduce(f64::max)
     })
 }
@@ -204,9 +191,7 @@ fn on_edge(a: &Point3, b: &Point3, x: f64, y: f64, r: f64) -> Option<f64> {
     let stretch = slope.hypot(1.0);
     // Uphill of the centre.
     let contact = along + rho * slope / stretch;
-    (0.0..=length)
-        .contains(&contact)
-        .then(|| a.z + slope * along + rho * stretch)
+    (0.0..=length).contains(&contact).then(|| a.z + slope * along + rho * stretch)
 }
 
 fn on_facet(a: &Point3, b: &Point3, c: &Point3, x: f64, y: f64, r: f64) -> Option<f64> {
@@ -251,10 +236,7 @@ mod tests {
     fn the_groove_of_the_textbook() {
         let mesh = v_groove(30f64.to_radians());
         let drop = DropMesh::new(&mesh, &Vector3::z());
-        let at = |x: f64| {
-            drop.highest(&drop.in_frame(&Point3::new(x, 0.3, 0.0)), 10.0)
-                .unwrap()
-        };
+        let at = |x: f64| drop.highest(&drop.in_frame(&Point3::new(x, 0.3, 0.0)), 10.0).unwrap();
         approx::assert_abs_diff_eq!(at(0.0), 11.547_005_383_8, epsilon = 1e-9);
         for x in [-20.0, -6.0, 4.0, 15.0_f64] {
             let expected = x.abs() * 30f64.to_radians().tan() + 10.0 / 30f64.to_radians().cos();

@@ -67,19 +67,12 @@ pub fn verify(
     progress("reading", 0.0);
     let job = read_job(folder)?;
     if job.format_version != FORMAT_VERSION {
-        return Err(VerifyError::Version {
-            found: job.format_version,
-            known: FORMAT_VERSION,
-        });
+        return Err(VerifyError::Version { found: job.format_version, known: FORMAT_VERSION });
     }
     let path = model_path(folder, &job, options);
     let found = sha256_of(&path)?;
     if found != job.model.sha256 {
-        return Err(VerifyError::ModelChanged {
-            path,
-            expected: job.model.sha256,
-            found,
-        });
+        return Err(VerifyError::ModelChanged { path, expected: job.model.sha256, found });
     }
     let model = claymill_exchange::read(&path)?.model;
     verify_program(&model, &job, &read_moves(folder)?, options, progress)
@@ -91,14 +84,8 @@ fn model_path(folder: &Path, job: &Job, options: &VerifyOptions) -> PathBuf {
         return path.clone();
     }
     let recorded = PathBuf::from(&job.model.path);
-    let beside = folder
-        .join("..")
-        .join(recorded.file_name().unwrap_or(JOB_FILE.as_ref()));
-    if !recorded.exists() && beside.exists() {
-        beside
-    } else {
-        recorded
-    }
+    let beside = folder.join("..").join(recorded.file_name().unwrap_or(JOB_FILE.as_ref()));
+    if !recorded.exists() && beside.exists() { beside } else { recorded }
 }
 
 /// Verifies moves that were read back from their file against a model that is in memory.
@@ -124,10 +111,7 @@ pub fn verify_program(
     let crests = crest::measure(scene, &swept, &reach, &stage("scallop crests"));
     let faces = surface::measure(scene, &bench.meshes, &swept, &reach, &stage("coverage"));
     let coverage = coverage::account(scene, &faces);
-    let scallop = Scallop {
-        crests,
-        surface: coverage::residual_on_cut_area(scene, &faces),
-    };
+    let scallop = Scallop { crests, surface: coverage::residual_on_cut_area(scene, &faces) };
     let verdict = verdict::conclude(
         job,
         options,
@@ -188,19 +172,11 @@ impl<'a> Bench<'a> {
     ) -> Result<Self, VerifyError> {
         let tracks = track::Track::all(job, program)?;
         progress("preparing the model", 0.0);
-        let mesh_options = MeshOptions {
-            deviation_mm: options.mesh_deviation_mm,
-            longest_edge_mm: options.mesh_edge_mm,
-        };
+        let mesh_options =
+            MeshOptions { deviation_mm: options.mesh_deviation_mm, longest_edge_mm: options.mesh_edge_mm };
         Ok(Bench {
             meshes: mesh::face_meshes(model, &mesh_options),
-            scene: scene::Scene {
-                model,
-                job,
-                options,
-                closest: ClosestPoints::new(model),
-                tracks,
-            },
+            scene: scene::Scene { model, job, options, closest: ClosestPoints::new(model), tracks },
         })
     }
 }

@@ -12,11 +12,7 @@ pub(crate) struct Mesh {
 
 /// Triangulates every face; `None` for faces that cannot be triangulated.
 pub(crate) fn face_meshes(model: &Model, options: &MeshOptions) -> Vec<Option<FaceMesh>> {
-    model
-        .faces
-        .par_iter()
-        .map(|face| tessellate(face, options).ok())
-        .collect()
+    model.faces.par_iter().map(|face| tessellate(face, options).ok()).collect()
 }
 
 impl Mesh {
@@ -26,8 +22,7 @@ impl Mesh {
         for face in faces.iter().flatten() {
             let first = mesh.points.len() as u32;
             mesh.points.extend_from_slice(&face.points);
-            mesh.triangles
-                .extend(face.triangles.iter().map(|t| t.map(|i| first + i)));
+            mesh.triangles.extend(face.triangles.iter().map(|t| t.map(|i| first + i)));
             mesh.deviation_mm.extend_from_slice(&face.deviation_mm);
         }
         mesh

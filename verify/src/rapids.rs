@@ -17,44 +17,27 @@ const SAME_CLEARANCE_MM: f64 = 0.01;
 /// touch. Branch and bound: a stretch whose lowest tip is above the highest point of the model beside it needs
 /// no closer look than that.
 pub(crate) fn measure(scene: &Scene<'_>, reach: &Reach<'_>, stage: &Stage<'_>) -> Rapids {
-    let rapids: Vec<&Track> = scene
-        .tracks
-        .iter()
-        .filter(|t| t.kind == MoveKind::Rapid)
-        .collect();
+    let rapids: Vec<&Track> = scene.tracks.iter().filter(|t| t.kind == MoveKind::Rapid).collect();
     let lowest: Vec<Option<(f64, Place)>> = rapids
         .par_iter()
         .map(|track| {
-            let mut search = Search {
-                scene,
-                view: reach.setup(track.setup),
-                radius: track.radius_mm,
-                least: None,
-            };
+            let mut search =
+                Search { scene, view: reach.setup(track.setup), radius: track.radius_mm, least: None };
             // Rapids are straight or nearly so: a coarse polygon is as good as the curve at this scale.
-            let corners: Vec<Point3> = track
-                .polygon(SAME_CLEARANCE_MM)
-                .into_iter()
-                .map(|t| track.centre(t).0)
-                .collect();
+            let corners: Vec<Point3> =
+                track.polygon(SAME_CLEARANCE_MM).into_iter().map(|t| track.centre(t).0).collect();
             for ends in corners.windows(2) {
                 search.stretch(&ends[0], &ends[1]);
             }
             stage.step(rapids.len());
             search.least.map(|(clearance, at)| {
-                let place = Place {
-                    move_seq: Some(track.seq),
-                    ..scene.place(at, None)
-                };
+                let place = Place { move_seq: Some(track.seq), ..scene.place(at, None) };
                 (clearance, place)
             })
         })
         .collect();
     let touching = lowest.iter().flatten().filter(|l| l.0 <= 0.0).count() as u64;
-    let least = lowest
-        .into_iter()
-        .flatten()
-        .reduce(|a, b| if b.0 < a.0 { b } else { a });
+    let least = lowest.into_iter().flatten().reduce(|a, b| if b.0 < a.0 { b } else { a });
     Rapids {
         moves: rapids.len() as u64,
         clearance_min_mm: least.as_ref().map(|l| l.0),
@@ -84,17 +67,11 @@ impl Search<'_> {
         if (q - p).xy().norm() < LOCATED_MM {
             return;
         }
-        let Some(top) = self
-            .view
-            .top_along(&p, &q, self.radius + self.view.worst_deviation_mm())
-        else {
+        let Some(top) = self.view.top_along(&p, &q, self.radius + self.view.worst_deviation_mm()) else {
             return;
         };
         let bound = p.z.min(q.z) - self.radius - top - self.view.worst_deviation_mm();
-        if self
-            .least
-            .is_some_and(|(least, _)| bound > least - SAME_CLEARANCE_MM)
-        {
+        if self.least.is_some_and(|(least, _)| bound > least - SAME_CLEARANCE_MM) {
             return;
         }
         let middle = nalgebra::center(a, b);

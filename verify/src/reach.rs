@@ -56,19 +56,12 @@ impl<'a> Reach<'a> {
 
     /// The same for one side.
     pub(crate) fn side(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
-        let mut facing = self
-            .setups
-            .iter()
-            .filter(|(axis, _)| n.dot(axis) >= self.least_cosine);
+        let mut facing = self.setups.iter().filter(|(axis, _)| n.dot(axis) >= self.least_cosine);
         let ball = p + n * self.radius_mm;
         let fits = facing.clone().next().is_some()
             && !(self.scene.closest).any_within(&ball, self.radius_mm - sink_mm);
         let slim = self.radius_mm - sink_mm;
-        if fits
-            && facing
-                .clone()
-                .any(|(_, view)| !view.blocks(&view.in_frame(&ball), slim))
-        {
+        if fits && facing.clone().any(|(_, view)| !view.blocks(&view.in_frame(&ball), slim)) {
             return SurfaceState::ReachableLeft;
         }
         let pin = SIGHT_RADIUS * self.radius_mm;
@@ -76,10 +69,6 @@ impl<'a> Reach<'a> {
             let end = p + n * (pin + view.worst_deviation_mm());
             !view.screens(&view.in_frame(&end), pin)
         };
-        if facing.any(|(_, view)| sees(view)) {
-            SurfaceState::TooTight
-        } else {
-            SurfaceState::Hidden
-        }
+        if facing.any(|(_, view)| sees(view)) { SurfaceState::TooTight } else { SurfaceState::Hidden }
     }
 }

@@ -60,11 +60,7 @@ impl<'a> Stage<'a> {
     /// Announces the stage.
     pub(crate) fn begin(name: &'static str, progress: Progress<'a>) -> Self {
         progress(name, 0.0);
-        Stage {
-            name,
-            progress,
-            done: AtomicUsize::new(0),
-        }
+        Stage { name, progress, done: AtomicUsize::new(0) }
     }
 
     /// One of `total` parts is done.

@@ -39,10 +39,7 @@ pub(crate) fn measure(
             let area = face.area_mm2();
             let count = (area / scene.options.area_per_sample_mm2).ceil() as usize;
             let count = count.max(SAMPLES_PER_FACE);
-            (
-                area,
-                mesh.as_ref().map_or_else(Vec::new, |m| spread(face, m, count)),
-            )
+            (area, mesh.as_ref().map_or_else(Vec::new, |m| spread(face, m, count)))
         })
         .collect();
     spots
@@ -55,10 +52,7 @@ pub(crate) fn measure(
                 .map(|uv| sample(scene, face, uv, weight, excluded[face], swept, reach))
                 .collect();
             stage.step(meshes.len());
-            FaceSamples {
-                area_mm2: *area,
-                samples,
-            }
+            FaceSamples { area_mm2: *area, samples }
         })
         .collect()
 }
@@ -106,10 +100,7 @@ fn sample(
 fn excluded_faces(scene: &Scene<'_>) -> Vec<bool> {
     let mut excluded = vec![false; scene.model.faces.len()];
     for account in &scene.job.faces {
-        let left_out = account
-            .area
-            .uncut_mm2
-            .get(&claymill_toolpath::UncutReason::Excluded);
+        let left_out = account.area.uncut_mm2.get(&claymill_toolpath::UncutReason::Excluded);
         if let (Some(flag), Some(area)) = (excluded.get_mut(account.face), left_out) {
             *flag = *area > 0.5 * account.area.total_mm2;
         }

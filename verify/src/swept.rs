@@ -41,20 +41,13 @@ impl<'a> Swept<'a> {
                 let corner = |t: f64| (t, track.centre(t).0);
                 let corners: Vec<(f64, Point3)> = track.polygon(chord_mm).into_iter().map(corner).collect();
                 (1..corners.len()).map(move |i| Piece {
-                    capsule: Capsule {
-                        a: corners[i - 1].1,
-                        b: corners[i].1,
-                        radius: track.radius_mm,
-                    },
+                    capsule: Capsule { a: corners[i - 1].1, b: corners[i].1, radius: track.radius_mm },
                     track: index as u32,
                     parameters: (corners[i - 1].0, corners[i].0),
                 })
             })
             .collect();
-        let axes: Vec<Aabb> = pieces
-            .par_iter()
-            .map(|p| Aabb::of([&p.capsule.a, &p.capsule.b]))
-            .collect();
+        let axes: Vec<Aabb> = pieces.par_iter().map(|p| Aabb::of([&p.capsule.a, &p.capsule.b])).collect();
         Swept {
             tree: BoxTree::new(&axes),
             largest_radius_mm: pieces.iter().map(|p| p.capsule.radius).fold(0.0, f64::max),
@@ -76,8 +69,7 @@ impl<'a> Swept<'a> {
         mut found: impl FnMut(&Piece) -> ControlFlow<()>,
     ) {
         let reach = distance_mm * distance_mm;
-        self.tree
-            .visit(|b| b.distance_squared(p) <= reach, |i| found(&self.pieces[i]));
+        self.tree.visit(|b| b.distance_squared(p) <= reach, |i| found(&self.pieces[i]));
     }
 
     /// Whether a ball has been deeper than `tolerance_mm` beyond `p`.
@@ -85,11 +77,7 @@ impl<'a> Swept<'a> {
         let mut covered = false;
         self.visit_near(p, self.largest_radius_mm, |piece| {
             covered = piece.capsule.axis_distance(p) < piece.capsule.radius - tolerance_mm;
-            if covered {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
+            if covered { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         covered
     }

@@ -27,20 +27,14 @@ impl Track {
         let mut tracks = Vec::with_capacity(program.moves.len());
         for m in &program.moves {
             let count = passes.len() as u32;
-            let pass = *passes
-                .entry((m.setup.as_str(), m.region, m.pass))
-                .or_insert(count);
+            let pass = *passes.entry((m.setup.as_str(), m.region, m.pass)).or_insert(count);
             tracks.push(Track::new(job, m, pass)?);
         }
         Ok(tracks)
     }
 
     fn new(job: &Job, m: &Move, pass: u32) -> Result<Track, VerifyError> {
-        let unknown = |what, name: &str| VerifyError::Unknown {
-            seq: m.seq,
-            what,
-            name: name.to_owned(),
-        };
+        let unknown = |what, name: &str| VerifyError::Unknown { seq: m.seq, what, name: name.to_owned() };
         let tool = job.tools.iter().find(|t| t.id == m.tool);
         let setup = job.setups.iter().position(|s| s.name == m.setup);
         Ok(Track {
@@ -81,10 +75,8 @@ impl Track {
     /// Parameters of the knots and of stations between them no farther apart than `spacing_mm`.
     pub(crate) fn stations(&self, spacing_mm: f64) -> Vec<f64> {
         self.divided(|t0, t1| {
-            let fastest = [t0, 0.5 * (t0 + t1), t1]
-                .map(|t| self.centre(t).1.norm())
-                .into_iter()
-                .fold(0.0, f64::max);
+            let fastest =
+                [t0, 0.5 * (t0 + t1), t1].map(|t| self.centre(t).1.norm()).into_iter().fold(0.0, f64::max);
             fastest * (t1 - t0) / spacing_mm
         })
     }
@@ -101,11 +93,8 @@ impl Track {
                 .map(|t| self.tip.derivatives(t)[2].norm())
                 .into_iter()
                 .fold(0.0, f64::max);
-            let margin = if self.tip.knots().degree() > 3 || self.tip.weights().is_some() {
-                1.5
-            } else {
-                1.0
-            };
+            let margin =
+                if self.tip.knots().degree() > 3 || self.tip.weights().is_some() { 1.5 } else { 1.0 };
             let turn = if turns {
                 let angle = self.axis_start.angle(&self.axis_end);
                 let (a, b) = self.domain();

@@ -85,12 +85,7 @@ pub(crate) fn conclude(job: &Job, options: &VerifyOptions, m: &Measured<'_>) -> 
     use Severity::{Error, Warning};
     let mut findings = Vec::new();
     let mut find = |code, severity, message, place: &Option<Place>| {
-        findings.push(Finding {
-            code,
-            severity,
-            message,
-            place: place.clone(),
-        });
+        findings.push(Finding { code, severity, message, place: place.clone() });
     };
     let um = |mm: f64| mm * 1e3;
 
@@ -112,19 +107,14 @@ pub(crate) fn conclude(job: &Job, options: &VerifyOptions, m: &Measured<'_>) -> 
         find(Code::Excess, Error, text, &m.contact.excess_max_at);
     }
     if m.contact.in_air_share > 0.0 {
-        let text = format!(
-            "{:.3} % of the cutting length touches no face",
-            100.0 * m.contact.in_air_share
-        );
+        let text = format!("{:.3} % of the cutting length touches no face", 100.0 * m.contact.in_air_share);
         find(Code::InAir, Warning, text, &None);
     }
     if let Some(least) = m.rapids.clearance_min_mm
         && least <= 0.0
     {
-        let text = format!(
-            "{} rapid moves touch the model, the worst by {:.3} mm",
-            m.rapids.touching, -least
-        );
+        let text =
+            format!("{} rapid moves touch the model, the worst by {:.3} mm", m.rapids.touching, -least);
         find(Code::RapidTouches, Error, text, &m.rapids.clearance_min_at);
     }
     let crests = &m.scallop.crests;
@@ -138,10 +128,7 @@ pub(crate) fn conclude(job: &Job, options: &VerifyOptions, m: &Measured<'_>) -> 
     }
     coverage_findings(job, m.coverage, &mut find);
     findings.sort_by_key(|f| f.severity);
-    Verdict {
-        passed: findings.iter().all(|f| f.severity != Error),
-        findings,
-    }
+    Verdict { passed: findings.iter().all(|f| f.severity != Error), findings }
 }
 
 fn coverage_findings(
@@ -156,12 +143,7 @@ fn coverage_findings(
     let sum: f64 = coverage.by_state_mm2.values().sum();
     let total = coverage.total_mm2;
     if cut == 0.0 {
-        find(
-            Code::NothingCut,
-            Error,
-            "no part of the model is cut".into(),
-            &None,
-        );
+        find(Code::NothingCut, Error, "no part of the model is cut".into(), &None);
     }
     if left > 0.0 {
         let severity = if left > LEFT_SHARE * cut { Error } else { Warning };
@@ -181,10 +163,9 @@ fn coverage_findings(
         find(Code::AreaSum, Error, text, &None);
     }
     let planned: f64 = job.area.cut_mm2 + job.area.uncut_mm2.values().sum::<f64>();
-    for (what, claimed) in [
-        ("cut and uncut areas in job.json", planned),
-        ("total area in job.json", job.area.total_mm2),
-    ] {
+    for (what, claimed) in
+        [("cut and uncut areas in job.json", planned), ("total area in job.json", job.area.total_mm2)]
+    {
         if (claimed - total).abs() > AREAS_AGREE * total {
             let text = format!("the {what} are {claimed:.1} mm², the faces have {total:.1} mm²");
             find(Code::AreaSum, Error, text, &None);

@@ -110,10 +110,7 @@ fn a_neighbour_in_the_way_is_gouged() {
     let v = check(&model, &job(&model), &program(moves));
     approx::assert_abs_diff_eq!(v.gouge.deepest_mm, depth, epsilon = 1e-5);
     let at = v.gouge.deepest_at.unwrap();
-    assert_eq!(
-        (at.move_seq, at.face, at.entity.as_deref()),
-        (Some(10), Some(1), Some("DE 3"))
-    );
+    assert_eq!((at.move_seq, at.face, at.entity.as_deref()), (Some(10), Some(1), Some("DE 3")));
     approx::assert_abs_diff_eq!(at.parameter.unwrap(), head.x, epsilon = 0.02);
 }
 
@@ -130,11 +127,7 @@ fn rapids_high_and_low() {
     let model = model([plate(), rectangle((25.0, 35.0), (10.0, 20.0), 8.0)]);
     let rapid = |height: f64| {
         let at = |x: f64| Point3::new(x, 12.0, height + R);
-        let v = check(
-            &model,
-            &job(&model),
-            &program([straight(Rapid, 0, at(0.0), at(60.0))]),
-        );
+        let v = check(&model, &job(&model), &program([straight(Rapid, 0, at(0.0), at(60.0))]));
         (v.rapids.clone(), has(&v, FindingCode::RapidTouches))
     };
     let (high, found) = rapid(12.0);
@@ -166,18 +159,10 @@ fn reasons_for_what_is_not_cut() {
         by_state.get(&state).copied().unwrap_or(0.0)
     };
     // The shank touches the roof's edge up to R before it.
-    approx::assert_relative_eq!(
-        area(0, SurfaceState::ReachableLeft),
-        20.0 * 30.0,
-        max_relative = 0.01
-    );
+    approx::assert_relative_eq!(area(0, SurfaceState::ReachableLeft), 20.0 * 30.0, max_relative = 0.01);
     approx::assert_relative_eq!(area(0, SurfaceState::TooTight), 10.0 * 30.0, max_relative = 0.02);
     approx::assert_relative_eq!(area(0, SurfaceState::Hidden), 30.0 * 30.0, max_relative = 0.01);
-    approx::assert_relative_eq!(
-        area(1, SurfaceState::ReachableLeft),
-        60.0 * 90.0,
-        max_relative = 1e-9
-    );
+    approx::assert_relative_eq!(area(1, SurfaceState::ReachableLeft), 60.0 * 90.0, max_relative = 1e-9);
     approx::assert_relative_eq!(area(2, SurfaceState::TooTight), 12.0 * 60.0, max_relative = 1e-6);
     approx::assert_relative_eq!(area(3, SurfaceState::Excluded), 1800.0, max_relative = 1e-9);
     let sum: f64 = v.coverage.by_state_mm2.values().sum();
@@ -206,10 +191,7 @@ fn the_thread_count_changes_nothing() {
     shift(&mut moves[9], 1, 0.3);
     let program = program(moves);
     let with = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| format!("{:?}", check(&model, &job, &program)))
     };
     assert_eq!(with(1), with(3));

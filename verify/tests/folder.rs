@@ -77,10 +77,7 @@ fn a_moved_model_is_found_beside_the_folder_or_as_told() {
     std::fs::rename(&model, &moved).unwrap();
     let missing = refused(&folder, &VerifyOptions::default());
     assert!(matches!(missing, VerifyError::Folder(_)), "{missing}");
-    let options = VerifyOptions {
-        model: Some(moved),
-        ..VerifyOptions::default()
-    };
+    let options = VerifyOptions { model: Some(moved), ..VerifyOptions::default() };
     assert!(matches!(refused(&folder, &options), VerifyError::Model(_)));
 }
 
@@ -111,10 +108,6 @@ fn moves_with_unknown_names_are_refused() {
     };
     let tool = refused(|m| m.tool = "T9".into()).to_string();
     assert!(tool.contains("move 0") && tool.contains("T9"), "{tool}");
-    assert!(
-        refused(|m| m.setup = "below".into())
-            .to_string()
-            .contains("setup `below`")
-    );
+    assert!(refused(|m| m.setup = "below".into()).to_string().contains("setup `below`"));
     assert!(matches!(refused(|m| m.points.clear()), VerifyError::Move(_)));
 }

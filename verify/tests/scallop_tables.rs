@@ -34,11 +34,7 @@ fn a_plane_at_the_exact_step_over() {
     let v = check(&model, &job(&model), &program(rows));
     assert_crests_are_h(&v);
     approx::assert_relative_eq!(v.coverage.total_mm2, 1800.0, max_relative = 1e-9);
-    approx::assert_relative_eq!(
-        v.coverage.by_state_mm2[&SurfaceState::Cut],
-        1800.0,
-        max_relative = 1e-9
-    );
+    approx::assert_relative_eq!(v.coverage.by_state_mm2[&SurfaceState::Cut], 1800.0, max_relative = 1e-9);
     // The profile between two passes is a parabola: a third of the crest on average.
     approx::assert_relative_eq!(v.scallop.surface.mean_mm, H / 3.0, max_relative = 0.02);
     assert!(v.scallop.surface.p99_mm < H && v.scallop.surface.p99_mm > 0.95 * H);
@@ -73,11 +69,7 @@ fn cylinders_of_both_signs() {
     ] {
         let v = cylinder_job(rho, step, outside);
         assert_crests_are_h(&v);
-        assert!(
-            v.verdict.passed,
-            "radius {rho} outside {outside}: {:?}",
-            v.verdict
-        );
+        assert!(v.verdict.passed, "radius {rho} outside {outside}: {:?}", v.verdict);
     }
 }
 
@@ -110,12 +102,7 @@ fn crossing_passes_only_lower_the_crests() {
     });
     let along_y = (0..26).map(|k| {
         let x = PLANE_STEP * f64::from(k) - 0.5;
-        straight(
-            Cut,
-            100 + k as u32,
-            Point3::new(x, 0.0, R),
-            Point3::new(x, 30.0, R),
-        )
+        straight(Cut, 100 + k as u32, Point3::new(x, 0.0, R), Point3::new(x, 30.0, R))
     });
     let v = check(&model, &job(&model), &program(along_x.chain(along_y)));
     assert!(v.scallop.crests.max_mm <= H + 1e-6);

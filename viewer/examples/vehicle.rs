@@ -14,19 +14,14 @@ use rayon::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
-    let file = arguments
-        .next()
-        .ok_or("usage: vehicle FILE [FOLDER] [STEP_OVER_MM]")?;
+    let file = arguments.next().ok_or("usage: vehicle FILE [FOLDER] [STEP_OVER_MM]")?;
     let folder = PathBuf::from(arguments.next().unwrap_or_else(|| ".".into()));
     let step_over_mm: f64 = arguments.next().map_or(Ok(2.8), |text| text.parse())?;
 
     let mut clock = Clock(Instant::now());
     let model = claymill_exchange::read(file.as_ref())?.model;
     clock.lap("reading");
-    let options = MeshOptions {
-        deviation_mm: 0.2,
-        longest_edge_mm: 60.0,
-    };
+    let options = MeshOptions { deviation_mm: 0.2, longest_edge_mm: 60.0 };
     let mesh = |face| tessellate(face, &options).unwrap_or_default();
     let meshes: Vec<FaceMesh> = model.faces.par_iter().map(mesh).collect();
     clock.lap("meshing");
@@ -41,10 +36,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let colours = region_colours(&view);
     let mut regions = Scene::of_model(&view, Colouring::Region)?;
-    regions.caption = vec![
-        file.rsplit('/').next().unwrap_or_default().to_owned(),
-        facts(&model, &meshes, colours.len()),
-    ];
+    regions.caption =
+        vec![file.rsplit('/').next().unwrap_or_default().to_owned(), facts(&model, &meshes, colours.len())];
     for region in merged.regions.iter().take(8) {
         regions.legend.push(LegendEntry {
             mark: Mark::Area,
@@ -60,9 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     clock.lap("scene");
     let mut painted = Scene::of_model(&view, Colouring::Clay)?;
     painted.caption = regions.caption.clone();
-    painted
-        .lines
-        .push(strokes(&view, &painted.origin, &colours, step_over_mm));
+    painted.lines.push(strokes(&view, &painted.origin, &colours, step_over_mm));
     clock.lap("strokes");
     let ends: usize = painted.lines.iter().map(|l| l.points.len()).sum();
     println!("{} line vertices", ends);
@@ -92,20 +83,13 @@ impl Clock {
 
 fn facts(model: &Model, meshes: &[FaceMesh], regions: usize) -> String {
     let triangles: usize = meshes.iter().map(|m| m.triangles.len()).sum();
-    format!(
-        "{} faces, {regions} regions, {triangles} triangles",
-        model.faces.len()
-    )
+    format!("{} faces, {regions} regions, {triangles} triangles", model.faces.len())
 }
 
 /// Where planes `x = k · step` cut the triangles that look up: the looks of a raster, good enough to draw.
 fn strokes(view: &ModelView<'_>, origin: &Point3, colours: &[Rgb], step_mm: f64) -> LineLayer {
-    let mut layer = LineLayer {
-        width_px: 1.5,
-        opacity: 1.0,
-        spacing_mm: Some(step_mm),
-        ..LineLayer::default()
-    };
+    let mut layer =
+        LineLayer { width_px: 1.5, opacity: 1.0, spacing_mm: Some(step_mm), ..LineLayer::default() };
     for (mesh, &region) in view.meshes.iter().zip(view.region_of_face) {
         let colour = stroke_shade(colours[region]);
         for triangle in &mesh.triangles {

@@ -34,9 +34,7 @@ pub(crate) fn open_on(backends: Backends) -> Result<Gpu, ViewError> {
     let only_software = std::env::var("WGPU_FORCE_FALLBACK_ADAPTER").is_ok_and(|v| v != "0" && !v.is_empty());
     let usable = |a: &Adapter| {
         let info = a.get_info();
-        wanted_name
-            .as_ref()
-            .is_none_or(|wanted| info.name.to_lowercase().contains(wanted))
+        wanted_name.as_ref().is_none_or(|wanted| info.name.to_lowercase().contains(wanted))
             && (!only_software || info.device_type == DeviceType::Cpu)
     };
     let Some(adapter) = adapters.into_iter().filter(usable).min_by_key(rank) else {
@@ -51,22 +49,11 @@ pub(crate) fn open_on(backends: Backends) -> Result<Gpu, ViewError> {
     let name = format!("{} ({:?}, {:?})", info.name, info.backend, info.device_type);
     let limits = wgpu::Limits::downlevel_defaults().using_resolution(adapter.limits());
     let largest_side_px = limits.max_texture_dimension_2d.min(LARGEST_SIDE_PX);
-    let descriptor = wgpu::DeviceDescriptor {
-        label: Some("claymill"),
-        required_limits: limits,
-        ..Default::default()
-    };
-    let (device, queue) =
-        pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| ViewError::Device {
-            adapter: name.clone(),
-            reason: e.to_string(),
-        })?;
-    Ok(Gpu {
-        device,
-        queue,
-        name,
-        largest_side_px,
-    })
+    let descriptor =
+        wgpu::DeviceDescriptor { label: Some("claymill"), required_limits: limits, ..Default::default() };
+    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+        .map_err(|e| ViewError::Device { adapter: name.clone(), reason: e.to_string() })?;
+    Ok(Gpu { device, queue, name, largest_side_px })
 }
 
 fn rank(adapter: &Adapter) -> (u8, u8) {
@@ -89,11 +76,6 @@ mod tests {
     fn without_an_adapter_the_message_says_what_to_install() {
         let error = open_on(Backends::empty()).err().expect("no backend, no adapter");
         assert!(matches!(error, ViewError::NoAdapter { .. }));
-        assert!(
-            error
-                .to_string()
-                .contains("apt-get install mesa-vulkan-drivers libvulkan1"),
-            "{error}"
-        );
+        assert!(error.to_string().contains("apt-get install mesa-vulkan-drivers libvulkan1"), "{error}");
     }
 }

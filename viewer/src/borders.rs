@@ -44,10 +44,7 @@ struct SegmentGrid {
 pub(crate) fn classify_borders(view: &ModelView<'_>) -> Vec<Border> {
     let reach = view.joint_tolerance_mm + 2.0 * f64::from(mesh_deviation_mm(view.meshes));
     let grid = SegmentGrid::new(view, reach);
-    (0..view.meshes.len())
-        .into_par_iter()
-        .flat_map_iter(|f| face_borders(view, &grid, f, reach))
-        .collect()
+    (0..view.meshes.len()).into_par_iter().flat_map_iter(|f| face_borders(view, &grid, f, reach)).collect()
 }
 
 fn face_borders(view: &ModelView<'_>, grid: &SegmentGrid, face: usize, reach: f64) -> Vec<Border> {
@@ -61,23 +58,12 @@ fn face_borders(view: &ModelView<'_>, grid: &SegmentGrid, face: usize, reach: f6
             if a == b {
                 continue;
             }
-            let segment = Segment {
-                face: face as u32,
-                ends,
-                a,
-                b,
-            };
-            let kind = if grid.has_partner(view, &segment, reach) {
-                BorderKind::Patch
-            } else {
-                BorderKind::Region
-            };
+            let segment = Segment { face: face as u32, ends, a, b };
+            let kind =
+                if grid.has_partner(view, &segment, reach) { BorderKind::Patch } else { BorderKind::Region };
             match &mut open {
                 Some(border) if border.kind == kind => border.points.push(b),
-                _ => borders.extend(open.replace(Border {
-                    kind,
-                    points: vec![a, b],
-                })),
+                _ => borders.extend(open.replace(Border { kind, points: vec![a, b] })),
             }
         }
         borders.extend(open);
@@ -93,12 +79,7 @@ impl SegmentGrid {
                 for i in 0..ring.len() {
                     let ends = [ring[i], ring[(i + 1) % ring.len()]];
                     let [a, b] = ends.map(|v| mesh.points[v as usize]);
-                    segments.push(Segment {
-                        face: face as u32,
-                        ends,
-                        a,
-                        b,
-                    });
+                    segments.push(Segment { face: face as u32, ends, a, b });
                 }
             }
         }
@@ -142,9 +123,7 @@ impl SegmentGrid {
         let [x, y, z] = self.key(&middle);
         let around = |d: i64| {
             let key = [x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1];
-            self.cells
-                .get(&key)
-                .is_some_and(|cell| cell.iter().any(|&i| partner(i)))
+            self.cells.get(&key).is_some_and(|cell| cell.iter().any(|&i| partner(i)))
         };
         (0..27).any(around)
     }
@@ -153,11 +132,7 @@ impl SegmentGrid {
 fn distance_to_segment(p: &Point3, a: &Point3, b: &Point3) -> f64 {
     let ab = b - a;
     let length2 = ab.norm_squared();
-    let t = if length2 > 0.0 {
-        ((p - a).dot(&ab) / length2).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
+    let t = if length2 > 0.0 { ((p - a).dot(&ab) / length2).clamp(0.0, 1.0) } else { 0.0 };
     (p - (a + ab * t)).norm()
 }
 
@@ -184,11 +159,8 @@ mod tests {
         points.extend((0..n).map(|i| at(1.0, side(i))));
         points.extend((0..n).map(|i| at(1.0 - side(i), 1.0)));
         points.extend((0..n).map(|i| at(0.0, 1.0 - side(i))));
-        let mesh = FaceMesh {
-            rings: vec![(0..points.len() as u32).collect()],
-            points,
-            ..FaceMesh::default()
-        };
+        let mesh =
+            FaceMesh { rings: vec![(0..points.len() as u32).collect()], points, ..FaceMesh::default() };
         (face, mesh)
     }
 
@@ -202,10 +174,7 @@ mod tests {
             rectangle(0.0, -10.0, 20.0, 10.0, 5),
         ];
         let (faces, meshes): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
-        let model = Model {
-            faces,
-            ..Model::default()
-        };
+        let model = Model { faces, ..Model::default() };
         let view = ModelView {
             model: &model,
             meshes: &meshes,
@@ -215,11 +184,7 @@ mod tests {
         };
         let length = |kind: BorderKind| {
             let of = |b: &Border| b.points.windows(2).map(|ab| (ab[1] - ab[0]).norm()).sum::<f64>();
-            classify_borders(&view)
-                .iter()
-                .filter(|b| b.kind == kind)
-                .map(of)
-                .sum::<f64>()
+            classify_borders(&view).iter().filter(|b| b.kind == kind).map(of).sum::<f64>()
         };
         // Each side of a joint counts: 10 between the halves, 20 along the tall face.
         approx::assert_abs_diff_eq!(length(BorderKind::Patch), 2.0 * (10.0 + 20.0), epsilon = 1e-9);

@@ -13,10 +13,7 @@ pub struct Axes {
 impl Default for Axes {
     /// Up `+z`, front `-y`.
     fn default() -> Self {
-        Axes {
-            up: Vector3::z(),
-            forward: -Vector3::y(),
-        }
+        Axes { up: Vector3::z(), forward: -Vector3::y() }
     }
 }
 
@@ -24,10 +21,7 @@ impl Axes {
     /// From axis names such as `+z` and `-y`; `None` when a name is unknown or both name the same axis.
     #[must_use]
     pub fn parse(up: &str, forward: &str) -> Option<Self> {
-        let axes = Axes {
-            up: axis(up)?,
-            forward: axis(forward)?,
-        };
+        let axes = Axes { up: axis(up)?, forward: axis(forward)? };
         (axes.up.dot(&axes.forward) == 0.0).then_some(axes)
     }
 
@@ -70,24 +64,14 @@ impl View {
     /// Looks along `direction` with `up` upwards.
     #[must_use]
     pub fn looking(name: &str, direction: Vector3, up: Vector3) -> Self {
-        View {
-            name: name.to_owned(),
-            direction,
-            up,
-            opening_deg: None,
-            focus: None,
-            margin: 0.06,
-        }
+        View { name: name.to_owned(), direction, up, opening_deg: None, focus: None, margin: 0.06 }
     }
 
     /// From in front, above and the left, with a mild perspective.
     #[must_use]
     pub fn iso(axes: &Axes) -> Self {
         let direction = -(axes.forward * 0.75 + axes.left() * 0.95 + axes.up * 0.62);
-        View {
-            opening_deg: Some(22.0),
-            ..View::looking("iso", direction, axes.up)
-        }
+        View { opening_deg: Some(22.0), ..View::looking("iso", direction, axes.up) }
     }
 
     /// From above, front to the left.
@@ -137,11 +121,7 @@ impl View {
     /// The same view of a detail.
     #[must_use]
     pub fn focused(self, name: &str, focus: Aabb) -> Self {
-        View {
-            name: name.to_owned(),
-            focus: Some(focus),
-            ..self
-        }
+        View { name: name.to_owned(), focus: Some(focus), ..self }
     }
 }
 
@@ -184,10 +164,7 @@ impl Camera {
             })
         };
         let all = extent(&mut points.clone());
-        let framed = view
-            .focus
-            .as_ref()
-            .map_or(all, |focus| extent(&mut corners(focus).into_iter()));
+        let framed = view.focus.as_ref().map_or(all, |focus| extent(&mut corners(focus).into_iter()));
         let centre = framed.centre();
         let target = Point3::from(right * centre.x + up * centre.y + forward * centre.z);
 
@@ -220,17 +197,7 @@ impl Camera {
             near_mm = near_mm.max(-0.98 * distance);
             eye_mm = Some(distance);
         }
-        Camera {
-            right,
-            up,
-            forward,
-            target,
-            eye_mm,
-            mm_per_px,
-            near_mm,
-            far_mm,
-            size,
-        }
+        Camera { right, up, forward, target, eye_mm, mm_per_px, near_mm, far_mm, size }
     }
 
     /// Millimetres per pixel; for a perspective camera in the plane through the middle of the framed box.
@@ -259,10 +226,7 @@ impl Camera {
             None => 1.0 / self.mm_per_px,
         };
         let [width, height] = self.size.map(f64::from);
-        Some([
-            0.5 * width + self.right.dot(&q) * scale,
-            0.5 * height - self.up.dot(&q) * scale,
-        ])
+        Some([0.5 * width + self.right.dot(&q) * scale, 0.5 * height - self.up.dot(&q) * scale])
     }
 
     /// Direction of `v` in the picture: right, up, toward the eye.
@@ -377,11 +341,7 @@ impl Camera {
 fn corners(b: &Aabb) -> [Point3; 8] {
     std::array::from_fn(|i| {
         let pick = |bit: usize, axis: usize| {
-            if i >> bit & 1 == 0 {
-                b.min[axis]
-            } else {
-                b.max[axis]
-            }
+            if i >> bit & 1 == 0 { b.min[axis] } else { b.max[axis] }
         };
         Point3::new(pick(0, 0), pick(1, 1), pick(2, 2))
     })
@@ -392,20 +352,12 @@ mod tests {
     use super::*;
 
     fn cube() -> Vec<Point3> {
-        corners(&Aabb {
-            min: Point3::new(1000.0, -50.0, 3.0),
-            max: Point3::new(1100.0, 70.0, 40.0),
-        })
-        .to_vec()
+        corners(&Aabb { min: Point3::new(1000.0, -50.0, 3.0), max: Point3::new(1100.0, 70.0, 40.0) }).to_vec()
     }
 
     #[test]
     fn framing_leaves_exactly_the_margin() {
-        for view in [
-            View::top(&Axes::default()),
-            View::iso(&Axes::default()),
-            View::left(&Axes::default()),
-        ] {
+        for view in [View::top(&Axes::default()), View::iso(&Axes::default()), View::left(&Axes::default())] {
             let camera = Camera::frame(&view, cube().into_iter(), [640, 480]);
             let px: Vec<_> = cube().iter().map(|p| camera.project(p).unwrap()).collect();
             let border = 0.06 * 480.0;
@@ -421,16 +373,9 @@ mod tests {
 
     #[test]
     fn the_clip_matrix_and_the_exact_projection_agree() {
-        let focus = Aabb {
-            min: Point3::new(1010.0, -10.0, 10.0),
-            max: Point3::new(1030.0, 10.0, 20.0),
-        };
+        let focus = Aabb { min: Point3::new(1010.0, -10.0, 10.0), max: Point3::new(1030.0, 10.0, 20.0) };
         let iso = View::iso(&Axes::default());
-        for view in [
-            View::rear(&Axes::default()),
-            iso.clone(),
-            iso.focused("detail", focus),
-        ] {
+        for view in [View::rear(&Axes::default()), iso.clone(), iso.focused("detail", focus)] {
             let camera = Camera::frame(&view, cube().into_iter(), [640, 480]);
             let origin = Point3::new(1050.0, 0.0, 20.0);
             let m = camera.clip_matrix(&origin);

@@ -65,9 +65,6 @@ pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ViewError> {
     written.map_err(|source| {
         // Best effort: the first error is the one worth telling.
         let _ = std::fs::remove_file(&partial);
-        ViewError::Write {
-            path: path.to_owned(),
-            source,
-        }
+        ViewError::Write { path: path.to_owned(), source }
     })
 }

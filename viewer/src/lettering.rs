@@ -193,17 +193,8 @@ pub(crate) fn draw_strokes(
     for py in bound(1, picture.height) {
         for px in bound(0, picture.width) {
             let p = [px as f32 + 0.5, py as f32 + 0.5];
-            let distance = segments
-                .iter()
-                .map(|s| distance(p, s))
-                .fold(f32::INFINITY, f32::min);
-            blend(
-                picture,
-                px,
-                py,
-                colour,
-                opacity * (0.5 * width_px + 0.5 - distance).clamp(0.0, 1.0),
-            );
+            let distance = segments.iter().map(|s| distance(p, s)).fold(f32::INFINITY, f32::min);
+            blend(picture, px, py, colour, opacity * (0.5 * width_px + 0.5 - distance).clamp(0.0, 1.0));
         }
     }
 }
@@ -254,11 +245,7 @@ mod tests {
     use super::*;
 
     fn page() -> Picture {
-        Picture {
-            width: 200,
-            height: 40,
-            rgba: vec![255; 200 * 40 * 4],
-        }
+        Picture { width: 200, height: 40, rgba: vec![255; 200 * 40 * 4] }
     }
 
     #[test]
@@ -268,10 +255,7 @@ mod tests {
             let (segments, width) = outline(c);
             assert!(c == ' ' || !segments.is_empty(), "{c}");
             for p in segments.iter().flatten() {
-                assert!(
-                    (0.0..=6.0).contains(&p[0]) && (-2.0..=7.0).contains(&p[1]),
-                    "{c}: {p:?}"
-                );
+                assert!((0.0..=6.0).contains(&p[0]) && (-2.0..=7.0).contains(&p[1]), "{c}: {p:?}");
             }
             assert!(width <= 6.0, "{c}");
         }
@@ -285,14 +269,8 @@ mod tests {
             .flat_map(|y| (0..200).map(move |x| (x, y)))
             .filter(|&(x, y)| picture.pixel(x, y)[0] < 128)
             .collect();
-        let x_range = (
-            dark.iter().map(|p| p.0).min().unwrap(),
-            dark.iter().map(|p| p.0).max().unwrap(),
-        );
-        let y_range = (
-            dark.iter().map(|p| p.1).min().unwrap(),
-            dark.iter().map(|p| p.1).max().unwrap(),
-        );
+        let x_range = (dark.iter().map(|p| p.0).min().unwrap(), dark.iter().map(|p| p.0).max().unwrap());
+        let y_range = (dark.iter().map(|p| p.1).min().unwrap(), dark.iter().map(|p| p.1).max().unwrap());
         assert_eq!(x_range, (19, 28), "four grid units of two pixels and the stroke");
         assert_eq!(y_range, (15, 30), "capitals 14 pixels high and the stroke");
         assert_eq!(text_width("H", 14.0), 8.0);

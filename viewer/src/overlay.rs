@@ -22,11 +22,7 @@ struct Layout {
 /// Draws caption, legend, scale bar and axes onto a picture.
 pub(crate) fn annotate(picture: &mut Picture, scene: &Scene, camera: &Camera) {
     let letter = (picture.width.min(picture.height) as f32 * 0.0115).clamp(6.5, 40.0);
-    let layout = Layout {
-        letter,
-        border: 2.2 * letter,
-        line: 2.15 * letter,
-    };
+    let layout = Layout { letter, border: 2.2 * letter, line: 2.15 * letter };
     caption(picture, &layout, &scene.caption);
     legend(picture, &layout, &legend_entries(scene, camera));
     if camera.is_orthographic() {
@@ -38,11 +34,7 @@ pub(crate) fn annotate(picture: &mut Picture, scene: &Scene, camera: &Camera) {
 fn caption(picture: &mut Picture, layout: &Layout, lines: &[String]) {
     let mut y = layout.border + 1.4 * layout.letter;
     for (i, text) in lines.iter().enumerate() {
-        let (height, ink) = if i == 0 {
-            (1.4 * layout.letter, INK)
-        } else {
-            (layout.letter, SOFT_INK)
-        };
+        let (height, ink) = if i == 0 { (1.4 * layout.letter, INK) } else { (layout.letter, SOFT_INK) };
         write_text(picture, text, layout.border, y, height, ink);
         y += layout.line;
     }
@@ -50,11 +42,8 @@ fn caption(picture: &mut Picture, layout: &Layout, lines: &[String]) {
 
 /// The scene's legend and what the camera adds to it.
 fn legend_entries(scene: &Scene, camera: &Camera) -> Vec<(Option<LegendEntry>, String)> {
-    let mut rows: Vec<(Option<LegendEntry>, String)> = scene
-        .legend
-        .iter()
-        .map(|e| (Some(e.clone()), e.text.clone()))
-        .collect();
+    let mut rows: Vec<(Option<LegendEntry>, String)> =
+        scene.legend.iter().map(|e| (Some(e.clone()), e.text.clone())).collect();
     let mut thinned = scene.lines.iter().filter_map(|l| {
         let step = emphasis_step(l.spacing_mm, camera.mm_per_px());
         (step > 1).then_some((step, l.spacing_mm?))
@@ -76,10 +65,7 @@ fn legend(picture: &mut Picture, layout: &Layout, rows: &[(Option<LegendEntry>, 
     }
     let letter = layout.letter;
     let sign = 2.4 * letter;
-    let widest = rows
-        .iter()
-        .map(|(_, text)| text_width(text, letter))
-        .fold(0.0, f32::max);
+    let widest = rows.iter().map(|(_, text)| text_width(text, letter)).fold(0.0, f32::max);
     let width = sign + letter + widest;
     let left = picture.width as f32 - layout.border - width;
     let top = layout.border;
@@ -111,11 +97,8 @@ fn legend(picture: &mut Picture, layout: &Layout, rows: &[(Option<LegendEntry>, 
 fn scale_bar(picture: &mut Picture, layout: &Layout, mm_per_px: f32) {
     let wanted_mm = picture.width as f32 / 6.0 * mm_per_px;
     let decade = 10_f32.powf(wanted_mm.log10().floor());
-    let length_mm = [5.0, 2.0, 1.0]
-        .map(|d| d * decade)
-        .into_iter()
-        .find(|l| *l <= wanted_mm)
-        .unwrap_or(decade);
+    let length_mm =
+        [5.0, 2.0, 1.0].map(|d| d * decade).into_iter().find(|l| *l <= wanted_mm).unwrap_or(decade);
     let text = if length_mm >= 1000.0 {
         format!("{} m", length_mm / 1000.0)
     } else {
@@ -124,20 +107,9 @@ fn scale_bar(picture: &mut Picture, layout: &Layout, mm_per_px: f32) {
     let (x0, x1) = (layout.border, layout.border + length_mm / mm_per_px);
     let y = picture.height as f32 - layout.border;
     let tick = 0.55 * layout.letter;
-    let bar = [
-        [[x0, y], [x1, y]],
-        [[x0, y - tick], [x0, y + tick]],
-        [[x1, y - tick], [x1, y + tick]],
-    ];
+    let bar = [[[x0, y], [x1, y]], [[x0, y - tick], [x0, y + tick]], [[x1, y - tick], [x1, y + tick]]];
     draw_strokes(picture, &bar, 0.16 * layout.letter, INK, 1.0);
-    write_text(
-        picture,
-        &text,
-        x0 + 0.5 * layout.letter,
-        y - 0.9 * layout.letter,
-        layout.letter,
-        INK,
-    );
+    write_text(picture, &text, x0 + 0.5 * layout.letter, y - 0.9 * layout.letter, layout.letter, INK);
 }
 
 /// The model axes as seen, the ones toward the eye drawn last.
@@ -161,28 +133,13 @@ fn axes(picture: &mut Picture, layout: &Layout, camera: &Camera) {
         }
         let (ux, uy) = (x / length, y / length);
         let barb = 0.75 * layout.letter;
-        let side = |s: f32| {
-            [
-                tip[0] - barb * (ux - 0.45 * s * uy),
-                tip[1] - barb * (uy + 0.45 * s * ux),
-            ]
-        };
+        let side = |s: f32| [tip[0] - barb * (ux - 0.45 * s * uy), tip[1] - barb * (uy + 0.45 * s * ux)];
         let arrow = [[centre, tip], [tip, side(1.0)], [tip, side(-1.0)]];
         // A pale border, so that the arrows stand out from whatever is behind them.
         draw_strokes(picture, &arrow, 0.55 * layout.letter, [255, 255, 255], 0.6);
         draw_strokes(picture, &arrow, 0.17 * layout.letter, colour, 1.0);
-        let at = [
-            tip[0] + 1.0 * layout.letter * ux,
-            tip[1] + 1.0 * layout.letter * uy,
-        ];
+        let at = [tip[0] + 1.0 * layout.letter * ux, tip[1] + 1.0 * layout.letter * uy];
         let half = 0.5 * text_width(name, layout.letter);
-        write_text(
-            picture,
-            name,
-            at[0] - half,
-            at[1] + 0.36 * layout.letter,
-            layout.letter,
-            colour,
-        );
+        write_text(picture, name, at[0] - half, at[1] + 0.36 * layout.letter, layout.letter, colour);
     }
 }

@@ -53,18 +53,14 @@ pub struct RegionExtent {
 #[must_use]
 pub fn colour_regions(regions: &[RegionExtent]) -> Vec<Rgb> {
     let palette = region_palette();
-    let looks: Vec<[Vector3; 2]> = palette
-        .iter()
-        .map(|&c| [to_oklab(c), to_oklab(deuteranopic(c))])
-        .collect();
+    let looks: Vec<[Vector3; 2]> =
+        palette.iter().map(|&c| [to_oklab(c), to_oklab(deuteranopic(c))]).collect();
     let difference = |a: usize, b: usize| {
         let d = |k: usize| (looks[a][k] - looks[b][k]).norm();
         d(0).min(1.6 * d(1))
     };
-    let hulls: Vec<Aabb> = regions
-        .iter()
-        .map(|r| r.boxes.iter().fold(Aabb::empty(), |all, b| all.union(b)))
-        .collect();
+    let hulls: Vec<Aabb> =
+        regions.iter().map(|r| r.boxes.iter().fold(Aabb::empty(), |all, b| all.union(b))).collect();
     let whole = hulls.iter().fold(Aabb::empty(), |all, b| all.union(b));
     let reach = 0.004 * if whole.is_empty() { 0.0 } else { whole.diagonal() };
     let total: f64 = regions.iter().map(|r| r.area).sum::<f64>().max(f64::MIN_POSITIVE);
@@ -77,10 +73,7 @@ pub fn colour_regions(regions: &[RegionExtent]) -> Vec<Rgb> {
         for (other, pick) in chosen.iter().enumerate() {
             let Some(pick) = *pick else { continue };
             let near = close(&hulls[r], &hulls[other], reach)
-                && regions[r]
-                    .boxes
-                    .iter()
-                    .any(|a| regions[other].boxes.iter().any(|b| close(a, b, reach)));
+                && regions[r].boxes.iter().any(|a| regions[other].boxes.iter().any(|b| close(a, b, reach)));
             let weight = regions[other].area / total + if near { 1.0 } else { 0.0 };
             for (colour, cost) in cost.iter_mut().enumerate() {
                 *cost += weight / (difference(colour, pick).powi(2) + 1e-3);
@@ -89,10 +82,7 @@ pub fn colour_regions(regions: &[RegionExtent]) -> Vec<Rgb> {
         // The first of equal costs: deterministic, and the palette's own order when nothing presses.
         chosen[r] = (0..palette.len()).min_by(|&a, &b| cost[a].total_cmp(&cost[b]));
     }
-    chosen
-        .into_iter()
-        .map(|c| c.map_or(CLAY, |c| palette[c]))
-        .collect()
+    chosen.into_iter().map(|c| c.map_or(CLAY, |c| palette[c])).collect()
 }
 
 fn close(a: &Aabb, b: &Aabb, reach: f64) -> bool {
@@ -102,11 +92,7 @@ fn close(a: &Aabb, b: &Aabb, reach: f64) -> bool {
 fn linear(c: Rgb) -> Vector3 {
     let f = |v: u8| {
         let v = f64::from(v) / 255.0;
-        if v <= 0.04045 {
-            v / 12.92
-        } else {
-            ((v + 0.055) / 1.055).powf(2.4)
-        }
+        if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
     };
     Vector3::new(f(c[0]), f(c[1]), f(c[2]))
 }
@@ -114,11 +100,7 @@ fn linear(c: Rgb) -> Vector3 {
 fn encoded(c: Vector3) -> Rgb {
     let f = |v: f64| {
         let v = v.clamp(0.0, 1.0);
-        let v = if v <= 0.003_130_8 {
-            12.92 * v
-        } else {
-            1.055 * v.powf(1.0 / 2.4) - 0.055
-        };
+        let v = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
         (v * 255.0).round() as u8
     };
     [f(c.x), f(c.y), f(c.z)]
@@ -157,11 +139,7 @@ fn from_oklch(l: f64, c: f64, hue_deg: f64) -> Rgb {
 fn deuteranopic(c: Rgb) -> Rgb {
     let c = linear(c);
     let yellow = 0.292_75 * c.x + 0.707_25 * c.y;
-    encoded(Vector3::new(
-        yellow,
-        yellow,
-        -0.022_34 * c.x + 0.022_34 * c.y + c.z,
-    ))
+    encoded(Vector3::new(yellow, yellow, -0.022_34 * c.x + 0.022_34 * c.y + c.z))
 }
 
 #[cfg(test)]
@@ -196,10 +174,7 @@ mod tests {
             let min = Point3::new((i % 6) as f64, (i / 6) as f64, 0.0);
             RegionExtent {
                 area: 1.0 + (i * 7 % 5) as f64,
-                boxes: vec![Aabb {
-                    min,
-                    max: min + Vector3::new(1.0, 1.0, 0.0),
-                }],
+                boxes: vec![Aabb { min, max: min + Vector3::new(1.0, 1.0, 0.0) }],
             }
         };
         let regions: Vec<_> = (0..36).map(cell).collect();

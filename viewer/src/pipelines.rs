@@ -158,10 +158,7 @@ fn build(device: &Device, shaders: &ShaderModule, pass: Pass<'_>) -> RenderPipel
             stencil: Default::default(),
             bias: Default::default(),
         }),
-        multisample: wgpu::MultisampleState {
-            count: SAMPLES,
-            ..Default::default()
-        },
+        multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
         fragment: Some(wgpu::FragmentState {
             module: shaders,
             entry_point: Some(&format!("{}_fragment", pass.name)),

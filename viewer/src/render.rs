@@ -105,11 +105,7 @@ impl Renderer {
         let [width, height] = options.size;
         let largest = self.gpu.largest_side_px / factor;
         if width == 0 || height == 0 || width > largest || height > largest {
-            return Err(ViewError::Size {
-                width,
-                height,
-                largest,
-            });
+            return Err(ViewError::Size { width, height, largest });
         }
         if scene.is_empty() {
             return Err(ViewError::EmptyScene);
@@ -134,10 +130,7 @@ impl Renderer {
     }
 
     fn failed(&self, reason: &dyn std::fmt::Display) -> ViewError {
-        ViewError::Device {
-            adapter: self.gpu.name.clone(),
-            reason: reason.to_string(),
-        }
+        ViewError::Device { adapter: self.gpu.name.clone(), reason: reason.to_string() }
     }
 
     fn draw(
@@ -151,34 +144,20 @@ impl Renderer {
         let size = options.size.map(|s| s * factor);
         let attachment = TextureUsages::RENDER_ATTACHMENT;
         let colour = self.texture(size, COLOUR_FORMAT, SAMPLES, attachment);
-        let depth = self.texture(
-            size,
-            DEPTH_FORMAT,
-            SAMPLES,
-            attachment | TextureUsages::TEXTURE_BINDING,
-        );
+        let depth = self.texture(size, DEPTH_FORMAT, SAMPLES, attachment | TextureUsages::TEXTURE_BINDING);
         let resolved = self.texture(size, COLOUR_FORMAT, 1, attachment | TextureUsages::COPY_SRC);
         let [colour_view, depth_view, resolved_view] =
             [&colour, &depth, &resolved].map(|t| t.create_view(&Default::default()));
 
         let frame = frame_constants(scene, camera, options, factor);
         let constants = self.buffer(&[frame], BufferUsages::UNIFORM);
-        let constants = wgpu::BindGroupEntry {
-            binding: 0,
-            resource: constants.as_entire_binding(),
-        };
+        let constants = wgpu::BindGroupEntry { binding: 0, resource: constants.as_entire_binding() };
         let group = |layout, entries: &[wgpu::BindGroupEntry<'_>]| {
-            device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: None,
-                layout,
-                entries,
-            })
+            device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries })
         };
         let frame_group = group(&self.pipelines.frame_layout, std::slice::from_ref(&constants));
-        let depth_entry = wgpu::BindGroupEntry {
-            binding: 1,
-            resource: wgpu::BindingResource::TextureView(&depth_view),
-        };
+        let depth_entry =
+            wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&depth_view) };
         let depth_group = group(&self.pipelines.depth_layout, &[constants, depth_entry]);
 
         let mut encoder = device.create_command_encoder(&Default::default());
@@ -207,13 +186,8 @@ impl Renderer {
         }
         {
             let depth_attachment = depth_attachment(&depth_view, wgpu::LoadOp::Load);
-            let mut pass = begin(
-                &mut encoder,
-                &colour_view,
-                Some(&resolved_view),
-                false,
-                Some(depth_attachment),
-            );
+            let mut pass =
+                begin(&mut encoder, &colour_view, Some(&resolved_view), false, Some(depth_attachment));
             pass.set_bind_group(0, &frame_group, &[]);
             pass.set_pipeline(&self.pipelines.line);
             for layer in &scene.lines {
@@ -248,13 +222,11 @@ impl Renderer {
     }
 
     fn buffer<T: bytemuck::Pod>(&self, contents: &[T], usage: BufferUsages) -> wgpu::Buffer {
-        self.gpu
-            .device
-            .create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: None,
-                contents: bytemuck::cast_slice(contents),
-                usage,
-            })
+        self.gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: None,
+            contents: bytemuck::cast_slice(contents),
+            usage,
+        })
     }
 
     fn read_back(
@@ -271,15 +243,9 @@ impl Renderer {
             usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
-        let layout = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(row_bytes),
-            rows_per_image: None,
-        };
-        let destination = wgpu::TexelCopyBufferInfo {
-            buffer: &buffer,
-            layout,
-        };
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
+        let destination = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
         encoder.copy_texture_to_buffer(texture.as_image_copy(), destination, extent(size));
         self.gpu.queue.submit([encoder.finish()]);
 
@@ -288,14 +254,8 @@ impl Renderer {
             // The receiver waits below; if it is gone nobody is interested.
             let _ = sender.send(result);
         });
-        self.gpu
-            .device
-            .poll(wgpu::PollType::wait_indefinitely())
-            .map_err(|e| self.failed(&e))?;
-        receiver
-            .recv()
-            .map_err(|e| self.failed(&e))?
-            .map_err(|e| self.failed(&e))?;
+        self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| self.failed(&e))?;
+        receiver.recv().map_err(|e| self.failed(&e))?.map_err(|e| self.failed(&e))?;
         let mapped = buffer.slice(..).get_mapped_range().map_err(|e| self.failed(&e))?;
         let mut rgba = Vec::with_capacity(4 * width as usize * height as usize);
         for row in mapped.chunks_exact(row_bytes as usize) {
@@ -320,11 +280,7 @@ pub fn render_png(
 }
 
 fn extent([width, height]: [u32; 2]) -> wgpu::Extent3d {
-    wgpu::Extent3d {
-        width,
-        height,
-        depth_or_array_layers: 1,
-    }
+    wgpu::Extent3d { width, height, depth_or_array_layers: 1 }
 }
 
 fn depth_attachment(
@@ -333,10 +289,7 @@ fn depth_attachment(
 ) -> wgpu::RenderPassDepthStencilAttachment<'_> {
     wgpu::RenderPassDepthStencilAttachment {
         view,
-        depth_ops: Some(wgpu::Operations {
-            load,
-            store: wgpu::StoreOp::Store,
-        }),
+        depth_ops: Some(wgpu::Operations { load, store: wgpu::StoreOp::Store }),
         stencil_ops: None,
     }
 }
@@ -348,21 +301,14 @@ fn begin<'e>(
     clear: bool,
     depth_stencil_attachment: Option<wgpu::RenderPassDepthStencilAttachment<'_>>,
 ) -> wgpu::RenderPass<'e> {
-    let load = if clear {
-        wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT)
-    } else {
-        wgpu::LoadOp::Load
-    };
+    let load = if clear { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: None,
         color_attachments: &[Some(wgpu::RenderPassColorAttachment {
             view: colour,
             depth_slice: None,
             resolve_target,
-            ops: wgpu::Operations {
-                load,
-                store: wgpu::StoreOp::Store,
-            },
+            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
         })],
         depth_stencil_attachment,
         timestamp_writes: None,

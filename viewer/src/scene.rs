@@ -128,10 +128,7 @@ impl Scene {
     /// An empty scene whose coordinates are kept relative to `origin`: best the middle of the model.
     #[must_use]
     pub fn new(origin: Point3) -> Self {
-        Scene {
-            origin,
-            ..Scene::default()
-        }
+        Scene { origin, ..Scene::default() }
     }
 
     /// A scene of a model: shaded faces, thin patch borders, strong region borders.
@@ -148,15 +145,8 @@ impl Scene {
         if let Some(&(what, given)) = lists.iter().find(|(_, given)| *given != faces) {
             return Err(ViewError::Mismatch { what, given, faces });
         }
-        let bounds = view
-            .meshes
-            .iter()
-            .fold(Aabb::empty(), |b, m| b.union(&Aabb::of(&m.points)));
-        let mut scene = Scene::new(if bounds.is_empty() {
-            Point3::origin()
-        } else {
-            bounds.centre()
-        });
+        let bounds = view.meshes.iter().fold(Aabb::empty(), |b, m| b.union(&Aabb::of(&m.points)));
+        let mut scene = Scene::new(if bounds.is_empty() { Point3::origin() } else { bounds.centre() });
         scene.deviation_mm = f64::from(mesh_deviation_mm(view.meshes));
         scene.add_faces(view, &face_colours(view, colouring));
         scene.add_borders(view);
@@ -189,11 +179,7 @@ impl Scene {
     }
 
     fn add_borders(&mut self, view: &ModelView<'_>) {
-        let layer = |width_px: f32, opacity: f32| LineLayer {
-            width_px,
-            opacity,
-            ..LineLayer::default()
-        };
+        let layer = |width_px: f32, opacity: f32| LineLayer { width_px, opacity, ..LineLayer::default() };
         let (mut patch, mut region) = (layer(1.0, 0.28), layer(2.4, 1.0));
         for border in classify_borders(view) {
             let (layer, colour) = match border.kind {
@@ -221,20 +207,11 @@ impl Scene {
 
     /// All points that the camera has to frame: the surfaces', or without any the lines'.
     pub fn points(&self) -> impl Iterator<Item = Point3> + Clone {
-        let surface = self
-            .surfaces
-            .iter()
-            .flat_map(|s| s.vertices.iter().map(|v| v.position));
+        let surface = self.surfaces.iter().flat_map(|s| s.vertices.iter().map(|v| v.position));
         let only_lines = self.surfaces.iter().all(|s| s.vertices.is_empty());
-        let lines = self
-            .lines
-            .iter()
-            .filter(move |_| only_lines)
-            .flat_map(|l| l.points.iter().copied());
+        let lines = self.lines.iter().filter(move |_| only_lines).flat_map(|l| l.points.iter().copied());
         let origin = self.origin.coords;
-        surface
-            .chain(lines)
-            .map(move |p| Point3::from(p.map(f64::from)) + origin)
+        surface.chain(lines).map(move |p| Point3::from(p.map(f64::from)) + origin)
     }
 }
 
@@ -254,12 +231,7 @@ impl LineLayer {
             self.points.truncate(first);
             return;
         }
-        self.strips.push(Strip {
-            first,
-            count,
-            colour,
-            pass,
-        });
+        self.strips.push(Strip { first, count, colour, pass });
     }
 }
 
@@ -284,10 +256,7 @@ pub fn face_colours(view: &ModelView<'_>, colouring: Colouring) -> Vec<Rgb> {
 #[must_use]
 pub fn region_colours(view: &ModelView<'_>) -> Vec<Rgb> {
     let count = view.region_of_face.iter().max().map_or(0, |m| m + 1);
-    let nothing = RegionExtent {
-        area: 0.0,
-        boxes: Vec::new(),
-    };
+    let nothing = RegionExtent { area: 0.0, boxes: Vec::new() };
     let mut regions = vec![nothing; count];
     for (mesh, &r) in view.meshes.iter().zip(view.region_of_face) {
         regions[r].area += mesh_area(mesh);
@@ -300,19 +269,12 @@ pub fn region_colours(view: &ModelView<'_>) -> Vec<Rgb> {
 
 fn mesh_area(mesh: &FaceMesh) -> f64 {
     let corner = |i: u32| mesh.points[i as usize];
-    let twice = |t: &[u32; 3]| {
-        (corner(t[1]) - corner(t[0]))
-            .cross(&(corner(t[2]) - corner(t[0])))
-            .norm()
-    };
+    let twice = |t: &[u32; 3]| (corner(t[1]) - corner(t[0])).cross(&(corner(t[2]) - corner(t[0]))).norm();
     mesh.triangles.iter().map(twice).sum::<f64>() * 0.5
 }
 
 pub(crate) fn mesh_deviation_mm(meshes: &[FaceMesh]) -> f32 {
-    meshes
-        .iter()
-        .flat_map(|m| m.deviation_mm.iter().copied())
-        .fold(0.0, f32::max)
+    meshes.iter().flat_map(|m| m.deviation_mm.iter().copied()).fold(0.0, f32::max)
 }
 
 fn face_vertices(view: &ModelView<'_>, f: usize, colour: Rgb, origin: &Point3) -> Vec<SurfaceVertex> {

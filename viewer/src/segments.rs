@@ -57,36 +57,20 @@ pub(crate) fn visible_segments(
     let lift_mm = (scene.deviation_mm + lift_px * camera.mm_per_px()) as f32;
     let emphasised = |s: &Strip| s.pass.is_multiple_of(step);
     let draw = |strip: &Strip| {
-        let (width_px, opacity) = if emphasised(strip) {
-            (layer.width_px, layer.opacity)
-        } else {
-            (1.0, layer.opacity * FAINT)
-        };
+        let (width_px, opacity) =
+            if emphasised(strip) { (layer.width_px, layer.opacity) } else { (1.0, layer.opacity * FAINT) };
         let [r, g, b] = strip.colour;
         let colour = [r, g, b, (opacity * 255.0).round() as u8];
         let points = &layer.points[strip.first..strip.first + strip.count];
         let ends = strip_segments(points, &scene.origin, camera, size, width_px);
-        ends.into_iter().map(move |[a, b]| Segment {
-            a,
-            width_px,
-            b,
-            lift_mm,
-            colour,
-        })
+        ends.into_iter().map(move |[a, b]| Segment { a, width_px, b, lift_mm, colour })
     };
     let (strong, mut faint): (Vec<&Strip>, Vec<&Strip>) = layer.strips.iter().partition(|s| emphasised(s));
-    if layer
-        .spacing_mm
-        .is_some_and(|mm| mm < CLOSEST_FAINT_PX * camera.mm_per_px())
-    {
+    if layer.spacing_mm.is_some_and(|mm| mm < CLOSEST_FAINT_PX * camera.mm_per_px()) {
         faint.clear();
     }
     // The faint ones first: they must not veil the emphasised ones.
-    [faint, strong]
-        .concat()
-        .into_par_iter()
-        .flat_map_iter(draw)
-        .collect()
+    [faint, strong].concat().into_par_iter().flat_map_iter(draw).collect()
 }
 
 fn strip_segments(
@@ -110,11 +94,7 @@ fn strip_segments(
             while next + 1 < points.len() && next - anchor < LONGEST_RUN {
                 let Some(to) = pixels[next + 1] else { break };
                 let dropped = &pixels[anchor + 1..=next];
-                if !dropped
-                    .iter()
-                    .flatten()
-                    .all(|p| distance(*p, from, to) < DECIMATION_PX)
-                {
+                if !dropped.iter().flatten().all(|p| distance(*p, from, to) < DECIMATION_PX) {
                     break;
                 }
                 next += 1;
@@ -155,33 +135,21 @@ mod tests {
 
     #[test]
     fn passes_between_the_emphasised_ones_fade_and_then_go() {
-        let mut layer = LineLayer {
-            width_px: 1.5,
-            opacity: 1.0,
-            spacing_mm: Some(1.0),
-            ..LineLayer::default()
-        };
+        let mut layer =
+            LineLayer { width_px: 1.5, opacity: 1.0, spacing_mm: Some(1.0), ..LineLayer::default() };
         for pass in 0..100 {
             let y = f64::from(pass);
             let ends = [Point3::new(0.0, y, 0.0), Point3::new(99.0, y, 0.0)];
             layer.add(ends.iter(), &Point3::origin(), [0, 0, 0], pass);
         }
-        let scene = Scene {
-            lines: vec![layer],
-            ..Scene::default()
-        };
+        let scene = Scene { lines: vec![layer], ..Scene::default() };
         // Pictures in which passes are about 8.8, 2.6 and 0.9 px apart.
         for (side, expected) in [(1000, (100, 0)), (300, (50, 50)), (100, (10, 0))] {
             let view = View::top(&Axes::default());
             let camera = Camera::frame(&view, scene.points(), [side; 2]);
             let segments = visible_segments(&scene, &scene.lines[0], &camera, [side; 2]);
             let strong = segments.iter().filter(|s| s.colour[3] == 255).count();
-            assert_eq!(
-                (strong, segments.len() - strong),
-                expected,
-                "{} mm/px",
-                camera.mm_per_px()
-            );
+            assert_eq!((strong, segments.len() - strong), expected, "{} mm/px", camera.mm_per_px());
         }
     }
 
@@ -195,11 +163,7 @@ mod tests {
             })
             .collect();
         let mut scene = Scene::default();
-        let mut layer = LineLayer {
-            width_px: 1.0,
-            opacity: 1.0,
-            ..LineLayer::default()
-        };
+        let mut layer = LineLayer { width_px: 1.0, opacity: 1.0, ..LineLayer::default() };
         layer.add(circle.iter(), &scene.origin, [0, 0, 0], 0);
         scene.lines.push(layer);
         let size = [400, 400];

@@ -22,12 +22,7 @@ impl StrokeStyle<'_> {
     /// A plain style with this chord tolerance.
     #[must_use]
     pub fn new(chord_mm: f64) -> Self {
-        StrokeStyle {
-            chord_mm,
-            region_colours: None,
-            rapids: true,
-            spacing_mm: None,
-        }
+        StrokeStyle { chord_mm, region_colours: None, rapids: true, spacing_mm: None }
     }
 }
 
@@ -88,19 +83,10 @@ impl Layer {
 }
 
 pub(crate) fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyle<'_>) -> usize {
-    let chord_mm = if style.chord_mm > 0.0 {
-        style.chord_mm
-    } else {
-        1e-3
-    };
-    let flat: Vec<Option<Vec<Point3>>> = program
-        .moves
-        .par_iter()
-        .map(|m| m.curve().ok().map(|curve| flatten(&curve, chord_mm)))
-        .collect();
-    let spacing_mm = style
-        .spacing_mm
-        .or_else(|| pass_spacing_mm(&program.moves, &flat));
+    let chord_mm = if style.chord_mm > 0.0 { style.chord_mm } else { 1e-3 };
+    let flat: Vec<Option<Vec<Point3>>> =
+        program.moves.par_iter().map(|m| m.curve().ok().map(|curve| flatten(&curve, chord_mm))).collect();
+    let spacing_mm = style.spacing_mm.or_else(|| pass_spacing_mm(&program.moves, &flat));
 
     for (layer, width_px, name) in [
         (Layer::Rapid, 1.0, "rapid"),
@@ -131,11 +117,7 @@ pub(crate) fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyl
         if layer == Layer::Cut && style.region_colours.is_some() {
             colour = [60, 60, 64];
         }
-        scene.legend.push(LegendEntry {
-            mark: Mark::Line(width_px.max(1.5)),
-            colour,
-            text: name.to_owned(),
-        });
+        scene.legend.push(LegendEntry { mark: Mark::Line(width_px.max(1.5)), colour, text: name.to_owned() });
         scene.lines.push(lines);
     }
     flat.iter().filter(|f| f.is_none()).count()
@@ -153,9 +135,7 @@ fn move_colour(m: &Move, style: &StrokeStyle<'_>) -> Rgb {
 /// program, of the distance from the middle of a cut to the next pass of the same region and setup.
 fn pass_spacing_mm(moves: &[Move], flat: &[Option<Vec<Point3>>]) -> Option<f64> {
     const SAMPLES: usize = 200;
-    let cuts: Vec<usize> = (0..moves.len())
-        .filter(|&i| moves[i].kind == MoveKind::Cut)
-        .collect();
+    let cuts: Vec<usize> = (0..moves.len()).filter(|&i| moves[i].kind == MoveKind::Cut).collect();
     let mut distances = Vec::new();
     for s in 0..SAMPLES.min(cuts.len()) {
         let at = s * cuts.len() / SAMPLES.min(cuts.len());
@@ -185,11 +165,7 @@ fn distance_to_polyline(p: &Point3, line: &[Point3]) -> f64 {
     let to_segment = |ab: &[Point3]| {
         let d: Vector3 = ab[1] - ab[0];
         let length2 = d.norm_squared();
-        let t = if length2 > 0.0 {
-            ((p - ab[0]).dot(&d) / length2).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
+        let t = if length2 > 0.0 { ((p - ab[0]).dot(&d) / length2).clamp(0.0, 1.0) } else { 0.0 };
         (p - (ab[0] + d * t)).norm()
     };
     line.windows(2).map(to_segment).fold(f64::INFINITY, f64::min)
@@ -216,11 +192,7 @@ mod tests {
         assert!(worst <= 0.01, "{worst}");
         // The fewest chords of an arc with this sagitta: angle / (2·acos(1 − s/R)).
         let fewest = std::f64::consts::FRAC_PI_2 / (2.0 * (1.0 - 0.01 / 50.0_f64).acos());
-        assert!(
-            (points.len() as f64) < 2.0 * fewest + 2.0,
-            "{} points, {fewest} needed",
-            points.len()
-        );
+        assert!((points.len() as f64) < 2.0 * fewest + 2.0, "{} points, {fewest} needed", points.len());
     }
 
     #[test]
@@ -235,9 +207,7 @@ mod tests {
                 6000.0,
             )
         };
-        let program = Program {
-            moves: (0..50).map(cut).collect(),
-        };
+        let program = Program { moves: (0..50).map(cut).collect() };
         let mut scene = Scene::default();
         assert_eq!(scene.add_paths(&program, &StrokeStyle::new(0.1)), 0);
         let layer = scene.lines.last().unwrap();

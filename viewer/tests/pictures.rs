@@ -61,22 +61,13 @@ fn add_sphere(scene: &mut Scene, centre: Point3, radius: f64, colour: Rgb) {
 /// A square in the plane of height `z`, seen well from above.
 fn add_square(scene: &mut Scene, min: [f64; 2], side: f64, z: f64, colour: Rgb) {
     let corner = |dx: f64, dy: f64| Point3::new(min[0] + dx * side, min[1] + dy * side, z);
-    let corners = [
-        corner(0.0, 0.0),
-        corner(1.0, 0.0),
-        corner(1.0, 1.0),
-        corner(0.0, 1.0),
-    ];
+    let corners = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
     let vertices = corners.map(|p| vertex(p, Vector3::z(), colour));
     scene.add_triangles(&vertices, &[[0, 1, 2], [0, 2, 3]]);
 }
 
 fn line(points: &[Point3], width_px: f32) -> LineLayer {
-    let mut layer = LineLayer {
-        width_px,
-        opacity: 1.0,
-        ..LineLayer::default()
-    };
+    let mut layer = LineLayer { width_px, opacity: 1.0, ..LineLayer::default() };
     layer.add(points.iter(), &Point3::origin(), [0, 0, 0], 0);
     layer
 }
@@ -85,26 +76,15 @@ fn line(points: &[Point3], width_px: f32) -> LineLayer {
 fn ink(picture: &Picture, x: u32) -> f64 {
     // Coverage is mixed by light, so the encoded value has to be undone.
     let light = |v: u8| ((f64::from(v) / 255.0 + 0.055) / 1.055).powf(2.4);
-    (0..picture.height)
-        .map(|y| 1.0 - light(picture.pixel(x, y)[1]))
-        .sum()
+    (0..picture.height).map(|y| 1.0 - light(picture.pixel(x, y)[1])).sum()
 }
 
 #[test]
 fn spheres_appear_where_the_camera_says() {
     let Some(renderer) = renderer() else { return };
-    let places = [
-        (-40.0, -25.0, 3.0),
-        (35.0, 10.0, -20.0),
-        (0.0, 0.0, 0.0),
-        (20.0, -30.0, 28.0),
-    ];
+    let places = [(-40.0, -25.0, 3.0), (35.0, 10.0, -20.0), (0.0, 0.0, 0.0), (20.0, -30.0, 28.0)];
     let size = [640, 400];
-    for view in [
-        View::top(&Axes::default()),
-        View::left(&Axes::default()),
-        View::iso(&Axes::default()),
-    ] {
+    for view in [View::top(&Axes::default()), View::left(&Axes::default()), View::iso(&Axes::default())] {
         for (i, &(x, y, z)) in places.iter().enumerate() {
             // One red marker among grey ones, so that its pixels are known.
             let mut scene = Scene::default();
@@ -129,11 +109,7 @@ fn spheres_appear_where_the_camera_says() {
             assert!(sum > 20.0, "{}: marker {i} is not seen", view.name);
             for k in 0..2 {
                 let error = mean[k] / sum - expected[k];
-                assert!(
-                    error.abs() < 0.5,
-                    "{} marker {i} axis {k}: {error:.3} px off",
-                    view.name
-                );
+                assert!(error.abs() < 0.5, "{} marker {i} axis {k}: {error:.3} px off", view.name);
             }
         }
     }
@@ -155,10 +131,7 @@ fn colours_and_backdrop_are_where_they_belong() {
     };
     for y in [1.0, 5.0, 9.0] {
         let (left, right) = (at(5.0, y), at(15.0, y));
-        assert!(
-            left[0] > 2 * left[2] && right[2] > 2 * right[0],
-            "{left:?} {right:?}"
-        );
+        assert!(left[0] > 2 * left[2] && right[2] > 2 * right[0], "{left:?} {right:?}");
         // Light from the front keeps a colour about what the legend shows.
         assert!(left[0].abs_diff(220) < 40, "{left:?}");
     }
@@ -166,11 +139,7 @@ fn colours_and_backdrop_are_where_they_belong() {
     for (x, y) in corners {
         assert_eq!(picture.pixel(x, y), [255, 255, 255, 255]);
     }
-    let transparent = PictureOptions {
-        backdrop: Backdrop::Transparent,
-        occlusion: true,
-        ..plain(size)
-    };
+    let transparent = PictureOptions { backdrop: Backdrop::Transparent, occlusion: true, ..plain(size) };
     let cut_out = renderer.render(&scene, &view, &transparent).unwrap();
     let [px, py] = camera.project(&Point3::new(5.0, 5.0, 0.0)).unwrap();
     assert_eq!(cut_out.pixel(px as u32, py as u32)[3], 255);
@@ -186,24 +155,15 @@ fn lines_have_their_width_at_any_slope() {
     for slope in [0.0, 0.13, 0.4] {
         for width_px in [1.0, 2.4, 6.0] {
             let mut scene = Scene::default();
-            let ends = [
-                Point3::new(-50.0, -50.0 * slope, 0.0),
-                Point3::new(50.0, 50.0 * slope, 0.0),
-            ];
+            let ends = [Point3::new(-50.0, -50.0 * slope, 0.0), Point3::new(50.0, 50.0 * slope, 0.0)];
             scene.lines.push(line(&ends, width_px));
             let picture = renderer.render(&scene, &view, &plain([400, 300])).unwrap();
             let across = f64::from(width_px) * f64::hypot(1.0, slope);
             let columns: Vec<f64> = (120..280).map(|x| ink(&picture, x)).collect();
             let mean = columns.iter().sum::<f64>() / columns.len() as f64;
-            assert!(
-                (mean - across).abs() < 0.1,
-                "slope {slope} width {width_px}: {mean:.3} for {across:.3}"
-            );
+            assert!((mean - across).abs() < 0.1, "slope {slope} width {width_px}: {mean:.3} for {across:.3}");
             let spread = columns.iter().fold(0.0_f64, |s, c| s.max((c - mean).abs()));
-            assert!(
-                spread < 0.35,
-                "slope {slope} width {width_px}: uneven by {spread:.3} px"
-            );
+            assert!(spread < 0.35, "slope {slope} width {width_px}: uneven by {spread:.3} px");
         }
     }
 }
@@ -216,10 +176,7 @@ fn lines_on_a_surface_show_whole_and_lines_behind_it_do_not() {
     for (z, expected) in [(0.0, true), (-5.0, false)] {
         let mut scene = Scene::default();
         add_square(&mut scene, [-50.0, -50.0], 100.0, 0.0, [220, 220, 220]);
-        scene.lines.push(line(
-            &[Point3::new(-30.0, -20.0, z), Point3::new(30.0, 25.0, z)],
-            3.0,
-        ));
+        scene.lines.push(line(&[Point3::new(-30.0, -20.0, z), Point3::new(30.0, 25.0, z)], 3.0));
         let picture = renderer.render(&scene, &view, &plain(size)).unwrap();
         let camera = Camera::frame(&view, scene.points(), size);
         for i in 0..=60 {
@@ -245,21 +202,10 @@ fn the_same_scene_gives_the_same_pixels_for_any_number_of_threads() {
     for part in spiral.chunks(40) {
         scene.lines.push(line(part, 1.0));
     }
-    let options = PictureOptions {
-        size: [320, 200],
-        supersampling: true,
-        ..PictureOptions::default()
-    };
+    let options = PictureOptions { size: [320, 200], supersampling: true, ..PictureOptions::default() };
     let picture_with = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| {
-            renderer
-                .render(&scene, &View::iso(&Axes::default()), &options)
-                .unwrap()
-        })
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| renderer.render(&scene, &View::iso(&Axes::default()), &options).unwrap())
     };
     let one = picture_with(1);
     assert_eq!([one.width, one.height], options.size);
@@ -284,23 +230,13 @@ fn impossible_pictures_are_refused_with_a_reason() {
 
 #[test]
 fn an_unwritable_file_leaves_nothing_behind() {
-    let picture = Picture {
-        width: 1,
-        height: 1,
-        rgba: vec![0; 4],
-    };
+    let picture = Picture { width: 1, height: 1, rgba: vec![0; 4] };
     let folder = tempfile::tempdir().unwrap();
-    let error = picture
-        .save(&folder.path().join("missing/picture.png"))
-        .unwrap_err();
+    let error = picture.save(&folder.path().join("missing/picture.png")).unwrap_err();
     assert!(error.to_string().contains("missing/picture.png"), "{error}");
     // A folder stands where the file should go.
     let taken = folder.path().join("taken.png");
     std::fs::create_dir(&taken).unwrap();
     assert!(picture.save(&taken).is_err());
-    assert_eq!(
-        std::fs::read_dir(folder.path()).unwrap().count(),
-        1,
-        "a partial file was left"
-    );
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "a partial file was left");
 }

@@ -102,20 +102,10 @@ fn with_report<T>(verification: Option<&Verification>, test: impl FnOnce(&Report
 fn assert_well_formed(html: &str) {
     const VOID: [&str; 4] = ["meta", "img", "br", "!DOCTYPE"];
     let mut open: Vec<&str> = Vec::new();
-    let body = html
-        .split_once("</style>")
-        .map(|(head, rest)| (head.split_once("<style>").unwrap().0, rest));
+    let body = html.split_once("</style>").map(|(head, rest)| (head.split_once("<style>").unwrap().0, rest));
     let (head, rest) = body.unwrap();
-    for tag in head
-        .split('<')
-        .chain(rest.split('<'))
-        .filter_map(|t| t.split_once('>').map(|(t, _)| t))
-    {
-        let name = tag
-            .trim_start_matches('/')
-            .split_whitespace()
-            .next()
-            .unwrap_or("");
+    for tag in head.split('<').chain(rest.split('<')).filter_map(|t| t.split_once('>').map(|(t, _)| t)) {
+        let name = tag.trim_start_matches('/').split_whitespace().next().unwrap_or("");
         if tag.starts_with('/') {
             assert_eq!(open.pop(), Some(name), "after {open:?}");
         } else if !VOID.contains(&name) {
@@ -154,11 +144,7 @@ fn the_verdict_comes_first_and_is_never_only_a_colour() {
 #[test]
 fn every_region_face_and_reason_is_accounted_for() {
     let html = with_report(Some(&verification(true)), report_html).replace('\u{202f}', " ");
-    assert_eq!(
-        html.matches("class=\"swatch\" style=\"background:#010203\"")
-            .count(),
-        60
-    );
+    assert_eq!(html.matches("class=\"swatch\" style=\"background:#010203\"").count(), 60);
     assert!(html.contains("DE 17, DE 99"), "skipped entities");
     assert!(
         html.contains("angle 12.5 degrees where 1.0 is allowed"),
@@ -176,12 +162,6 @@ fn an_unwritable_report_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("none/report.html");
     assert!(with_report(None, |input| write_report(&path, input)).is_err());
-    assert!(
-        with_report(None, |input| write_report(
-            &folder.path().join("report.html"),
-            input
-        ))
-        .is_ok()
-    );
+    assert!(with_report(None, |input| write_report(&folder.path().join("report.html"), input)).is_ok());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }

@@ -9,11 +9,10 @@ use crate::failure::{Failure, PROBLEM};
 pub(crate) fn demo(context: &Context, args: &DemoArgs) -> Result<ExitCode, Failure> {
     let model = args.out.with_file_name("roadster.igs");
     context.console.stage("generating");
-    let planted = sample::write_roadster(args.patches, args.seed, &model)?;
+    let planted = sample::write("roadster", args.patches, args.seed, &model)?;
     let mut job = args.job.clone();
-    let axes = claymill_models::ROADSTER_AXES;
-    job.axes.up.get_or_insert_with(|| axes.0.to_owned());
-    job.axes.length.get_or_insert_with(|| axes.1.to_owned());
+    job.axes.up.get_or_insert_with(|| "+z".to_owned());
+    job.axes.length.get_or_insert_with(|| "-x".to_owned());
     let request = Request::new(&model, &job)?;
     let done = run(context, &request, &args.out)?;
 

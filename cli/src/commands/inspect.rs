@@ -72,12 +72,18 @@ fn print(found: &Inspection) {
     println!("  written by  {}", found.system.as_deref().unwrap_or("(does not say)"));
     println!("  units       {} ({} mm each)", found.units, found.unit_mm);
     println!("  tolerance   {} mm", found.tolerance_mm);
-    println!("  faces       {} in the file, {} read, {} skipped", found.faces_in_file, found.faces, found.skipped.len());
+    println!(
+        "  faces       {} in the file, {} read, {} skipped",
+        found.faces_in_file,
+        found.faces,
+        found.skipped.len()
+    );
     println!("  trimmed     {} of {}, rational {}", found.trimmed, found.faces, found.rational);
     println!("  area        {:.4} m²", found.area_mm2 * 1e-6);
     println!("  size        {} mm", size.join(" x "));
     let listed = |name: String, count: &usize| format!("{count} {name}");
-    let kinds: Vec<_> = found.surface_kinds.iter().map(|(k, n)| listed(format!("{k:?}").to_lowercase(), n)).collect();
+    let kinds: Vec<_> =
+        found.surface_kinds.iter().map(|(k, n)| listed(format!("{k:?}").to_lowercase(), n)).collect();
     println!("  surfaces    {}", kinds.join(", "));
     let degrees: Vec<_> = found.degrees.iter().map(|(k, n)| listed(format!("of degree {k}"), n)).collect();
     println!("  degrees     {}", degrees.join(", "));

@@ -1,11 +1,14 @@
 use std::process::ExitCode;
 
+use claymill_nurbs::Model;
 use claymill_surface_merge::{Merge, MergeOptions, Preset, merge as find_regions};
 use claymill_toolpath::{FORMAT_VERSION, FolderWriter, JointRecord, REGIONS_FILE, RegionRecord, RegionsFile};
+use serde::Serialize;
 
-use super::{Context, Loaded, box_mm};
+use super::{Context, box_mm, orientation, pictures};
 use crate::args::{MergeArgs, PresetName};
 use crate::failure::Failure;
+use crate::interrupt;
 
 impl From<PresetName> for Preset {
     fn from(name: PresetName) -> Self {
@@ -15,5 +18,126 @@ impl From<PresetName> for Preset {
             PresetName::Tangent => Preset::Tangent,
             PresetName::Paper => Preset::Paper,
         }
+    }
+}
+
+/// `claymill merge`.
+pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Failure> {
+    let folder =
+        args.out.as_deref().map(|out| FolderWriter::begin_replacing(out, REGIONS_FILE)).transpose()?;
+    let loaded = context.load(&args.model)?;
+    let model = &loaded.import.model;
+    context.console.stage("merging");
+    let preset = Preset::from(args.preset);
+    let merged = regions(model, &preset.options())?;
+    let record = record(&merged, preset);
+    if let Some(folder) = folder {
+        interrupt::remove_on_interrupt(folder.path().to_owned());
+        folder.json(REGIONS_FILE, &record)?;
+        let axes = orientation(context.console, &args.axes, &loaded.bounds)?;
+        context.console.stage("pictures");
+        let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
+        album.save_regions(context.console, axes, folder.path())?;
+        folder.finish()?;
+    }
+    context.console.finish();
+    if context.json {
+        context.print_json(&record)?;
+    } else {
+        print(&record);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Regions of a model.
+pub(crate) fn regions(model: &Model, options: &MergeOptions) -> Result<Merge, Failure> {
+    find_regions(model, options).map_err(|e| {
+        Failure::problem(e, "Leave the faces it names out with --skip, or mend them in the CAD system.")
+    })
+}
+
+/// What `regions.json` holds.
+pub(crate) fn record(merged: &Merge, preset: Preset) -> RegionsFile {
+    let region = |r: &claymill_surface_merge::Region| RegionRecord {
+        id: r.id,
+        faces: r.faces.clone(),
+        area_mm2: r.area_mm2,
+        boundary_loops: r.boundary_loops,
+        normal_axis: r.normal_axis.into(),
+        normal_half_angle_deg: r.normal_half_angle_deg,
+        box_mm: box_mm(&r.bounds),
+        setup_area_mm2: std::collections::BTreeMap::new(),
+    };
+    let joint = |j: &claymill_surface_merge::Joint| JointRecord {
+        faces: [j.sides[0].face, j.sides[1].face],
+        length_mm: j.length_mm,
+        class: format!("{:?}", j.continuity),
+        verdict: name(&j.verdict),
+        why: j.why.clone(),
+        gap_max_mm: j.gap_normal_mm.max.hypot(j.gap_lateral_mm.max),
+        gap_normal_max_mm: j.gap_normal_mm.max,
+        angle_max_deg: j.angle_deg.max,
+        angle_p95_deg: j.angle_deg.p95,
+        angle_rms_deg: j.angle_deg.rms,
+        angle_mid_deg: j.angle_deg.mid,
+        curvature_max: j.curvature_machining.max,
+        curvature_p95: j.curvature_machining.p95,
+        curvature_rms: j.curvature_machining.rms,
+        curvature_mid: j.curvature_machining.mid,
+        curvature_relative_max: j.curvature_relative.max,
+    };
+    RegionsFile {
+        format_version: FORMAT_VERSION,
+        preset: name(&preset),
+        tolerance_mm: merged.tolerance.value_mm,
+        regions: merged.regions.iter().map(region).collect(),
+        joints: merged.joints.iter().map(joint).collect(),
+        boundary_total_mm: merged.account.total_mm,
+        boundary_matched_mm: merged.account.matched_mm,
+        boundary_naked_mm: merged.account.naked_mm,
+        boundary_non_manifold_mm: merged.account.non_manifold_mm,
+    }
+}
+
+/// The name under which a plain enum value is serialised.
+fn name(value: &impl Serialize) -> String {
+    match serde_json::to_value(value) {
+        Ok(serde_json::Value::String(name)) => name,
+        _ => String::new(),
+    }
+}
+
+fn print(record: &RegionsFile) {
+    let faces: usize = record.regions.iter().map(|r| r.faces.len()).sum();
+    println!(
+        "{faces} faces in {} regions (preset {}, tolerance {:.4} mm)",
+        record.regions.len(),
+        record.preset,
+        record.tolerance_mm
+    );
+    let metres = |mm: f64| mm / 1000.0;
+    println!(
+        "edges: {:.3} m, matched {:.3} m, naked {:.3} m, non-manifold {:.3} m",
+        metres(record.boundary_total_mm),
+        metres(record.boundary_matched_mm),
+        metres(record.boundary_naked_mm),
+        metres(record.boundary_non_manifold_mm)
+    );
+    let mut verdicts = std::collections::BTreeMap::<(&str, &str), usize>::new();
+    for j in &record.joints {
+        *verdicts.entry((&j.verdict, &j.class)).or_default() += 1;
+    }
+    for ((verdict, class), count) in verdicts {
+        println!("joints: {count:>6} {class} {verdict}");
+    }
+    for r in &record.regions {
+        println!(
+            "region {:>3}: {:>5} faces, {:>9.4} m², {} loops, normals within {:.0}°",
+            r.id,
+            r.faces.len(),
+            r.area_mm2 * 1e-6,
+            r.boundary_loops,
+            r.normal_half_angle_deg
+        );
     }
 }

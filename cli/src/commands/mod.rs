@@ -3,6 +3,7 @@
 mod demo;
 mod inspect;
 mod merge;
+mod pictures;
 mod plan;
 mod render;
 mod sample;
@@ -75,7 +76,8 @@ fn say_skipped(console: &Console, report: &ImportReport) {
         console.say(format!("skipped {} ({}): {}. {}", s.entity, s.what, s.reason, s.advice));
     }
     if report.skipped.len() > LISTED {
-        console.say(format!("... and {} more faces skipped; --json lists all", report.skipped.len() - LISTED));
+        console
+            .say(format!("... and {} more faces skipped; --json lists all", report.skipped.len() - LISTED));
     }
 }
 

@@ -16,7 +16,8 @@ impl From<claymill_verify::VerifyError> for Failure {
 pub(crate) fn verify(context: &Context, args: &VerifyArgs) -> Result<ExitCode, Failure> {
     let options = VerifyOptions { model: args.model.clone(), ..VerifyOptions::default() };
     context.console.stage("verifying");
-    let found = claymill_verify::verify(&args.folder, &options, &|stage, share| context.console.at(stage, share))?;
+    let found =
+        claymill_verify::verify(&args.folder, &options, &|stage, share| context.console.at(stage, share))?;
     context.console.finish();
     if context.json {
         context.print_json(&found)?;

@@ -66,12 +66,12 @@ impl Cards {
     fn add_directory(&mut self, text: &[u8], sequence: Option<usize>) {
         // Lost cards leave holes, but a number far ahead is damage, not loss.
         let expected = 2 * self.directory.len() + 1;
-        let number = sequence
-            .filter(|n| (1..expected + 2000).contains(n))
-            .unwrap_or_else(|| match self.directory.last() {
+        let number = sequence.filter(|n| (1..expected + 2000).contains(n)).unwrap_or_else(|| {
+            match self.directory.last() {
                 Some([_, second]) if second.is_empty() => expected - 1,
                 _ => expected,
-            });
+            }
+        });
         let entry = (number - 1) / 2;
         if entry >= self.directory.len() {
             self.directory.resize(entry + 1, Default::default());
@@ -81,9 +81,7 @@ impl Cards {
 
     fn add_parameters(&mut self, text: &[u8], sequence: Option<usize>) {
         let expected = self.starts.len().max(1);
-        let number = sequence
-            .filter(|n| (1..expected + 100_000).contains(n))
-            .unwrap_or(expected);
+        let number = sequence.filter(|n| (1..expected + 100_000).contains(n)).unwrap_or(expected);
         if number >= self.starts.len() {
             self.starts.resize(number + 1, usize::MAX);
         }

@@ -76,11 +76,7 @@ fn collect(
 /// The curve mapped by `placement`.
 fn placed(curve: &Curve3, placement: &Placement) -> Result<Curve3, NurbsError> {
     let points = curve.points().iter().map(|p| placement.point(*p)).collect();
-    Curve3::new(
-        curve.knots().clone(),
-        points,
-        curve.weights().map(<[f64]>::to_vec),
-    )
+    Curve3::new(curve.knots().clone(), points, curve.weights().map(<[f64]>::to_vec))
 }
 
 fn plane(z: f64, origin: Point2, x: Vector3) -> Result<Frame, Fault> {
@@ -94,20 +90,13 @@ fn arc(record: &mut Record) -> Result<Option<Curve3>, Fault> {
     let radius = (x0 - cx).hypot(y0 - cy);
     let from = (y0 - cy).atan2(x0 - cx);
     let chord = (x1 - x0).hypot(y1 - y0);
-    let to = if chord <= 1e-9 * radius {
-        from
-    } else {
-        (y1 - cy).atan2(x1 - cx)
-    };
+    let to = if chord <= 1e-9 * radius { from } else { (y1 - cy).atan2(x1 - cx) };
     let to = if to > from { to } else { to + TAU };
     if radius == 0.0 {
         return Ok(None);
     }
     let sound = analytic::circle_arc(&frame, radius, (from, to));
-    sound.map(Some).map_err(|source| Fault::Nurbs {
-        de: record.de,
-        source,
-    })
+    sound.map(Some).map_err(|source| Fault::Nurbs { de: record.de, source })
 }
 
 /// 104: `a x² + b x y + c y² + d x + e y + f = 0` from start to end.
@@ -129,10 +118,7 @@ fn conic(record: &mut Record) -> Result<Option<Curve3>, Fault> {
             let what = "the conic arc has no points";
             return Err(Fault::Geometry { de, what });
         }
-        let [p, q] = [
-            eigen.eigenvalues[0].sqrt().recip(),
-            eigen.eigenvalues[1].sqrt().recip(),
-        ];
+        let [p, q] = [eigen.eigenvalues[0].sqrt().recip(), eigen.eigenvalues[1].sqrt().recip()];
         let axis = eigen.eigenvectors.column(0);
         let frame = plane(z, centre, Vector3::new(axis[0], axis[1], 0.0))?;
         let angle = |at: Point2| {
@@ -146,9 +132,7 @@ fn conic(record: &mut Record) -> Result<Option<Curve3>, Fault> {
             (false, true) => to,
             (false, false) => to + TAU,
         };
-        return analytic::ellipse_arc(&frame, p, q, (from, to))
-            .map(Some)
-            .map_err(nurbs);
+        return analytic::ellipse_arc(&frame, p, q, (from, to)).map(Some).map_err(nurbs);
     }
     if (end - start).norm() == 0.0 {
         return Ok(None);
@@ -170,9 +154,7 @@ fn conic(record: &mut Record) -> Result<Option<Curve3>, Fault> {
     }
     let points = [p0, p1, p2].map(|p| Point3::new(p.x, p.y, z)).to_vec();
     let weights = vec![1.0, square.sqrt(), 1.0];
-    Curve3::new(KnotVector::clamped_uniform(2, 3), points, Some(weights))
-        .map(Some)
-        .map_err(nurbs)
+    Curve3::new(KnotVector::clamped_uniform(2, 3), points, Some(weights)).map(Some).map_err(nurbs)
 }
 
 /// 106, forms 1–3, 11–13 and 63: points joined by lines. `None` for fewer than two distinct points.
@@ -194,9 +176,7 @@ fn polyline(record: &mut Record, form: i64) -> Result<Option<Curve3>, Fault> {
         return Ok(None);
     }
     let knots = KnotVector::clamped_uniform(1, points.len());
-    Curve3::new(knots, points, None)
-        .map(Some)
-        .map_err(|source| Fault::Nurbs { de, source })
+    Curve3::new(knots, points, None).map(Some).map_err(|source| Fault::Nurbs { de, source })
 }
 
 /// 110.
@@ -216,12 +196,7 @@ fn parametric_spline(record: &mut Record) -> Result<Curve3, Fault> {
     for (span, c) in breaks.windows(2).zip(&coefficients) {
         let h = span[1] - span[0];
         let axis = |k: usize| {
-            bezier_from_powers([
-                c[4 * k],
-                c[4 * k + 1] * h,
-                c[4 * k + 2] * h * h,
-                c[4 * k + 3] * h * h * h,
-            ])
+            bezier_from_powers([c[4 * k], c[4 * k + 1] * h, c[4 * k + 2] * h * h, c[4 * k + 3] * h * h * h])
         };
         let [x, y, z] = [axis(0), axis(1), axis(2)];
         let first = usize::from(!points.is_empty());

@@ -13,10 +13,7 @@ pub(crate) struct Parameters {
 
 impl Parameters {
     pub(crate) fn of(kind: usize) -> Self {
-        Parameters {
-            kind,
-            values: vec![kind.to_string()],
-        }
+        Parameters { kind, values: vec![kind.to_string()] }
     }
 
     pub(crate) fn integers(&mut self, values: &[usize]) {
@@ -46,16 +43,12 @@ fn real(x: f64) -> String {
         Some((mantissa, exponent)) => format!("{mantissa}.E{exponent}"),
         None => text,
     };
-    text.strip_suffix(".0")
-        .map_or(text.clone(), |whole| format!("{whole}."))
+    text.strip_suffix(".0").map_or(text.clone(), |whole| format!("{whole}."))
 }
 
 /// A counted string; characters outside printable ASCII have no place in the format.
 fn counted(text: &str) -> String {
-    let text: String = text
-        .chars()
-        .map(|c| if matches!(c, ' '..='~') { c } else { '_' })
-        .collect();
+    let text: String = text.chars().map(|c| if matches!(c, ' '..='~') { c } else { '_' }).collect();
     format!("{}H{text}", text.len())
 }
 
@@ -122,15 +115,9 @@ impl Deck {
         let first = self.cards + 1;
         self.push_parameters(&draft.parameters.values, de);
         let count = self.cards + 1 - first;
-        let Draft {
-            form, level, colour, ..
-        } = draft;
+        let Draft { form, level, colour, .. } = draft;
         let (kind, status) = (draft.parameters.kind, draft.status());
-        let colour = if colour == 0 {
-            "0".into()
-        } else {
-            format!("-{colour}")
-        };
+        let colour = if colour == 0 { "0".into() } else { format!("-{colour}") };
         let label = &draft.label;
         let _ = writeln!(
             self.directory,
@@ -153,12 +140,8 @@ impl Deck {
             let mut parameters = Parameters::of(406);
             parameters.integers(&[1]);
             parameters.text(name);
-            let property = self.add(Draft {
-                form: 15,
-                dependent: true,
-                definition: true,
-                ..Draft::new(parameters)
-            });
+            let property =
+                self.add(Draft { form: 15, dependent: true, definition: true, ..Draft::new(parameters) });
             // No associativities, one property.
             draft.parameters.integers(&[0, 1, property]);
             draft.label = name.chars().filter(char::is_ascii_alphanumeric).take(8).collect();
@@ -174,28 +157,17 @@ impl Deck {
         }
         let mut parameters = Parameters::of(314);
         parameters.reals(&rgb.map(|c| f64::from(c) / 2.55));
-        let de = self.add(Draft {
-            definition: true,
-            ..Draft::new(parameters)
-        });
+        let de = self.add(Draft { definition: true, ..Draft::new(parameters) });
         self.colours.insert(rgb, de);
         de
     }
 
     /// The whole file.
     pub(crate) fn text(&self, path: &Path, tolerance_mm: f64) -> String {
-        let name = path
-            .file_name()
-            .map_or("model.igs".into(), |n| n.to_string_lossy());
+        let name = path.file_name().map_or("model.igs".into(), |n| n.to_string_lossy());
         let mut text = String::with_capacity(self.directory.len() + self.parameters.len() + 1000);
         let mut start = 0;
-        section(
-            &mut text,
-            &["Trimmed surfaces in millimetres".into()],
-            "",
-            'S',
-            &mut start,
-        );
+        section(&mut text, &["Trimmed surfaces in millimetres".into()], "", 'S', &mut start);
         // No date: the same model gives the same bytes.
         let date = counted("20000101.000000");
         let version = concat!("claymill ", env!("CARGO_PKG_VERSION"));
@@ -230,24 +202,14 @@ impl Deck {
         section(&mut text, &delimited(&values, 72), "", 'G', &mut global);
         text += &self.directory;
         text += &self.parameters;
-        let counts = format!(
-            "S{start:>7}G{global:>7}D{:>7}P{:>7}",
-            2 * self.entities,
-            self.cards
-        );
+        let counts = format!("S{start:>7}G{global:>7}D{:>7}P{:>7}", 2 * self.entities, self.cards);
         let _ = writeln!(text, "{counts:<72}T{:>7}", 1);
         text
     }
 
     fn push_parameters(&mut self, values: &[String], de: usize) {
         let back = format!("{de:>8}");
-        section(
-            &mut self.parameters,
-            &delimited(values, 64),
-            &back,
-            'P',
-            &mut self.cards,
-        );
+        section(&mut self.parameters, &delimited(values, 64), &back, 'P', &mut self.cards);
     }
 }
 
@@ -286,16 +248,7 @@ mod tests {
 
     #[test]
     fn reals_read_back_with_the_same_bits() {
-        let numbers = [
-            0.0,
-            1.0,
-            -2.5,
-            0.1 + 0.2,
-            1e-7,
-            1e22,
-            123_456_789.123_456_78,
-            f64::MIN_POSITIVE,
-        ];
+        let numbers = [0.0, 1.0, -2.5, 0.1 + 0.2, 1e-7, 1e22, 123_456_789.123_456_78, f64::MIN_POSITIVE];
         for x in numbers {
             let text = real(x);
             assert!(text.contains('.'), "{text}");

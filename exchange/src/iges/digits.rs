@@ -13,20 +13,11 @@ const PART: f64 = 0.125;
 
 /// Size of the last digit of the control points of B-spline surfaces, in file units; 0 when unknown.
 pub(crate) fn coordinate_step(file: &File) -> f64 {
-    let surfaces: Vec<i64> = file
-        .entries()
-        .filter(|(_, e)| e.kind == 128)
-        .map(|(de, _)| de)
-        .collect();
+    let surfaces: Vec<i64> = file.entries().filter(|(_, e)| e.kind == 128).map(|(de, _)| de).collect();
     let stride = surfaces.len().div_ceil(SURFACES).max(1);
     let mut histogram = [0_usize; 24];
     for de in surfaces.iter().step_by(stride) {
-        for decimals in file
-            .record(*de)
-            .ok()
-            .and_then(decimals_of_points)
-            .unwrap_or_default()
-        {
+        for decimals in file.record(*de).ok().and_then(decimals_of_points).unwrap_or_default() {
             let bin = usize::try_from(decimals).unwrap_or(0).min(histogram.len() - 1);
             histogram[bin] += 1;
         }

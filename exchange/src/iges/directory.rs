@@ -36,12 +36,7 @@ impl Entry {
             tokens::integer(columns.unwrap_or(b"").trim_ascii())
         };
         let status = first.get(64..).unwrap_or(b"");
-        let digit = |at: usize| {
-            status
-                .get(at)
-                .filter(|b| b.is_ascii_digit())
-                .map_or(0, |b| b - b'0')
-        };
+        let digit = |at: usize| status.get(at).filter(|b| b.is_ascii_digit()).map_or(0, |b| b - b'0');
         let label = String::from_utf8_lossy(second.get(56..64.min(second.len())).unwrap_or(b""));
         let subscript = field(second, 9).filter(|n| *n > 0);
         let label = match (label.trim(), subscript) {
@@ -121,10 +116,7 @@ mod tests {
         let first = b"     144      17       0       1      12       0      41       000010501".to_vec();
         let second = b"     144       0     -33       1       0                    Roof       7".to_vec();
         let entry = Entry::new(&[first, second]).unwrap();
-        assert_eq!(
-            (entry.kind, entry.data, entry.level, entry.matrix),
-            (144, 17, 12, 41)
-        );
+        assert_eq!((entry.kind, entry.data, entry.level, entry.matrix), (144, 17, 12, 41));
         assert!(!entry.blanked && entry.role == 5);
         assert_eq!((entry.colour, entry.label.as_str()), (-33, "Roof(7)"));
         assert_eq!(Entry::new(&[b"     128".to_vec(), Vec::new()]), None);

@@ -61,11 +61,7 @@ impl FaceReader<'_> {
         let outer = record.integer()?;
         let holes = record.required(holes, super::file::Record::integer)?;
         let (carrier, under) = surfaces::read(file, surface, &placement)?;
-        let loops: Vec<_> = (has_outer && outer != 0)
-            .then_some(outer)
-            .into_iter()
-            .chain(holes)
-            .collect();
+        let loops: Vec<_> = (has_outer && outer != 0).then_some(outer).into_iter().chain(holes).collect();
         let flat = carrier.has_own_parameters();
         let raw = loops
             .iter()
@@ -119,12 +115,7 @@ impl FaceReader<'_> {
         source: Source,
     ) -> Result<Made, Fault> {
         let (surface, kind, window) = match carrier {
-            Carrier::Bounded {
-                surface,
-                kind,
-                window,
-                ..
-            } => (surface, kind, window),
+            Carrier::Bounded { surface, kind, window, .. } => (surface, kind, window),
             Carrier::Plane(frame) => (plane_under(&frame, &mut raw)?, SurfaceKind::Plane, None),
         };
         if has_no_area(&surface) {
@@ -158,26 +149,14 @@ impl FaceReader<'_> {
         if nesting::is_natural(&surface, &loops) {
             loops.clear();
         }
-        let face = Face {
-            surface,
-            loops,
-            reversed: false,
-            kind,
-            source,
-        };
+        let face = Face { surface, loops, reversed: false, kind, source };
         Ok(Made { face, repairs })
     }
 }
 
 impl Carrier {
     fn has_own_parameters(&self) -> bool {
-        matches!(
-            self,
-            Carrier::Bounded {
-                own_parameters: true,
-                ..
-            }
-        )
+        matches!(self, Carrier::Bounded { own_parameters: true, .. })
     }
 }
 
@@ -185,11 +164,7 @@ impl Carrier {
 fn plane_under(frame: &Frame, raw: &mut [RawLoop]) -> Result<NurbsSurface, Fault> {
     let mut low = Point2::new(f64::INFINITY, f64::INFINITY);
     let mut high = -low;
-    for point in raw
-        .iter()
-        .flat_map(RawLoop::curves)
-        .flat_map(claymill_nurbs::Curve3::points)
-    {
+    for point in raw.iter().flat_map(RawLoop::curves).flat_map(claymill_nurbs::Curve3::points) {
         let local = frame.local(point).xy();
         (low, high) = (low.inf(&local), high.sup(&local));
     }
@@ -200,10 +175,7 @@ fn plane_under(frame: &Frame, raw: &mut [RawLoop]) -> Result<NurbsSurface, Fault
         let edges = match raw {
             RawLoop::Edges(edges) => std::mem::take(edges),
             RawLoop::Sets { curves, .. } => {
-                let edge = |c| RawEdge {
-                    curve: Some(c),
-                    ..RawEdge::default()
-                };
+                let edge = |c| RawEdge { curve: Some(c), ..RawEdge::default() };
                 std::mem::take(curves).into_iter().map(edge).collect()
             }
         };
@@ -221,13 +193,8 @@ fn plane_under(frame: &Frame, raw: &mut [RawLoop]) -> Result<NurbsSurface, Fault
 
 fn rectangle(((u0, u1), (v0, v1)): Window) -> TrimLoop {
     let corners = [(u0, v0), (u1, v0), (u1, v1), (u0, v1)].map(|(u, v)| Point2::new(u, v));
-    let edge = |i: usize| TrimEdge {
-        pcurve: Curve2::line(corners[i], corners[(i + 1) % 4]),
-        shared: None,
-    };
-    TrimLoop {
-        edges: (0..4).map(edge).collect(),
-    }
+    let edge = |i: usize| TrimEdge { pcurve: Curve2::line(corners[i], corners[(i + 1) % 4]), shared: None };
+    TrimLoop { edges: (0..4).map(edge).collect() }
 }
 
 /// Whether the control net, and with it the surface, encloses no area.

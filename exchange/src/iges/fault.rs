@@ -17,18 +17,9 @@ pub(crate) enum Fault {
     #[error("the parameter data of DE {de} are those of another entity")]
     Mixed { de: i64 },
     #[error("parameter {index} of DE {de} is `{found}`, not {wanted}")]
-    Value {
-        de: i64,
-        index: usize,
-        found: String,
-        wanted: &'static str,
-    },
+    Value { de: i64, index: usize, found: String, wanted: &'static str },
     #[error("DE {de} is a {}, not {wanted}", kind_name(*kind))]
-    Kind {
-        de: i64,
-        kind: i64,
-        wanted: &'static str,
-    },
+    Kind { de: i64, kind: i64, wanted: &'static str },
     #[error("{} (DE {de}) is not supported", kind_name(*kind))]
     Unsupported { de: i64, kind: i64 },
     #[error("DE {de} contains itself, or entities are nested too deeply")]

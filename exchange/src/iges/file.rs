@@ -44,9 +44,7 @@ impl File {
     }
 
     pub(crate) fn is_used(&self, de: i64) -> bool {
-        index(de)
-            .and_then(|i| self.used.get(i))
-            .is_some_and(|used| used.load(Ordering::Relaxed))
+        index(de).and_then(|i| self.used.get(i)).is_some_and(|used| used.load(Ordering::Relaxed))
     }
 
     pub(crate) fn is_terminated(&self) -> bool {
@@ -54,9 +52,7 @@ impl File {
     }
 
     pub(crate) fn entry(&self, de: i64) -> Result<&Entry, Fault> {
-        index(de)
-            .and_then(|i| self.entries.get(i)?.as_ref())
-            .ok_or(Fault::Missing { de })
+        index(de).and_then(|i| self.entries.get(i)?.as_ref()).ok_or(Fault::Missing { de })
     }
 
     /// The parameters of `DE de`, behind the type number.
@@ -65,22 +61,11 @@ impl File {
         if let Some(used) = index(de).and_then(|i| self.used.get(i)) {
             used.store(true, Ordering::Relaxed);
         }
-        let data = self
-            .cards
-            .parameters_from(entry.data)
-            .ok_or(Fault::Ended { de })?;
-        let mut record = Record {
-            de,
-            index: 0,
-            tokens: Tokens::new(data, self.global.delimiters),
-        };
+        let data = self.cards.parameters_from(entry.data).ok_or(Fault::Ended { de })?;
+        let mut record = Record { de, index: 0, tokens: Tokens::new(data, self.global.delimiters) };
         let kind = record.integer()?;
         record.index = 0;
-        if kind == entry.kind {
-            Ok(record)
-        } else {
-            Err(Fault::Mixed { de })
-        }
+        if kind == entry.kind { Ok(record) } else { Err(Fault::Mixed { de }) }
     }
 }
 

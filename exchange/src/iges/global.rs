@@ -46,14 +46,9 @@ impl Global {
         // The ratio of model space to the real thing: 0.125 is a model at one eighth.
         let scale = real(13).filter(|s| *s > 0.0).unwrap_or(1.0);
         if scale != 1.0 {
-            warnings.push(format!(
-                "The file declares a model scale of {scale}: sizes were divided by it."
-            ));
+            warnings.push(format!("The file declares a model scale of {scale}: sizes were divided by it."));
         }
-        let system = [5, 6]
-            .map(|n| tokens::text(field(n)))
-            .into_iter()
-            .find(|s| !s.is_empty());
+        let system = [5, 6].map(|n| tokens::text(field(n))).into_iter().find(|s| !s.is_empty());
         Global {
             delimiters,
             system,
@@ -77,10 +72,7 @@ fn delimiters(section: &[u8]) -> Delimiters {
     let section = section.trim_ascii_start();
     let skip = if parameter.is_some() { 4 } else { 1 };
     let record = section.get(skip..).and_then(declared).filter(|r| *r != separator);
-    Delimiters {
-        parameter: separator,
-        record: record.unwrap_or(b';'),
-    }
+    Delimiters { parameter: separator, record: record.unwrap_or(b';') }
 }
 
 fn fields(section: &[u8], delimiters: Delimiters) -> Vec<&[u8]> {
@@ -106,9 +98,7 @@ fn unit(flag: &[u8], name: &[u8], warnings: &mut Vec<String>) -> (String, f64) {
         (Some(f), _) => (f.1[0].into(), f.2),
         (None, Some(n)) => {
             if flag != UNIT_BY_NAME {
-                warnings.push(format!(
-                    "The unit flag is {flag}; the unit name {name} was followed."
-                ));
+                warnings.push(format!("The unit flag is {flag}; the unit name {name} was followed."));
             }
             (n.1[0].into(), n.2)
         }
@@ -152,11 +142,7 @@ mod tests {
 
     #[test]
     fn doubtful_units_are_reported() {
-        for doubtful in [
-            with("1.", "", ""),
-            with("1.", "6", "2HMM"),
-            with("1.", "77", "3HELL"),
-        ] {
+        for doubtful in [with("1.", "", ""), with("1.", "6", "2HMM"), with("1.", "77", "3HELL")] {
             assert_eq!(doubtful.warnings.len(), 1, "{doubtful:?}");
         }
         assert_eq!(with("1.", "6", "2HMM").mm_per_unit, 1000.0);
@@ -167,13 +153,7 @@ mod tests {
         let g = Global::new(b"1H/,1H#/".as_slice());
         assert_eq!(g.delimiters.parameter, b'/');
         let g = Global::new(b"1H//1H#/3Hsrc/5Ha.igs/4HCAD1/3Hpre/32/38/6/308/15//1./2/2HMM#");
-        assert_eq!(
-            g.delimiters,
-            Delimiters {
-                parameter: b'/',
-                record: b'#'
-            }
-        );
+        assert_eq!(g.delimiters, Delimiters { parameter: b'/', record: b'#' });
         assert_eq!(g.unit, "MM");
         let g = Global::new(b",,3Hsrc,5Ha.igs,4HCAD1,3Hpre,32,38,6,308,15,,1.,6,1HM;");
         assert_eq!((g.delimiters.record, g.mm_per_unit), (b';', 1000.0));

@@ -52,20 +52,14 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
 
     let mut report = ImportReport::new(Format::Iges);
     report.system.clone_from(&global.system);
-    report.units = Units {
-        declared: global.unit.clone(),
-        mm_per_unit: global.mm_per_unit,
-    };
+    report.units = Units { declared: global.unit.clone(), mm_per_unit: global.mm_per_unit };
     report.tolerance_mm = global.resolution * global.mm_per_unit;
     report.warnings.clone_from(&global.warnings);
     frame_warnings(&file, foreign, &mut report);
 
     let roots = roots::find(&file, global.mm_per_unit);
-    let reader = FaceReader {
-        file: &file,
-        edge_lists: EdgeLists::new(&file),
-        tolerance_mm: report.tolerance_mm,
-    };
+    let reader =
+        FaceReader { file: &file, edge_lists: EdgeLists::new(&file), tolerance_mm: report.tolerance_mm };
     let made: Vec<_> = roots.par_iter().map(|root| reader.face(root)).collect();
 
     let mut model = Model {
@@ -82,9 +76,7 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
             }
             Err(fault) => report.skipped.push(Skipped {
                 entity: root.label(),
-                what: file
-                    .entry(root.de)
-                    .map_or_else(|_| String::new(), |e| directory::kind_name(e.kind)),
+                what: file.entry(root.de).map_or_else(|_| String::new(), |e| directory::kind_name(e.kind)),
                 reason: fault.to_string(),
                 advice: fault.advice().into(),
             }),
@@ -92,10 +84,7 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
     }
     report.faces_read = model.faces.len();
     for (de, entry) in file.entries() {
-        let count = report
-            .entities
-            .entry(directory::kind_name(entry.kind))
-            .or_default();
+        let count = report.entities.entry(directory::kind_name(entry.kind)).or_default();
         count.in_file += 1;
         count.used += usize::from(file.is_used(de));
     }
@@ -107,25 +96,15 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
 fn check_frame(cards: &Cards, path: &Path) -> Result<(), ReadError> {
     if cards.compressed && cards.directory.is_empty() {
         let what = "IGES in compressed or binary form".into();
-        return Err(ReadError::Unsupported {
-            path: path.into(),
-            what,
-        });
+        return Err(ReadError::Unsupported { path: path.into(), what });
     }
-    let missing = match (
-        cards.headed,
-        cards.directory.is_empty(),
-        cards.parameters.is_empty(),
-    ) {
+    let missing = match (cards.headed, cards.directory.is_empty(), cards.parameters.is_empty()) {
         (false, ..) => "the start and global sections are missing",
         (true, true, _) => "the directory section is missing",
         (true, false, true) => "the parameter section is missing",
         _ => return Ok(()),
     };
-    Err(ReadError::Truncated {
-        path: path.into(),
-        what: missing.into(),
-    })
+    Err(ReadError::Truncated { path: path.into(), what: missing.into() })
 }
 
 fn frame_warnings(file: &File, foreign: usize, report: &mut ImportReport) {

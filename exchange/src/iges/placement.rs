@@ -19,18 +19,12 @@ pub(crate) struct Placement {
 impl Placement {
     /// Scaling about the origin: file units to millimetres, or 1 for parameter space.
     pub(crate) fn scale(factor: f64) -> Self {
-        Placement {
-            linear: Matrix3::identity() * factor,
-            shift: Vector3::zeros(),
-        }
+        Placement { linear: Matrix3::identity() * factor, shift: Vector3::zeros() }
     }
 
     /// Scaling, then a shift.
     pub(crate) fn scale_and_shift(factor: f64, shift: Vector3) -> Self {
-        Placement {
-            shift,
-            ..Placement::scale(factor)
-        }
+        Placement { shift, ..Placement::scale(factor) }
     }
 
     pub(crate) fn point(&self, p: Point3) -> Point3 {
@@ -43,10 +37,7 @@ impl Placement {
 
     /// First `inner`, then `self`.
     pub(crate) fn after(&self, inner: &Placement) -> Self {
-        Placement {
-            linear: self.linear * inner.linear,
-            shift: self.linear * inner.shift + self.shift,
-        }
+        Placement { linear: self.linear * inner.linear, shift: self.linear * inner.shift + self.shift }
     }
 
     /// First the matrix that `DE de` points to in its directory entry (if any), then `self`.
@@ -72,22 +63,12 @@ impl Placement {
 fn read(file: &File, de: i64) -> Result<Placement, Fault> {
     let entry = file.entry(de)?;
     if entry.kind != 124 {
-        return Err(Fault::Kind {
-            de,
-            kind: entry.kind,
-            wanted: "a transformation matrix",
-        });
+        return Err(Fault::Kind { de, kind: entry.kind, wanted: "a transformation matrix" });
     }
     let [a, b, c, x, d, e, f, y, g, h, i, z] = file.record(de)?.reals()?;
     let linear = Matrix3::new(a, b, c, d, e, f, g, h, i);
     if linear.determinant() == 0.0 {
-        return Err(Fault::Geometry {
-            de,
-            what: "the transformation matrix is singular",
-        });
+        return Err(Fault::Geometry { de, what: "the transformation matrix is singular" });
     }
-    Ok(Placement {
-        linear,
-        shift: Vector3::new(x, y, z),
-    })
+    Ok(Placement { linear, shift: Vector3::new(x, y, z) })
 }

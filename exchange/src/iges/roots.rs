@@ -65,11 +65,9 @@ pub(crate) fn find(file: &File, mm_per_unit: f64) -> Vec<Root> {
         .collect();
     // Every instance adds the faces of its subfigure; cycles end at the depth limit.
     while let Some((path, placement)) = pending.pop() {
-        let Some((instance, definition, placement)) = path.last().and_then(|de| {
-            placed_instance(file, *de, &placement)
-                .ok()
-                .map(|(d, p)| (*de, d, p))
-        }) else {
+        let Some((instance, definition, placement)) =
+            path.last().and_then(|de| placed_instance(file, *de, &placement).ok().map(|(d, p)| (*de, d, p)))
+        else {
             continue;
         };
         let hidden = file.entry(instance).is_ok_and(|e| e.blanked);

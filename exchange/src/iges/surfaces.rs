@@ -29,10 +29,7 @@ pub(crate) type Window = ((f64, f64), (f64, f64));
 
 /// Entity types that are surfaces.
 pub(crate) fn is_surface(kind: i64) -> bool {
-    matches!(
-        kind,
-        108 | 114 | 118 | 120 | 122 | 128 | 140 | 190 | 192 | 194 | 196 | 198
-    )
+    matches!(kind, 108 | 114 | 118 | 120 | 122 | 128 | 140 | 190 | 192 | 194 | 196 | 198)
 }
 
 /// Whether a surface entity is a face where no other entity trims it: the unbounded ones are not.
@@ -80,9 +77,7 @@ fn placed(surface: &NurbsSurface, placement: &Placement) -> Result<NurbsSurface,
     NurbsSurface::new(
         surface.knots_u().clone(),
         surface.knots_v().clone(),
-        net.iter()
-            .map(|h| placement.point(Point3::from(h.xyz() / h.w)))
-            .collect(),
+        net.iter().map(|h| placement.point(Point3::from(h.xyz() / h.w))).collect(),
         surface.is_rational().then(|| net.iter().map(|h| h.w).collect()),
     )
 }
@@ -130,10 +125,7 @@ fn single(file: &File, de: i64) -> Result<Curve3, Fault> {
     let mut pieces = curves::read(file, de, &Placement::scale(1.0))?;
     match (pieces.pop(), pieces.is_empty()) {
         (Some(curve), true) => Ok(curve),
-        _ => Err(Fault::Unsupported {
-            de,
-            kind: file.entry(de)?.kind,
-        }),
+        _ => Err(Fault::Unsupported { de, kind: file.entry(de)?.kind }),
     }
 }
 
@@ -147,11 +139,7 @@ fn ruled(file: &File, record: &mut Record, form: i64) -> Result<NurbsSurface, Fa
     let b = if backwards == 1 { b.reversed() } else { b };
     let unit = |c: &Curve3| -> Vec<f64> {
         let (t0, t1) = c.domain();
-        c.knots()
-            .as_slice()
-            .iter()
-            .map(|k| (k - t0) / (t1 - t0))
-            .collect()
+        c.knots().as_slice().iter().map(|k| (k - t0) / (t1 - t0)).collect()
     };
     let (ka, kb) = (unit(&a), unit(&b));
     let same = a.knots().degree() == b.knots().degree()
@@ -182,13 +170,8 @@ fn revolution(file: &File, record: &mut Record) -> Result<NurbsSurface, Fault> {
     let axis = single(file, axis)?;
     let generatrix = single(file, generatrix)?;
     let to = if to > from { to } else { to + std::f64::consts::TAU };
-    analytic::revolution(
-        &generatrix,
-        &axis.start(),
-        &(axis.end() - axis.start()),
-        (from, to),
-    )
-    .map_err(|source| Fault::Nurbs { de, source })
+    analytic::revolution(&generatrix, &axis.start(), &(axis.end() - axis.start()), (from, to))
+        .map_err(|source| Fault::Nurbs { de, source })
 }
 
 /// 122: a directrix moved along a line that starts at its first point.
@@ -216,11 +199,7 @@ fn plane_by_point(file: &File, record: &mut Record, placement: &Placement) -> Re
     let triple = |de: i64, kind: i64, wanted: &'static str| {
         let found = file.entry(de)?.kind;
         if found != kind {
-            return Err(Fault::Kind {
-                de,
-                kind: found,
-                wanted,
-            });
+            return Err(Fault::Kind { de, kind: found, wanted });
         }
         file.record(de)?.reals::<3>()
     };

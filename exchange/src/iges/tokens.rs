@@ -18,12 +18,7 @@ pub(crate) struct Tokens<'a> {
 
 impl<'a> Tokens<'a> {
     pub(crate) fn new(data: &'a [u8], delimiters: Delimiters) -> Self {
-        Tokens {
-            rest: data,
-            delimiters,
-            ended: false,
-            cut_short: false,
-        }
+        Tokens { rest: data, delimiters, ended: false, cut_short: false }
     }
 
     /// The next value without surrounding blanks, empty where the file leaves a default; counted strings
@@ -94,9 +89,7 @@ pub(crate) fn real(value: &[u8]) -> Option<f64> {
         }
     };
     // `nan` and `inf` parse as numbers in Rust but are damage here.
-    let numeric = number
-        .iter()
-        .all(|b| matches!(b, b'0'..=b'9' | b'+' | b'-' | b'.' | b'e' | b'E'));
+    let numeric = number.iter().all(|b| matches!(b, b'0'..=b'9' | b'+' | b'-' | b'.' | b'e' | b'E'));
     let text = std::str::from_utf8(number).ok().filter(|_| numeric)?;
     text.parse().ok().filter(|x: &f64| x.is_finite())
 }
@@ -130,10 +123,7 @@ pub(crate) fn decimals(value: &[u8]) -> Option<i32> {
 mod tests {
     use super::*;
 
-    const USUAL: Delimiters = Delimiters {
-        parameter: b',',
-        record: b';',
-    };
+    const USUAL: Delimiters = Delimiters { parameter: b',', record: b';' };
 
     #[test]
     fn strings_may_hold_delimiters() {

@@ -17,10 +17,7 @@ pub(crate) enum RawLoop {
     /// Edges in order.
     Edges(Vec<RawEdge>),
     /// Curves in space and pcurves; which belong together is not said.
-    Sets {
-        curves: Vec<Curve3>,
-        pcurves: Vec<Curve2>,
-    },
+    Sets { curves: Vec<Curve3>, pcurves: Vec<Curve2> },
 }
 
 impl RawLoop {
@@ -55,17 +52,8 @@ impl EdgeLists {
 
     fn curve(&self, list: i64, index: usize) -> Result<i64, Fault> {
         let missing = Fault::Missing { de: list };
-        let edges = self
-            .0
-            .get(&list)
-            .ok_or(missing.clone())?
-            .as_ref()
-            .map_err(Clone::clone)?;
-        index
-            .checked_sub(1)
-            .and_then(|i| edges.get(i))
-            .copied()
-            .ok_or(missing)
+        let edges = self.0.get(&list).ok_or(missing.clone())?.as_ref().map_err(Clone::clone)?;
+        index.checked_sub(1).and_then(|i| edges.get(i)).copied().ok_or(missing)
     }
 }
 
@@ -86,11 +74,7 @@ pub(crate) fn curve_on_surface(
 ) -> Result<RawLoop, Fault> {
     let kind = file.entry(de)?.kind;
     if kind != 142 {
-        return Err(Fault::Kind {
-            de,
-            kind,
-            wanted: "a curve on a surface",
-        });
+        return Err(Fault::Kind { de, kind, wanted: "a curve on a surface" });
     }
     let mut record = file.record(de)?;
     record.skip(2)?;
@@ -112,11 +96,7 @@ pub(crate) fn curve_on_surface(
 pub(crate) fn boundary(file: &File, de: i64, placement: &Placement, flat: bool) -> Result<RawLoop, Fault> {
     let kind = file.entry(de)?.kind;
     if kind != 141 {
-        return Err(Fault::Kind {
-            de,
-            kind,
-            wanted: "a boundary",
-        });
+        return Err(Fault::Kind { de, kind, wanted: "a boundary" });
     }
     let placement = placement.of_entity(file, de)?;
     let mut record = file.record(de)?;
@@ -144,11 +124,7 @@ pub(crate) fn b_rep_loop(
 ) -> Result<RawLoop, Fault> {
     let kind = file.entry(de)?.kind;
     if kind != 508 {
-        return Err(Fault::Kind {
-            de,
-            kind,
-            wanted: "a loop",
-        });
+        return Err(Fault::Kind { de, kind, wanted: "a loop" });
     }
     let mut record = file.record(de)?;
     let count = record.count()?;
@@ -196,10 +172,7 @@ fn push_edges(
     }
     let single = space.len() == 1;
     if space.is_empty() {
-        raw.extend(plane.into_iter().map(|p| RawEdge {
-            pcurve: Some(p),
-            ..RawEdge::default()
-        }));
+        raw.extend(plane.into_iter().map(|p| RawEdge { pcurve: Some(p), ..RawEdge::default() }));
     } else {
         let paired = plane.len() == space.len();
         raw.extend(space.into_iter().enumerate().map(|(i, curve)| RawEdge {

@@ -63,10 +63,7 @@ pub enum WriteError {
 /// See [`WriteError`].
 pub fn write_iges(path: &Path, model: &Model, groups: &[Group]) -> Result<(), WriteError> {
     let text = compose(path, model, groups)?;
-    let io = |source| WriteError::Io {
-        path: path.into(),
-        source,
-    };
+    let io = |source| WriteError::Io { path: path.into(), source };
     let mut beside = path.as_os_str().to_owned();
     beside.push(".partial");
     let written = fs::write(&beside, text).and_then(|()| fs::rename(&beside, path));
@@ -99,11 +96,7 @@ fn compose(path: &Path, model: &Model, groups: &[Group]) -> Result<String, Write
         let members: Vec<_> = group.faces.iter().map(|&face| pointers[face]).collect();
         let mut parameters = Parameters::of(402);
         parameters.pointers(&members);
-        let draft = Draft {
-            form: 7,
-            colour: deck.colour(group.colour),
-            ..Draft::new(parameters)
-        };
+        let draft = Draft { form: 7, colour: deck.colour(group.colour), ..Draft::new(parameters) };
         deck.add_named(draft, Some(&group.name));
     }
     Ok(deck.text(path, model.tolerance_mm))
@@ -119,12 +112,7 @@ fn add_face(deck: &mut Deck, face: &Face, colour: Option<[u8; 3]>) -> Result<usi
         face
     };
     let colour = deck.colour(colour);
-    let level = face
-        .source
-        .layer
-        .as_ref()
-        .and_then(|l| l.parse().ok())
-        .unwrap_or(0);
+    let level = face.source.layer.as_ref().and_then(|l| l.parse().ok()).unwrap_or(0);
     let surface = Draft {
         colour,
         level,
@@ -143,11 +131,7 @@ fn add_face(deck: &mut Deck, face: &Face, colour: Option<[u8; 3]>) -> Result<usi
     let mut parameters = Parameters::of(144);
     parameters.integers(&[surface, 1, loops.len() - 1]);
     parameters.integers(&loops);
-    let draft = Draft {
-        colour,
-        level,
-        ..Draft::new(parameters)
-    };
+    let draft = Draft { colour, level, ..Draft::new(parameters) };
     Ok(deck.add_named(draft, name))
 }
 
@@ -155,31 +139,17 @@ fn add_face(deck: &mut Deck, face: &Face, colour: Option<[u8; 3]>) -> Result<usi
 fn turned_round(face: &Face) -> Result<Face, NurbsError> {
     let ((u0, u1), _) = face.surface.domain();
     let mirrored = |c: &Curve2| {
-        let points = c
-            .points()
-            .iter()
-            .map(|p| Point2::new(u0 + u1 - p.x, p.y))
-            .collect();
+        let points = c.points().iter().map(|p| Point2::new(u0 + u1 - p.x, p.y)).collect();
         Curve2::new(c.knots().clone(), points, c.weights().map(<[f64]>::to_vec))
     };
     let mut loops = Vec::new();
     for trim in &face.loops {
         let edges: Result<_, NurbsError> = (trim.edges.iter().rev())
-            .map(|e| {
-                Ok(TrimEdge {
-                    pcurve: mirrored(&e.pcurve)?.reversed(),
-                    shared: e.shared,
-                })
-            })
+            .map(|e| Ok(TrimEdge { pcurve: mirrored(&e.pcurve)?.reversed(), shared: e.shared }))
             .collect();
         loops.push(TrimLoop { edges: edges? });
     }
-    Ok(Face {
-        surface: face.surface.reversed_u(),
-        loops,
-        reversed: false,
-        ..face.clone()
-    })
+    Ok(Face { surface: face.surface.reversed_u(), loops, reversed: false, ..face.clone() })
 }
 
 /// The format wants one outer loop in front: the one with the widest box is.
@@ -187,9 +157,8 @@ fn outer_first(loops: &[TrimLoop]) -> Vec<&TrimLoop> {
     let width = |l: &TrimLoop| {
         let points = || l.edges.iter().flat_map(|e| e.pcurve.points());
         let span = |f: fn(&Point2) -> f64| {
-            let (low, high) = points().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| {
-                (a.min(f(p)), b.max(f(p)))
-            });
+            let (low, high) =
+                points().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(f(p)), b.max(f(p))));
             high - low
         };
         span(|p| p.x) * span(|p| p.y)
@@ -214,37 +183,24 @@ fn add_loop(
             ..Draft::new(curve_parameters(&flat_in_space(&edge.pcurve)?))
         };
         plane.push(deck.add(flat));
-        let lifted = Draft {
-            dependent: true,
-            ..Draft::new(curve_parameters(&lifted(surface, &edge.pcurve)?))
-        };
+        let lifted =
+            Draft { dependent: true, ..Draft::new(curve_parameters(&lifted(surface, &edge.pcurve)?)) };
         space.push(deck.add(lifted));
     }
     let mut composite = |parts: &[usize], flat: bool| {
         let mut parameters = Parameters::of(102);
         parameters.pointers(parts);
-        deck.add(Draft {
-            dependent: true,
-            flat,
-            ..Draft::new(parameters)
-        })
+        deck.add(Draft { dependent: true, flat, ..Draft::new(parameters) })
     };
     let (plane, space) = (composite(&plane, true), composite(&space, false));
     let mut parameters = Parameters::of(142);
     // Made by no named method; the parameter curve is the exact one.
     parameters.integers(&[0, surface_de, plane, space, 1]);
-    Ok(deck.add(Draft {
-        dependent: true,
-        ..Draft::new(parameters)
-    }))
+    Ok(deck.add(Draft { dependent: true, ..Draft::new(parameters) }))
 }
 
 fn flat_in_space(c: &Curve2) -> Result<Curve3, NurbsError> {
-    let points = c
-        .points()
-        .iter()
-        .map(|p| claymill_nurbs::Point3::new(p.x, p.y, 0.0))
-        .collect();
+    let points = c.points().iter().map(|p| claymill_nurbs::Point3::new(p.x, p.y, 0.0)).collect();
     Curve3::new(c.knots().clone(), points, c.weights().map(<[f64]>::to_vec))
 }
 

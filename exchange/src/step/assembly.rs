@@ -88,11 +88,7 @@ fn representations(file: &Part21, faces: &mut Faces) -> BTreeMap<u64, Representa
             continue;
         }
         let Ok(entity) = file.get(id) else { continue };
-        let record = if complex {
-            entity.part("REPRESENTATION")
-        } else {
-            entity.only()
-        };
+        let record = if complex { entity.part("REPRESENTATION") } else { entity.only() };
         let Ok(record) = record else { continue };
         let (Ok(items), Some(context)) = (record.references(1), record.optional_reference(2)) else {
             continue;
@@ -131,17 +127,12 @@ impl Walk<'_> {
             let complex =
                 name.is_empty() && memmem::find(file.text(id), b"REPRESENTATION_RELATIONSHIP").is_some();
             if !complex
-                && !matches!(
-                    name,
-                    b"SHAPE_REPRESENTATION_RELATIONSHIP" | b"REPRESENTATION_RELATIONSHIP"
-                )
+                && !matches!(name, b"SHAPE_REPRESENTATION_RELATIONSHIP" | b"REPRESENTATION_RELATIONSHIP")
             {
                 continue;
             }
             if let Err(error) = self.relationship(id) {
-                self.faces
-                    .warnings
-                    .push(format!("A placement of an assembly is ignored: {error}."));
+                self.faces.warnings.push(format!("A placement of an assembly is ignored: {error}."));
             }
         }
         for (id, representation) in &self.representations {
@@ -153,9 +144,7 @@ impl Walk<'_> {
         }
         for (parent, item) in mapped {
             if let Err(error) = self.mapped_item(parent, item) {
-                self.faces
-                    .warnings
-                    .push(format!("A placement of an assembly is ignored: {error}."));
+                self.faces.warnings.push(format!("A placement of an assembly is ignored: {error}."));
             }
         }
     }
@@ -185,11 +174,7 @@ impl Walk<'_> {
             (from, to) = (to, from);
         }
         let placement = self.pose(second, to)? * self.pose(first, from)?.inverse();
-        self.placings.push(Placing {
-            parent: second,
-            child: first,
-            placement,
-        });
+        self.placings.push(Placing { parent: second, child: first, placement });
         Ok(())
     }
 
@@ -205,11 +190,7 @@ impl Walk<'_> {
         }
         let target = self.pose(parent, record.reference(2)?)?;
         let placement = target * self.pose(child, source.reference(0)?)?.inverse();
-        self.placings.push(Placing {
-            parent,
-            child,
-            placement,
-        });
+        self.placings.push(Placing { parent, child, placement });
         Ok(())
     }
 
@@ -219,11 +200,7 @@ impl Walk<'_> {
         let entity = self.file.get(id)?;
         if let Ok(operator) = entity.part("CARTESIAN_TRANSFORMATION_OPERATOR_3D") {
             // CARTESIAN_TRANSFORMATION_OPERATOR_3D(name, description, …, axis1, axis2, origin, scale, axis3)
-            let at = |k| {
-                operator
-                    .optional_reference(k)
-                    .map(|d| super::placement::direction(self.file, d))
-            };
+            let at = |k| operator.optional_reference(k).map(|d| super::placement::direction(self.file, d));
             let (x, z) = (at(2).transpose()?, at(6).transpose()?);
             let origin = point(self.file, operator.reference(4)?)?;
             let turned = Frame::new(
@@ -231,10 +208,8 @@ impl Walk<'_> {
                 z.unwrap_or_else(nalgebra::Vector3::z),
                 x.unwrap_or_else(nalgebra::Vector3::x),
             );
-            let turned = turned.ok_or(StepError::Geometry {
-                id,
-                what: "its direction has no length".into(),
-            })?;
+            let turned =
+                turned.ok_or(StepError::Geometry { id, what: "its direction has no length".into() })?;
             let scale = operator.number(5).ok().filter(|s| *s > 0.0).unwrap_or(1.0);
             return Ok(similarity(&turned, mm, scale));
         }
@@ -309,10 +284,8 @@ impl Walk<'_> {
             return;
         }
         let Some(depth) = depth.checked_sub(1) else {
-            let warning = format!(
-                "Representation #{} is nested too deeply or in itself: left out there.",
-                part[0]
-            );
+            let warning =
+                format!("Representation #{} is nested too deeply or in itself: left out there.", part[0]);
             if !self.faces.warnings.contains(&warning) {
                 self.faces.warnings.push(warning);
             }
@@ -325,14 +298,7 @@ impl Walk<'_> {
             };
             let context = representation.context;
             for item in representation.items.clone() {
-                self.collect(
-                    item,
-                    context,
-                    placement,
-                    &mut Vec::new(),
-                    false,
-                    DEEPEST_CONTAINER,
-                );
+                self.collect(item, context, placement, &mut Vec::new(), false, DEEPEST_CONTAINER);
             }
         }
         let inside: Vec<(u64, Similarity3<f64>)> = self

@@ -42,14 +42,8 @@ impl Range {
     /// The smallest range around the points.
     pub(super) fn of(points: impl IntoIterator<Item = Point2>) -> Self {
         let inf = f64::INFINITY;
-        let nothing = Range {
-            min: Point2::new(inf, inf),
-            max: Point2::new(-inf, -inf),
-        };
-        points.into_iter().fold(nothing, |r, p| Range {
-            min: r.min.inf(&p),
-            max: r.max.sup(&p),
-        })
+        let nothing = Range { min: Point2::new(inf, inf), max: Point2::new(-inf, -inf) };
+        points.into_iter().fold(nothing, |r, p| Range { min: r.min.inf(&p), max: r.max.sup(&p) })
     }
 }
 
@@ -93,11 +87,7 @@ fn whole_quarters(low: f64, high: f64) -> (f64, f64) {
 /// A straight range, widened when it is empty.
 fn straight(low: f64, high: f64) -> (f64, f64) {
     let least = 1e-9 * (1.0 + low.abs().max(high.abs()));
-    if high - low > least {
-        (low, high)
-    } else {
-        (low - least, high + least)
-    }
+    if high - low > least { (low, high) } else { (low - least, high + least) }
 }
 
 impl Carrier {
@@ -125,11 +115,7 @@ impl Carrier {
             }
         };
         let pole = away <= size && *quadric != Quadric::Plane;
-        let foot = Foot {
-            uv,
-            distance,
-            free: [pole, false],
-        };
+        let foot = Foot { uv, distance, free: [pole, false] };
         foot.towards(near, self.periods())
     }
 

@@ -27,16 +27,9 @@ pub(super) fn close(
     }
     if outer.is_empty() && carrier.is_closed() && !closed.is_empty() {
         let area = |l: &LaidLoop| signed_area(&l.polygon());
-        let largest = closed
-            .iter()
-            .map(area)
-            .fold(0.0_f64, |a, b| if b.abs() > a.abs() { b } else { a });
+        let largest = closed.iter().map(area).fold(0.0_f64, |a, b| if b.abs() > a.abs() { b } else { a });
         if (largest > 0.0) != sense {
-            outer.extend(
-                carrier
-                    .whole()
-                    .map(|range| around(&clear_of(range, &closed, carrier.periods()))),
-            );
+            outer.extend(carrier.whole().map(|range| around(&clear_of(range, &closed, carrier.periods()))));
         }
     }
     gather(carrier, &outer, &mut closed);
@@ -86,10 +79,7 @@ fn paired(carrier: &Carrier, mut first: LaidLoop, mut second: LaidLoop, sense: b
     let mut by = Vector2::zeros();
     by[d] = period * (gap / period).round();
     second.shift(by);
-    let (there, back) = (
-        Leg::straight(cut_from, start(&second)),
-        Leg::straight(end(&second), start(&first)),
-    );
+    let (there, back) = (Leg::straight(cut_from, start(&second)), Leg::straight(end(&second), start(&first)));
     first.legs.push(there);
     first.legs.append(&mut second.legs);
     first.legs.push(back);
@@ -159,9 +149,7 @@ fn around(range: &Range) -> LaidLoop {
     let (a, c) = (range.min, range.max);
     let (b, d) = (Point2::new(c.x, a.y), Point2::new(a.x, c.y));
     LaidLoop {
-        legs: [(a, b), (b, c), (c, d), (d, a)]
-            .map(|(p, q)| Leg::straight(p, q))
-            .into(),
+        legs: [(a, b), (b, c), (c, d), (d, a)].map(|(p, q)| Leg::straight(p, q)).into(),
         winding: Vector2::zeros(),
     }
 }
@@ -173,10 +161,7 @@ fn gather(carrier: &Carrier, outer: &[LaidLoop], inner: &mut [LaidLoop]) {
         return;
     }
     let area = |l: &LaidLoop| signed_area(&l.polygon()).abs();
-    let largest = outer
-        .iter()
-        .chain(inner.iter())
-        .max_by(|a, b| area(a).total_cmp(&area(b)));
+    let largest = outer.iter().chain(inner.iter()).max_by(|a, b| area(a).total_cmp(&area(b)));
     let Some(home) = largest.map(LaidLoop::polygon) else {
         return;
     };
@@ -193,10 +178,8 @@ fn gather(carrier: &Carrier, outer: &[LaidLoop], inner: &mut [LaidLoop]) {
             [0.0, -1.0, 1.0].map(|k| period * (nearest + k)).into()
         };
         let inside = |by: &Vector2<f64>| polygon.iter().all(|p| contains(&home, &(p + by)));
-        let all: Vec<Vector2<f64>> = shifts(0)
-            .iter()
-            .flat_map(|u| shifts(1).into_iter().map(|v| Vector2::new(*u, v)))
-            .collect();
+        let all: Vec<Vector2<f64>> =
+            shifts(0).iter().flat_map(|u| shifts(1).into_iter().map(|v| Vector2::new(*u, v))).collect();
         let by = all.iter().find(|by| inside(by)).or(all.first());
         // The largest loop itself stays: its own nearest shift is none.
         l.shift(by.copied().unwrap_or_default());

@@ -45,27 +45,16 @@ fn nested(file: &Part21, id: u64, angle_unit: f64, depth: usize) -> Result<Space
     let curve = match entity.simple_name() {
         "LINE" => {
             let r = entity.only()?;
-            Curve::Line {
-                origin: point(file, r.reference(1)?)?,
-                direction: vector(file, r.reference(2)?)?,
-            }
+            Curve::Line { origin: point(file, r.reference(1)?)?, direction: vector(file, r.reference(2)?)? }
         }
         "CIRCLE" => {
             let r = entity.only()?;
             let radius = r.number(2)?;
-            Curve::Ellipse {
-                frame: frame(file, r.reference(1)?)?,
-                a: radius,
-                b: radius,
-            }
+            Curve::Ellipse { frame: frame(file, r.reference(1)?)?, a: radius, b: radius }
         }
         "ELLIPSE" => {
             let r = entity.only()?;
-            Curve::Ellipse {
-                frame: frame(file, r.reference(1)?)?,
-                a: r.number(2)?,
-                b: r.number(3)?,
-            }
+            Curve::Ellipse { frame: frame(file, r.reference(1)?)?, a: r.number(2)?, b: r.number(3)? }
         }
         "POLYLINE" => Curve::Bounded(polyline(file, id, &entity.only()?.references(1)?)?),
         "TRIMMED_CURVE" => trimmed(file, &entity, angle_unit, depth)?,
@@ -92,16 +81,10 @@ pub(super) fn plane_curve(file: &Part21, id: u64, range: (f64, f64)) -> Result<C
     }
     if entity.simple_name() == "LINE" {
         let r = entity.only()?;
-        let (origin, along) = (
-            point2(file, r.reference(1)?)?,
-            vector(file, r.reference(2)?)?.xy(),
-        );
+        let (origin, along) = (point2(file, r.reference(1)?)?, vector(file, r.reference(2)?)?.xy());
         return Ok(Curve2::line(origin + along * range.0, origin + along * range.1));
     }
-    Err(StepError::Unsupported {
-        id,
-        name: entity.name(),
-    })
+    Err(StepError::Unsupported { id, name: entity.name() })
 }
 
 impl Curve {
@@ -129,11 +112,7 @@ impl Curve {
                 };
                 let from = angle(low);
                 let same = (low - high).norm() <= tolerance;
-                let sweep = if same {
-                    TAU
-                } else {
-                    (angle(high) - from).rem_euclid(TAU)
-                };
+                let sweep = if same { TAU } else { (angle(high) - from).rem_euclid(TAU) };
                 let range = (from, from + sweep);
                 (ellipse_arc(frame, *a, *b, range).of(id)?, range)
             }
@@ -159,16 +138,8 @@ fn clipped(curve: &Curve3, low: &Point3, high: &Point3, tolerance: f64) -> Optio
     if near(&start, low) && near(&end, high) {
         return Some(curve.clone());
     }
-    let from = if near(&start, low) {
-        first
-    } else {
-        parameter_near(curve, low)
-    };
-    let to = if near(&end, high) {
-        last
-    } else {
-        parameter_near(curve, high)
-    };
+    let from = if near(&start, low) { first } else { parameter_near(curve, low) };
+    let to = if near(&end, high) { last } else { parameter_near(curve, high) };
     if from < to && !(closed && near(low, high)) {
         return piece(curve, from, to);
     }
@@ -267,15 +238,10 @@ fn trimmed(file: &Part21, entity: &Entity, angle_unit: f64, depth: usize) -> Res
         _ => None,
     });
     let [Some(start), Some(end)] = ends else {
-        return Err(StepError::Geometry {
-            id,
-            what: "it has no trimming points".into(),
-        });
+        return Err(StepError::Geometry { id, what: "it has no trimming points".into() });
     };
     let tolerance = 1e-7 * (1.0 + start.coords.amax().max(end.coords.amax()));
-    Ok(Curve::Bounded(
-        basis.between(id, &start, &end, forward, tolerance)?.0,
-    ))
+    Ok(Curve::Bounded(basis.between(id, &start, &end, forward, tolerance)?.0))
 }
 
 impl Curve {
@@ -306,15 +272,9 @@ impl Curve {
 }
 
 fn is_spline(entity: &Entity) -> bool {
-    [
-        "B_SPLINE_CURVE",
-        "B_SPLINE_CURVE_WITH_KNOTS",
-        "BEZIER_CURVE",
-        "QUASI_UNIFORM_CURVE",
-        "UNIFORM_CURVE",
-    ]
-    .iter()
-    .any(|name| entity.is(name))
+    ["B_SPLINE_CURVE", "B_SPLINE_CURVE_WITH_KNOTS", "BEZIER_CURVE", "QUASI_UNIFORM_CURVE", "UNIFORM_CURVE"]
+        .iter()
+        .any(|name| entity.is(name))
 }
 
 /// Any B-spline curve, simple or complex.
@@ -331,11 +291,7 @@ fn spline<const D: usize>(
         None => (entity.part("B_SPLINE_CURVE")?, 0),
     };
     let degree = base.count(skip)?;
-    let points: Result<Vec<_>, _> = base
-        .references(skip + 1)?
-        .iter()
-        .map(|p| read_point(file, *p))
-        .collect();
+    let points: Result<Vec<_>, _> = base.references(skip + 1)?.iter().map(|p| read_point(file, *p)).collect();
     let points = points?;
     let knots = if entity.is("B_SPLINE_CURVE_WITH_KNOTS") {
         let (record, first) = match simple {
@@ -358,10 +314,7 @@ const MOST_KNOTS: usize = 1 << 20;
 
 /// Knots written out with their multiplicities.
 pub(super) fn repeated(id: u64, multiplicities: &[f64], values: &[f64]) -> Result<Vec<f64>, StepError> {
-    let wrong = |what: &str| StepError::Geometry {
-        id,
-        what: what.into(),
-    };
+    let wrong = |what: &str| StepError::Geometry { id, what: what.into() };
     if multiplicities.len() != values.len() {
         return Err(wrong("knots and multiplicities differ in number"));
     }
@@ -370,9 +323,7 @@ pub(super) fn repeated(id: u64, multiplicities: &[f64], values: &[f64]) -> Resul
         return Err(wrong("a knot multiplicity makes no sense"));
     }
     let pairs = multiplicities.iter().zip(values);
-    Ok(pairs
-        .flat_map(|(m, k)| std::iter::repeat_n(*k, *m as usize))
-        .collect())
+    Ok(pairs.flat_map(|(m, k)| std::iter::repeat_n(*k, *m as usize)).collect())
 }
 
 /// The knots that BEZIER_, QUASI_UNIFORM_ and UNIFORM_ curves and surfaces stand for (ISO 10303-42).
@@ -382,16 +333,10 @@ pub(super) fn implied_knots(entity: &Entity, what: &str, degree: usize, points: 
     }
     let is = |kind: &str| entity.is(&format!("{kind}_{what}"));
     if is("UNIFORM") {
-        return Some(
-            (0..points + degree + 1)
-                .map(|i| i as f64 - degree as f64)
-                .collect(),
-        );
+        return Some((0..points + degree + 1).map(|i| i as f64 - degree as f64).collect());
     }
     let inner = if is("BEZIER") { degree } else { 1 };
-    let spans = (points - 1)
-        .checked_div(inner)
-        .filter(|s| s * inner == points - 1);
+    let spans = (points - 1).checked_div(inner).filter(|s| s * inner == points - 1);
     let spans = if inner == 1 { points - degree } else { spans? };
     let mut knots = vec![0.0; degree + 1];
     knots.extend((1..spans).flat_map(|k| vec![k as f64; inner]));
@@ -400,8 +345,5 @@ pub(super) fn implied_knots(entity: &Entity, what: &str, degree: usize, points: 
 }
 
 fn empty(id: u64) -> StepError {
-    StepError::Geometry {
-        id,
-        what: "the curve is empty".into(),
-    }
+    StepError::Geometry { id, what: "the curve is empty".into() }
 }

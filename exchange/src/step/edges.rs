@@ -99,16 +99,9 @@ fn oriented_edge(file: &Part21, id: u64, context: &Context) -> Result<Option<Edg
     if is_line && (start - end).norm() <= f64::EPSILON * start.coords.amax() {
         return Ok(None);
     }
-    let (curve, range) = space
-        .curve
-        .between(edge_id, &start, &end, same_sense, context.same)?;
-    let mut edge_use = EdgeUse {
-        edge: Some(edge_id),
-        curve,
-        pcurves: space.pcurves,
-        range,
-        backward: !same_sense,
-    };
+    let (curve, range) = space.curve.between(edge_id, &start, &end, same_sense, context.same)?;
+    let mut edge_use =
+        EdgeUse { edge: Some(edge_id), curve, pcurves: space.pcurves, range, backward: !same_sense };
     if !forward {
         edge_use.reverse();
     }

@@ -9,18 +9,9 @@ pub(super) enum StepError {
     #[error("#{id} cannot be parsed (line {line})")]
     Syntax { id: u64, line: usize },
     #[error("#{id} is {found} where {expected} is needed")]
-    Unexpected {
-        id: u64,
-        found: String,
-        expected: &'static str,
-    },
+    Unexpected { id: u64, found: String, expected: &'static str },
     #[error("#{id} {name}: argument {index} should be a {expected}")]
-    Argument {
-        id: u64,
-        name: String,
-        index: usize,
-        expected: &'static str,
-    },
+    Argument { id: u64, name: String, index: usize, expected: &'static str },
     #[error("#{id}: {name} is not supported")]
     Unsupported { id: u64, name: String },
     #[error("#{id} is nested too deeply or refers to itself")]

@@ -31,34 +31,22 @@ pub(super) fn build(file: &Part21, id: u64, context: &Context) -> Result<BuiltFa
         Err(_) => entity.part("FACE_SURFACE")?,
     };
     let (surface_id, sense) = (record.reference(2)?, record.flag(3)?);
-    let bounds: Result<Vec<Vec<EdgeUse>>, _> = record
-        .references(1)?
-        .iter()
-        .map(|b| bound(file, *b, context))
-        .collect();
+    let bounds: Result<Vec<Vec<EdgeUse>>, _> =
+        record.references(1)?.iter().map(|b| bound(file, *b, context)).collect();
     let bounds = bounds?;
     let extent: Vec<_> = bounds.iter().flatten().flat_map(EdgeUse::extent).collect();
     let (carrier, kind) = carrier(file, surface_id, context.angle_unit, &extent)?;
-    let laid: Result<Vec<LaidLoop>, _> = bounds
-        .iter()
-        .map(|uses| lay(file, surface_id, &carrier, uses, sense, context))
-        .collect();
+    let laid: Result<Vec<LaidLoop>, _> =
+        bounds.iter().map(|uses| lay(file, surface_id, &carrier, uses, sense, context)).collect();
     let wrong = |what: String| StepError::Geometry { id, what };
     let mut laid = close(&carrier, laid?, sense).map_err(wrong)?;
     let range = match laid.is_empty() {
-        true => carrier
-            .whole()
-            .ok_or_else(|| wrong("it has no boundary".into()))?,
+        true => carrier.whole().ok_or_else(|| wrong("it has no boundary".into()))?,
         false => at_home(&carrier, &mut laid),
     };
     let patch = carrier.patch(&range).of(surface_id)?;
     let mut finish = Finish {
-        fitter: Fitter {
-            carrier: &carrier,
-            patch: &patch,
-            tolerance: context.fit,
-            same: context.same,
-        },
+        fitter: Fitter { carrier: &carrier, patch: &patch, tolerance: context.fit, same: context.same },
         context,
         bridged: Vec::new(),
     };
@@ -114,10 +102,7 @@ impl Finish<'_> {
             };
             // A straight leg without length is only a joint.
             if leg.edge.is_some() || pcurve.start() != pcurve.end() {
-                edges.push(TrimEdge {
-                    pcurve,
-                    shared: leg.edge,
-                });
+                edges.push(TrimEdge { pcurve, shared: leg.edge });
             }
         }
         let mut closed: Vec<TrimEdge> = Vec::with_capacity(edges.len());
@@ -126,10 +111,7 @@ impl Finish<'_> {
             let next = edges[(i + 1) % count].pcurve.start();
             let mut edge = edges[i].clone();
             let end = edge.pcurve.end();
-            let snapped = self
-                .is_joint(end, next)
-                .then(|| ending_at(&edge.pcurve, next))
-                .flatten();
+            let snapped = self.is_joint(end, next).then(|| ending_at(&edge.pcurve, next)).flatten();
             let bridge = match snapped {
                 Some(curve) => {
                     edge.pcurve = curve;
@@ -169,9 +151,7 @@ impl Finish<'_> {
             let c = pcurve.point(t);
             s.point(c.x, c.y)
         };
-        (0..8)
-            .map(|i| (on(f64::from(i + 1) / 8.0) - on(f64::from(i) / 8.0)).norm())
-            .sum()
+        (0..8).map(|i| (on(f64::from(i + 1) / 8.0) - on(f64::from(i) / 8.0)).norm()).sum()
     }
 }
 
@@ -183,20 +163,12 @@ fn ending_at(curve: &Curve2, end: Point2) -> Option<Curve2> {
     }
     let mut points = curve.points().to_vec();
     *points.last_mut()? = end;
-    Curve2::new(
-        curve.knots().clone(),
-        points,
-        curve.weights().map(<[f64]>::to_vec),
-    )
-    .ok()
+    Curve2::new(curve.knots().clone(), points, curve.weights().map(<[f64]>::to_vec)).ok()
 }
 
 /// The patch without what lies outside of the loops' hull; parameters keep their meaning.
 fn cut_to(mut patch: NurbsSurface, loops: &[TrimLoop]) -> NurbsSurface {
-    let hull = loops
-        .iter()
-        .flat_map(|l| &l.edges)
-        .flat_map(|e| e.pcurve.points().iter().copied());
+    let hull = loops.iter().flat_map(|l| &l.edges).flat_map(|e| e.pcurve.points().iter().copied());
     let range = Range::of(hull);
     let (u, v) = patch.domain();
     // Slivers stay: a cut next to an end would leave a knot interval of rounding size.
@@ -242,10 +214,8 @@ fn within(inner: &[Point2], outer: &[Point2]) -> bool {
 fn polygon(l: &TrimLoop) -> Vec<Point2> {
     let along = |e: &TrimEdge| {
         let per_span = if e.pcurve.knots().degree() == 1 { 1 } else { 8 };
-        let mut points: Vec<Point2> = samples(&e.pcurve, per_span)
-            .into_iter()
-            .map(|t| e.pcurve.point(t))
-            .collect();
+        let mut points: Vec<Point2> =
+            samples(&e.pcurve, per_span).into_iter().map(|t| e.pcurve.point(t)).collect();
         points.pop();
         points
     };
@@ -259,10 +229,7 @@ pub(super) fn placed(
 ) -> Result<Face, claymill_nurbs::NurbsError> {
     let s = &face.surface;
     let (rows, columns) = s.size();
-    let (mut points, mut weights) = (
-        Vec::with_capacity(rows * columns),
-        Vec::with_capacity(rows * columns),
-    );
+    let (mut points, mut weights) = (Vec::with_capacity(rows * columns), Vec::with_capacity(rows * columns));
     for i in 0..rows {
         for j in 0..columns {
             points.push(move_to(s.control_point(i, j)));

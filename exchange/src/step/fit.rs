@@ -77,10 +77,8 @@ impl Fitter<'_> {
         let passes = |uv: Point2| {
             let j = self.patch.jet(uv.x, uv.y);
             // Nearest point of the chord in the metric of the surface at the foot.
-            let (lift, back) = (
-                j.su * chord.x + j.sv * chord.y,
-                j.su * (uv.x - first.x) + j.sv * (uv.y - first.y),
-            );
+            let (lift, back) =
+                (j.su * chord.x + j.sv * chord.y, j.su * (uv.x - first.x) + j.sv * (uv.y - first.y));
             let fraction = if lift.norm_squared() > 0.0 {
                 back.dot(&lift) / lift.norm_squared()
             } else {
@@ -115,10 +113,7 @@ impl Fitter<'_> {
         }
         let t = 0.5 * (a.t + b.t);
         let near = nalgebra::center(&a.uv, &b.uv);
-        let middle = Node {
-            t,
-            uv: self.foot(curve, t, near),
-        };
+        let middle = Node { t, uv: self.foot(curve, t, near) };
         self.halve(curve, a, middle, halvings - 1, pieces);
         self.halve(curve, middle, b, halvings - 1, pieces);
     }

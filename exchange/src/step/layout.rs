@@ -53,10 +53,7 @@ impl Path {
         match self {
             Path::Exact(curve) => {
                 let per_span = if curve.knots().degree() == 1 { 1 } else { 8 };
-                samples(curve, per_span)
-                    .into_iter()
-                    .map(|t| curve.point(t))
-                    .collect()
+                samples(curve, per_span).into_iter().map(|t| curve.point(t)).collect()
             }
             Path::Traced { feet, .. } => feet.iter().map(|f| f.1).collect(),
         }
@@ -80,11 +77,7 @@ impl Path {
 impl Leg {
     /// A straight leg that is no edge of the file.
     pub(super) fn straight(from: Point2, to: Point2) -> Self {
-        Leg {
-            edge: None,
-            path: Path::Exact(Curve2::line(from, to)),
-            free: [[false; 2]; 2],
-        }
+        Leg { edge: None, path: Path::Exact(Curve2::line(from, to)), free: [[false; 2]; 2] }
     }
 }
 
@@ -109,11 +102,7 @@ impl LaidLoop {
 /// Area inside the polygon, positive when it runs anticlockwise.
 pub(super) fn signed_area(polygon: &[Point2]) -> f64 {
     let next = polygon.iter().cycle().skip(1);
-    polygon
-        .iter()
-        .zip(next)
-        .map(|(a, b)| 0.5 * (a.x * b.y - a.y * b.x))
-        .sum()
+    polygon.iter().zip(next).map(|(a, b)| 0.5 * (a.x * b.y - a.y * b.x)).sum()
 }
 
 /// Lays out one loop. `sense` says whether the face's outside is the carrier's.
@@ -130,10 +119,7 @@ pub(super) fn lay(
         let before = legs.last().map(|leg| (leg.path.end(), leg.free[1]));
         legs.push(leg(file, surface_id, carrier, edge_use, before, context)?);
     }
-    let mut laid = LaidLoop {
-        legs,
-        winding: Vector2::zeros(),
-    };
+    let mut laid = LaidLoop { legs, winding: Vector2::zeros() };
     for d in 0..2 {
         if let Some(period) = carrier.periods()[d] {
             close_at_poles(&mut laid, d, period, sense);
@@ -194,26 +180,17 @@ fn leg(
         let away = edge_use.curve.points().iter().map(|p| frame.local(p).z.abs());
         off_surface(edge_use, away.fold(0.0, f64::max), context)?;
         let flat = mapped(&edge_use.curve, |p| frame.local(p).xy());
-        let path = Path::Exact(flat.map_err(|source| StepError::Kernel {
-            id: edge_use.edge.unwrap_or_default(),
-            source,
-        })?);
-        return Ok(Leg {
-            edge: edge_use.edge,
-            path,
-            free: [[false; 2]; 2],
-        });
+        let path = Path::Exact(
+            flat.map_err(|source| StepError::Kernel { id: edge_use.edge.unwrap_or_default(), source })?,
+        );
+        return Ok(Leg { edge: edge_use.edge, path, free: [[false; 2]; 2] });
     }
     let mut leg = match file_pcurve(file, surface_id, carrier, edge_use, near, context) {
         Some(curve) => exact_leg(carrier, edge_use, curve, context),
         None => traced_leg(carrier, edge_use, context)?,
     };
     if let Some((near, _)) = before {
-        let foot = Foot {
-            uv: leg.path.start(),
-            distance: 0.0,
-            free: [false, false],
-        };
+        let foot = Foot { uv: leg.path.start(), distance: 0.0, free: [false, false] };
         let shift = foot.towards(Some(near), carrier.periods()).uv - foot.uv;
         leg.path.shift(shift);
     }
@@ -241,17 +218,9 @@ fn file_pcurve(
             return None;
         }
         let representation = file.get(record.reference(2).ok()?).ok()?;
-        let items = representation
-            .part("DEFINITIONAL_REPRESENTATION")
-            .ok()?
-            .references(1)
-            .ok()?;
+        let items = representation.part("DEFINITIONAL_REPRESENTATION").ok()?.references(1).ok()?;
         let curve = plane_curve(file, *items.first()?, edge_use.range).ok()?;
-        Some(if edge_use.backward {
-            curve.reversed()
-        } else {
-            curve
-        })
+        Some(if edge_use.backward { curve.reversed() } else { curve })
     };
     let agrees = |curve: &Curve2| {
         let (space, flat) = (edge_use.curve.domain(), curve.domain());
@@ -265,9 +234,7 @@ fn file_pcurve(
     };
     let candidates: Vec<Curve2> = edge_use.pcurves.iter().filter_map(read).filter(agrees).collect();
     let distance = |c: &Curve2| near.map_or(0.0, |near| (c.start() - near).norm());
-    let nearest = candidates
-        .into_iter()
-        .min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+    let nearest = candidates.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
     // The ends must be the edge's ends, not only points somewhere on the edge.
     let c = nearest.start();
     ((surface.point(c.x, c.y) - edge_use.curve.start()).norm() <= context.same).then_some(nearest)
@@ -277,18 +244,11 @@ fn exact_leg(carrier: &Carrier, edge_use: &EdgeUse, curve: Curve2, context: &Con
     let poles = (0..2).any(|d| carrier.pole(d, false).is_some() || carrier.pole(d, true).is_some());
     let free = if poles {
         let at = |p, uv| carrier.foot(&p, Some(uv), context.fit).free;
-        [
-            at(edge_use.curve.start(), curve.start()),
-            at(edge_use.curve.end(), curve.end()),
-        ]
+        [at(edge_use.curve.start(), curve.start()), at(edge_use.curve.end(), curve.end())]
     } else {
         [[false; 2]; 2]
     };
-    Leg {
-        edge: edge_use.edge,
-        path: Path::Exact(curve),
-        free,
-    }
+    Leg { edge: edge_use.edge, path: Path::Exact(curve), free }
 }
 
 /// A jump of more than this part of a period between neighbouring samples asks for one in between.
@@ -329,10 +289,7 @@ fn off_surface(edge_use: &EdgeUse, away: f64, context: &Context) -> Result<(), S
     }
     Err(StepError::Geometry {
         id: edge_use.edge.unwrap_or_default(),
-        what: format!(
-            "the edge lies {:.3} mm off its surface",
-            away * context.mm_per_unit
-        ),
+        what: format!("the edge lies {:.3} mm off its surface", away * context.mm_per_unit),
     })
 }
 

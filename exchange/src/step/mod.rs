@@ -77,21 +77,14 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
         report.units.mm_per_unit = first.mm_per_unit;
         report.tolerance_mm = used.iter().fold(0.0, |m, c| c.tolerance_mm.max(m));
         if used.iter().any(|c| c.mm_per_unit != first.mm_per_unit) {
-            report
-                .warnings
-                .push("The parts of the assembly use different units of length.".into());
+            report.warnings.push("The parts of the assembly use different units of length.".into());
         }
     }
 
     let read: Vec<_> = faces
         .placed
         .par_iter()
-        .map(|placed| {
-            (
-                placed,
-                face(&file, placed, &faces.contexts[placed.context], &styles),
-            )
-        })
+        .map(|placed| (placed, face(&file, placed, &faces.contexts[placed.context], &styles)))
         .collect();
     let mut model = Model {
         faces: Vec::with_capacity(read.len()),
@@ -128,10 +121,8 @@ fn face(
     let BuiltFace { face, name, bridged } = faces::build(file, placed.id, context)?;
     let mm = context.mm_per_unit;
     let to_model = |p: claymill_nurbs::Point3| placed.placement.transform_point(&(p * mm));
-    let mut face = faces::placed(&face, to_model).map_err(|source| StepError::Kernel {
-        id: placed.id,
-        source,
-    })?;
+    let mut face =
+        faces::placed(&face, to_model).map_err(|source| StepError::Kernel { id: placed.id, source })?;
     face.reversed ^= placed.reversed;
     face.source = Source {
         entity: format!("#{}", placed.id),
@@ -140,10 +131,7 @@ fn face(
         colour: styles.colour(&placed.owners),
     };
     // Two instances of one part share no edges.
-    let apart = file
-        .largest_id()
-        .wrapping_add(1)
-        .wrapping_mul(placed.instance - 1);
+    let apart = file.largest_id().wrapping_add(1).wrapping_mul(placed.instance - 1);
     for edge in face.loops.iter_mut().flat_map(|l| &mut l.edges) {
         edge.shared = edge.shared.map(|id| id.wrapping_add(apart));
     }
@@ -174,10 +162,7 @@ fn entities(file: &Part21) -> BTreeMap<String, EntityCount> {
         b"" => "complex instance".to_owned(),
         _ => String::from_utf8_lossy(name).into_owned(),
     };
-    counts
-        .into_iter()
-        .map(|(name, count)| (text(name), count))
-        .collect()
+    counts.into_iter().map(|(name, count)| (text(name), count)).collect()
 }
 
 /// Points looked at to find the number of digits.
@@ -192,30 +177,18 @@ fn coordinate_step(file: &Part21) -> f64 {
         let text = std::str::from_utf8(token).ok()?.trim();
         let value: f64 = text.parse().ok()?;
         let (mantissa, exponent) = text.split_once(['E', 'e']).unwrap_or((text, "0"));
-        let decimals = mantissa
-            .split_once('.')
-            .map_or(0, |(_, tail)| tail.trim_end_matches('0').len());
-        Some((
-            value.abs(),
-            i32::try_from(decimals).ok()? - exponent.parse::<i32>().ok()?,
-        ))
+        let decimals = mantissa.split_once('.').map_or(0, |(_, tail)| tail.trim_end_matches('0').len());
+        Some((value.abs(), i32::try_from(decimals).ok()? - exponent.parse::<i32>().ok()?))
     };
     let numbers: Vec<(f64, i32)> = points
         .iter()
         .step_by(stride)
-        .flat_map(|id| {
-            file.text(*id)
-                .split(|b| matches!(b, b'(' | b')' | b','))
-                .filter_map(number)
-        })
+        .flat_map(|id| file.text(*id).split(|b| matches!(b, b'(' | b')' | b',')).filter_map(number))
         .collect();
     // One far-away helper point must not decide what is large.
     let mut sizes: Vec<f64> = numbers.iter().map(|n| n.0).collect();
     sizes.sort_by(f64::total_cmp);
     let large = sizes.get(sizes.len() * 9 / 10).copied().unwrap_or(0.0);
     let telling = numbers.iter().filter(|n| n.0 >= 0.01 * large);
-    telling
-        .map(|n| n.1)
-        .max()
-        .map_or(0.0, |decimals| 10.0_f64.powi(-decimals))
+    telling.map(|n| n.1).max().map_or(0.0, |decimals| 10.0_f64.powi(-decimals))
 }

@@ -83,10 +83,7 @@ impl<'a> Part21<'a> {
     }
 
     fn breaks_off(&self, at: usize, what: &'static str) -> BreaksOff {
-        BreaksOff {
-            line: self.line(at),
-            what,
-        }
+        BreaksOff { line: self.line(at), what }
     }
 
     /// Line number (from 1) of a byte.
@@ -96,27 +93,21 @@ impl<'a> Part21<'a> {
 
     /// Parses instance `#id`.
     pub(super) fn get(&self, id: u64) -> Result<Entity<'a>, StepError> {
-        let index = self
-            .instances
-            .binary_search_by_key(&id, |i| i.id)
-            .map_err(|_| StepError::Missing { id })?;
+        let index =
+            self.instances.binary_search_by_key(&id, |i| i.id).map_err(|_| StepError::Missing { id })?;
         self.used[index].store(true, Ordering::Relaxed);
         self.parse(&self.instances[index])
     }
 
     fn parse(&self, at: &Instance) -> Result<Entity<'a>, StepError> {
-        parse_instance(at.id, &self.bytes[at.start..at.end]).map_err(|offset| StepError::Syntax {
-            id: at.id,
-            line: self.line(at.start + offset),
-        })
+        parse_instance(at.id, &self.bytes[at.start..at.end])
+            .map_err(|offset| StepError::Syntax { id: at.id, line: self.line(at.start + offset) })
     }
 
     /// All instances for whose type name `wanted` holds, in order of id. Complex instances are asked with the
     /// empty name.
     pub(super) fn of_type(&self, wanted: impl Fn(&[u8]) -> bool) -> impl Iterator<Item = u64> {
-        self.type_names()
-            .filter(move |(_, name)| wanted(name))
-            .map(|(id, _)| id)
+        self.type_names().filter(move |(_, name)| wanted(name)).map(|(id, _)| id)
     }
 
     /// Id and type name of every instance; the name of a complex instance is empty.
@@ -136,9 +127,7 @@ impl<'a> Part21<'a> {
     /// The text of `#id`, unparsed; empty when there is none.
     pub(super) fn text(&self, id: u64) -> &'a [u8] {
         let found = self.instances.binary_search_by_key(&id, |i| i.id);
-        found.map_or(&[], |k| {
-            &self.bytes[self.instances[k].start..self.instances[k].end]
-        })
+        found.map_or(&[], |k| &self.bytes[self.instances[k].start..self.instances[k].end])
     }
 
     /// The largest id in the file.
@@ -148,19 +137,14 @@ impl<'a> Part21<'a> {
 
     /// Header statement `name`, parsed as if it were an instance.
     pub(super) fn header(&self, name: &str) -> Option<Entity<'a>> {
-        let text = self
-            .header
-            .iter()
-            .find(|s| &s[..name_length(s)] == name.as_bytes())?;
+        let text = self.header.iter().find(|s| &s[..name_length(s)] == name.as_bytes())?;
         parse_instance(0, text).ok()
     }
 }
 
 /// Length of the keyword that `text` starts with.
 pub(super) fn name_length(text: &[u8]) -> usize {
-    text.iter()
-        .position(|b| !(b.is_ascii_alphanumeric() || *b == b'_'))
-        .unwrap_or(text.len())
+    text.iter().position(|b| !(b.is_ascii_alphanumeric() || *b == b'_')).unwrap_or(text.len())
 }
 
 /// The first byte from `at` on that is neither white space nor comment.
@@ -222,11 +206,7 @@ fn left_side(bytes: &[u8], start: usize, end: usize) -> Option<Instance> {
     let id = std::str::from_utf8(&text[..digits]).ok()?.parse().ok()?;
     let equals = memchr(b'=', text)?;
     let blank = text[digits..equals].iter().all(u8::is_ascii_whitespace);
-    blank.then(|| Instance {
-        id,
-        start: skip_blank(bytes, start + 1 + equals + 1).min(end),
-        end,
-    })
+    blank.then(|| Instance { id, start: skip_blank(bytes, start + 1 + equals + 1).min(end), end })
 }
 
 #[cfg(test)]

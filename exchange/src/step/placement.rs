@@ -60,8 +60,5 @@ pub(super) fn frame(file: &Part21, id: u64) -> Result<Frame, StepError> {
 }
 
 fn no_direction(id: u64) -> StepError {
-    StepError::Geometry {
-        id,
-        what: "its direction has no length".into(),
-    }
+    StepError::Geometry { id, what: "its direction has no length".into() }
 }

@@ -77,11 +77,7 @@ impl SplineChart {
         let mut surface = self.surface.clone();
         for (d, period) in self.periods.into_iter().enumerate() {
             let Some(period) = period else { continue };
-            let end = if d == 0 {
-                surface.domain().0.1
-            } else {
-                surface.domain().1.1
-            };
+            let end = if d == 0 { surface.domain().0.1 } else { surface.domain().1.1 };
             if range.max[d] > end + 1e-6 * period {
                 surface = laid_twice(&surface, d)?;
             }
@@ -133,11 +129,8 @@ impl SplineChart {
             let pairs = u.iter().flat_map(|u| v.iter().map(|v| Point2::new(*u, *v)));
             pairs.map(|uv| (uv, self.surface.point(uv.x, uv.y))).collect()
         });
-        let mut near: Vec<(f64, usize)> = seeds
-            .iter()
-            .enumerate()
-            .map(|(i, (_, q))| ((q - p).norm_squared(), i))
-            .collect();
+        let mut near: Vec<(f64, usize)> =
+            seeds.iter().enumerate().map(|(i, (_, q))| ((q - p).norm_squared(), i)).collect();
         let count = STARTS.min(near.len());
         if count < near.len() {
             near.select_nth_unstable_by(count, |a, b| a.0.total_cmp(&b.0));
@@ -287,10 +280,7 @@ mod tests {
     fn closed_directions_are_seen_and_laid_twice() {
         let chart = ring();
         assert!(chart.periods().iter().all(Option::is_some));
-        let range = Range {
-            min: Point2::new(4.0, 4.0),
-            max: Point2::new(9.0, 8.0),
-        };
+        let range = Range { min: Point2::new(4.0, 4.0), max: Point2::new(9.0, 8.0) };
         let patch = chart.patch(&range).unwrap();
         for (u, v) in [(0.3, 0.4), (5.0, 6.0), (2.0, 4.4)] {
             let p = chart.surface().point(u, v);
@@ -309,11 +299,7 @@ mod tests {
             assert!((foot.uv - Point2::new(u, v)).norm() < 1e-8, "{} {u} {v}", foot.uv);
             let near = Point2::new(u + TAU - 0.3, v - TAU + 0.2);
             let foot = chart.foot(&p, Some(near), 1e-9);
-            assert!(
-                (foot.uv - Point2::new(u + TAU, v - TAU)).norm() < 1e-8,
-                "{}",
-                foot.uv
-            );
+            assert!((foot.uv - Point2::new(u + TAU, v - TAU)).norm() < 1e-8, "{}", foot.uv);
         }
     }
 }

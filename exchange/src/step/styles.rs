@@ -53,11 +53,7 @@ fn colour(file: &Part21, id: u64, steps: usize) -> Option<[u8; 3]> {
     let steps = steps.checked_sub(1)?;
     let entity = file.get(id).ok()?;
     if let Ok(rgb) = entity.part("COLOUR_RGB") {
-        let byte = |i| {
-            rgb.number(i)
-                .map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
-                .ok()
-        };
+        let byte = |i| rgb.number(i).map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8).ok();
         return Some([byte(1)?, byte(2)?, byte(3)?]);
     }
     if let Ok(named) = entity.part("DRAUGHTING_PRE_DEFINED_COLOUR") {

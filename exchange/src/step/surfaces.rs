@@ -34,10 +34,9 @@ fn nested(
     let depth = depth.checked_sub(1).ok_or(StepError::Endless { id })?;
     let entity = file.get(id)?;
     let positive = |value: f64| {
-        (value > 0.0).then_some(value).ok_or_else(|| StepError::Geometry {
-            id,
-            what: format!("a radius is {value}"),
-        })
+        (value > 0.0)
+            .then_some(value)
+            .ok_or_else(|| StepError::Geometry { id, what: format!("a radius is {value}") })
     };
     let (quadric, kind) = match entity.simple_name() {
         "PLANE" => (Quadric::Plane, SurfaceKind::Plane),
@@ -72,20 +71,14 @@ fn nested(
         }
         "SURFACE_OF_REVOLUTION" => {
             let surface = of_revolution(file, &entity, angle_unit, boundary)?;
-            return Ok((
-                Carrier::Spline(SplineChart::new(surface)),
-                SurfaceKind::Revolution,
-            ));
+            return Ok((Carrier::Spline(SplineChart::new(surface)), SurfaceKind::Revolution));
         }
         // The trim loops of a face lie inside the bounds of its surface, so that the bounds add nothing.
         "RECTANGULAR_TRIMMED_SURFACE" | "CURVE_BOUNDED_SURFACE" => {
             return nested(file, entity.only()?.reference(1)?, angle_unit, boundary, depth);
         }
         _ if is_spline(&entity) => {
-            return Ok((
-                Carrier::Spline(SplineChart::new(spline(file, &entity)?)),
-                SurfaceKind::Nurbs,
-            ));
+            return Ok((Carrier::Spline(SplineChart::new(spline(file, &entity)?)), SurfaceKind::Nurbs));
         }
         _ => {
             let name = entity.name();
@@ -109,11 +102,7 @@ fn linear_extrusion(
     let curve = match &curve {
         // Extruded lines are slanted planes: both directions are solved for at once.
         Curve::Line { origin, direction } => {
-            let (a, b, c) = (
-                direction.norm_squared(),
-                direction.dot(&along),
-                along.norm_squared(),
-            );
+            let (a, b, c) = (direction.norm_squared(), direction.dot(&along), along.norm_squared());
             let parameter = |p: &Point3| {
                 let d = p - origin;
                 (d.dot(direction) * c - d.dot(&along) * b) / (a * c - b * b)
@@ -125,12 +114,7 @@ fn linear_extrusion(
     let height = |p: &Point3| p.coords.dot(&along) / along.norm_squared();
     let (low, high) = range(boundary.iter().map(height));
     let (curve_low, curve_high) = range(curve.points().iter().map(height));
-    extrusion(
-        &curve,
-        &along,
-        widened([low - curve_high, high - curve_low].into_iter()),
-    )
-    .of(id)
+    extrusion(&curve, &along, widened([low - curve_high, high - curve_low].into_iter())).of(id)
 }
 
 /// SURFACE_OF_REVOLUTION(name, curve, axis), the whole turn.
@@ -149,11 +133,7 @@ fn of_revolution(
             // from it bounds the parameter instead.
             let (rise, start) = (direction.dot(&axis.z), (origin - axis.origin).dot(&axis.z));
             if rise.abs() > 1e-9 * direction.norm() {
-                widened(
-                    boundary
-                        .iter()
-                        .map(|p| ((p - axis.origin).dot(&axis.z) - start) / rise),
-                )
+                widened(boundary.iter().map(|p| ((p - axis.origin).dot(&axis.z) - start) / rise))
             } else {
                 let away = |p: &Point3| (p - axis.origin).cross(&axis.z).norm();
                 let outward = (origin - axis.origin).dot(direction).signum() / direction.norm();
@@ -167,9 +147,7 @@ fn of_revolution(
 }
 
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
-        (a.min(v), b.max(v))
-    })
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
 }
 
 /// The range of the values and a thousandth more, so that rounding cannot push a boundary outside.
@@ -227,9 +205,7 @@ fn spline(file: &Part21, entity: &Entity) -> Result<NurbsSurface, StepError> {
         Err(_) => None,
     };
     let [knots_u, knots_v] = knots;
-    let (knots_u, knots_v) = (
-        KnotVector::new(degrees[0], knots_u).of(id)?,
-        KnotVector::new(degrees[1], knots_v).of(id)?,
-    );
+    let (knots_u, knots_v) =
+        (KnotVector::new(degrees[0], knots_u).of(id)?, KnotVector::new(degrees[1], knots_v).of(id)?);
     NurbsSurface::new(knots_u, knots_v, points, weights).of(id)
 }

@@ -34,18 +34,12 @@ fn context(mm_per_unit: f64, angle_unit: f64, tolerance_mm: f64, declared: Strin
 /// Reads the representation context `#id`; `None` when it declares no unit of length.
 pub(super) fn read(file: &Part21, id: u64) -> Option<Context> {
     let entity = file.get(id).ok()?;
-    let units = entity
-        .part("GLOBAL_UNIT_ASSIGNED_CONTEXT")
-        .ok()?
-        .references(0)
-        .ok()?;
+    let units = entity.part("GLOBAL_UNIT_ASSIGNED_CONTEXT").ok()?.references(0).ok()?;
     let (mut length, mut angle) = (None, 1.0);
     for unit in units {
         let Ok(unit) = file.get(unit) else { continue };
         if unit.is("LENGTH_UNIT") {
-            length = size(file, &unit, MILLI, DEEPEST_UNIT)
-                .ok()
-                .map(|s| (s, name(&unit)));
+            length = size(file, &unit, MILLI, DEEPEST_UNIT).ok().map(|s| (s, name(&unit)));
         } else if unit.is("PLANE_ANGLE_UNIT") {
             angle = size(file, &unit, 0, DEEPEST_UNIT).unwrap_or(1.0);
         }
@@ -61,21 +55,13 @@ pub(super) fn read(file: &Part21, id: u64) -> Option<Context> {
 
 /// The largest length uncertainty, in the unit of the context.
 fn tolerance(file: &Part21, context: &Entity) -> Option<f64> {
-    let list = context
-        .part("GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT")
-        .ok()?
-        .references(0)
-        .ok()?;
+    let list = context.part("GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT").ok()?.references(0).ok()?;
     let value = |id: u64| {
         let entity = file.get(id).ok()?;
         let record = entity.part("UNCERTAINTY_MEASURE_WITH_UNIT").ok()?;
-        let of_length = record
-            .optional_reference(1)
-            .is_some_and(|u| file.get(u).is_ok_and(|u| u.is("LENGTH_UNIT")));
-        record
-            .number(0)
-            .ok()
-            .filter(|t| of_length && t.is_finite() && *t >= 0.0)
+        let of_length =
+            record.optional_reference(1).is_some_and(|u| file.get(u).is_ok_and(|u| u.is("LENGTH_UNIT")));
+        record.number(0).ok().filter(|t| of_length && t.is_finite() && *t >= 0.0)
     };
     list.into_iter().filter_map(value).reduce(f64::max)
 }

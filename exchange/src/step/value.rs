@@ -37,11 +37,7 @@ pub(super) struct Record<'a> {
 impl<'a> Entity<'a> {
     /// The type of a simple instance, or the types of a complex one joined by `+`.
     pub(super) fn name(&self) -> String {
-        let names: Vec<_> = self
-            .parts
-            .iter()
-            .map(|p| String::from_utf8_lossy(p.name))
-            .collect();
+        let names: Vec<_> = self.parts.iter().map(|p| String::from_utf8_lossy(p.name)).collect();
         names.join("+")
     }
 
@@ -74,11 +70,7 @@ impl<'a> Entity<'a> {
 
     /// The error that this instance stands where `expected` is needed.
     pub(super) fn unexpected(&self, expected: &'static str) -> StepError {
-        StepError::Unexpected {
-            id: self.id,
-            found: self.name(),
-            expected,
-        }
+        StepError::Unexpected { id: self.id, found: self.name(), expected }
     }
 
     /// All instances that this one refers to, in order.
@@ -121,14 +113,11 @@ impl<'a> Record<'a> {
     pub(super) fn count(&self, index: usize) -> Result<usize, StepError> {
         let n = self.number(index)?;
         let whole = n.fract() == 0.0 && (0.0..1e6).contains(&n);
-        whole
-            .then_some(n as usize)
-            .ok_or_else(|| self.wrong(index, "whole number"))
+        whole.then_some(n as usize).ok_or_else(|| self.wrong(index, "whole number"))
     }
 
     pub(super) fn reference(&self, index: usize) -> Result<u64, StepError> {
-        self.optional_reference(index)
-            .ok_or_else(|| self.wrong(index, "reference"))
+        self.optional_reference(index).ok_or_else(|| self.wrong(index, "reference"))
     }
 
     pub(super) fn optional_reference(&self, index: usize) -> Option<u64> {
@@ -354,10 +343,7 @@ impl<'a> Parser<'a> {
             b'+' | b'-' | b'.' | b'0'..=b'9' => {
                 let at = self.at;
                 let token = self.take(|b| matches!(b, b'+' | b'-' | b'.' | b'0'..=b'9' | b'E' | b'e'));
-                parse(token)
-                    .filter(|n: &f64| n.is_finite())
-                    .map(Value::Number)
-                    .ok_or(at)
+                parse(token).filter(|n: &f64| n.is_finite()).map(Value::Number).ok_or(at)
             }
             _ => {
                 self.keyword()?;
@@ -413,17 +399,12 @@ mod tests {
         assert_eq!(r.table(8, reference).unwrap(), [vec![1, 2], vec![3]]);
         assert!(r.flag(9).unwrap());
         assert_eq!(e.references(), [12, 1, 2, 3]);
-        assert!(matches!(
-            r.number(0),
-            Err(StepError::Argument { id: 5, index: 1, .. })
-        ));
+        assert!(matches!(r.number(0), Err(StepError::Argument { id: 5, index: 1, .. })));
     }
 
     #[test]
     fn nonsense_is_refused_where_it_stands() {
-        for bad in [
-            "X(", "X(1", "X(,)", "X(1.2.3)", "X(#)", "X('a)", "X()Y", "(X()", "", "X(.T)",
-        ] {
+        for bad in ["X(", "X(1", "X(,)", "X(1.2.3)", "X(#)", "X('a)", "X()Y", "(X()", "", "X(.T)"] {
             assert!(parse_instance(1, bad.as_bytes()).is_err(), "{bad}");
         }
         let deep = format!("X{}{}", "(".repeat(100_000), ")".repeat(100_000));

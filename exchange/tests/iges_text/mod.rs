@@ -12,13 +12,7 @@ pub(crate) struct Entity {
 }
 
 pub(crate) fn entity(kind: u32, parameters: impl Into<String>) -> Entity {
-    Entity {
-        kind,
-        form: 0,
-        matrix: 0,
-        status: "00000000",
-        parameters: parameters.into(),
-    }
+    Entity { kind, form: 0, matrix: 0, status: "00000000", parameters: parameters.into() }
 }
 
 /// A file in millimetres; entity `i` is `DE 2 i + 1`.
@@ -34,11 +28,7 @@ pub(crate) fn file_in(unit: &str, entities: &[Entity]) -> String {
     };
     card("small test file", 'S', 1);
     card("1H,,1H;,4Htest,5Ha.igs,4Htest,1H1,32,38,6,308,15,4Htest,", 'G', 1);
-    card(
-        &format!("1.,{unit},1,0.1,15H20000101.000000,1D-3,100.,,,11,0;"),
-        'G',
-        2,
-    );
+    card(&format!("1.,{unit},1,0.1,15H20000101.000000,1D-3,100.,,,11,0;"), 'G', 2);
     let mut data = Vec::new();
     let (mut d, mut p) = (0, 0);
     for e in entities {
@@ -83,11 +73,5 @@ pub(crate) fn flat(w: f64, h: f64) -> Entity {
 
 /// A line in space.
 pub(crate) fn line(a: [f64; 3], b: [f64; 3]) -> Entity {
-    entity(
-        110,
-        format!(
-            "{:?},{:?},{:?},{:?},{:?},{:?}",
-            a[0], a[1], a[2], b[0], b[1], b[2]
-        ),
-    )
+    entity(110, format!("{:?},{:?},{:?},{:?},{:?},{:?}", a[0], a[1], a[2], b[0], b[1], b[2]))
 }

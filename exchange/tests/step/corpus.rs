@@ -9,10 +9,8 @@ use crate::green::green_area;
 
 /// The file of the corpus, or `None` (with a message) where the corpus is absent.
 fn corpus(name: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("CLAYMILL_CORPUS").map_or_else(
-        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus"),
-        PathBuf::from,
-    );
+    let folder = std::env::var_os("CLAYMILL_CORPUS")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus"), PathBuf::from);
     let path = folder.join(name);
     if !path.exists() {
         eprintln!("skipped: {} is not there", path.display());
@@ -25,11 +23,7 @@ fn import(name: &str) -> Option<Import> {
     let path = corpus(name)?;
     let start = Instant::now();
     let import = read(&path).unwrap();
-    eprintln!(
-        "{name}: {} faces in {:.2?}",
-        import.model.faces.len(),
-        start.elapsed()
-    );
+    eprintln!("{name}: {} faces in {:.2?}", import.model.faces.len(), start.elapsed());
     Some(import)
 }
 
@@ -61,18 +55,9 @@ fn the_large_sewn_car_keeps_its_topology() {
     let Some(import) = import("sports_car_6300_sewn.stp") else {
         return;
     };
-    assert_eq!(
-        (import.report.faces_in_file, import.report.skipped.len()),
-        (6300, 0)
-    );
+    assert_eq!((import.report.faces_in_file, import.report.skipped.len()), (6300, 0));
     let mut uses = std::collections::BTreeMap::new();
-    for edge in import
-        .model
-        .faces
-        .iter()
-        .flat_map(|f| &f.loops)
-        .flat_map(|l| &l.edges)
-    {
+    for edge in import.model.faces.iter().flat_map(|f| &f.loops).flat_map(|l| &l.edges) {
         *uses.entry(edge.shared.unwrap()).or_insert(0) += 1;
     }
     // 25 200 sides, of which 120 are free.

@@ -7,10 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::text::{face, polygon, ring, try_read};
 
 fn square() -> String {
-    polygon(
-        200,
-        &[[0.0, 0.0, 3.0], [9.0, 0.0, 3.0], [9.0, 9.0, 3.0], [0.0, 9.0, 3.0]],
-    )
+    polygon(200, &[[0.0, 0.0, 3.0], [9.0, 0.0, 3.0], [9.0, 9.0, 3.0], [0.0, 9.0, 3.0]])
 }
 
 /// The reason why the only face was skipped.
@@ -31,14 +28,8 @@ fn reason(text: &str) -> String {
 fn a_damaged_face_says_which_entity_is_wrong() {
     let with = |surface: &str| reason(&face("(#200)", &format!("{surface}{}", square())));
     assert_eq!(with(""), "#50 is referred to but not in the file");
-    assert_eq!(
-        with("#50=PLANE('',#51);\n"),
-        "#51 is referred to but not in the file"
-    );
-    assert_eq!(
-        with("#50=OFFSET_SURFACE('',#51,2.,.F.);\n"),
-        "#50: OFFSET_SURFACE is not supported"
-    );
+    assert_eq!(with("#50=PLANE('',#51);\n"), "#51 is referred to but not in the file");
+    assert_eq!(with("#50=OFFSET_SURFACE('',#51,2.,.F.);\n"), "#50: OFFSET_SURFACE is not supported");
     assert!(with("#50=PLANE('',#10;\n").starts_with("#50 cannot be parsed (line"));
     assert!(with("#50=CYLINDRICAL_SURFACE('',#10,-2.);\n").contains("a radius is -2"));
     assert!(
@@ -61,10 +52,7 @@ fn an_open_loop_and_a_lonely_ring_are_refused() {
         #206=CIRCLE('',#10,7.);\n";
     let text = face("(#200)", open);
     assert!(reason(&text).contains("#"));
-    let ring = format!(
-        "#50=CYLINDRICAL_SURFACE('',#10,4.);\n{}",
-        ring(200, 4.0, 0.0, true)
-    );
+    let ring = format!("#50=CYLINDRICAL_SURFACE('',#10,4.);\n{}", ring(200, 4.0, 0.0, true));
     assert!(reason(&face("(#200)", &ring)).contains("runs round the surface"));
 }
 
@@ -106,10 +94,7 @@ fn specimens() -> Vec<String> {
     let triangle = polygon(400, &[[1.0, 1.0, 3.0], [9.0, 1.0, 3.0], [1.0, 5.0, 3.0]]);
     let line = "#51=LINE('',#52,#53);\n#52=CARTESIAN_POINT('',(5.,2.,3.));\n#53=VECTOR('',#12,2.);\n";
     vec![
-        face(
-            "(#200,#300)",
-            &format!("#50=CYLINDRICAL_SURFACE('',#10,4.);\n{rings}"),
-        ),
+        face("(#200,#300)", &format!("#50=CYLINDRICAL_SURFACE('',#10,4.);\n{rings}")),
         face("(#400)", &format!("{spline}{triangle}")),
         face(
             "(#200,#300)",
@@ -117,10 +102,7 @@ fn specimens() -> Vec<String> {
                 "#50=SURFACE_OF_REVOLUTION('',#51,#54);\n#54=AXIS1_PLACEMENT('',#11,#12);\n{line}{rings}"
             ),
         ),
-        face(
-            "(#200)",
-            &format!("#50=SPHERICAL_SURFACE('',#10,5.);\n{}", ring(200, 4.0, 3.0, true)),
-        ),
+        face("(#200)", &format!("#50=SPHERICAL_SURFACE('',#10,5.);\n{}", ring(200, 4.0, 3.0, true))),
     ]
 }
 

@@ -23,27 +23,15 @@ fn one(text: &str, kind: SurfaceKind, area: f64) -> Import {
 
 #[test]
 fn a_plane_with_a_round_hole() {
-    let square = [
-        [-9.0, -8.0, 3.0],
-        [11.0, -8.0, 3.0],
-        [11.0, 12.0, 3.0],
-        [-9.0, 12.0, 3.0],
-    ];
+    let square = [[-9.0, -8.0, 3.0], [11.0, -8.0, 3.0], [11.0, 12.0, 3.0], [-9.0, 12.0, 3.0]];
     // Both loops run the same way round: containment decides, not direction.
     let text = face(
         "(#200,#300)",
-        &format!(
-            "#50=PLANE('',#10);\n{}{}",
-            polygon(200, &square),
-            ring(300, 4.0, 0.0, true)
-        ),
+        &format!("#50=PLANE('',#10);\n{}{}", polygon(200, &square), ring(300, 4.0, 0.0, true)),
     );
     let import = one(&text, SurfaceKind::Plane, 400.0 - 16.0 * PI);
     let source = &import.model.faces[0].source;
-    assert_eq!(
-        (source.entity.as_str(), source.name.as_deref()),
-        ("#100", Some("skin"))
-    );
+    assert_eq!((source.entity.as_str(), source.name.as_deref()), ("#100", Some("skin")));
     assert_eq!(import.report.system.as_deref(), Some("writer"));
     assert_eq!(import.model.tolerance_mm, 0.001);
 }
@@ -51,16 +39,9 @@ fn a_plane_with_a_round_hole() {
 #[test]
 fn a_cylinder_between_two_rings_is_cut_open() {
     let rings = ring(200, 4.0, 0.0, true) + &ring(300, 4.0, 10.0, false);
-    let text = face(
-        "(#200,#300)",
-        &format!("#50=CYLINDRICAL_SURFACE('',#10,4.);\n{rings}"),
-    );
+    let text = face("(#200,#300)", &format!("#50=CYLINDRICAL_SURFACE('',#10,4.);\n{rings}"));
     let import = one(&text, SurfaceKind::Cylinder, 80.0 * PI);
-    let ids: Vec<_> = import.model.faces[0].loops[0]
-        .edges
-        .iter()
-        .map(|e| e.shared)
-        .collect();
+    let ids: Vec<_> = import.model.faces[0].loops[0].edges.iter().map(|e| e.shared).collect();
     assert_eq!(ids.iter().filter(|id| id.is_some()).count(), 2);
 }
 
@@ -82,13 +63,8 @@ fn a_cylinder_with_a_seam_edge() {
 #[test]
 fn a_cone_runs_to_its_apex_and_angles_are_in_the_files_unit() {
     // Half-angle 30°, radius 6 at the origin: the apex is 6/tan 30° below, the slant height 12.
-    let text = face(
-        "(#200)",
-        &format!(
-            "#50=CONICAL_SURFACE('',#10,6.,30.);\n{}",
-            ring(200, 6.0, 0.0, false)
-        ),
-    );
+    let text =
+        face("(#200)", &format!("#50=CONICAL_SURFACE('',#10,6.,30.);\n{}", ring(200, 6.0, 0.0, false)));
     one(&text, SurfaceKind::Cone, PI * 6.0 * 12.0);
 }
 
@@ -97,11 +73,7 @@ fn spheres_whole_capped_and_pierced() {
     let sphere = "#50=SPHERICAL_SURFACE('',#10,5.);\n";
     let vertex = "#200=FACE_BOUND('',#201,.T.);\n#201=VERTEX_LOOP('',#202);\n#202=VERTEX_POINT('',#11);\n";
     let whole = 100.0 * PI;
-    one(
-        &face("(#200)", &format!("{sphere}{vertex}")),
-        SurfaceKind::Sphere,
-        whole,
-    );
+    one(&face("(#200)", &format!("{sphere}{vertex}")), SurfaceKind::Sphere, whole);
     one(&face("()", sphere), SurfaceKind::Sphere, whole);
     // The circle of radius 4 at height 3: a cap of height 2 above it, the rest below.
     let up = face("(#200)", &format!("{sphere}{}", ring(200, 4.0, 3.0, true)));
@@ -117,19 +89,11 @@ fn spheres_whole_capped_and_pierced() {
     let pierced = one(&face("(#200)", &loops("F")), SurfaceKind::Sphere, 80.0 * PI);
     // The hole lies inside the outer boundary, clear of the seam.
     let range = |k: usize| {
-        let ends = pierced.model.faces[0].loops[k]
-            .edges
-            .iter()
-            .flat_map(|e| e.pcurve.points());
-        ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| {
-            (a.min(p.x), b.max(p.x))
-        })
+        let ends = pierced.model.faces[0].loops[k].edges.iter().flat_map(|e| e.pcurve.points());
+        ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p.x), b.max(p.x)))
     };
     let (outer, hole) = (range(0), range(1));
-    assert!(
-        outer.0 < hole.0 - 1.0 && hole.1 + 1.0 < outer.1,
-        "{outer:?} {hole:?}"
-    );
+    assert!(outer.0 < hole.0 - 1.0 && hole.1 + 1.0 < outer.1, "{outer:?} {hole:?}");
 }
 
 #[test]
@@ -139,19 +103,11 @@ fn tori_whole_and_halved() {
     // The upper half between the top and… the outer equator: v from 0 to π/2.
     let rings = ring(200, 13.0, 0.0, true) + &ring(300, 10.0, 3.0, false);
     let area = 2.0 * PI * 3.0 * (10.0 * PI / 2.0 + 3.0);
-    one(
-        &face("(#200,#300)", &format!("{torus}{rings}")),
-        SurfaceKind::Torus,
-        area,
-    );
+    one(&face("(#200,#300)", &format!("{torus}{rings}")), SurfaceKind::Torus, area);
     // Reversed rings bound the other three quarters.
     let rings = ring(200, 13.0, 0.0, false) + &ring(300, 10.0, 3.0, true);
     let rest = 4.0 * PI * PI * 30.0 - area;
-    one(
-        &face("(#200,#300)", &format!("{torus}{rings}")),
-        SurfaceKind::Torus,
-        rest,
-    );
+    one(&face("(#200,#300)", &format!("{torus}{rings}")), SurfaceKind::Torus, rest);
 }
 
 #[test]
@@ -161,12 +117,7 @@ fn sweeps() {
     let turned =
         format!("#50=SURFACE_OF_REVOLUTION('',#51,#54);\n#54=AXIS1_PLACEMENT('',#11,#12);\n{line}{rings}");
     one(&face("(#200,#300)", &turned), SurfaceKind::Revolution, 80.0 * PI);
-    let square = [
-        [5.0, 0.0, 0.0],
-        [5.0, 10.0, 0.0],
-        [5.0, 10.0, 10.0],
-        [5.0, 0.0, 10.0],
-    ];
+    let square = [[5.0, 0.0, 0.0], [5.0, 10.0, 0.0], [5.0, 10.0, 10.0], [5.0, 0.0, 10.0]];
     let swept = format!(
         "#50=SURFACE_OF_LINEAR_EXTRUSION('',#51,#54);\n#54=VECTOR('',#55,3.);\n\
          #55=DIRECTION('',(0.,1.,1.));\n{line}{}",
@@ -184,20 +135,13 @@ fn a_bezier_patch_without_bounds_is_whole_and_a_polygon_trims_it() {
         #53=CARTESIAN_POINT('',(20.,0.,0.));\n#54=CARTESIAN_POINT('',(20.,10.,0.));\n";
     one(&face("()", patch), SurfaceKind::Nurbs, 200.0);
     let triangle = polygon(200, &[[1.0, 1.0, 0.0], [9.0, 1.0, 0.0], [1.0, 5.0, 0.0]]);
-    one(
-        &face("(#200)", &format!("{patch}{triangle}")),
-        SurfaceKind::Nurbs,
-        16.0,
-    );
+    one(&face("(#200)", &format!("{patch}{triangle}")), SurfaceKind::Nurbs, 16.0);
 }
 
 #[test]
 fn parts_of_an_assembly_are_placed_in_their_own_units() {
     // A 1 × 1 inch square, placed twice: as a mapped item and by a relationship, 100 mm and 200 mm along x.
-    let square = polygon(
-        200,
-        &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
-    );
+    let square = polygon(200, &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]);
     let data = format!(
         "#20=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#21))REPRESENTATION_CONTEXT('',''));\n\
          #21=(CONVERSION_BASED_UNIT('INCH',#22)LENGTH_UNIT()NAMED_UNIT(*));\n\
@@ -213,32 +157,18 @@ fn parts_of_an_assembly_are_placed_in_their_own_units() {
          SHAPE_REPRESENTATION_RELATIONSHIP());\n#71=ITEM_DEFINED_TRANSFORMATION('','',#40,#63);\n{square}"
     );
     let import = read(&file(&data));
-    let mut corners: Vec<f64> = import
-        .model
-        .faces
-        .iter()
-        .map(|f| f.surface.point(0.0, 0.0).x)
-        .collect();
+    let mut corners: Vec<f64> = import.model.faces.iter().map(|f| f.surface.point(0.0, 0.0).x).collect();
     corners.sort_by(f64::total_cmp);
     approx::assert_relative_eq!(corners.as_slice(), [100.0, 200.0].as_slice(), epsilon = 1e-9);
     for face in &import.model.faces {
         approx::assert_relative_eq!(green_area(face), 25.4 * 25.4, max_relative = 1e-12);
     }
-    assert_eq!(
-        (
-            import.report.units.declared.as_str(),
-            import.report.units.mm_per_unit
-        ),
-        ("INCH", 25.4)
-    );
+    assert_eq!((import.report.units.declared.as_str(), import.report.units.mm_per_unit), ("INCH", 25.4));
 }
 
 #[test]
 fn colours_and_layers_reach_the_face_from_its_shell() {
-    let square = polygon(
-        200,
-        &[[0.0, 0.0, 3.0], [1.0, 0.0, 3.0], [1.0, 1.0, 3.0], [0.0, 1.0, 3.0]],
-    );
+    let square = polygon(200, &[[0.0, 0.0, 3.0], [1.0, 0.0, 3.0], [1.0, 1.0, 3.0], [0.0, 1.0, 3.0]]);
     let text = face(
         "(#200)",
         &format!(

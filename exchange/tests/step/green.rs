@@ -26,10 +26,7 @@ pub(crate) fn green_area(face: &Face) -> f64 {
             .filter(|w| w[0] < u)
             .map(|w| {
                 let (a, b) = (w[0], w[1].min(u));
-                GAUSS
-                    .iter()
-                    .map(|(x, w)| w * (b - a) * element(a + (b - a) * x))
-                    .sum::<f64>()
+                GAUSS.iter().map(|(x, w)| w * (b - a) * element(a + (b - a) * x)).sum::<f64>()
             })
             .sum()
     };
@@ -45,28 +42,16 @@ pub(crate) fn green_area(face: &Face) -> f64 {
         if c.knots().degree() == 1 && spans.len() == 2 {
             let (from, rise, length) = (c.start().y, c.end().y - c.start().y, spans[1] - spans[0]);
             let crossings = surface.knots_v().breaks().into_iter().map(|k| (k - from) / rise);
-            cuts.extend(
-                crossings
-                    .filter(|x| *x > 0.0 && *x < 1.0)
-                    .map(|x| spans[0] + x * length),
-            );
+            cuts.extend(crossings.filter(|x| *x > 0.0 && *x < 1.0).map(|x| spans[0] + x * length));
             cuts.sort_by(f64::total_cmp);
         }
         cuts.windows(2)
             .flat_map(|w| GAUSS.map(|(x, weight)| (w[0] + (w[1] - w[0]) * x, weight * (w[1] - w[0]))))
             .map(|(t, w)| {
                 let [p, d, _] = c.derivatives(t);
-                if d.y == 0.0 {
-                    0.0
-                } else {
-                    w * d.y * strip(p.x, p.y)
-                }
+                if d.y == 0.0 { 0.0 } else { w * d.y * strip(p.x, p.y) }
             })
             .sum()
     };
-    face.boundary()
-        .iter()
-        .flat_map(|l| &l.edges)
-        .map(|e| edge(&e.pcurve))
-        .sum()
+    face.boundary().iter().flat_map(|l| &l.edges).map(|e| edge(&e.pcurve)).sum()
 }

@@ -35,16 +35,8 @@ pub(crate) fn face(bounds: &str, data: &str) -> String {
 /// A full circle of radius `r` about the axis of [`face`] at height `z` over its origin, as the bound `#id` (its
 /// parts take the numbers up to `id + 9`); anticlockwise seen from above when `forward`.
 pub(crate) fn ring(id: u64, r: f64, z: f64, forward: bool) -> String {
-    let [
-        edge_loop,
-        oriented,
-        edge,
-        vertex,
-        point,
-        circle,
-        placement,
-        centre,
-    ] = [1, 2, 3, 4, 5, 6, 7, 8].map(|k| id + k);
+    let [edge_loop, oriented, edge, vertex, point, circle, placement, centre] =
+        [1, 2, 3, 4, 5, 6, 7, 8].map(|k| id + k);
     let flag = if forward { "T" } else { "F" };
     let z = 3.0 + z;
     format!(
@@ -62,9 +54,7 @@ pub(crate) fn polygon(id: u64, corners: &[[f64; 3]]) -> String {
     let points: String = (corners.iter().zip(id + 2..))
         .map(|([x, y, z], id)| format!("#{id}=CARTESIAN_POINT('',({x:?},{y:?},{z:?}));\n"))
         .collect();
-    let list: Vec<String> = (0..corners.len() as u64)
-        .map(|k| format!("#{}", id + 2 + k))
-        .collect();
+    let list: Vec<String> = (0..corners.len() as u64).map(|k| format!("#{}", id + 2 + k)).collect();
     let (list, poly_loop) = (list.join(","), id + 1);
     format!("#{id}=FACE_OUTER_BOUND('',#{poly_loop},.T.);\n#{poly_loop}=POLY_LOOP('',({list}));\n{points}")
 }

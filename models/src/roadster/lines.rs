@@ -116,37 +116,22 @@ fn to(x: f64, y: f64, z: f64) -> Vector3 {
 impl Lines {
     pub(super) fn new() -> Lines {
         let mut n = Network::default();
-        let front = Arch {
-            x: 850.0,
-            z: 345.0,
-            radius: 405.0,
-            foot: 872.0,
-            flare: 68.0,
-        };
-        let rear = Arch {
-            x: 3400.0,
-            z: 355.0,
-            radius: 415.0,
-            foot: 876.0,
-            flare: 74.0,
-        };
+        let front = Arch { x: 850.0, z: 345.0, radius: 405.0, foot: 872.0, flare: 68.0 };
+        let rear = Arch { x: 3400.0, z: 355.0, radius: 415.0, foot: 876.0, flare: 74.0 };
         let arch_front = n.add_pair(front.lip(arch::FRONT));
         let arch_rear = n.add_pair(rear.lip(arch::REAR));
         let liner_front = n.add_pair(front.liner(arch::FRONT));
         let liner_rear = n.add_pair(rear.liner(arch::REAR));
-        let liner_ends = [
-            (arch_front, liner_front, arch::FRONT),
-            (arch_rear, liner_rear, arch::REAR),
-        ]
-        .map(|(lip, liner, stations)| {
-            [stations[0], stations[3]].map(|t| {
-                let line = Spline::line(n.point(lip, t), n.point(liner, t));
-                n.add_pair(line)
+        let liner_ends = [(arch_front, liner_front, arch::FRONT), (arch_rear, liner_rear, arch::REAR)]
+            .map(|(lip, liner, stations)| {
+                [stations[0], stations[3]].map(|t| {
+                    let line = Spline::line(n.point(lip, t), n.point(liner, t));
+                    n.add_pair(line)
+                })
             })
-        })
-        .concat()
-        .try_into()
-        .expect("two arches with two ends");
+            .concat()
+            .try_into()
+            .expect("two arches with two ends");
 
         let belt = n.add_pair(along_x(&[
             (belt::NOSE, 640.0, 760.0),
@@ -166,20 +151,14 @@ impl Lines {
         let edge = |n: &Network, id: CurveId, t| n.point(id, t);
 
         // Sides.
-        let (a, b) = (
-            edge(&n, arch_front, arch::FRONT[2]),
-            edge(&n, arch_rear, arch::REAR[1]),
-        );
+        let (a, b) = (edge(&n, arch_front, arch::FRONT[2]), edge(&n, arch_rear, arch::REAR[1]));
         let sill_top = n.add_pair(Spline::through(&[
             (0.0, a),
             (0.3, at(1780.0, 884.0, 352.0)),
             (0.7, at(2460.0, 886.0, 352.0)),
             (1.0, b),
         ]));
-        let (a, b) = (
-            edge(&n, arch_front, arch::FRONT[3]),
-            edge(&n, arch_rear, arch::REAR[0]),
-        );
+        let (a, b) = (edge(&n, arch_front, arch::FRONT[3]), edge(&n, arch_rear, arch::REAR[0]));
         let sill_foot = n.add_pair(Spline::through(&[
             (0.0, a),
             (0.3, at(1780.0, 832.0, 206.0)),
@@ -371,10 +350,5 @@ impl Lines {
 
 /// A line along the vehicle through `(x, y, z)`, with x as its parameter.
 fn along_x(table: &[(f64, f64, f64)]) -> Spline {
-    Spline::through(
-        &table
-            .iter()
-            .map(|&(x, y, z)| (x, at(x, y, z)))
-            .collect::<Vec<_>>(),
-    )
+    Spline::through(&table.iter().map(|&(x, y, z)| (x, at(x, y, z))).collect::<Vec<_>>())
 }

@@ -21,10 +21,7 @@ pub struct RoadsterOptions {
 
 impl Default for RoadsterOptions {
     fn default() -> Self {
-        RoadsterOptions {
-            patches: 2000,
-            seed: 1,
-        }
+        RoadsterOptions { patches: 2000, seed: 1 }
     }
 }
 

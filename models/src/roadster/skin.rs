@@ -36,12 +36,7 @@ fn by(x: f64, y: f64, z: f64) -> Vector3 {
 
 /// The form of a sheet that looks in the direction `(x, y, z)`, still without seams or lines.
 fn facing<'a>(x: f64, y: f64, z: f64, relief: &'a dyn Fn(f64, f64) -> Vector3) -> Form<'a> {
-    Form {
-        outward: by(x, y, z),
-        lines: (&[], &[]),
-        relief,
-        seams_deg: [0.0; 4],
-    }
+    Form { outward: by(x, y, z), lines: (&[], &[]), relief, seams_deg: [0.0; 4] }
 }
 
 /// Adds a sheet of the right side and its mirror image.
@@ -110,11 +105,7 @@ fn sides(l: &Lines, into: &mut Vec<Sheet>) {
             seams_deg: [0.0, 0.0, 4.0, -5.0],
             ..facing(0.0, 1.0, 0.3, &|u, v| {
                 let crest = ramp(v, 0.2, 0.75) * ramp(1.0 - v, 0.0, 0.25);
-                by(
-                    0.0,
-                    40.0 * bulge(v) * late_bulge(1.0 - u),
-                    60.0 * crest * bulge(u),
-                )
+                by(0.0, 40.0 * bulge(v) * late_bulge(1.0 - u), 60.0 * crest * bulge(u))
             })
         },
     );
@@ -147,11 +138,7 @@ fn around(u: f64, lengthwise: f64) -> Vector3 {
 
 fn nose(l: &Lines, into: &mut Vec<Sheet>) {
     let [foot, bumper, ..] = arch::FRONT;
-    let frame = [
-        l.whole(l.valance_front),
-        l.whole(l.bumper_front),
-        l.part(l.arch_front, foot, bumper),
-    ];
+    let frame = [l.whole(l.valance_front), l.whole(l.bumper_front), l.part(l.arch_front, foot, bumper)];
     across(
         l,
         into,
@@ -198,16 +185,11 @@ fn nose(l: &Lines, into: &mut Vec<Sheet>) {
         lamp,
         &Form {
             seams_deg: [0.0, 0.0, -10.0, 5.0],
-            ..facing(-1.0, 1.0, 0.2, &|u, v| {
-                by(-32.0, 26.0, 6.0) * (late_bulge(u) * bulge(v))
-            })
+            ..facing(-1.0, 1.0, 0.2, &|u, v| by(-32.0, 26.0, 6.0) * (late_bulge(u) * bulge(v)))
         },
     );
-    let frame = [
-        l.whole(l.bonnet_lip),
-        l.whole(l.windscreen_foot),
-        l.part(l.belt, belt::NOSE, belt::WINDSCREEN),
-    ];
+    let frame =
+        [l.whole(l.bonnet_lip), l.whole(l.windscreen_foot), l.part(l.belt, belt::NOSE, belt::WINDSCREEN)];
     let dome = [0.22, 0.22, 0.32, 0.32, 0.68, 0.68, 0.78, 0.78];
     across(
         l,
@@ -218,22 +200,15 @@ fn nose(l: &Lines, into: &mut Vec<Sheet>) {
             lines: (&dome, &[]),
             ..facing(0.0, 0.0, 1.0, &|u, v| {
                 let dome = 22.0 * ramp(u.min(1.0 - u), 0.22, 0.32) * ramp(v, 0.0, 0.3);
-                by(
-                    0.0,
-                    0.0,
-                    30.0 * bulge(u) * bulge(v) + dome * ramp(1.0 - v, 0.0, 0.3),
-                )
+                by(0.0, 0.0, 30.0 * bulge(u) * bulge(v) + dome * ramp(1.0 - v, 0.0, 0.3))
             })
         },
     );
 }
 
 fn cabin(l: &Lines, into: &mut Vec<Sheet>) {
-    let frame = [
-        l.whole(l.windscreen_foot),
-        l.part(l.header, -PILLAR_TOP, PILLAR_TOP),
-        l.whole(l.pillar_inner),
-    ];
+    let frame =
+        [l.whole(l.windscreen_foot), l.part(l.header, -PILLAR_TOP, PILLAR_TOP), l.whole(l.pillar_inner)];
     across(
         l,
         into,
@@ -310,11 +285,7 @@ fn cabin(l: &Lines, into: &mut Vec<Sheet>) {
             ..facing(0.0, 1.0, 0.2, &|u, v| by(3.0, 6.0, 0.0) * (bulge(u) * bulge(v)))
         },
     );
-    let frame = [
-        l.whole(l.deck_front),
-        l.whole(l.roof_rear),
-        l.whole(l.rear_pillar_rear),
-    ];
+    let frame = [l.whole(l.deck_front), l.whole(l.roof_rear), l.whole(l.rear_pillar_rear)];
     across(
         l,
         into,
@@ -325,11 +296,7 @@ fn cabin(l: &Lines, into: &mut Vec<Sheet>) {
 }
 
 fn tail(l: &Lines, into: &mut Vec<Sheet>) {
-    let frame = [
-        l.whole(l.deck_front),
-        l.whole(l.tail),
-        l.part(l.belt, belt::DECK, belt::TAIL),
-    ];
+    let frame = [l.whole(l.deck_front), l.whole(l.tail), l.part(l.belt, belt::DECK, belt::TAIL)];
     let flutes = [0.2, 0.2, 0.3, 0.3, 0.44, 0.44, 0.56, 0.56, 0.7, 0.7, 0.8, 0.8];
     across(
         l,
@@ -341,20 +308,12 @@ fn tail(l: &Lines, into: &mut Vec<Sheet>) {
             ..facing(0.0, 0.0, 1.0, &|u, v| {
                 let m = u.min(1.0 - u);
                 let flute = ramp(m, 0.2, 0.3) * ramp(0.5 - m, 0.02, 0.08);
-                by(
-                    0.0,
-                    0.0,
-                    12.0 * bulge(u) * bulge(v) + 20.0 * flute * ramp(v.min(1.0 - v), 0.0, 0.15),
-                )
+                by(0.0, 0.0, 12.0 * bulge(u) * bulge(v) + 20.0 * flute * ramp(v.min(1.0 - v), 0.0, 0.15))
             })
         },
     );
     let [.., bumper, foot] = arch::REAR;
-    let frame = [
-        l.whole(l.valance_rear),
-        l.whole(l.bumper_rear),
-        l.part(l.arch_rear, foot, bumper),
-    ];
+    let frame = [l.whole(l.valance_rear), l.whole(l.bumper_rear), l.part(l.arch_rear, foot, bumper)];
     across(
         l,
         into,
@@ -399,34 +358,15 @@ fn tail(l: &Lines, into: &mut Vec<Sheet>) {
         lamp,
         &Form {
             seams_deg: [0.0, 0.0, -5.0, 5.0],
-            ..facing(1.0, 1.0, 0.2, &|u, v| {
-                by(32.0, 26.0, 6.0) * (late_bulge(u) * bulge(v))
-            })
+            ..facing(1.0, 1.0, 0.2, &|u, v| by(32.0, 26.0, 6.0) * (late_bulge(u) * bulge(v)))
         },
     );
 }
 
 fn wheelhouses(l: &Lines, into: &mut Vec<Sheet>) {
     let [front_start, front_end, rear_start, rear_end] = l.liner_ends.map(|id| l.whole(id));
-    let front = [
-        l.whole(l.arch_front),
-        l.whole(l.liner_front),
-        front_start,
-        front_end,
-    ];
+    let front = [l.whole(l.arch_front), l.whole(l.liner_front), front_start, front_end];
     let rear = [l.whole(l.arch_rear), l.whole(l.liner_rear), rear_start, rear_end];
-    pair(
-        l,
-        into,
-        "front wheelhouse",
-        front,
-        &facing(0.0, 0.0, 1.0, &|_, _| by(0.0, 0.0, 0.0)),
-    );
-    pair(
-        l,
-        into,
-        "rear wheelhouse",
-        rear,
-        &facing(0.0, 0.0, 1.0, &|_, _| by(0.0, 0.0, 0.0)),
-    );
+    pair(l, into, "front wheelhouse", front, &facing(0.0, 0.0, 1.0, &|_, _| by(0.0, 0.0, 0.0)));
+    pair(l, into, "rear wheelhouse", rear, &facing(0.0, 0.0, 1.0, &|_, _| by(0.0, 0.0, 0.0)));
 }

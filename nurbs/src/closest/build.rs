@@ -38,9 +38,7 @@ pub(super) struct Trim {
 pub(super) fn parts(id: FaceId, face: &Face) -> Parts {
     let surface = &face.surface;
     let creases = [creases(surface.knots_u()), creases(surface.knots_v())];
-    let edges: Vec<Curve2> = (face.loops.iter().flat_map(|l| &l.edges))
-        .map(|e| e.pcurve.clone())
-        .collect();
+    let edges: Vec<Curve2> = (face.loops.iter().flat_map(|l| &l.edges)).map(|e| e.pcurve.clone()).collect();
     let aside: Vec<bool> = edges.iter().map(|e| lies_on_a_side(surface, e)).collect();
     let mut parts = Parts::default();
     let mut chords = Vec::new();
@@ -111,8 +109,6 @@ fn lies_on_a_side(surface: &NurbsSurface, edge: &Curve2) -> bool {
     let (u, v) = surface.domain();
     [u, v].iter().enumerate().any(|(axis, &(a, b))| {
         let slack = ON_SIDE * (b - a);
-        [a, b]
-            .iter()
-            .any(|side| edge.points().iter().all(|p| (p[axis] - side).abs() <= slack))
+        [a, b].iter().any(|side| edge.points().iter().all(|p| (p[axis] - side).abs() <= slack))
     })
 }

@@ -10,24 +10,15 @@ pub(super) struct Interval {
 impl Interval {
     /// The hull of `values`.
     pub(super) fn of(values: impl IntoIterator<Item = f64>) -> Self {
-        let start = Interval {
-            lo: f64::INFINITY,
-            hi: f64::NEG_INFINITY,
-        };
-        values.into_iter().fold(start, |r, x| Interval {
-            lo: r.lo.min(x),
-            hi: r.hi.max(x),
-        })
+        let start = Interval { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
+        values.into_iter().fold(start, |r, x| Interval { lo: r.lo.min(x), hi: r.hi.max(x) })
     }
 
     /// Range of squares.
     pub(super) fn squared(self) -> Self {
         let nearest = self.lo.max(-self.hi).max(0.0);
         let farthest = self.magnitude();
-        Interval {
-            lo: nearest * nearest,
-            hi: farthest * farthest,
-        }
+        Interval { lo: nearest * nearest, hi: farthest * farthest }
     }
 
     /// Largest absolute value.
@@ -37,10 +28,7 @@ impl Interval {
 
     /// Range of quotients by a range of positive numbers.
     pub(super) fn over_positive(self, divisor: Interval) -> Self {
-        self * Interval {
-            lo: 1.0 / divisor.hi,
-            hi: 1.0 / divisor.lo,
-        }
+        self * Interval { lo: 1.0 / divisor.hi, hi: 1.0 / divisor.lo }
     }
 
     pub(super) fn contains_zero(self) -> bool {
@@ -60,30 +48,21 @@ pub(super) fn dot(a: &[Interval; 3], b: &[Interval; 3]) -> Interval {
 impl Add for Interval {
     type Output = Interval;
     fn add(self, o: Interval) -> Interval {
-        Interval {
-            lo: self.lo + o.lo,
-            hi: self.hi + o.hi,
-        }
+        Interval { lo: self.lo + o.lo, hi: self.hi + o.hi }
     }
 }
 
 impl Sub for Interval {
     type Output = Interval;
     fn sub(self, o: Interval) -> Interval {
-        Interval {
-            lo: self.lo - o.hi,
-            hi: self.hi - o.lo,
-        }
+        Interval { lo: self.lo - o.hi, hi: self.hi - o.lo }
     }
 }
 
 impl Sub<f64> for Interval {
     type Output = Interval;
     fn sub(self, x: f64) -> Interval {
-        Interval {
-            lo: self.lo - x,
-            hi: self.hi - x,
-        }
+        Interval { lo: self.lo - x, hi: self.hi - x }
     }
 }
 
@@ -91,9 +70,6 @@ impl Mul for Interval {
     type Output = Interval;
     fn mul(self, o: Interval) -> Interval {
         let (a, b, c, d) = (self.lo * o.lo, self.lo * o.hi, self.hi * o.lo, self.hi * o.hi);
-        Interval {
-            lo: a.min(b).min(c.min(d)),
-            hi: a.max(b).max(c.max(d)),
-        }
+        Interval { lo: a.min(b).min(c.min(d)), hi: a.max(b).max(c.max(d)) }
     }
 }

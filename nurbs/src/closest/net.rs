@@ -91,10 +91,7 @@ impl Net {
     /// The same piece in the frame with rows `axes` at `origin`.
     pub(super) fn moved(&self, origin: &Point3, axes: &nalgebra::Matrix3<f64>) -> Net {
         let moved = |h: &Vector4<f64>| (axes * (h.xyz() - origin.coords * h.w)).push(h.w);
-        Net {
-            points: self.points.iter().map(moved).collect(),
-            ..*self
-        }
+        Net { points: self.points.iter().map(moved).collect(), ..*self }
     }
 
     /// Derivative across `direction` with the parameter scaled to unit length, again in Bernstein form.
@@ -114,11 +111,7 @@ impl Net {
                 });
             }
         }
-        Net {
-            degree,
-            points,
-            ..*self
-        }
+        Net { degree, points, ..*self }
     }
 
     /// Bounds of position and derivatives by the convex-hull property and the quotient rule.
@@ -154,14 +147,7 @@ impl Net {
             let wv_sv = a_v[3] * sv[k];
             (a_vv[k] - (wv_sv + wv_sv) - a_vv[3] * p[k]).over_positive(w)
         });
-        JetRange {
-            p,
-            su,
-            sv,
-            suu,
-            suv,
-            svv,
-        }
+        JetRange { p, su, sv, suu, suv, svv }
     }
 
     /// `None` if every point of the piece is at least `distance` from `p`, by the Bernstein coefficients of
@@ -203,15 +189,10 @@ impl Net {
             x > 0 && x + 1 < count
         };
         let all = 0..excess.len();
-        let bend_u: f64 = (all.clone().filter(|k| inner(k, 2 * m + 1, columns)))
-            .map(|k| bend(k, columns))
-            .sum();
+        let bend_u: f64 =
+            (all.clone().filter(|k| inner(k, 2 * m + 1, columns))).map(|k| bend(k, columns)).sum();
         let bend_v: f64 = (all.filter(|k| inner(k, columns, 1))).map(|k| bend(k, 1)).sum();
-        Some(if bend_u >= bend_v {
-            Direction::U
-        } else {
-            Direction::V
-        })
+        Some(if bend_u >= bend_v { Direction::U } else { Direction::V })
     }
 
     /// Coefficients in powers of `(s, t)` on `[-½, ½]²`, padded to `order + 1` powers both ways; entry

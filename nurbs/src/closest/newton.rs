@@ -31,12 +31,7 @@ pub(super) fn descend(
     cutoff_squared: f64,
 ) -> Option<Spot> {
     let (mut s, mut t) = start;
-    let mut previous = Spot {
-        s,
-        t,
-        position: Vector3::zeros(),
-        distance_squared: f64::INFINITY,
-    };
+    let mut previous = Spot { s, t, position: Vector3::zeros(), distance_squared: f64::INFINITY };
     for _ in 0..LARGEST_STEP_COUNT {
         let j = piece.jet(surface, s, t);
         let away = j.p - local;
@@ -50,12 +45,7 @@ pub(super) fn descend(
             (s, t) = (next_s, next_t);
             continue;
         }
-        previous = Spot {
-            s,
-            t,
-            position: j.p,
-            distance_squared,
-        };
+        previous = Spot { s, t, position: j.p, distance_squared };
         let (gs, gt) = (away.dot(&j.s), away.dot(&j.t));
         if let Some([least_s, least_t]) = convexity
             && distance_squared - 2.0 * (drop(gs, least_s, s) + drop(gt, least_t, t)) > cutoff_squared
@@ -80,12 +70,7 @@ pub(super) fn descend(
             let position = j.p + tangent + bend;
             let distance_squared = (position - local).norm_squared();
             return Some(if distance_squared < previous.distance_squared {
-                Spot {
-                    s: next_s,
-                    t: next_t,
-                    position,
-                    distance_squared,
-                }
+                Spot { s: next_s, t: next_t, position, distance_squared }
             } else {
                 previous
             });

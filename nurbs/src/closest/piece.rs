@@ -132,11 +132,7 @@ impl Piece {
         let r = &self.range.p;
         std::array::from_fn(|k| {
             let pick = |axis: usize| {
-                if k >> axis & 1 == 0 {
-                    r[axis].lo
-                } else {
-                    r[axis].hi
-                }
+                if k >> axis & 1 == 0 { r[axis].lo } else { r[axis].hi }
             };
             self.world(&Vector3::new(pick(0), pick(1), pick(2)))
         })
@@ -151,10 +147,7 @@ impl Piece {
     pub(super) fn start(&self, local: &Vector3) -> (f64, f64) {
         let (x, y) = (local.x - self.middle.0, local.y - self.middle.1);
         let m = &self.start;
-        (
-            (m[0] * x + m[1] * y).clamp(-0.5, 0.5),
-            (m[2] * x + m[3] * y).clamp(-0.5, 0.5),
-        )
+        ((m[0] * x + m[1] * y).clamp(-0.5, 0.5), (m[2] * x + m[3] * y).clamp(-0.5, 0.5))
     }
 
     /// Judges `½|S − p|²` over the whole piece by interval arithmetic on its gradient and Hessian.
@@ -179,10 +172,7 @@ impl Piece {
 
     /// Whether the squared distance is convex for every query within `reach` of the piece's box.
     pub(super) fn is_tame_within(&self, reach: f64) -> bool {
-        let away = self.range.p.map(|r| Interval {
-            lo: -r.width() - reach,
-            hi: r.width() + reach,
-        });
+        let away = self.range.p.map(|r| Interval { lo: -r.width() - reach, hi: r.width() + reach });
         matches!(self.shape_seen_from(&away), Shape::Convex(_))
     }
 
@@ -193,11 +183,7 @@ impl Piece {
         let (r, [x, y, _]) = (&self.range, self.extent());
         let (bend_u, bend_v) = (size(&r.suu), size(&r.svv));
         if bend_u.max(bend_v) > 1e-6 * (x * x + y * y) {
-            if bend_u >= bend_v {
-                Direction::U
-            } else {
-                Direction::V
-            }
+            if bend_u >= bend_v { Direction::U } else { Direction::V }
         } else {
             self.longer_direction()
         }
@@ -205,11 +191,7 @@ impl Piece {
 
     /// The parameter along which the piece is longer.
     pub(super) fn longer_direction(&self) -> Direction {
-        if self.first[0].hi >= self.first[2].hi {
-            Direction::U
-        } else {
-            Direction::V
-        }
+        if self.first[0].hi >= self.first[2].hi { Direction::U } else { Direction::V }
     }
 
     /// Position and derivatives; `surface` is the face's, needed where the degree is high.
@@ -277,18 +259,11 @@ fn frame(net: &Net) -> (Point3, Matrix3<f64>) {
         .map(|n| n - x * n.dot(&x))
         .and_then(|n| n.try_normalize(1e-6))
         .unwrap_or_else(|| {
-            let aside = if x.x.abs() < 0.7 {
-                Vector3::x()
-            } else {
-                Vector3::y()
-            };
+            let aside = if x.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
             x.cross(&aside).normalize()
         });
     let y = z.cross(&x);
-    (
-        origin,
-        Matrix3::from_rows(&[x.transpose(), y.transpose(), z.transpose()]),
-    )
+    (origin, Matrix3::from_rows(&[x.transpose(), y.transpose(), z.transpose()]))
 }
 
 /// `a·x + b`, four lanes.

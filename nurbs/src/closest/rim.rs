@@ -118,17 +118,9 @@ impl RimPiece {
     fn halves(&self, surface: &NurbsSurface, pcurve: &Curve2) -> [RimPiece; 2] {
         let middle = 0.5 * (self.t.0 + self.t.1);
         let point = Point3::from(surface.lift(pcurve, middle)[0]);
-        let half = |t, ends| RimPiece {
-            t,
-            ends,
-            second: 0.25 * self.second,
-            speed: 0.5 * self.speed,
-            ..*self
-        };
-        [
-            half((self.t.0, middle), [self.ends[0], point]),
-            half((middle, self.t.1), [point, self.ends[1]]),
-        ]
+        let half =
+            |t, ends| RimPiece { t, ends, second: 0.25 * self.second, speed: 0.5 * self.speed, ..*self };
+        [half((self.t.0, middle), [self.ends[0], point]), half((middle, self.t.1), [point, self.ends[1]])]
     }
 
     /// How far the piece may stray from its chord, mm: `max |C″| / 8`.
@@ -193,11 +185,7 @@ impl RimPiece {
         let (mut low, mut high) = (0.0f64, 1.0f64);
         let (mut low_seen, mut high_seen) = (false, false);
         let mut x = along.clamp(0.0, 1.0);
-        let mut best = RimSpot {
-            t: self.t.0,
-            point: self.ends[0],
-            distance_squared: f64::INFINITY,
-        };
+        let mut best = RimSpot { t: self.t.0, point: self.ends[0], distance_squared: f64::INFINITY };
         let mut offer = |x: f64, point: Vector3| {
             let distance_squared = (point - p.coords).norm_squared();
             if distance_squared < best.distance_squared {
@@ -219,11 +207,7 @@ impl RimPiece {
             } else {
                 (low, low_seen) = (x, true);
             }
-            let newton = if curvature > 0.0 {
-                x - slope / curvature
-            } else {
-                f64::NAN
-            };
+            let newton = if curvature > 0.0 { x - slope / curvature } else { f64::NAN };
             let step = newton - x;
             if (low..=high).contains(&newton) && d1.norm() * step.abs() <= LAST_STEP_MM {
                 offer(newton, c + d1 * step + d2 * (0.5 * step * step));

@@ -119,11 +119,7 @@ impl<'q> Search<'q> {
         };
         // Bernstein coefficients bound a function sharply whose minimum is on a side: cut through the foot.
         let at = 0.5 + if direction == Direction::U { spot.s } else { spot.t };
-        let at = if at > CUT_INSET && at < 1.0 - CUT_INSET {
-            at
-        } else {
-            0.5
-        };
+        let at = if at > CUT_INSET && at < 1.0 - CUT_INSET { at } else { 0.5 };
         let mut halves = (piece.net.cut(direction, at)).map(|net| Piece::new(net, piece.face, piece.mixed));
         let near = |half: &Piece| half.box_distance_squared(&half.local(&self.p));
         if near(&halves[1]) < near(&halves[0]) {
@@ -145,12 +141,8 @@ impl<'q> Search<'q> {
             return false;
         }
         self.best_squared = spot.distance_squared;
-        self.found = Some(Found {
-            face: piece.face,
-            uv: (u, v),
-            point: piece.world(&spot.position),
-            on_rim: false,
-        });
+        self.found =
+            Some(Found { face: piece.face, uv: (u, v), point: piece.world(&spot.position), on_rim: false });
         true
     }
 
@@ -163,11 +155,6 @@ impl<'q> Search<'q> {
         };
         let at = pcurve.point(spot.t);
         self.best_squared = spot.distance_squared;
-        self.found = Some(Found {
-            face: rim.face,
-            uv: (at.x, at.y),
-            point: spot.point,
-            on_rim: true,
-        });
+        self.found = Some(Found { face: rim.face, uv: (at.x, at.y), point: spot.point, on_rim: true });
     }
 }

@@ -55,10 +55,7 @@ impl Tree {
                     break;
                 }
                 let node = &self.nodes[child as usize];
-                let (a, b) = (
-                    node.boxes[0].distance_squared(p),
-                    node.boxes[1].distance_squared(p),
-                );
+                let (a, b) = (node.boxes[0].distance_squared(p), node.boxes[1].distance_squared(p));
                 let (near, far) = if a <= b { (0, 1) } else { (1, 0) };
                 let (d_near, d_far) = if a <= b { (a, b) } else { (b, a) };
                 if d_far < bound {
@@ -86,11 +83,7 @@ impl Box32 {
 
     #[inline]
     fn distance_squared(&self, p: &Point3) -> f64 {
-        let outside = |k: usize| {
-            (f64::from(self.min[k]) - p[k])
-                .max(p[k] - f64::from(self.max[k]))
-                .max(0.0)
-        };
+        let outside = |k: usize| (f64::from(self.min[k]) - p[k]).max(p[k] - f64::from(self.max[k])).max(0.0);
         let (x, y, z) = (outside(0), outside(1), outside(2));
         x * x + y * y + z * z
     }
@@ -103,21 +96,13 @@ fn build(boxes: &[Aabb], items: &mut [u32], depth: usize, nodes: &mut Vec<Node>)
     }
     let middle = split(boxes, items, depth);
     let around = |items: &[u32]| {
-        let union = items
-            .iter()
-            .fold(Aabb::empty(), |b, &i| b.union(&boxes[i as usize]));
+        let union = items.iter().fold(Aabb::empty(), |b, &i| b.union(&boxes[i as usize]));
         Box32::around(&union)
     };
     let index = nodes.len();
     let (low, high) = items.split_at_mut(middle);
-    nodes.push(Node {
-        boxes: [around(low), around(high)],
-        children: [0; 2],
-    });
-    let children = [
-        build(boxes, low, depth + 1, nodes),
-        build(boxes, high, depth + 1, nodes),
-    ];
+    nodes.push(Node { boxes: [around(low), around(high)], children: [0; 2] });
+    let children = [build(boxes, low, depth + 1, nodes), build(boxes, high, depth + 1, nodes)];
     nodes[index].children = children;
     index as u32
 }

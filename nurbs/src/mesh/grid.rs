@@ -17,10 +17,7 @@ pub(crate) fn rectangle_mesh(
     let lines = Lines::new(&curved, window, options)?;
     let (rows, columns) = (lines.u.len(), lines.v.len());
     let points = surface.grid(&lines.u, &lines.v);
-    let uv = lines
-        .u
-        .iter()
-        .flat_map(|&u| lines.v.iter().map(move |&v| Point2::new(u, v)));
+    let uv = lines.u.iter().flat_map(|&u| lines.v.iter().map(move |&v| Point2::new(u, v)));
     let mut mesh = FaceMesh {
         uv: uv.collect(),
         triangles: Vec::with_capacity(2 * (rows - 1) * (columns - 1)),
@@ -28,12 +25,8 @@ pub(crate) fn rectangle_mesh(
         rings: vec![outline(rows, columns)],
         points,
     };
-    let piece_of = |breaks: &[f64], t: f64| {
-        breaks
-            .partition_point(|&k| k <= t)
-            .saturating_sub(1)
-            .min(breaks.len() - 2)
-    };
+    let piece_of =
+        |breaks: &[f64], t: f64| breaks.partition_point(|&k| k <= t).saturating_sub(1).min(breaks.len() - 2);
     let pieces_v: Vec<usize> = lines.v.iter().map(|&v| piece_of(&curved.breaks_v, v)).collect();
     for a in 0..rows - 1 {
         let i = piece_of(&curved.breaks_u, lines.u[a]);
@@ -41,10 +34,7 @@ pub(crate) fn rectangle_mesh(
             let bounds = curved.piece(i, pieces_v[b]);
             let deviation = bounds.deviation_mm(lines.u[a + 1] - lines.u[a], lines.v[b + 1] - lines.v[b]);
             let at = |a: usize, b: usize| (a * columns + b) as u32;
-            mesh.add_quad(
-                [at(a, b), at(a + 1, b), at(a + 1, b + 1), at(a, b + 1)],
-                deviation,
-            );
+            mesh.add_quad([at(a, b), at(a + 1, b), at(a + 1, b + 1), at(a, b + 1)], deviation);
         }
     }
     Ok(mesh)
@@ -64,11 +54,7 @@ impl FaceMesh {
     /// Two triangles, or one where a side of the quad is a pole.
     fn add_quad(&mut self, [a, b, c, d]: [u32; 4], deviation_mm: f64) {
         let length = |i: u32, j: u32| (self.points[i as usize] - self.points[j as usize]).norm_squared();
-        let pair = if length(a, c) <= length(b, d) {
-            [[a, b, c], [a, c, d]]
-        } else {
-            [[a, b, d], [b, c, d]]
-        };
+        let pair = if length(a, c) <= length(b, d) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
         for triangle in pair {
             self.add_triangle(triangle, deviation_mm);
         }
@@ -105,16 +91,11 @@ impl NurbsSurface {
             row.fill(Vector4::zeros());
             for i in 0..=p {
                 let source = &self.net()[(basis.first + i) * columns..][..columns];
-                row.iter_mut()
-                    .zip(source)
-                    .for_each(|(r, s)| *r += s * basis.n[0][i]);
+                row.iter_mut().zip(source).for_each(|(r, s)| *r += s * basis.n[0][i]);
             }
             points.extend(bases.iter().map(|b| {
                 let polygon = &row[b.first..=b.first + q];
-                let h = polygon
-                    .iter()
-                    .zip(&b.n[0])
-                    .fold(Vector4::zeros(), |h, (c, n)| h + c * *n);
+                let h = polygon.iter().zip(&b.n[0]).fold(Vector4::zeros(), |h, (c, n)| h + c * *n);
                 Point3::from(h.xyz() / h.w)
             }));
         }

@@ -18,10 +18,7 @@ impl Lines {
         (min, max): (Point2, Point2),
         options: &MeshOptions,
     ) -> Result<Self, NurbsError> {
-        let (bu, bv) = (
-            within(&curved.breaks_u, min.x, max.x),
-            within(&curved.breaks_v, min.y, max.y),
-        );
+        let (bu, bv) = (within(&curved.breaks_u, min.x, max.x), within(&curved.breaks_v, min.y, max.y));
         let mut steps_u = vec![1.0f64; bu.len() - 1];
         let mut steps_v = vec![1.0f64; bv.len() - 1];
         for i in 0..steps_u.len() {
@@ -38,10 +35,7 @@ impl Lines {
                 format!("{points:.0} points would be needed: the tolerance is too fine for its size");
             return Err(NurbsError::Mesh { reason });
         }
-        Ok(Lines {
-            u: subdivided(&bu, &steps_u),
-            v: subdivided(&bv, &steps_v),
-        })
+        Ok(Lines { u: subdivided(&bu, &steps_u), v: subdivided(&bv, &steps_v) })
     }
 }
 
@@ -86,8 +80,5 @@ fn steps(b: &Bounds, wu: f64, wv: f64, options: &MeshOptions) -> (f64, f64) {
     }
     // The shorter diagonal of a cell is at most the hypotenuse of its bounds.
     let longest = options.longest_edge_mm * std::f64::consts::FRAC_1_SQRT_2;
-    (
-        nu.max(wu * b.u / longest).ceil(),
-        nv.max(wv * b.v / longest).ceil(),
-    )
+    (nu.max(wu * b.u / longest).ceil(), nv.max(wv * b.v / longest).ceil())
 }

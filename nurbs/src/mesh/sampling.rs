@@ -44,25 +44,15 @@ pub(crate) fn sample(surface: &NurbsSurface, curved: &Curvedness, arc: &Arc, lim
         let chord_distance = |p: Point3| {
             let (along, from) = (b.1 - a.1, p - a.1);
             let share = from.dot(&along) / along.norm_squared();
-            let share = if share.is_nan() {
-                0.0
-            } else {
-                share.clamp(0.0, 1.0)
-            };
+            let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
             (from - along * share).norm()
         };
         let inner = [0.25, 0.5, 0.75].map(|s| t0 + (t1 - t0) * s);
         // Three samples of a smooth bow see at least nine tenths of its height; the fifth is for bows that
         // are not.
-        let sagitta_mm = 1.2
-            * inner
-                .map(|t| chord_distance(lift(t).1))
-                .into_iter()
-                .fold(0.0, f64::max);
+        let sagitta_mm = 1.2 * inner.map(|t| chord_distance(lift(t).1)).into_iter().fold(0.0, f64::max);
         let (low, high) = (a.0.inf(&b.0), a.0.sup(&b.0));
-        let facet_mm = curved
-            .over(low, high)
-            .deviation_mm(high.x - low.x, high.y - low.y);
+        let facet_mm = curved.over(low, high).deviation_mm(high.x - low.x, high.y - low.y);
         let coarse = sagitta_mm > limits.sagitta_mm
             || facet_mm > limits.facet_mm
             || (b.1 - a.1).norm() > limits.edge_mm;
@@ -72,11 +62,7 @@ pub(crate) fn sample(surface: &NurbsSurface, curved: &Curvedness, arc: &Arc, lim
             open.push((t, middle, t1, b, depth + 1));
             open.push((t0, a, t, middle, depth + 1));
         } else {
-            samples.push(Sample {
-                uv: a.0,
-                point: a.1,
-                sagitta_mm,
-            });
+            samples.push(Sample { uv: a.0, point: a.1, sagitta_mm });
         }
     }
     samples

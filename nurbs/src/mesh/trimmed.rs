@@ -85,10 +85,8 @@ fn window(surface: &NurbsSurface, rings: &[Ring]) -> Option<(Point2, Point2)> {
     let ((u0, u1), (v0, v1)) = surface.domain();
     let inf = f64::INFINITY;
     let hulls = rings.iter().map(Ring::hull);
-    let (low, high) = hulls.fold(
-        (Point2::new(inf, inf), Point2::new(-inf, -inf)),
-        |(a, b), (c, d)| (a.inf(&c), b.sup(&d)),
-    );
+    let (low, high) =
+        hulls.fold((Point2::new(inf, inf), Point2::new(-inf, -inf)), |(a, b), (c, d)| (a.inf(&c), b.sup(&d)));
     let (low, high) = (low.sup(&Point2::new(u0, v0)), high.inf(&Point2::new(u1, v1)));
     (low.x < high.x && low.y < high.y).then_some((low, high))
 }
@@ -97,11 +95,7 @@ fn window(surface: &NurbsSurface, rings: &[Ring]) -> Option<(Point2, Point2)> {
 fn creases(knots: &KnotVector) -> Vec<f64> {
     let breaks = knots.breaks();
     let inner = &breaks[1..breaks.len() - 1];
-    inner
-        .iter()
-        .copied()
-        .filter(|&k| knots.multiplicity(k) >= knots.degree())
-        .collect()
+    inner.iter().copied().filter(|&k| knots.multiplicity(k) >= knots.degree()).collect()
 }
 
 struct Builder<'a> {
@@ -131,20 +125,13 @@ impl Builder<'_> {
     fn vertex(&mut self, uv: Point2) -> u32 {
         let (u, v) = self.surface.clamp(uv.x, uv.y);
         let point = self.surface.point(u, v);
-        self.add(Sample {
-            uv: Point2::new(u, v),
-            point,
-            sagitta_mm: 0.0,
-        })
+        self.add(Sample { uv: Point2::new(u, v), point, sagitta_mm: 0.0 })
     }
 
     fn add(&mut self, sample: Sample) -> u32 {
         let place = self.place(sample.uv);
         let next = self.mesh.uv.len() as u32;
-        let index = *self
-            .known
-            .entry([place.x.to_bits(), place.y.to_bits()])
-            .or_insert(next);
+        let index = *self.known.entry([place.x.to_bits(), place.y.to_bits()]).or_insert(next);
         if index == next {
             self.mesh.uv.push(sample.uv);
             self.mesh.points.push(sample.point);
@@ -159,16 +146,14 @@ impl Builder<'_> {
             facet_mm: BOUNDARY_SHARE * self.options.deviation_mm,
             edge_mm: self.options.longest_edge_mm,
         };
-        let samples: Vec<Sample> = arcs
-            .flat_map(|a| sample(self.surface, self.curved, &a, &limits))
-            .collect();
+        let samples: Vec<Sample> =
+            arcs.flat_map(|a| sample(self.surface, self.curved, &a, &limits)).collect();
         let ids: Vec<u32> = samples.iter().map(|s| self.add(*s)).collect();
         for i in 0..ids.len() {
             let (a, b) = (ids[i], ids[(i + 1) % ids.len()]);
             if a != b {
                 edges.push([a, b]);
-                self.sagitta_mm
-                    .insert([a.min(b), a.max(b)], samples[i].sagitta_mm);
+                self.sagitta_mm.insert([a.min(b), a.max(b)], samples[i].sagitta_mm);
             }
         }
         let mut ids = ids;
@@ -183,10 +168,7 @@ impl Builder<'_> {
         let at = |i: u32| self.mesh.uv[i as usize];
         let polygon = |ring: &Vec<u32>| -> Vec<Arc> {
             let next = ring.iter().cycle().skip(1);
-            ring.iter()
-                .zip(next)
-                .map(|(&a, &b)| Arc::line(at(a), at(b)))
-                .collect()
+            ring.iter().zip(next).map(|(&a, &b)| Arc::line(at(a), at(b))).collect()
         };
         let arcs: Vec<Arc> = self.mesh.rings.iter().flat_map(polygon).collect();
         self.inside = Winding::new(&arcs);
@@ -198,10 +180,7 @@ impl Builder<'_> {
         let mut blocked = vec![false; lines.u.len() * columns];
         for ring in &self.mesh.rings {
             for (i, &a) in ring.iter().enumerate() {
-                let (a, b) = (
-                    self.mesh.uv[a as usize],
-                    self.mesh.uv[ring[(i + 1) % ring.len()] as usize],
-                );
+                let (a, b) = (self.mesh.uv[a as usize], self.mesh.uv[ring[(i + 1) % ring.len()] as usize]);
                 self.block(lines, a, b, &mut blocked);
             }
         }
@@ -244,9 +223,8 @@ impl Builder<'_> {
         for axis in 0..2 {
             for &knot in &creases[axis] {
                 let uv = &self.mesh.uv;
-                let mut on: Vec<u32> = (0..uv.len() as u32)
-                    .filter(|&i| uv[i as usize][axis] == knot)
-                    .collect();
+                let mut on: Vec<u32> =
+                    (0..uv.len() as u32).filter(|&i| uv[i as usize][axis] == knot).collect();
                 let along = |i: u32| uv[i as usize][1 - axis];
                 on.sort_by(|&i, &j| along(i).total_cmp(&along(j)));
                 edges.extend(on.windows(2).filter_map(|w| {
@@ -258,10 +236,8 @@ impl Builder<'_> {
     }
 
     fn triangulate(&mut self, edges: Vec<[u32; 2]>) -> Result<Cdt, NurbsError> {
-        let vertices = (0..self.mesh.uv.len()).map(|i| Vertex {
-            place: self.place(self.mesh.uv[i]),
-            index: i as u32,
-        });
+        let vertices =
+            (0..self.mesh.uv.len()).map(|i| Vertex { place: self.place(self.mesh.uv[i]), index: i as u32 });
         let edges = edges.into_iter().map(|e| e.map(|i| i as usize)).collect();
         let mut crossing = Vec::new();
         let mut cdt =
@@ -293,9 +269,7 @@ impl Builder<'_> {
                 }
                 // Boundary edges are fine as they are; creases are straight and may be split.
                 let edges = [[ids[0], ids[1]], [ids[1], ids[2]], [ids[2], ids[0]]];
-                let splittable = edges
-                    .into_iter()
-                    .filter(|e| !self.sagitta_mm.contains_key(&sorted(*e)));
+                let splittable = edges.into_iter().filter(|e| !self.sagitta_mm.contains_key(&sorted(*e)));
                 let worst = splittable.max_by(|a, b| self.coarseness(*a).total_cmp(&self.coarseness(*b)));
                 let uv = |i: u32| self.mesh.uv[i as usize];
                 extra.push(match worst {
@@ -321,14 +295,8 @@ impl Builder<'_> {
     /// How much an edge exceeds what is allowed: facet error or length, whichever is worse.
     fn coarseness(&self, [a, b]: [u32; 2]) -> f64 {
         let (a, b) = (a as usize, b as usize);
-        let (low, high) = (
-            self.mesh.uv[a].inf(&self.mesh.uv[b]),
-            self.mesh.uv[a].sup(&self.mesh.uv[b]),
-        );
-        let facet = self
-            .curved
-            .over(low, high)
-            .deviation_mm(high.x - low.x, high.y - low.y);
+        let (low, high) = (self.mesh.uv[a].inf(&self.mesh.uv[b]), self.mesh.uv[a].sup(&self.mesh.uv[b]));
+        let facet = self.curved.over(low, high).deviation_mm(high.x - low.x, high.y - low.y);
         let length = (self.mesh.points[a] - self.mesh.points[b]).norm();
         (facet / self.options.deviation_mm).max((length / self.options.longest_edge_mm).powi(2))
     }
@@ -358,16 +326,8 @@ impl Builder<'_> {
     fn deviation_mm(&self, ids: [u32; 3]) -> f64 {
         let [a, b, c] = ids.map(|i| self.mesh.uv[i as usize]);
         let (low, high) = (a.inf(&b).inf(&c), a.sup(&b).sup(&c));
-        let facet = self
-            .curved
-            .over(low, high)
-            .deviation_mm(high.x - low.x, high.y - low.y);
-        let bow = |i: usize| {
-            self.sagitta_mm
-                .get(&sorted([ids[i], ids[(i + 1) % 3]]))
-                .copied()
-                .unwrap_or(0.0)
-        };
+        let facet = self.curved.over(low, high).deviation_mm(high.x - low.x, high.y - low.y);
+        let bow = |i: usize| self.sagitta_mm.get(&sorted([ids[i], ids[(i + 1) % 3]])).copied().unwrap_or(0.0);
         facet + bow(0).max(bow(1)).max(bow(2))
     }
 
@@ -396,9 +356,7 @@ fn centroid([a, b, c]: [Point2; 3]) -> Point2 {
 }
 
 fn refused(error: spade::InsertionError) -> NurbsError {
-    NurbsError::Mesh {
-        reason: error.to_string(),
-    }
+    NurbsError::Mesh { reason: error.to_string() }
 }
 
 /// The parts of an arc between creases, with ends exactly on them.

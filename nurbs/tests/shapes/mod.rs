@@ -30,10 +30,7 @@ pub(crate) fn torus(major: f64, minor: f64) -> NurbsSurface {
 
 /// A doubly curved car-like panel of 3 × 2 bicubic pieces.
 pub(crate) fn panel() -> NurbsSurface {
-    let (ku, kv) = (
-        KnotVector::clamped_uniform(3, 6),
-        KnotVector::clamped_uniform(3, 5),
-    );
+    let (ku, kv) = (KnotVector::clamped_uniform(3, 6), KnotVector::clamped_uniform(3, 5));
     let net = (0..6).flat_map(|i| {
         (0..5).map(move |j| {
             let (x, y) = (f64::from(i) * 120.0, f64::from(j) * 90.0);
@@ -44,36 +41,18 @@ pub(crate) fn panel() -> NurbsSurface {
 }
 
 pub(crate) fn face(surface: NurbsSurface, loops: Vec<TrimLoop>) -> Face {
-    Face {
-        surface,
-        loops,
-        reversed: false,
-        kind: SurfaceKind::Nurbs,
-        source: Source::default(),
-    }
+    Face { surface, loops, reversed: false, kind: SurfaceKind::Nurbs, source: Source::default() }
 }
 
 pub(crate) fn trim_loop(curves: impl IntoIterator<Item = Curve2>) -> TrimLoop {
     let edge = |pcurve| TrimEdge { pcurve, shared: None };
-    TrimLoop {
-        edges: curves.into_iter().map(edge).collect(),
-    }
+    TrimLoop { edges: curves.into_iter().map(edge).collect() }
 }
 
 /// An ellipse as one exact quadratic pcurve of four arcs, anticlockwise.
 pub(crate) fn ellipse(centre: (f64, f64), a: f64, b: f64) -> TrimLoop {
     let w = FRAC_1_SQRT_2;
-    let corners = [
-        (1, 0),
-        (1, 1),
-        (0, 1),
-        (-1, 1),
-        (-1, 0),
-        (-1, -1),
-        (0, -1),
-        (1, -1),
-        (1, 0),
-    ];
+    let corners = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)];
     let points = corners.map(|(x, y)| Point2::new(centre.0 + a * f64::from(x), centre.1 + b * f64::from(y)));
     let knots = vec![0., 0., 0., 1., 1., 2., 2., 3., 3., 4., 4., 4.];
     let weights = vec![1.0, w, 1.0, w, 1.0, w, 1.0, w, 1.0];

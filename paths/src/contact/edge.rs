@@ -37,11 +37,8 @@ pub(crate) fn highest(
         let mut secant = (ga, gb);
         for step in 0..STEPS {
             // Regula falsi with halving in between keeps a bracket and ends in a few steps.
-            let t = if step % 3 == 2 {
-                0.5 * (a + b)
-            } else {
-                a + (b - a) * secant.0 / (secant.0 - secant.1)
-            };
+            let t =
+                if step % 3 == 2 { 0.5 * (a + b) } else { a + (b - a) * secant.0 / (secant.0 - secant.1) };
             let g = uphill(t);
             if g > 0.0 {
                 (a, secant.0) = (t, g);
@@ -56,8 +53,5 @@ pub(crate) fn highest(
         }
     }
     let inner = height(0.5 * (a + b));
-    [inner, height(t0), height(t1)]
-        .into_iter()
-        .flatten()
-        .max_by(|p, q| p.0.total_cmp(&q.0))
+    [inner, height(t0), height(t1)].into_iter().flatten().max_by(|p, q| p.0.total_cmp(&q.0))
 }

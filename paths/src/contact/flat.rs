@@ -29,11 +29,7 @@ pub(crate) fn box_height(points: &[Point3], x: f64, y: f64, r: f64) -> f64 {
     let dx = (low.x - x).max(x - high.x).max(0.0);
     let dy = (low.y - y).max(y - high.y).max(0.0);
     let d2 = dx * dx + dy * dy;
-    if d2 >= r * r {
-        f64::NEG_INFINITY
-    } else {
-        high.z + (r * r - d2).sqrt()
-    }
+    if d2 >= r * r { f64::NEG_INFINITY } else { high.z + (r * r - d2).sqrt() }
 }
 
 /// The ball on the segment `a b`: height of the centre and contact as a fraction of the way to `b`.
@@ -138,14 +134,8 @@ mod tests {
             9.0,
             epsilon = 1e-12
         );
-        let (z, s) = on_segment(
-            &Point3::new(-50.0, 6.0, 0.0),
-            &Point3::new(50.0, 6.0, 0.0),
-            0.0,
-            0.0,
-            10.0,
-        )
-        .unwrap();
+        let (z, s) =
+            on_segment(&Point3::new(-50.0, 6.0, 0.0), &Point3::new(50.0, 6.0, 0.0), 0.0, 0.0, 10.0).unwrap();
         assert_abs_diff_eq!(z, 8.0, epsilon = 1e-12);
         assert_abs_diff_eq!(s, 0.5, epsilon = 1e-12);
         assert!(on_point(&Point3::new(11.0, 0.0, 0.0), 0.0, 0.0, 10.0).is_none());
@@ -153,11 +143,7 @@ mod tests {
 
     #[test]
     fn triangle_agrees_with_brute_force() {
-        let t = [
-            Point3::new(0.0, 0.0, 0.0),
-            Point3::new(9.0, 2.0, 5.0),
-            Point3::new(1.0, 8.0, -3.0),
-        ];
+        let t = [Point3::new(0.0, 0.0, 0.0), Point3::new(9.0, 2.0, 5.0), Point3::new(1.0, 8.0, -3.0)];
         let n = normal(&t);
         let r = 6.0;
         for (x, y) in [(3.0, 3.0), (12.0, 0.0), (-3.0, -4.0), (0.0, 12.0), (5.0, 9.0)] {

@@ -58,40 +58,17 @@ struct EdgePiece {
 
 impl FlatPart {
     pub(crate) fn new(model: &Model) -> Result<Self, (FaceId, NurbsError)> {
-        let options = MeshOptions {
-            deviation_mm: DEVIATION_MM,
-            longest_edge_mm: LONGEST_EDGE_MM,
-        };
+        let options = MeshOptions { deviation_mm: DEVIATION_MM, longest_edge_mm: LONGEST_EDGE_MM };
         let meshes: Vec<FaceMesh> = model
             .faces
             .par_iter()
             .enumerate()
             .map(|(id, f)| tessellate(f, &options).map_err(|e| (id, e)))
             .collect::<Result<_, _>>()?;
-        let curvature = model
-            .faces
-            .par_iter()
-            .zip(&meshes)
-            .map(|(f, m)| curvature_ranges(f, m))
-            .collect();
-        let deviation_mm = model
-            .faces
-            .par_iter()
-            .zip(&meshes)
-            .map(|(f, m)| deviations(f, m))
-            .collect();
-        let edges = model
-            .faces
-            .par_iter()
-            .enumerate()
-            .flat_map_iter(|(id, f)| edge_pieces(id, f))
-            .collect();
-        Ok(FlatPart {
-            meshes,
-            deviation_mm,
-            curvature,
-            edges,
-        })
+        let curvature = model.faces.par_iter().zip(&meshes).map(|(f, m)| curvature_ranges(f, m)).collect();
+        let deviation_mm = model.faces.par_iter().zip(&meshes).map(|(f, m)| deviations(f, m)).collect();
+        let edges = model.faces.par_iter().enumerate().flat_map_iter(|(id, f)| edge_pieces(id, f)).collect();
+        Ok(FlatPart { meshes, deviation_mm, curvature, edges })
     }
 }
 
@@ -128,11 +105,7 @@ fn curvature_ranges(face: &Face, mesh: &FaceMesh) -> Vec<[f32; 2]> {
     }
     let corners: Vec<_> = mesh.uv.iter().map(|&uv| at(uv)).collect();
     let widen = |k: f32, sign: f32| {
-        if k * sign > 0.0 {
-            k * SAMPLING_MARGIN as f32
-        } else {
-            k
-        }
+        if k * sign > 0.0 { k * SAMPLING_MARGIN as f32 } else { k }
     };
     mesh.triangles
         .iter()
@@ -156,20 +129,12 @@ fn is_creased(s: &NurbsSurface) -> bool {
         let breaks = k.breaks();
         let beside = 1e-9 * (breaks[breaks.len() - 1] - breaks[0]);
         let full = |b: &&f64| k.multiplicity(**b) >= k.degree();
-        breaks[1..breaks.len() - 1]
-            .iter()
-            .filter(full)
-            .map(|b| (b - beside, b + beside))
-            .collect()
+        breaks[1..breaks.len() - 1].iter().filter(full).map(|b| (b - beside, b + beside)).collect()
     };
     let ((u0, u1), (v0, v1)) = s.domain();
     let places = |a: f64, b: f64| (0..=8).map(move |i| a + (b - a) * f64::from(i) / 8.0);
-    inner(s.knots_u())
-        .iter()
-        .any(|&(a, b)| places(v0, v1).any(|v| jumps((a, v), (b, v))))
-        || inner(s.knots_v())
-            .iter()
-            .any(|&(a, b)| places(u0, u1).any(|u| jumps((u, a), (u, b))))
+    inner(s.knots_u()).iter().any(|&(a, b)| places(v0, v1).any(|v| jumps((a, v), (b, v))))
+        || inner(s.knots_v()).iter().any(|&(a, b)| places(u0, u1).any(|u| jumps((u, a), (u, b))))
 }
 
 fn edge_pieces(id: FaceId, face: &Face) -> Vec<EdgePiece> {
@@ -177,22 +142,9 @@ fn edge_pieces(id: FaceId, face: &Face) -> Vec<EdgePiece> {
     let boundary = face.boundary();
     for (k, edge) in boundary.iter().flat_map(|l| &l.edges).enumerate() {
         for span in edge.pcurve.knots().breaks().windows(2) {
-            cut_edge(
-                &face.surface,
-                &edge.pcurve,
-                (span[0], span[1]),
-                0,
-                &mut |t, a, b, deviation_mm| {
-                    pieces.push(EdgePiece {
-                        face: id as u32,
-                        pcurve: k as u32,
-                        t,
-                        a,
-                        b,
-                        deviation_mm,
-                    });
-                },
-            );
+            cut_edge(&face.surface, &edge.pcurve, (span[0], span[1]), 0, &mut |t, a, b, deviation_mm| {
+                pieces.push(EdgePiece { face: id as u32, pcurve: k as u32, t, a, b, deviation_mm });
+            });
         }
     }
     pieces
@@ -210,18 +162,10 @@ fn cut_edge(
     let (a, b) = (at(0.0), at(1.0));
     let chord = b - a;
     let off = |p: Point3| {
-        let along = if chord.norm_squared() > 0.0 {
-            (p - a).dot(&chord) / chord.norm_squared()
-        } else {
-            0.0
-        };
+        let along = if chord.norm_squared() > 0.0 { (p - a).dot(&chord) / chord.norm_squared() } else { 0.0 };
         (p - (a + chord * along.clamp(0.0, 1.0))).norm()
     };
-    let deviation = [0.25, 0.5, 0.75]
-        .map(|f| off(at(f)))
-        .into_iter()
-        .fold(0.0, f64::max)
-        * SAMPLING_MARGIN;
+    let deviation = [0.25, 0.5, 0.75].map(|f| off(at(f))).into_iter().fold(0.0, f64::max) * SAMPLING_MARGIN;
     if depth < 20 && (deviation > EDGE_DEVIATION_MM || chord.norm() > EDGE_PIECE_MM || depth < 1) {
         let middle = 0.5 * (t0 + t1);
         cut_edge(s, c, (t0, middle), depth + 1, emit);
@@ -267,12 +211,7 @@ impl<'a> Stock<'a> {
             .map(|f| SetupFace {
                 surface: f.surface.mapped(|p| frame.to_setup(&p)),
                 domain: (!f.loops.is_empty()).then(|| Domain::new(f)),
-                boundary: f
-                    .boundary()
-                    .into_iter()
-                    .flat_map(|l| l.edges)
-                    .map(|e| e.pcurve)
-                    .collect(),
+                boundary: f.boundary().into_iter().flat_map(|l| l.edges).map(|e| e.pcurve).collect(),
             })
             .collect();
         let triangles: Vec<Triangle> = flat
@@ -286,11 +225,7 @@ impl<'a> Stock<'a> {
                     let p = t.map(|i| frame.to_setup(&mesh.points[i as usize]));
                     // The mesh's triangles agree with Su × Sv; the upper side decides which curvature is κ⁺.
                     let up = (p[1] - p[0]).cross(&(p[2] - p[0])).z >= 0.0;
-                    let kappa = if up {
-                        curvature[index][1]
-                    } else {
-                        -curvature[index][0]
-                    };
+                    let kappa = if up { curvature[index][1] } else { -curvature[index][0] };
                     Triangle {
                         p,
                         face: face as u32,
@@ -304,29 +239,14 @@ impl<'a> Stock<'a> {
         let edges: Vec<EdgePiece> = flat
             .edges
             .iter()
-            .map(|e| EdgePiece {
-                a: frame.to_setup(&e.a),
-                b: frame.to_setup(&e.b),
-                ..e.clone()
-            })
+            .map(|e| EdgePiece { a: frame.to_setup(&e.a), b: frame.to_setup(&e.b), ..e.clone() })
             .collect();
         let boxes: Vec<Aabb> = triangles
             .iter()
             .map(|t| Aabb::of(&t.p).inflated(f64::from(t.deviation_mm)))
-            .chain(
-                edges
-                    .iter()
-                    .map(|e| Aabb::of([&e.a, &e.b]).inflated(e.deviation_mm)),
-            )
+            .chain(edges.iter().map(|e| Aabb::of([&e.a, &e.b]).inflated(e.deviation_mm)))
             .collect();
-        Stock {
-            radius_mm,
-            flat,
-            faces,
-            triangles,
-            edges,
-            tree: DropTree::new(&boxes),
-        }
+        Stock { radius_mm, flat, faces, triangles, edges, tree: DropTree::new(&boxes) }
     }
 
     pub(crate) fn radius_mm(&self) -> f64 {
@@ -351,20 +271,8 @@ impl<'a> Stock<'a> {
     /// Drops the ball at `(x, y)` on everything; `near` is a location close by, which makes it faster.
     /// `None` where nothing is below.
     pub(crate) fn drop(&self, x: f64, y: f64, near: Option<&Location>) -> Option<Location> {
-        let mut search = Search {
-            stock: self,
-            x,
-            y,
-            best: None,
-            point: Point3::origin(),
-            tight: true,
-        };
-        if let Some(&Location {
-            face,
-            support: Support::Face { u, v },
-            ..
-        }) = near
-        {
+        let mut search = Search { stock: self, x, y, best: None, point: Point3::origin(), tight: true };
+        if let Some(&Location { face, support: Support::Face { u, v }, .. }) = near {
             search.try_face(face, (u, v), true);
         }
         let floor = search.floor();
@@ -392,8 +300,7 @@ struct Search<'a> {
 
 impl Search<'_> {
     fn floor(&self) -> f64 {
-        self.best
-            .map_or(f64::NEG_INFINITY, |b| b.centre.z + CONTACT_EPSILON_MM)
+        self.best.map_or(f64::NEG_INFINITY, |b| b.centre.z + CONTACT_EPSILON_MM)
     }
 
     fn offer(&mut self, location: Location, point: Point3, tight: bool) {
@@ -409,27 +316,11 @@ impl Search<'_> {
     fn try_face(&mut self, face: FaceId, start: (f64, f64), tight: bool) -> Polished {
         let f = &self.stock.faces[face];
         let polished = polish(&f.surface, start, self.x, self.y, self.stock.radius_mm);
-        if let Polished::Contact {
-            centre,
-            normal,
-            point,
-            u,
-            v,
-        } = polished
-        {
+        if let Polished::Contact { centre, normal, point, u, v } = polished {
             if f.domain.as_ref().is_some_and(|d| !d.contains(u, v)) {
                 return Polished::Outside { point };
             }
-            self.offer(
-                Location {
-                    centre,
-                    normal,
-                    face,
-                    support: Support::Face { u, v },
-                },
-                point,
-                tight,
-            );
+            self.offer(Location { centre, normal, face, support: Support::Face { u, v } }, point, tight);
         }
         polished
     }
@@ -452,11 +343,7 @@ impl Search<'_> {
         if rest.z <= floor {
             return;
         }
-        let at = Point3::from(
-            (0..3)
-                .map(|i| t.p[i].coords * rest.at[i])
-                .sum::<claymill_nurbs::Vector3>(),
-        );
+        let at = Point3::from((0..3).map(|i| t.p[i].coords * rest.at[i]).sum::<claymill_nurbs::Vector3>());
         // Within this distance of a contact, a sheet that curves less tightly than the ball stays outside of
         // it (geometry.md §6.3, the lens argument), so one contact speaks for its surroundings.
         let lens = 4.0 * (2.0 * (delta + CONTACT_EPSILON_MM) * r).sqrt();
@@ -493,19 +380,10 @@ impl Search<'_> {
         }
         let low = on_triangle(&p, &n, self.x, self.y, r);
         if level >= DEEPEST || low.is_some_and(|low| high.z - low.z < CONTACT_EPSILON_MM) {
-            let at = Point3::from(
-                (0..3)
-                    .map(|i| p[i].coords * high.at[i])
-                    .sum::<claymill_nurbs::Vector3>(),
-            );
+            let at = Point3::from((0..3).map(|i| p[i].coords * high.at[i]).sum::<claymill_nurbs::Vector3>());
             let centre = Point3::new(self.x, self.y, high.z);
             let normal = (centre - at).normalize();
-            let location = Location {
-                centre,
-                normal,
-                face: t.face as usize,
-                support: Support::Bound,
-            };
+            let location = Location { centre, normal, face: t.face as usize, support: Support::Bound };
             self.offer(location, at, true);
             return;
         }
@@ -538,12 +416,7 @@ impl Search<'_> {
         if let Some((z, point)) = highest(&face.surface, pcurve, e.t, self.x, self.y, r) {
             let centre = Point3::new(self.x, self.y, z);
             let normal = (centre - point) / r;
-            let location = Location {
-                centre,
-                normal,
-                face: e.face as usize,
-                support: Support::Edge,
-            };
+            let location = Location { centre, normal, face: e.face as usize, support: Support::Edge };
             self.offer(location, point, true);
         }
     }

@@ -13,13 +13,7 @@ const R: f64 = 10.0;
 const EPSILON_MM: f64 = 6e-4;
 
 fn face(surface: NurbsSurface) -> Face {
-    Face {
-        surface,
-        loops: Vec::new(),
-        reversed: false,
-        kind: SurfaceKind::Nurbs,
-        source: Source::default(),
-    }
+    Face { surface, loops: Vec::new(), reversed: false, kind: SurfaceKind::Nurbs, source: Source::default() }
 }
 
 fn placed(origin: Point3, z: Vector3) -> Placement {
@@ -28,10 +22,7 @@ fn placed(origin: Point3, z: Vector3) -> Placement {
 
 /// Drops the ball at the given places from +z.
 fn drop(surfaces: Vec<NurbsSurface>, at: &[(f64, f64)]) -> Vec<Option<Location>> {
-    let model = Model {
-        faces: surfaces.into_iter().map(face).collect(),
-        ..Model::default()
-    };
+    let model = Model { faces: surfaces.into_iter().map(face).collect(), ..Model::default() };
     let flat = FlatPart::new(&model).unwrap();
     // Front +x: setup coordinates are model coordinates.
     let top = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0];
@@ -49,26 +40,15 @@ fn plane_through(tilt_deg: f64, x: (f64, f64)) -> NurbsSurface {
 #[test]
 fn sphere() {
     let rho = 40.0;
-    let sphere = analytic::sphere(
-        &placed(Point3::origin(), Vector3::z()),
-        rho,
-        (0.0, TAU),
-        (-FRAC_PI_2, FRAC_PI_2),
-    );
-    let places: Vec<_> = (0..200)
-        .map(|i| (f64::from(i) * 0.22, f64::from(i % 7) * 1.3))
-        .collect();
+    let sphere =
+        analytic::sphere(&placed(Point3::origin(), Vector3::z()), rho, (0.0, TAU), (-FRAC_PI_2, FRAC_PI_2));
+    let places: Vec<_> = (0..200).map(|i| (f64::from(i) * 0.22, f64::from(i % 7) * 1.3)).collect();
     for (location, (x, y)) in drop(vec![sphere.unwrap()], &places).iter().zip(&places) {
         let exact = ((rho + R).powi(2) - x * x - y * y).sqrt();
         let l = location.unwrap();
         // The parametrisation is singular at the pole: there the proven bound stands in.
         let allowed = if x.hypot(*y) < 0.01 { EPSILON_MM } else { 1e-9 };
-        assert!(
-            (l.centre.z - exact).abs() < allowed,
-            "({x}, {y}): {} {exact} {:?}",
-            l.centre.z,
-            l.support
-        );
+        assert!((l.centre.z - exact).abs() < allowed, "({x}, {y}): {} {exact} {:?}", l.centre.z, l.support);
     }
 }
 
@@ -80,15 +60,9 @@ fn slope_and_groove() {
         5.0 * 30f64.to_radians().tan() + 11.547_005_383_792_515,
         epsilon = 1e-9
     );
-    let groove = vec![
-        plane_through(30.0, (0.0, 200.0)),
-        plane_through(-30.0, (-200.0, 0.0)),
-    ];
+    let groove = vec![plane_through(30.0, (0.0, 200.0)), plane_through(-30.0, (-200.0, 0.0))];
     let places = [(0.0, 0.0), (3.0, 1.0), (5.5, 0.0)];
-    let z: Vec<f64> = drop(groove, &places)
-        .into_iter()
-        .map(|l| l.unwrap().centre.z)
-        .collect();
+    let z: Vec<f64> = drop(groove, &places).into_iter().map(|l| l.unwrap().centre.z).collect();
     approx::assert_abs_diff_eq!(z[0], 11.547_005_383_792_515, epsilon = 1e-9);
     for k in 1..3 {
         let exact = places[k].0 * 30f64.to_radians().tan() + 11.547_005_383_792_515;
@@ -115,52 +89,30 @@ fn a_valley_narrower_than_the_ball_carries_it_on_its_rims() {
 #[test]
 fn torus_outside_and_inside() {
     let (major, minor) = (60.0, 20.0);
-    let torus = analytic::torus(
-        &placed(Point3::origin(), Vector3::z()),
-        major,
-        minor,
-        (0.0, TAU),
-        (0.0, TAU),
-    )
-    .unwrap();
-    let places: Vec<_> = (0..120)
-        .map(|i| (f64::from(i) * 0.7, f64::from(i % 5) * 2.0))
-        .collect();
+    let torus =
+        analytic::torus(&placed(Point3::origin(), Vector3::z()), major, minor, (0.0, TAU), (0.0, TAU))
+            .unwrap();
+    let places: Vec<_> = (0..120).map(|i| (f64::from(i) * 0.7, f64::from(i % 5) * 2.0)).collect();
     for (location, (x, y)) in drop(vec![torus], &places).iter().zip(&places) {
         let d = x.hypot(*y) - major;
         let reach = minor + R;
         if d.abs() < reach - 0.5 {
             let exact = (reach * reach - d * d).sqrt();
             let l = location.unwrap();
-            assert!(
-                (l.centre.z - exact).abs() < 1e-8,
-                "({x}, {y}): {} {exact} {:?}",
-                l.centre.z,
-                l.support
-            );
+            assert!((l.centre.z - exact).abs() < 1e-8, "({x}, {y}): {} {exact} {:?}", l.centre.z, l.support);
         }
     }
 }
 
 #[test]
 fn step_edges_and_corners_are_touched() {
-    let plate = analytic::plane_patch(
-        &placed(Point3::origin(), Vector3::z()),
-        (-30.0, 30.0),
-        (-30.0, 30.0),
-    )
-    .unwrap();
-    let l = drop(
-        vec![plate],
-        &[(0.0, 0.0), (36.0, 0.0), (36.0, 38.0), (33.0, 34.0), (50.0, 0.0)],
-    );
+    let plate =
+        analytic::plane_patch(&placed(Point3::origin(), Vector3::z()), (-30.0, 30.0), (-30.0, 30.0)).unwrap();
+    let l = drop(vec![plate], &[(0.0, 0.0), (36.0, 0.0), (36.0, 38.0), (33.0, 34.0), (50.0, 0.0)]);
     approx::assert_abs_diff_eq!(l[0].unwrap().centre.z, 10.0, epsilon = 1e-9);
     approx::assert_abs_diff_eq!(l[1].unwrap().centre.z, 8.0, epsilon = 1e-9);
     assert_eq!(l[1].unwrap().support, Support::Edge);
-    assert!(
-        l[2].is_none() && l[4].is_none(),
-        "out of reach of the corner and the side"
-    );
+    assert!(l[2].is_none() && l[4].is_none(), "out of reach of the corner and the side");
     approx::assert_abs_diff_eq!(l[3].unwrap().centre.z, 75f64.sqrt(), epsilon = 1e-9);
 }
 
@@ -170,10 +122,7 @@ fn two_spheres_share_the_ball() {
         let frame = placed(Point3::new(x, 0.0, 0.0), Vector3::z());
         analytic::sphere(&frame, 15.0, (0.0, TAU), (-FRAC_PI_2, FRAC_PI_2)).unwrap()
     };
-    let l = drop(
-        vec![sphere(-14.0), sphere(14.0)],
-        &[(0.0, 0.0), (0.0, 6.0), (1.0, 2.0)],
-    );
+    let l = drop(vec![sphere(-14.0), sphere(14.0)], &[(0.0, 0.0), (0.0, 6.0), (1.0, 2.0)]);
     for (l, (x, y)) in l.iter().zip([(0.0f64, 0.0f64), (0.0, 6.0), (1.0, 2.0)]) {
         let exact = (625.0 - (14.0 - x).powi(2) - y * y).sqrt();
         approx::assert_abs_diff_eq!(l.unwrap().centre.z, exact, epsilon = 1e-9);

@@ -55,15 +55,8 @@ impl DropTree {
                 continue;
             }
             let (a, b) = (index + 1, node.at);
-            let (za, zb) = (
-                self.nodes[a as usize].bound(x, y, r),
-                self.nodes[b as usize].bound(x, y, r),
-            );
-            let (low, high) = if za <= zb {
-                ((a, za), (b, zb))
-            } else {
-                ((b, zb), (a, za))
-            };
+            let (za, zb) = (self.nodes[a as usize].bound(x, y, r), self.nodes[b as usize].bound(x, y, r));
+            let (low, high) = if za <= zb { ((a, za), (b, zb)) } else { ((b, zb), (a, za)) };
             for child in [low, high] {
                 if child.1 > floor {
                     stack[depth] = child;
@@ -80,19 +73,13 @@ impl Node {
         let dx = (self.x[0] - x).max(x - self.x[1]).max(0.0);
         let dy = (self.y[0] - y).max(y - self.y[1]).max(0.0);
         let d2 = dx * dx + dy * dy;
-        if d2 >= r * r {
-            f64::NEG_INFINITY
-        } else {
-            self.top + (r * r - d2).sqrt()
-        }
+        if d2 >= r * r { f64::NEG_INFINITY } else { self.top + (r * r - d2).sqrt() }
     }
 }
 
 /// Median split along the longer side of the centres; the tree's depth is at most log₂ of the items.
 fn split(boxes: &[Aabb], items: &mut [u32], offset: u32, nodes: &mut Vec<Node>) {
-    let all = items
-        .iter()
-        .fold(Aabb::empty(), |b, &i| b.union(&boxes[i as usize]));
+    let all = items.iter().fold(Aabb::empty(), |b, &i| b.union(&boxes[i as usize]));
     let node = nodes.len();
     nodes.push(Node {
         x: [all.min.x, all.max.x],
@@ -104,12 +91,7 @@ fn split(boxes: &[Aabb], items: &mut [u32], offset: u32, nodes: &mut Vec<Node>) 
     if items.len() <= LEAF_ITEMS {
         return;
     }
-    let centres = Aabb::of(
-        &items
-            .iter()
-            .map(|&i| boxes[i as usize].centre())
-            .collect::<Vec<_>>(),
-    );
+    let centres = Aabb::of(&items.iter().map(|&i| boxes[i as usize].centre()).collect::<Vec<_>>());
     let size = centres.max - centres.min;
     let axis = size.imax();
     let middle = items.len() / 2;

@@ -4,20 +4,11 @@ use claymill_nurbs::analytic::{Frame, plane_patch};
 use claymill_nurbs::{Face, KnotVector, Model, NurbsSurface, Point3, Source, SurfaceKind, Vector3};
 
 pub(crate) fn face(surface: NurbsSurface) -> Face {
-    Face {
-        surface,
-        loops: Vec::new(),
-        reversed: false,
-        kind: SurfaceKind::Nurbs,
-        source: Source::default(),
-    }
+    Face { surface, loops: Vec::new(), reversed: false, kind: SurfaceKind::Nurbs, source: Source::default() }
 }
 
 pub(crate) fn model(surfaces: Vec<NurbsSurface>) -> Model {
-    Model {
-        faces: surfaces.into_iter().map(face).collect(),
-        ..Model::default()
-    }
+    Model { faces: surfaces.into_iter().map(face).collect(), ..Model::default() }
 }
 
 pub(crate) fn frame(origin: [f64; 3], z: Vector3, x: Vector3) -> Frame {
@@ -35,11 +26,7 @@ pub(crate) fn master() -> NurbsSurface {
     let points = (0..rows * columns).map(|k| {
         let (x, y) = (30.0 * (k / columns) as f64, 30.0 * (k % columns) as f64);
         let wave = |a: f64, b: f64| (0.021 * a + 0.3).sin() * (0.017 * b).cos();
-        Point3::new(
-            x + 4.0 * wave(y, x),
-            y + 3.0 * wave(x, y),
-            20.0 * wave(x + y, x - y),
-        )
+        Point3::new(x + 4.0 * wave(y, x), y + 3.0 * wave(x, y), 20.0 * wave(x + y, x - y))
     });
     NurbsSurface::new(
         KnotVector::clamped_uniform(3, rows),
@@ -62,15 +49,7 @@ pub(crate) fn part(surface: &NurbsSurface, u: (f64, f64), v: (f64, f64)) -> Nurb
 pub(crate) fn moved(surface: &NurbsSurface, shift: Vector3) -> NurbsSurface {
     let (rows, columns) = surface.size();
     let indices = || (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j)));
-    let points = indices()
-        .map(|(i, j)| surface.control_point(i, j) + shift)
-        .collect();
+    let points = indices().map(|(i, j)| surface.control_point(i, j) + shift).collect();
     let weights = indices().map(|(i, j)| surface.weight(i, j)).collect();
-    NurbsSurface::new(
-        surface.knots_u().clone(),
-        surface.knots_v().clone(),
-        points,
-        Some(weights),
-    )
-    .unwrap()
+    NurbsSurface::new(surface.knots_u().clone(), surface.knots_v().clone(), points, Some(weights)).unwrap()
 }

@@ -20,15 +20,9 @@ pub(crate) fn model(surfaces: impl IntoIterator<Item = NurbsSurface>) -> Model {
         loops: Vec::new(),
         reversed: false,
         kind: SurfaceKind::Nurbs,
-        source: Source {
-            entity: format!("DE {}", 2 * i + 1),
-            ..Source::default()
-        },
+        source: Source { entity: format!("DE {}", 2 * i + 1), ..Source::default() },
     };
-    Model {
-        faces: surfaces.into_iter().enumerate().map(face).collect(),
-        ..Model::default()
-    }
+    Model { faces: surfaces.into_iter().enumerate().map(face).collect(), ..Model::default() }
 }
 
 /// The rectangle `x × y` at height `z`.
@@ -71,10 +65,7 @@ pub(crate) fn job(model: &Model) -> Job {
             rapid_mm_per_min: 20000.0,
         },
         tolerances: Default::default(),
-        tools: vec![ToolRecord {
-            id: "T1".into(),
-            tool,
-        }],
+        tools: vec![ToolRecord { id: "T1".into(), tool }],
         setups: vec![Setup {
             name: "top".into(),
             axis: [0.0, 0.0, 1.0],
@@ -84,21 +75,13 @@ pub(crate) fn job(model: &Model) -> Job {
         }],
         regions: Vec::new(),
         totals: Totals::default(),
-        area: Area {
-            total_mm2: total,
-            cut_mm2: total,
-            uncut_mm2: Default::default(),
-        },
+        area: Area { total_mm2: total, cut_mm2: total, uncut_mm2: Default::default() },
         faces: (model.faces.iter().enumerate())
             .map(|(face, f)| FaceAccount {
                 face,
                 entity: f.source.entity.clone(),
                 region: 0,
-                area: Area {
-                    total_mm2: f.area_mm2(),
-                    cut_mm2: f.area_mm2(),
-                    uncut_mm2: Default::default(),
-                },
+                area: Area { total_mm2: f.area_mm2(), cut_mm2: f.area_mm2(), uncut_mm2: Default::default() },
             })
             .collect(),
         timings: Vec::new(),
@@ -127,21 +110,13 @@ pub(crate) fn straight(kind: MoveKind, pass: u32, a: Point3, b: Point3) -> Move 
 
 /// Numbers the moves.
 pub(crate) fn program(moves: impl IntoIterator<Item = Move>) -> Program {
-    let numbered = moves
-        .into_iter()
-        .enumerate()
-        .map(|(seq, m)| Move { seq: seq as u64, ..m });
-    Program {
-        moves: numbered.collect(),
-    }
+    let numbered = moves.into_iter().enumerate().map(|(seq, m)| Move { seq: seq as u64, ..m });
+    Program { moves: numbered.collect() }
 }
 
 /// Options for small models.
 pub(crate) fn options() -> VerifyOptions {
-    VerifyOptions {
-        area_per_sample_mm2: 0.2,
-        ..VerifyOptions::default()
-    }
+    VerifyOptions { area_per_sample_mm2: 0.2, ..VerifyOptions::default() }
 }
 
 /// Verifies silently.

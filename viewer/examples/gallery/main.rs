@@ -32,24 +32,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         format!("{} faces, {} regions", model.faces.len(), colours.len()),
     ];
     for (region, &colour) in colours.iter().enumerate() {
-        scene.legend.push(LegendEntry {
-            mark: Mark::Area,
-            colour,
-            text: format!("region {region}"),
-        });
+        scene.legend.push(LegendEntry { mark: Mark::Area, colour, text: format!("region {region}") });
     }
     let mut painted = scene.clone();
-    let style = StrokeStyle {
-        region_colours: Some(&colours),
-        ..StrokeStyle::new(0.05)
-    };
+    let style = StrokeStyle { region_colours: Some(&colours), ..StrokeStyle::new(0.05) };
     painted.add_paths(&shapes::program(), &style);
 
     let axes = Axes::default();
-    let detail = Aabb {
-        min: Point3::new(-60.0, -40.0, -20.0),
-        max: Point3::new(40.0, 40.0, 60.0),
-    };
+    let detail = Aabb { min: Point3::new(-60.0, -40.0, -20.0), max: Point3::new(40.0, 40.0, 60.0) };
     let pictures = [
         ("iso", &scene, View::iso(&axes)),
         ("top", &scene, View::top(&axes)),

@@ -76,20 +76,13 @@ pub(crate) fn model() -> (Model, Vec<FaceMesh>, Vec<usize>) {
     let mut regions = Vec::new();
     for i in 0..6 {
         for j in 0..4 {
-            surfaces.push(patch(
-                f64::from(i) * 50.0 - 150.0,
-                f64::from(j) * 50.0 - 100.0,
-                50.0,
-            ));
+            surfaces.push(patch(f64::from(i) * 50.0 - 150.0, f64::from(j) * 50.0 - 100.0, 50.0));
             regions.push(usize::from(i > 3));
         }
     }
     surfaces.push(torus(Point3::new(-20.0, 10.0, 30.0), 50.0, 18.0));
     regions.push(2);
-    let meshes = surfaces
-        .iter()
-        .map(|s| grid_mesh(s, if s.size().0 > 10 { 120 } else { 24 }))
-        .collect();
+    let meshes = surfaces.iter().map(|s| grid_mesh(s, if s.size().0 > 10 { 120 } else { 24 })).collect();
     let face = |surface| Face {
         surface,
         loops: Vec::new(),
@@ -97,10 +90,7 @@ pub(crate) fn model() -> (Model, Vec<FaceMesh>, Vec<usize>) {
         kind: SurfaceKind::Nurbs,
         source: Source::default(),
     };
-    let model = Model {
-        faces: surfaces.into_iter().map(face).collect(),
-        ..Model::default()
-    };
+    let model = Model { faces: surfaces.into_iter().map(face).collect(), ..Model::default() };
     (model, meshes, regions)
 }
 
@@ -109,38 +99,23 @@ pub(crate) fn program() -> Program {
     let mut moves = Vec::new();
     let mut last: Option<Point3> = None;
     for region in 0..2_usize {
-        let (from, to) = if region == 0 {
-            (-149.0, 49.0)
-        } else {
-            (51.0, 149.0)
-        };
+        let (from, to) = if region == 0 { (-149.0, 49.0) } else { (51.0, 149.0) };
         for pass in 0..99_u32 {
             let y = -98.0 + 2.0 * f64::from(pass);
             let line: Vec<Point3> = (0..=200)
                 .map(|i| {
                     let s = f64::from(i) / 200.0;
-                    let x = if pass % 2 == 0 {
-                        from + (to - from) * s
-                    } else {
-                        to - (to - from) * s
-                    };
+                    let x = if pass % 2 == 0 { from + (to - from) * s } else { to - (to - from) * s };
                     Point3::new(x, y, wave(x, y) + 0.05)
                 })
                 .collect();
             let mut go = |kind, a: Point3, b: Point3| {
-                moves.push(Move {
-                    region,
-                    pass,
-                    ..Move::straight(kind, a, b, Vector3::z(), 6000.0)
-                });
+                moves.push(Move { region, pass, ..Move::straight(kind, a, b, Vector3::z(), 6000.0) });
             };
             match last {
                 Some(end) if pass > 0 => go(MoveKind::Link, end, line[0]),
                 Some(end) => {
-                    let (a, b) = (
-                        Point3::new(end.x, end.y, 70.0),
-                        Point3::new(line[0].x, line[0].y, 70.0),
-                    );
+                    let (a, b) = (Point3::new(end.x, end.y, 70.0), Point3::new(line[0].x, line[0].y, 70.0));
                     go(MoveKind::LeadOut, end, end + Vector3::z() * 8.0);
                     go(MoveKind::Rapid, end + Vector3::z() * 8.0, a);
                     go(MoveKind::Rapid, a, b);

@@ -36,12 +36,7 @@ pub(super) fn verdict(verification: Option<&Verification>) -> Markup {
 }
 
 fn summary(v: &Verification) -> String {
-    let cut = v
-        .coverage
-        .by_state_mm2
-        .get(&SurfaceState::Cut)
-        .copied()
-        .unwrap_or(0.0);
+    let cut = v.coverage.by_state_mm2.get(&SurfaceState::Cut).copied().unwrap_or(0.0);
     format!(
         "Deepest gouge {}, scallop {} at the 99th percentile ({} asked), {} of the model's area cut.",
         deviation(v.gouge.deepest_mm),
@@ -80,21 +75,9 @@ fn place_or_dash(p: Option<&Place>) -> String {
 pub(super) fn section(verification: Option<&Verification>) -> Markup {
     let Some(v) = verification else { return html! {} };
     let crests = &v.scallop.crests;
-    let asked = Tick {
-        label: "asked",
-        value: v.scallop_mm,
-        figure: deviation(v.scallop_mm),
-    };
-    let tick = |label, value| Tick {
-        label,
-        value,
-        figure: deviation(value),
-    };
-    let heights = [
-        tick("mean", crests.mean_mm),
-        tick("99 %", crests.p99_mm),
-        tick("max", crests.max_mm),
-    ];
+    let asked = Tick { label: "asked", value: v.scallop_mm, figure: deviation(v.scallop_mm) };
+    let tick = |label, value| Tick { label, value, figure: deviation(value) };
+    let heights = [tick("mean", crests.mean_mm), tick("99 %", crests.p99_mm), tick("max", crests.max_mm)];
     html! {
         h2 id="checks" { "Verification" }
         p { "Measured from the written files and the exact surfaces alone, without any code of the planner." }
@@ -110,16 +93,9 @@ pub(super) fn section(verification: Option<&Verification>) -> Markup {
 fn measurements(v: &Verification) -> Markup {
     let (g, c, r, s) = (&v.gouge, &v.contact, &v.rapids, &v.scallop);
     let on_length = |x: f64| format!("{} of the length of all passes", share(x, 1.0));
-    let clearance = r
-        .clearance_min_mm
-        .map_or_else(|| "–".into(), |mm| format!("{mm:.2} mm"));
+    let clearance = r.clearance_min_mm.map_or_else(|| "–".into(), |mm| format!("{mm:.2} mm"));
     let rows = [
-        (
-            "Deepest gouge",
-            deviation(g.deepest_mm),
-            place_or_dash(g.deepest_at.as_ref()),
-            g.samples,
-        ),
+        ("Deepest gouge", deviation(g.deepest_mm), place_or_dash(g.deepest_at.as_ref()), g.samples),
         (
             "Gouges deeper than 1, 2, 5 µm",
             format!(
@@ -143,24 +119,9 @@ fn measurements(v: &Verification) -> Markup {
             String::new(),
             c.samples,
         ),
-        (
-            "Ball rolls over an edge",
-            share(c.on_edge_share, 1.0),
-            on_length(c.on_edge_share),
-            c.samples,
-        ),
-        (
-            "Ball in the air",
-            share(c.in_air_share, 1.0),
-            on_length(c.in_air_share),
-            c.samples,
-        ),
-        (
-            "Smallest clearance of rapids",
-            clearance,
-            place_or_dash(r.clearance_min_at.as_ref()),
-            r.moves,
-        ),
+        ("Ball rolls over an edge", share(c.on_edge_share, 1.0), on_length(c.on_edge_share), c.samples),
+        ("Ball in the air", share(c.in_air_share, 1.0), on_length(c.in_air_share), c.samples),
+        ("Smallest clearance of rapids", clearance, place_or_dash(r.clearance_min_at.as_ref()), r.moves),
         ("Rapids that touch", count(r.touching), String::new(), r.moves),
         (
             "Highest scallop crest",
@@ -171,23 +132,13 @@ fn measurements(v: &Verification) -> Markup {
         (
             "Scallop crests, 99 % and mean",
             format!("{}, {}", deviation(s.crests.p99_mm), deviation(s.crests.mean_mm)),
-            format!(
-                "{} out of the ball's reach left out",
-                count(s.crests.out_of_reach)
-            ),
+            format!("{} out of the ball's reach left out", count(s.crests.out_of_reach)),
             s.crests.samples,
         ),
         (
             "Material left on the surface, 99 % and mean",
-            format!(
-                "{}, {}",
-                deviation(s.surface.p99_mm),
-                deviation(s.surface.mean_mm)
-            ),
-            format!(
-                "{} of the cut area above the bar",
-                share(s.surface.above_limit_share, 1.0)
-            ),
+            format!("{}, {}", deviation(s.surface.p99_mm), deviation(s.surface.mean_mm)),
+            format!("{} of the cut area above the bar", share(s.surface.above_limit_share, 1.0)),
             s.surface.samples,
         ),
     ];

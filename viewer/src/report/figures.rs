@@ -45,11 +45,7 @@ pub(super) fn area(mm2: f64) -> String {
 
 /// A deviation: µm below a tenth of a millimetre.
 pub(super) fn deviation(mm: f64) -> String {
-    if mm.abs() < 0.1 {
-        three_digits(mm * 1e3, "µm")
-    } else {
-        three_digits(mm, "mm")
-    }
+    if mm.abs() < 0.1 { three_digits(mm * 1e3, "µm") } else { three_digits(mm, "mm") }
 }
 
 /// A share of a whole in percent; small shares do not vanish.

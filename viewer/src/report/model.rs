@@ -29,10 +29,7 @@ pub(super) fn section(job: &Job) -> Markup {
             ),
         ),
         ("Area", area(m.area_mm2)),
-        (
-            "Box, mm",
-            format!("x {x0:.2} to {x1:.2}, y {y0:.2} to {y1:.2}, z {z0:.2} to {z1:.2}"),
-        ),
+        ("Box, mm", format!("x {x0:.2} to {x1:.2}, y {y0:.2} to {y1:.2}, z {z0:.2} to {z1:.2}")),
     ];
     html! {
         h2 { "The model's file" }

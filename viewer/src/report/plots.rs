@@ -24,10 +24,7 @@ pub(super) fn swatch(colour: Rgb) -> Markup {
 pub(super) fn stacked_bar(title: &str, parts: &[Part]) -> Markup {
     const WIDTH: f64 = 1000.0;
     let total: f64 = parts.iter().map(|p| p.value.max(0.0)).sum();
-    let spoken: Vec<String> = parts
-        .iter()
-        .map(|p| format!("{} {}", p.label, p.figure))
-        .collect();
+    let spoken: Vec<String> = parts.iter().map(|p| format!("{} {}", p.label, p.figure)).collect();
     let mut left = 0.0;
     html! {
         figure.plot {
@@ -62,16 +59,9 @@ pub(super) struct Tick {
 /// Measured values on a line from zero, against the limit that was asked for.
 pub(super) fn against_limit(title: &str, limit: &Tick, measured: &[Tick]) -> Markup {
     let largest = measured.iter().map(|t| t.value).fold(limit.value, f64::max);
-    let scale = if largest > 0.0 {
-        940.0 / (1.1 * largest)
-    } else {
-        0.0
-    };
+    let scale = if largest > 0.0 { 940.0 / (1.1 * largest) } else { 0.0 };
     let x = |value: f64| format!("{:.1}", 30.0 + value.max(0.0) * scale);
-    let spoken: Vec<String> = measured
-        .iter()
-        .map(|t| format!("{} {}", t.label, t.figure))
-        .collect();
+    let spoken: Vec<String> = measured.iter().map(|t| format!("{} {}", t.label, t.figure)).collect();
     html! {
         figure.plot {
             figcaption { (title) }

@@ -33,26 +33,14 @@ pub(super) fn key_figures(job: &Job, regions: &RegionsFile) -> Markup {
             length(totals.length.cut_mm),
             share(totals.length.cut_mm, totals.length.total_mm()) + " of all motion",
         ),
-        (
-            "Area cut",
-            area(job.area.cut_mm2),
-            share(job.area.cut_mm2, job.area.total_mm2) + " of the model",
-        ),
+        ("Area cut", area(job.area.cut_mm2), share(job.area.cut_mm2, job.area.total_mm2) + " of the model"),
         (
             "Regions",
             count(regions.regions.len() as u64),
             format!("from {}", plural(job.model.faces_read as u64, "face")),
         ),
-        (
-            "Passes",
-            count(u64::from(totals.passes)),
-            plural(u64::from(totals.retracts), "retract"),
-        ),
-        (
-            "Control points",
-            count(totals.control_points),
-            plural(totals.moves, "move"),
-        ),
+        ("Passes", count(u64::from(totals.passes)), plural(u64::from(totals.retracts), "retract")),
+        ("Control points", count(totals.control_points), plural(totals.moves, "move")),
     ];
     html! {
         dl.facts {
@@ -70,11 +58,7 @@ pub(super) fn asked(job: &Job) -> Markup {
         LinkStyle::Box => "one way: every pass starts on the same side",
     };
     let list = |names: &[String]| {
-        if names.is_empty() {
-            "–".to_owned()
-        } else {
-            names.join(", ")
-        }
+        if names.is_empty() { "–".to_owned() } else { names.join(", ") }
     };
     let rows = [
         ("Tool", format!("ball end mill, radius {} mm", r.tool.radius_mm())),
@@ -82,13 +66,7 @@ pub(super) fn asked(job: &Job) -> Markup {
         ("Strategy", r.strategy.clone()),
         ("Passes are joined", link.to_owned()),
         ("Merging", r.preset.clone()),
-        (
-            "Feed",
-            format!(
-                "{} mm/min cutting, {} mm/min rapid",
-                r.feed_mm_per_min, r.rapid_mm_per_min
-            ),
-        ),
+        ("Feed", format!("{} mm/min cutting, {} mm/min rapid", r.feed_mm_per_min, r.rapid_mm_per_min)),
         ("Axes", format!("up {}, rear to front {}", r.up, r.length)),
         ("Only", list(&r.only)),
         ("Left out", list(&r.skip)),

@@ -1,0 +1,150 @@
+use std::path::Path;
+
+use claymill_nurbs::{FaceMesh, MeshOptions, Model, tessellate};
+use claymill_paths::Orientation;
+use claymill_toolpath::Program;
+use claymill_viewer::{
+    Axes, Colouring, LegendEntry, Mark, ModelView, PictureOptions, Renderer, ReportPicture, Rgb, Scene,
+    StrokeStyle, View, ViewError, region_colours,
+};
+use rayon::prelude::*;
+
+use crate::console::Console;
+use crate::failure::Failure;
+
+/// Fine enough for pictures of a whole vehicle: half a pixel is about 1 mm there.
+const PICTURE_MESH: MeshOptions = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 60.0 };
+/// Drawn lines leave their curves by no more than this, mm.
+const CHORD_MM: f64 = 0.3;
+/// Regions named in the legend.
+const NAMED_REGIONS: usize = 8;
+
+impl From<ViewError> for Failure {
+    fn from(error: ViewError) -> Self {
+        let advice = match &error {
+            ViewError::Size { .. } => "Choose a size such as --size 1920x1080.",
+            ViewError::EmptyScene => "Check the model with `claymill inspect`.",
+            _ => "",
+        };
+        Failure::problem(error, advice)
+    }
+}
+
+/// A model that is ready to be drawn.
+pub(crate) struct Album<'a> {
+    model: &'a Model,
+    meshes: Vec<FaceMesh>,
+    region_of_face: &'a [usize],
+    cut: Option<&'a [bool]>,
+    tolerance_mm: f64,
+}
+
+impl<'a> Album<'a> {
+    pub(crate) fn new(
+        model: &'a Model,
+        region_of_face: &'a [usize],
+        cut: Option<&'a [bool]>,
+        tolerance_mm: f64,
+    ) -> Self {
+        // A face that cannot be triangulated is left out of the picture, not of the job.
+        let mesh = |face| tessellate(face, &PICTURE_MESH).unwrap_or_default();
+        let meshes = model.faces.par_iter().map(mesh).collect();
+        Album { model, meshes, region_of_face, cut, tolerance_mm }
+    }
+
+    fn view(&self) -> ModelView<'_> {
+        ModelView {
+            model: self.model,
+            meshes: &self.meshes,
+            region_of_face: self.region_of_face,
+            cut: self.cut,
+            joint_tolerance_mm: self.tolerance_mm,
+        }
+    }
+
+    pub(crate) fn colours(&self) -> Vec<Rgb> {
+        region_colours(&self.view())
+    }
+
+    /// The model in region colours, with the tool paths over it when there are any.
+    pub(crate) fn scene(&self, title: &str, program: Option<&Program>) -> Result<Scene, Failure> {
+        let colours = self.colours();
+        let mut scene = Scene::of_model(&self.view(), Colouring::Region)?;
+        let facts = format!("{} faces in {} regions", self.model.faces.len(), colours.len());
+        scene.caption = vec![title.to_owned(), facts];
+        for (region, &colour) in colours.iter().enumerate().take(NAMED_REGIONS) {
+            scene.legend.push(LegendEntry { mark: Mark::Area, colour, text: format!("region {region}") });
+        }
+        if let Some(program) = program {
+            let style =
+                StrokeStyle { region_colours: Some(&colours), rapids: false, ..StrokeStyle::new(CHORD_MM) };
+            scene.add_paths(program, &style);
+        }
+        Ok(scene)
+    }
+
+    /// One picture of the regions alone.
+    pub(crate) fn save_regions(
+        &self,
+        console: &Console,
+        orientation: Orientation,
+        folder: &Path,
+    ) -> Result<(), Failure> {
+        let Some(renderer) = renderer(console) else {
+            return Ok(());
+        };
+        let scene = self.scene("regions", None)?;
+        let axes = axes(orientation);
+        renderer.render(&scene, &View::iso(&axes), &options(&axes))?.save(&folder.join("regions.png"))?;
+        Ok(())
+    }
+
+    /// The previews of a job: files in `folder` and pictures for the report.
+    pub(crate) fn save_previews(
+        &self,
+        console: &Console,
+        title: &str,
+        program: &Program,
+        orientation: Orientation,
+        folder: &Path,
+    ) -> Result<Vec<ReportPicture>, Failure> {
+        let Some(renderer) = renderer(console) else {
+            return Ok(Vec::new());
+        };
+        let painted = self.scene(title, Some(program))?;
+        let bare = self.scene(title, None)?;
+        let axes = axes(orientation);
+        let shots = [
+            ("preview-iso.png", View::iso(&axes), &painted, "Tool paths over the regions"),
+            ("preview-top.png", View::top(&axes), &painted, "Tool paths from above"),
+            ("preview-side.png", View::left(&axes), &painted, "Tool paths from the left"),
+            ("regions-iso.png", View::iso(&axes), &bare, "Regions: each colour is cut as one surface"),
+        ];
+        let mut pictures = Vec::new();
+        for (k, (file, view, scene, caption)) in shots.into_iter().enumerate() {
+            console.at("pictures", k as f64 / 4.0);
+            let picture = renderer.render(scene, &view, &options(&axes))?;
+            picture.save(&folder.join(file))?;
+            pictures.push(ReportPicture {
+                caption: caption.to_owned(),
+                alt: format!("{caption}, {title}, view {}", view.name),
+                png: picture.png(),
+            });
+        }
+        Ok(pictures)
+    }
+}
+
+/// The viewer's axes.
+pub(crate) fn axes(orientation: Orientation) -> Axes {
+    Axes { up: orientation.up.vector(), forward: orientation.front.vector() }
+}
+
+pub(crate) fn options(axes: &Axes) -> PictureOptions {
+    PictureOptions { sky: axes.up, ..PictureOptions::default() }
+}
+
+/// The renderer, or a warning: a job is not worth less without pictures.
+fn renderer(console: &Console) -> Option<Renderer> {
+    Renderer::new().map_err(|e| console.say(format!("warning: no pictures: {e}"))).ok()
+}

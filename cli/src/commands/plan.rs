@@ -1,0 +1,336 @@
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use claymill_paths::{Feeds, Plan, PlanOptions, Regions};
+use claymill_surface_merge::Preset;
+use claymill_toolpath::{
+    FORMAT_VERSION, FolderWriter, JOB_FILE, Job, LinkStyle, ModelFacts, REGIONS_FILE, REPORT_FILE,
+    RegionsFile, Skipped, Tool, ToolRecord, VERIFY_FILE, read_moves, sha256_of,
+};
+use claymill_verify::{VerifyOptions, verify_program};
+use claymill_viewer::{ReportInput, write_report};
+
+use super::{Context, Loaded, box_mm, merge, orientation, pictures, verify};
+use crate::args::{JobOptions, LinkName, PlanArgs, PresetName, StrategyName};
+use crate::console::peak_memory_mb;
+use crate::failure::Failure;
+use crate::{interrupt, select};
+
+/// Name of the job file that `plan` writes beside its results.
+const JOB_TOML: &str = "job.toml";
+
+/// A job with all defaults filled in.
+pub(crate) struct Request {
+    model: PathBuf,
+    options: JobOptions,
+    tool: Tool,
+    scallop_mm: f64,
+    link: LinkStyle,
+    preset: PresetName,
+    feed_mm_per_min: f64,
+}
+
+/// What is of interest after a job.
+pub(crate) struct Done {
+    pub(crate) region_of_face: Vec<usize>,
+    pub(crate) exit: ExitCode,
+}
+
+/// `claymill plan`.
+pub(crate) fn plan(context: &Context, args: &PlanArgs) -> Result<ExitCode, Failure> {
+    let mut options = args.job.clone();
+    if let Some(file) = &args.job_file {
+        options = over(options, read_job_file(file)?);
+    }
+    let request = Request::new(&args.model, &options)?;
+    Ok(run(context, &request, &args.out)?.exit)
+}
+
+fn read_job_file(file: &Path) -> Result<JobOptions, Failure> {
+    let text = std::fs::read_to_string(file)
+        .map_err(|e| Failure::problem(format!("{}: {e}", file.display()), "Check the path."))?;
+    toml::from_str(&text).map_err(|e| {
+        Failure::problem(
+            format!("{}: {e}", file.display()),
+            "`claymill plan --help` lists the options; a job file has the same names.",
+        )
+    })
+}
+
+/// Options of the command line before those of the file.
+fn over(first: JobOptions, second: JobOptions) -> JobOptions {
+    let list = |a: Vec<String>, b: Vec<String>| if a.is_empty() { b } else { a };
+    JobOptions {
+        tool: first.tool.or(second.tool),
+        scallop: first.scallop.or(second.scallop),
+        strategy: first.strategy.or(second.strategy),
+        link: first.link.or(second.link),
+        preset: first.preset.or(second.preset),
+        only: list(first.only, second.only),
+        skip: list(first.skip, second.skip),
+        feed: first.feed.or(second.feed),
+        axes: crate::args::AxisArgs {
+            up: first.axes.up.or(second.axes.up),
+            length: first.axes.length.or(second.axes.length),
+        },
+    }
+}
+
+impl Request {
+    pub(crate) fn new(model: &Path, options: &JobOptions) -> Result<Self, Failure> {
+        let tool = options.tool.as_deref().unwrap_or("ball:10").parse();
+        let tool = tool
+            .map_err(|e: claymill_toolpath::ToolError| Failure::usage(e, "For example: --tool ball:10."))?;
+        let feed_mm_per_min = options.feed.unwrap_or(Feeds::default().cut_mm_per_min);
+        if !(feed_mm_per_min.is_finite() && feed_mm_per_min > 0.0) {
+            return Err(Failure::usage(
+                format!("feed {feed_mm_per_min} mm/min must be positive"),
+                "For example: --feed 6000.",
+            ));
+        }
+        Ok(Request {
+            model: model.to_owned(),
+            tool,
+            scallop_mm: options.scallop.unwrap_or(0.1),
+            link: match options.link {
+                Some(LinkName::Box) => LinkStyle::Box,
+                Some(LinkName::Lace) | None => LinkStyle::Lace,
+            },
+            preset: options.preset.unwrap_or(PresetName::Clay),
+            feed_mm_per_min,
+            options: options.clone(),
+        })
+    }
+
+    /// The command line that makes the job again.
+    fn command(&self, out: &Path) -> String {
+        format!(
+            "claymill plan {} --job {} -o {}",
+            self.model.display(),
+            out.join(JOB_TOML).display(),
+            out.display()
+        )
+    }
+}
+
+/// The main job, from the model file to the finished folder.
+pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Done, Failure> {
+    let console = context.console;
+    let folder = FolderWriter::begin(out)?;
+    interrupt::remove_on_interrupt(folder.path().to_owned());
+    let loaded = context.load(&request.model)?;
+    let model = &loaded.import.model;
+    let sha256 = sha256_of(&request.model)?;
+    let orientation = orientation(console, &request.options.axes, &loaded.bounds)?;
+
+    console.stage("merging");
+    let preset = Preset::from(request.preset);
+    let mut options = preset.options();
+    options.ball_radius_mm = request.tool.radius_mm();
+    options.feed_mm_per_min = request.feed_mm_per_min;
+    let merged = merge::regions(model, &options)?;
+    let mut regions = merge::record(&merged, preset);
+    console.say(format!(
+        "regions   {} faces in {} regions, {} joints",
+        model.faces.len(),
+        regions.regions.len(),
+        regions.joints.len()
+    ));
+
+    console.stage("planning");
+    let excluded =
+        select::excluded(model, &merged.region_of_face, &request.options.only, &request.options.skip)?;
+    let plan_options = PlanOptions {
+        tool: request.tool,
+        scallop_mm: request.scallop_mm,
+        link: request.link,
+        orientation,
+        feeds: Feeds { cut_mm_per_min: request.feed_mm_per_min, ..Feeds::default() },
+    };
+    let to_cut = Regions {
+        of_face: &merged.region_of_face,
+        excluded: &excluded,
+        face_area_mm2: &loaded.face_area_mm2,
+    };
+    let plan = claymill_paths::plan(model, &to_cut, &plan_options, &|stage, share| console.at(stage, share))?;
+    for (record, areas) in regions.regions.iter_mut().zip(&plan.region_setup_area_mm2) {
+        record.setup_area_mm2.clone_from(areas);
+    }
+    say_plan(console, &plan);
+
+    console.stage("writing");
+    folder.moves(&plan.program)?;
+    folder.json(REGIONS_FILE, &regions)?;
+    write_job_file(&folder, request, &plan_options)?;
+    let mut job = job(request, &loaded, sha256, &plan_options, plan);
+
+    console.stage("verifying");
+    let program = read_moves(folder.path())?;
+    let found = verify_program(model, &job, &program, &VerifyOptions::default(), &|stage, share| {
+        console.at(stage, share);
+    })?;
+    folder.json(VERIFY_FILE, &found)?;
+    verify::say(context, &found);
+
+    console.stage("pictures");
+    let title = request.model.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let cut: Vec<bool> = job.faces.iter().map(|f| f.area.cut_mm2 > 0.02 * f.area.total_mm2).collect();
+    let album = pictures::Album::new(model, &merged.region_of_face, Some(&cut), merged.tolerance.value_mm);
+    let shots = album.save_previews(console, &title, &program, orientation, folder.path())?;
+
+    job.timings = console.finish();
+    job.peak_memory_mb = peak_memory_mb();
+    folder.json(JOB_FILE, &job)?;
+    report(&folder, request, out, &title, &job, &regions, &found, &album, &shots)?;
+    folder.finish()?;
+    let seconds: f64 = job.timings.iter().map(|t| t.seconds).sum();
+    console.say(format!("job       {} ({seconds:.1} s, {:.0} MB)", out.display(), job.peak_memory_mb));
+    if context.json {
+        context.print_json(&job.totals)?;
+    }
+    Ok(Done { exit: verify::exit_code(&found), region_of_face: merged.region_of_face })
+}
+
+fn report(
+    folder: &FolderWriter,
+    request: &Request,
+    out: &Path,
+    title: &str,
+    job: &Job,
+    regions: &RegionsFile,
+    found: &claymill_verify::Verification,
+    album: &pictures::Album,
+    shots: &[claymill_viewer::ReportPicture],
+) -> Result<(), Failure> {
+    let input = ReportInput {
+        title,
+        command: &request.command(out),
+        job,
+        regions,
+        verification: Some(found),
+        region_colours: &album.colours(),
+        pictures: shots,
+    };
+    write_report(&folder.path().join(REPORT_FILE), &input)
+        .map_err(|e| Failure::problem(e, "Choose a place that you may write to."))
+}
+
+fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions, plan: Plan) -> Job {
+    let report = &loaded.import.report;
+    Job {
+        format_version: FORMAT_VERSION,
+        claymill_version: env!("CARGO_PKG_VERSION").to_owned(),
+        model: ModelFacts {
+            path: request.model.display().to_string(),
+            sha256,
+            units: report.units.declared.clone(),
+            unit_mm: report.units.mm_per_unit,
+            faces_in_file: report.faces_in_file,
+            faces_read: report.faces_read,
+            skipped: report
+                .skipped
+                .iter()
+                .map(|s| Skipped { entity: s.entity.clone(), reason: s.reason.clone() })
+                .collect(),
+            area_mm2: loaded.face_area_mm2.iter().sum(),
+            box_mm: box_mm(&loaded.bounds),
+        },
+        request: claymill_toolpath::Request {
+            tool: request.tool,
+            scallop_mm: request.scallop_mm,
+            strategy: "planar".to_owned(),
+            link: request.link,
+            preset: format!("{:?}", request.preset).to_lowercase(),
+            up: options.orientation.up.to_string(),
+            length: options.orientation.front.to_string(),
+            only: request.options.only.clone(),
+            skip: request.options.skip.clone(),
+            feed_mm_per_min: options.feeds.cut_mm_per_min,
+            rapid_mm_per_min: options.feeds.rapid_mm_per_min,
+        },
+        tolerances: plan.tolerances,
+        tools: vec![ToolRecord { id: claymill_paths::TOOL_ID.to_owned(), tool: request.tool }],
+        setups: plan.setups,
+        regions: plan.regions,
+        totals: plan.totals,
+        area: plan.area,
+        faces: plan.faces,
+        timings: Vec::new(),
+        peak_memory_mb: 0.0,
+    }
+}
+
+/// The job as a file that `--job` takes, with every default filled in.
+fn write_job_file(folder: &FolderWriter, request: &Request, options: &PlanOptions) -> Result<(), Failure> {
+    let whole = JobOptions {
+        tool: Some(request.tool.to_string()),
+        scallop: Some(request.scallop_mm),
+        strategy: Some(StrategyName::Planar),
+        link: Some(match request.link {
+            LinkStyle::Lace => LinkName::Lace,
+            LinkStyle::Box => LinkName::Box,
+        }),
+        preset: Some(request.preset),
+        feed: Some(request.feed_mm_per_min),
+        axes: crate::args::AxisArgs {
+            up: Some(options.orientation.up.to_string()),
+            length: Some(options.orientation.front.to_string()),
+        },
+        ..request.options.clone()
+    };
+    let text = toml::to_string(&whole)
+        .map_err(|e| Failure::problem(format!("the job cannot be written as TOML: {e}"), ""))?;
+    folder.text(JOB_TOML, &text)?;
+    Ok(())
+}
+
+fn say_plan(console: &crate::console::Console, plan: &Plan) {
+    let (totals, area) = (&plan.totals, &plan.area);
+    for s in &plan.setups {
+        console.say(format!(
+            "setup     {:<5} {:>8.4} m², {:.1} h",
+            s.name,
+            s.area_mm2 * 1e-6,
+            s.time_s / 3600.0
+        ));
+    }
+    let uncut: Vec<String> = area
+        .uncut_mm2
+        .iter()
+        .map(|(reason, mm2)| format!("{:.4} m² {}", mm2 * 1e-6, format!("{reason:?}").to_lowercase()))
+        .collect();
+    let not_cut = if uncut.is_empty() {
+        "nothing left out".to_owned()
+    } else {
+        format!("not cut: {}", uncut.join(", "))
+    };
+    console.say(format!(
+        "area      {:.4} of {:.4} m² cut; {not_cut}",
+        area.cut_mm2 * 1e-6,
+        area.total_mm2 * 1e-6
+    ));
+    console.say(format!(
+        "paths     {:.3} km in {} passes, {} retracts, links {:.3} km, leads {:.3} km, rapids {:.3} km",
+        totals.length.cut_mm * 1e-6,
+        totals.passes,
+        totals.retracts,
+        totals.length.link_mm * 1e-6,
+        totals.length.lead_mm * 1e-6,
+        totals.length.rapid_mm * 1e-6
+    ));
+    console.say(format!(
+        "          {} moves, {} control points, about {:.1} h",
+        totals.moves,
+        totals.control_points,
+        totals.time_s / 3600.0
+    ));
+    if totals.lifted_locations > 0 {
+        console.say(format!("          {} locations lifted to a proven bound", totals.lifted_locations));
+    }
+    if plan.unfitted_stretches > 0 {
+        console.say(format!(
+            "warning: {} stretches could not be fitted and were left out",
+            plan.unfitted_stretches
+        ));
+    }
+}

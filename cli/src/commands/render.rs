@@ -1,0 +1,74 @@
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use claymill_surface_merge::Preset;
+use claymill_toolpath::{Program, read_job, read_moves, read_regions};
+use claymill_viewer::{Renderer, View};
+
+use super::{Context, merge, orientation, pictures};
+use crate::args::{AxisArgs, RenderArgs};
+use crate::failure::Failure;
+
+/// `claymill render`.
+pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, Failure> {
+    let size = parse_size(&args.size)?;
+    let job = if args.what.is_dir() { Some(read_job(&args.what)?) } else { None };
+    let path = job.as_ref().map_or_else(|| args.what.clone(), |job| PathBuf::from(&job.model.path));
+    let loaded = context.load(&path)?;
+    let model = &loaded.import.model;
+    let axes = match &job {
+        Some(job) => AxisArgs {
+            up: args.axes.up.clone().or_else(|| Some(job.request.up.clone())),
+            length: args.axes.length.clone().or_else(|| Some(job.request.length.clone())),
+        },
+        None => args.axes.clone(),
+    };
+    let axes = pictures::axes(orientation(context.console, &axes, &loaded.bounds)?);
+    let view = View::named(&args.view, &axes).ok_or_else(|| {
+        Failure::usage(
+            format!("there is no view `{}`", args.view),
+            "There are: iso, top, left, right, front, rear.",
+        )
+    })?;
+
+    context.console.stage("merging");
+    let (region_of_face, tolerance_mm, program) = match &job {
+        Some(_) => {
+            let regions = read_regions(&args.what)?;
+            let mut of_face = vec![0; model.faces.len()];
+            for r in &regions.regions {
+                for &face in &r.faces {
+                    let slot = of_face.get_mut(face).ok_or_else(|| {
+                        Failure::problem(
+                            format!("regions.json names face {face}, the model has {}", model.faces.len()),
+                            "The model has changed since: plan the job again.",
+                        )
+                    })?;
+                    *slot = r.id;
+                }
+            }
+            (of_face, regions.tolerance_mm, read_moves(&args.what)?)
+        }
+        None => {
+            let merged = merge::regions(model, &Preset::Clay.options())?;
+            (merged.region_of_face, merged.tolerance.value_mm, Program::default())
+        }
+    };
+    context.console.stage("drawing");
+    let program = (!args.no_paths && !program.moves.is_empty()).then_some(&program);
+    let title = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let album = pictures::Album::new(model, &region_of_face, None, tolerance_mm);
+    let scene = album.scene(&title, program)?;
+    let options = claymill_viewer::PictureOptions { size, ..pictures::options(&axes) };
+    claymill_viewer::render_png(&Renderer::new()?, &scene, &view, &options, &args.out)?;
+    context.console.finish();
+    context.console.say(args.out.display());
+    Ok(ExitCode::SUCCESS)
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], Failure> {
+    let parsed = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    parsed.ok_or_else(|| {
+        Failure::usage(format!("`{text}` is not a size"), "Write for example --size 1920x1080.")
+    })
+}

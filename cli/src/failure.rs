@@ -37,6 +37,22 @@ impl fmt::Display for Failure {
     }
 }
 
+/// What to do when the operating system refuses to read or write.
+pub(crate) fn advice_on(error: &std::io::Error) -> &'static str {
+    use std::io::ErrorKind as Kind;
+    match error.kind() {
+        Kind::NotFound => "Check the path.",
+        Kind::PermissionDenied | Kind::ReadOnlyFilesystem => "Choose a folder that you may write to.",
+        Kind::NotADirectory | Kind::AlreadyExists => {
+            "A file is in the way where a folder is needed: choose another folder."
+        }
+        Kind::StorageFull | Kind::QuotaExceeded | Kind::WriteZero => {
+            "The disk is full: free some space or choose another one. Nothing was left behind."
+        }
+        _ => "Nothing was left behind; correct the cause and run the command again.",
+    }
+}
+
 impl From<claymill_exchange::ReadError> for Failure {
     fn from(error: claymill_exchange::ReadError) -> Self {
         Failure::problem(&error, error.advice())
@@ -47,14 +63,7 @@ impl From<claymill_toolpath::FolderError> for Failure {
     fn from(error: claymill_toolpath::FolderError) -> Self {
         use claymill_toolpath::FolderError as E;
         let advice = match &error {
-            E::Io { source, .. } => match source.kind() {
-                std::io::ErrorKind::NotFound => "Check the path.",
-                std::io::ErrorKind::PermissionDenied => "Choose a folder that you may write to.",
-                std::io::ErrorKind::StorageFull | std::io::ErrorKind::WriteZero => {
-                    "The disk is full: free some space or choose another one. Nothing was left behind."
-                }
-                _ => "Nothing was left behind; correct the cause and run the command again.",
-            },
+            E::Io { source, .. } => advice_on(source),
             E::Format { .. } => "The file was changed or made by another version: plan the job again.",
             E::NotAJobFolder(_) => {
                 "Choose a new folder, or empty this one; other people's files are never replaced."
@@ -68,7 +77,10 @@ impl From<claymill_paths::PlanError> for Failure {
     fn from(error: claymill_paths::PlanError) -> Self {
         use claymill_paths::PlanError as E;
         let advice = match &error {
-            E::Scallop { .. } => "Usual scallop heights are 0.02 to 0.2 mm, for example --scallop 0.1.",
+            E::Scallop { .. } => {
+                let advice = "Usual scallop heights are 0.02 to 0.2 mm, for example --scallop 0.1.";
+                return Failure::usage(error, advice);
+            }
             E::ToolTooBig { .. } => {
                 "Choose a smaller --tool, and check the units that `claymill inspect` shows."
             }

@@ -1,26 +1,46 @@
-use std::path::PathBuf;
-use std::sync::Mutex;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Folders and files that must not survive an interruption.
+/// Folders that must not survive an interruption. The lock is held while they are removed and until the
+/// process has ended.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// While a folder is removed the job may still be writing files into it: it is tried again this many times.
+const ATTEMPTS: usize = 100;
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// Ends the process on Ctrl-C with exit code 130, after removing what is half-written. Everything is written
 /// beside its destination and renamed when whole, so there is nothing else to undo, and nothing to wait for.
 pub(crate) fn install() {
     // Without a handler Ctrl-C still works, but may leave a .partial folder: not worth refusing to run.
     let _ = ctrlc::set_handler(|| {
-        if let Ok(paths) = UNFINISHED.lock() {
-            for path in paths.iter() {
-                let _ = std::fs::remove_dir_all(path);
-            }
+        let paths = unfinished();
+        for path in paths.iter() {
+            remove(path);
         }
         std::process::exit(130);
     });
 }
 
+fn remove(folder: &Path) {
+    for _ in 0..ATTEMPTS {
+        let _ = std::fs::remove_dir_all(folder);
+        if !folder.exists() {
+            return;
+        }
+    }
+}
+
 /// Names a folder that is removed when the process is interrupted.
 pub(crate) fn remove_on_interrupt(path: PathBuf) {
-    if let Ok(mut paths) = UNFINISHED.lock() {
-        paths.push(path);
-    }
+    unfinished().push(path);
+}
+
+/// Returns at once, or never when the process is ending because of an interruption: a job that fails because
+/// its folder was taken away must not be reported as a failure.
+pub(crate) fn wait_if_interrupted() {
+    drop(unfinished());
 }

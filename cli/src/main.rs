@@ -21,6 +21,7 @@ fn main() -> ExitCode {
     match run(&cli) {
         Ok(code) => code,
         Err(failure) => {
+            interrupt::wait_if_interrupted();
             eprintln!("{failure}");
             ExitCode::from(failure.code())
         }

@@ -1,1 +1,17 @@
-//! tests
+//! Checks that the tests of several crates share. They know the documented form of a job folder and share
+//! nothing with planner and verifier beyond the kernel's closest point.
+//!
+//! ```text
+//!   toolpaths.jsonl ─┬─ form ──── clamped cubics, head to tail, level rapids
+//!                    └─ ball ──── points along the curves ─ closest point ─► depth, excess, clearance
+//! ```
+
+mod ball;
+mod corpus;
+mod form;
+mod partition;
+
+pub use ball::{Ball, measure_ball};
+pub use corpus::corpus;
+pub use form::check_form;
+pub use partition::same_partition;

@@ -57,6 +57,8 @@ fn io_error(path: &Path) -> impl FnOnce(io::Error) -> FolderError + '_ {
 pub struct FolderWriter {
     partial: PathBuf,
     destination: PathBuf,
+    /// Folders above it that had to be made, innermost first.
+    made: Vec<PathBuf>,
     finished: bool,
 }
 
@@ -87,12 +89,16 @@ impl FolderWriter {
             _ => PathBuf::from("."),
         };
         let partial = parent.join(format!(".{name}.{}.partial", std::process::id()));
+        let missing = parent.ancestors().take_while(|p| !p.as_os_str().is_empty() && !p.exists());
+        let made = missing.map(Path::to_owned).collect();
+        let writer = FolderWriter { partial, destination: destination.to_owned(), made, finished: false };
         fs::create_dir_all(&parent).map_err(io_error(&parent))?;
+        let partial = writer.path();
         if partial.exists() {
-            fs::remove_dir_all(&partial).map_err(io_error(&partial))?;
+            fs::remove_dir_all(partial).map_err(io_error(partial))?;
         }
-        fs::create_dir(&partial).map_err(io_error(&partial))?;
-        Ok(FolderWriter { partial, destination: destination.to_owned(), finished: false })
+        fs::create_dir(partial).map_err(io_error(partial))?;
+        Ok(writer)
     }
 
     /// Where the files are until the folder is whole.
@@ -164,6 +170,9 @@ impl Drop for FolderWriter {
         if !self.finished {
             // Best effort: there is nobody left to tell.
             let _ = fs::remove_dir_all(&self.partial);
+            for folder in &self.made {
+                let _ = fs::remove_dir(folder);
+            }
         }
     }
 }

@@ -22,6 +22,9 @@ pub enum ToolError {
     /// Not of the form `ball:R`.
     #[error("`{0}` is not a tool; write ball:R with the radius in mm, for example ball:10")]
     Syntax(String),
+    /// A shape of tool that no strategy cuts with.
+    #[error("tool `{0}` is not supported yet: only ball-end tools are, for example ball:10")]
+    Shape(String),
     /// The radius is not a positive, finite number.
     #[error("tool radius {0} mm must be a positive number")]
     Radius(f64),
@@ -44,7 +47,7 @@ impl FromStr for Tool {
         let syntax = || ToolError::Syntax(text.to_owned());
         let (shape, size) = text.split_once(':').ok_or_else(syntax)?;
         if shape != "ball" {
-            return Err(syntax());
+            return Err(ToolError::Shape(text.to_owned()));
         }
         let radius_mm: f64 = size.trim().parse().map_err(|_| syntax())?;
         if !(radius_mm.is_finite() && radius_mm > 0.0) {

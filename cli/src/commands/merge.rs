@@ -25,6 +25,9 @@ impl From<PresetName> for Preset {
 pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Failure> {
     let folder =
         args.out.as_deref().map(|out| FolderWriter::begin_replacing(out, REGIONS_FILE)).transpose()?;
+    if let Some(folder) = &folder {
+        interrupt::remove_on_interrupt(folder.path().to_owned());
+    }
     let loaded = context.load(&args.model)?;
     let model = &loaded.import.model;
     context.console.stage("merging");
@@ -32,7 +35,6 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
     let merged = regions(model, &preset.options())?;
     let record = record(&merged, preset);
     if let Some(folder) = folder {
-        interrupt::remove_on_interrupt(folder.path().to_owned());
         folder.json(REGIONS_FILE, &record)?;
         let axes = orientation(context.console, &args.axes, &loaded.bounds)?;
         context.console.stage("pictures");

@@ -10,7 +10,7 @@ use claymill_viewer::{
 use rayon::prelude::*;
 
 use crate::console::Console;
-use crate::failure::Failure;
+use crate::failure::{Failure, advice_on};
 
 /// Fine enough for pictures of a whole vehicle: half a pixel is about 1 mm there.
 const PICTURE_MESH: MeshOptions = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 60.0 };
@@ -24,6 +24,7 @@ impl From<ViewError> for Failure {
         let advice = match &error {
             ViewError::Size { .. } => "Choose a size such as --size 1920x1080.",
             ViewError::EmptyScene => "Check the model with `claymill inspect`.",
+            ViewError::Write { source, .. } => advice_on(source),
             _ => "",
         };
         Failure::problem(error, advice)

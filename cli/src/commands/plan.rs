@@ -1,14 +1,14 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use claymill_paths::{Feeds, Plan, PlanOptions, Regions};
+use claymill_paths::{Feeds, Plan, PlanError, PlanOptions, Regions};
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
     FORMAT_VERSION, FolderWriter, JOB_FILE, Job, LinkStyle, ModelFacts, REGIONS_FILE, REPORT_FILE,
     RegionsFile, Skipped, Tool, ToolRecord, VERIFY_FILE, read_moves, sha256_of,
 };
 use claymill_verify::{VerifyOptions, verify_program};
-use claymill_viewer::{ReportInput, write_report};
+use claymill_viewer::{ReportError, ReportInput, write_report};
 
 use super::{Context, Loaded, box_mm, merge, orientation, pictures, verify};
 use crate::args::{JobOptions, LinkName, PlanArgs, PresetName, StrategyName};
@@ -78,9 +78,12 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
 
 impl Request {
     pub(crate) fn new(model: &Path, options: &JobOptions) -> Result<Self, Failure> {
-        let tool = options.tool.as_deref().unwrap_or("ball:10").parse();
-        let tool = tool
-            .map_err(|e: claymill_toolpath::ToolError| Failure::usage(e, "For example: --tool ball:10."))?;
+        let tool = options.tool.as_deref().unwrap_or("ball:10").parse::<Tool>();
+        let tool = tool.map_err(|e| Failure::usage(e, "For example: --tool ball:10."))?;
+        let scallop_mm = options.scallop.unwrap_or(0.1);
+        if !(scallop_mm > 0.0 && scallop_mm < tool.radius_mm()) {
+            return Err(PlanError::Scallop { scallop_mm, radius_mm: tool.radius_mm() }.into());
+        }
         let feed_mm_per_min = options.feed.unwrap_or(Feeds::default().cut_mm_per_min);
         if !(feed_mm_per_min.is_finite() && feed_mm_per_min > 0.0) {
             return Err(Failure::usage(
@@ -91,7 +94,7 @@ impl Request {
         Ok(Request {
             model: model.to_owned(),
             tool,
-            scallop_mm: options.scallop.unwrap_or(0.1),
+            scallop_mm,
             link: match options.link {
                 Some(LinkName::Box) => LinkStyle::Box,
                 Some(LinkName::Lace) | None => LinkStyle::Lace,
@@ -211,8 +214,8 @@ fn report(
         region_colours: &album.colours(),
         pictures: shots,
     };
-    write_report(&folder.path().join(REPORT_FILE), &input)
-        .map_err(|e| Failure::problem(e, "Choose a place that you may write to."))
+    let written = write_report(&folder.path().join(REPORT_FILE), &input);
+    Ok(written.map_err(|ReportError::Write(e)| e)?)
 }
 
 fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions, plan: Plan) -> Job {

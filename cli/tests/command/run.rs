@@ -1,5 +1,3 @@
-//! Running the command.
-
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -24,7 +22,6 @@ impl From<Output> for Run {
 
 impl Run {
     /// The result printed with `--json`.
-    #[allow(dead_code, reason = "not every test file asks for JSON")]
     pub(crate) fn json(&self) -> serde_json::Value {
         serde_json::from_str(&self.stdout).unwrap_or_else(|e| panic!("{e}: {self:?}"))
     }

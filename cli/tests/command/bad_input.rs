@@ -1,9 +1,5 @@
 //! What is wrong is said, with what to do about it, and nothing is left behind.
 
-mod command;
-#[path = "../../exchange/tests/iges_text/mod.rs"]
-mod iges_text;
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,12 +7,10 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use claymill_toolpath::read_job;
-use command::{Run, claymill, panel, run};
-use iges_text::{Entity, entity, file, flat, line};
 
-fn scratch() -> tempfile::TempDir {
-    tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap()
-}
+use crate::iges_text::{Entity, entity, file, flat, line};
+use crate::run::{Run, claymill, panel, run};
+use crate::scratch;
 
 /// Everything below a folder.
 fn content(folder: &Path) -> BTreeSet<PathBuf> {
@@ -265,5 +259,11 @@ fn an_interruption_ends_the_job_at_once_and_leaves_nothing() {
     let begun = Instant::now();
     interrupted(folder, "panel.igs", |_| begun.elapsed() > Duration::from_secs(2));
     interrupted(folder, "flat.igs", has("toolpaths.jsonl"));
-    interrupted(folder, "flat.igs", has("preview-iso.png"));
+    // An earlier job at the same place stays.
+    assert_eq!(run(folder, ["plan", "flat.igs", "-o", "job"]).code, Some(0));
+    let earlier = fs::read(folder.join("job/job.json")).unwrap();
+    interrupted(folder, "flat.igs", |found| {
+        found.iter().filter(|f| f.ends_with("preview-iso.png")).count() == 2
+    });
+    assert_eq!(fs::read(folder.join("job/job.json")).unwrap(), earlier);
 }

@@ -1,7 +1,5 @@
 //! From a model file to a verified job folder, with the command as users have it.
 
-mod command;
-
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs;
@@ -15,10 +13,12 @@ use claymill_toolpath::{
     Job, LinkStyle, MoveKind, RegionsFile, TOOLPATHS_FILE, UncutReason, read_job, read_moves, read_regions,
 };
 use claymill_verify::Verification;
-use command::{Run, panel, run};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
+
+use crate::run::{Run, panel, run};
+use crate::scratch;
 
 const RADIUS_MM: f64 = 10.0;
 const GOUGE_MM: f64 = 0.005;
@@ -26,10 +26,13 @@ const GOUGE_MM: f64 = 0.005;
 const ACCOUNT: f64 = 1e-6;
 
 /// A folder with the model and the job `lace`, planned once for all tests of this file.
-static PLANNED: LazyLock<(tempfile::TempDir, Run)> = LazyLock::new(|| {
-    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
-    panel(folder.path());
-    let made = plan(folder.path(), "lace", &["--threads", "2"]);
+static PLANNED: LazyLock<(PathBuf, Run)> = LazyLock::new(|| {
+    // Nothing is dropped at the end of a static: a fixed place, so that runs do not pile up.
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("whole_job");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    panel(&folder);
+    let made = plan(&folder, "lace", &["--threads", "2"]);
     (folder, made)
 });
 
@@ -40,7 +43,7 @@ fn plan(folder: &Path, out: &str, more: &[&str]) -> Run {
 
 fn planned() -> &'static Path {
     assert_eq!(PLANNED.1.code, Some(0), "{:?}", PLANNED.1);
-    PLANNED.0.path()
+    &PLANNED.0
 }
 
 /// Reads a JSON file as `T`, and makes sure that `T` knows everything in it.
@@ -204,7 +207,7 @@ fn thread_count_does_not_change_a_byte() {
 
 /// Copies the job `lace` and its model, for tests that spoil them.
 fn copy_of_the_job() -> tempfile::TempDir {
-    let copy = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    let copy = scratch();
     fs::copy(planned().join("panel.igs"), copy.path().join("panel.igs")).unwrap();
     let to = copy.path().join("lace");
     fs::create_dir(&to).unwrap();

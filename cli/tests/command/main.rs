@@ -1,0 +1,14 @@
+//! The command as users have it: the built binary, real files, exit codes.
+
+mod bad_input;
+mod corpus;
+#[path = "../../../exchange/tests/iges_text/mod.rs"]
+mod iges_text;
+mod roadster;
+mod run;
+mod whole_job;
+
+/// A folder that goes when its test ends.
+fn scratch() -> tempfile::TempDir {
+    tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("a folder for the test")
+}

@@ -1,6 +1,6 @@
 //! The passes of one part: what one setup cuts of one region.
 
-use claymill_nurbs::{Point2, Point3};
+use claymill_nurbs::{Curve3, Point2, Point3};
 use claymill_toolpath::{LengthByKind, LinkStyle, Move, MoveKind, round_to_written};
 use rayon::prelude::*;
 
@@ -18,9 +18,12 @@ use crate::{Feeds, Frame, RowsAlong};
 pub const CLEARANCE_MM: f64 = 5.0;
 /// Passes shorter than this are left out: the neighbouring rows cover them.
 const SHORTEST_PASS_MM: f64 = 1.0;
-/// A stay-down link may be this many flat step-overs long, and climb or sink this much, mm.
+/// A stay-down link may be this long in lace, mm; it must also be quicker than lifting over.
+const LONGEST_LINK_MM: f64 = 250.0;
+/// One-way passes are linked down on the model only over this many flat step-overs.
 const LINK_STEPS: f64 = 8.0;
-const LINK_CLIMB_MM: f64 = 10.0;
+/// What the stops of a retract cost, as path length.
+const STOPS_MM: f64 = 40.0;
 /// What a turn between two passes costs, as path length, when a direction is chosen.
 const TURN_MM: f64 = 60.0;
 
@@ -45,12 +48,11 @@ pub(crate) struct Part {
     pub(crate) retracts: u32,
     pub(crate) length: LengthByKind,
     pub(crate) lifted: u64,
-    pub(crate) unfitted: u64,
 }
 
 /// The curves of one pass, in order.
 struct Pass {
-    curves: Vec<claymill_nurbs::Curve3>,
+    curves: Vec<Curve3>,
 }
 
 /// A line's drive plane in the setup, written in model coordinates.
@@ -76,10 +78,8 @@ impl SetupContext<'_> {
     /// Plans the part of the region made of `faces`; `None` when this setup cuts nothing of it.
     pub(crate) fn part(&self, faces: &[usize], fates: &[Vec<Fate>]) -> Option<Part> {
         let (along, rows) = self.rows(faces, fates)?;
-        let followed: Vec<(Vec<Pass>, u64, u64)> =
-            rows.par_iter().map(|row| self.cut_row(row, along)).collect();
+        let followed: Vec<(Vec<Pass>, u64)> = rows.par_iter().map(|row| self.cut_row(row, along)).collect();
         let lifted = followed.iter().map(|f| f.1).sum();
-        let unfitted = followed.iter().map(|f| f.2).sum();
         let passes: Vec<Pass> = followed.into_iter().flat_map(|f| f.0).collect();
         if passes.is_empty() {
             return None;
@@ -91,7 +91,6 @@ impl SetupContext<'_> {
             retracts: 0,
             length: LengthByKind::default(),
             lifted,
-            unfitted,
         };
         self.link_passes(passes, &mut part);
         for m in &part.moves {
@@ -150,14 +149,14 @@ impl SetupContext<'_> {
         patches
     }
 
-    /// The passes over one row, the locations that had to be lifted and the stretches that were dropped.
-    fn cut_row(&self, row: &Row, along: RowsAlong) -> (Vec<Pass>, u64, u64) {
+    /// The passes over one row, and how many locations rest on a proven bound.
+    fn cut_row(&self, row: &Row, along: RowsAlong) -> (Vec<Pass>, u64) {
         let line = match along {
             RowsAlong::X => Line { origin: [0.0, row.q], direction: [1.0, 0.0] },
             RowsAlong::Y => Line { origin: [row.q, 0.0], direction: [0.0, 1.0] },
         };
         let mut passes = Vec::new();
-        let (mut lifted, mut unfitted) = (0, 0);
+        let mut lifted = 0;
         for &(s0, s1) in &row.stretches {
             let followed = follow(self.stock, &line, s0, s1);
             lifted += followed.lifted;
@@ -165,39 +164,21 @@ impl SetupContext<'_> {
                 if chain[chain.len() - 1].end().s - chain[0].start().s < SHORTEST_PASS_MM {
                     continue;
                 }
-                let (pass, lost) = self.fit_chain(&chain, &line);
-                unfitted += lost;
-                passes.extend(pass);
+                passes.extend(self.fit_chain(&chain, &line));
             }
         }
-        (passes, lifted, unfitted)
+        (passes, lifted)
     }
 
-    /// Fits a chain; where a stretch cannot be fitted the pass is parted there.
-    fn fit_chain(&self, chain: &Chain, line: &Line) -> (Vec<Pass>, u64) {
+    /// Fits a chain: the curves of one pass, end to end; `None` when nothing is left in the written digits.
+    fn fit_chain(&self, chain: &Chain, line: &Line) -> Option<Pass> {
         let plane = DrivePlane { frame: &self.frame, line: *line, radius_mm: self.stock.radius_mm() };
-        let mut passes: Vec<Pass> = Vec::new();
-        let mut open = false;
-        let mut lost = 0;
-        for profile in chain {
-            let Some(Fit { mut curve, .. }) = fit(profile, &plane) else {
-                // Stretches below the written digits vanish between their neighbours.
-                if profile.end().s - profile.start().s > 0.01 {
-                    lost += 1;
-                    open = false;
-                }
-                continue;
-            };
-            match passes.last_mut() {
-                Some(pass) if open => {
-                    join(pass.curves.last_mut(), &mut curve);
-                    pass.curves.push(curve);
-                }
-                _ => passes.push(Pass { curves: vec![curve] }),
-            }
-            open = true;
+        let mut curves: Vec<Curve3> = Vec::new();
+        for Fit { mut curve, .. } in chain.iter().flat_map(|profile| fit(profile, &plane)) {
+            join(curves.last_mut(), &mut curve);
+            curves.push(curve);
         }
-        (passes, lost)
+        (!curves.is_empty()).then_some(Pass { curves })
     }
 
     fn link_passes(&self, mut passes: Vec<Pass>, part: &mut Part) {
@@ -253,10 +234,11 @@ impl SetupContext<'_> {
         let (a, b) = (self.frame.to_setup(&from), self.frame.to_setup(&to));
         let (dx, dy) = (b.x - a.x, b.y - a.y);
         let length = dx.hypot(dy);
-        let r = self.stock.radius_mm();
-        if length > LINK_STEPS * crate::step_over::flat_mm(r, self.scallop_mm)
-            || (b.z - a.z).abs() > LINK_CLIMB_MM
-        {
+        let longest_mm = match self.link {
+            LinkStyle::Lace => LONGEST_LINK_MM,
+            LinkStyle::Box => LINK_STEPS * crate::step_over::flat_mm(self.stock.radius_mm(), self.scallop_mm),
+        };
+        if length > longest_mm {
             return None;
         }
         let axis = self.frame.axis();
@@ -271,19 +253,25 @@ impl SetupContext<'_> {
             return None;
         };
         let whole = chain[0].start().s == 0.0 && chain[chain.len() - 1].end().s == length;
-        let climbs = chain.iter().flat_map(|p| &p.samples).any(|q| (q.z - r - a.z).abs() > LINK_CLIMB_MM);
-        if !whole || climbs {
+        let path_mm: f64 = chain.iter().map(crate::profile::Profile::length_mm).sum();
+        if !whole || path_mm > self.retract_mm(from, to) {
             return None;
         }
-        let (mut passes, lost) = self.fit_chain(chain, &line);
-        if lost > 0 || passes.len() != 1 {
-            return None;
-        }
-        let mut curves = passes.pop()?.curves;
+        let mut curves = self.fit_chain(chain, &line)?.curves;
         let last = curves.len() - 1;
         move_end(&mut curves[0], false, from);
         move_end(&mut curves[last], true, to);
         Some(curves.iter().map(|c| Move::along(MoveKind::Link, c, axis, feed)).collect())
+    }
+
+    /// What lifting over costs, as length of path at cutting feed.
+    fn retract_mm(&self, from: Point3, to: Point3) -> f64 {
+        let height = self.link_height(from, to);
+        let (a, b) = (self.frame.to_setup(&from), self.frame.to_setup(&to));
+        let feed = self.feeds.cut_mm_per_min;
+        (2.0 * height - a.z - b.z) * feed / self.feeds.lead_mm_per_min
+            + (b - a).xy().norm() * feed / self.feeds.rapid_mm_per_min
+            + STOPS_MM
     }
 
     /// Tip height in the setup at which a straight rapid between two places is proven clear.
@@ -341,17 +329,17 @@ impl Pass {
 }
 
 /// Reversing mirrors the knots; rounding them again keeps the written digits.
-fn reversed_from_zero(curve: &claymill_nurbs::Curve3) -> claymill_nurbs::Curve3 {
+fn reversed_from_zero(curve: &Curve3) -> Curve3 {
     let back = curve.reversed();
     let knots = back.knots().as_slice().iter().map(|&k| round_to_written(k)).collect();
     let rounded = claymill_nurbs::KnotVector::new(back.knots().degree(), knots)
-        .and_then(|k| claymill_nurbs::Curve3::new(k, back.points().to_vec(), None));
+        .and_then(|k| Curve3::new(k, back.points().to_vec(), None));
     rounded.unwrap_or(back)
 }
 
 /// Two stretches meet at a corner; the fit lifts each along its own normal, so the ends differ by the bias.
 /// Both end at the higher of the two places.
-fn join(before: Option<&mut claymill_nurbs::Curve3>, after: &mut claymill_nurbs::Curve3) {
+fn join(before: Option<&mut Curve3>, after: &mut Curve3) {
     let Some(before) = before else { return };
     let (a, b) = (before.points()[before.points().len() - 1], after.points()[0]);
     let corner = nalgebra::center(&a, &b).map(round_to_written);
@@ -359,11 +347,11 @@ fn join(before: Option<&mut claymill_nurbs::Curve3>, after: &mut claymill_nurbs:
     move_end(after, false, corner);
 }
 
-fn move_end(curve: &mut claymill_nurbs::Curve3, last: bool, to: Point3) {
+fn move_end(curve: &mut Curve3, last: bool, to: Point3) {
     let mut points = curve.points().to_vec();
     let index = if last { points.len() - 1 } else { 0 };
     points[index] = to;
-    if let Ok(moved) = claymill_nurbs::Curve3::new(curve.knots().clone(), points, None) {
+    if let Ok(moved) = Curve3::new(curve.knots().clone(), points, None) {
         *curve = moved;
     }
 }

@@ -118,8 +118,6 @@ pub struct Plan {
     pub faces: Vec<FaceAccount>,
     /// Area by region and setup name, mm².
     pub region_setup_area_mm2: Vec<BTreeMap<String, f64>>,
-    /// Stretches that could not be fitted and were left out.
-    pub unfitted_stretches: u64,
     /// Tolerances used, by name.
     pub tolerances: BTreeMap<String, f64>,
 }
@@ -202,7 +200,6 @@ pub fn plan(
         totals: out.totals,
         area,
         faces,
-        unfitted_stretches: out.unfitted,
         tolerances: [
             ("contact_mm", CONTACT_EPSILON_MM),
             ("fit_bias_mm", FIT_BIAS_MM),
@@ -315,7 +312,6 @@ struct Output {
     setups: Vec<Setup>,
     regions: Vec<RegionTotals>,
     totals: Totals,
-    unfitted: u64,
 }
 
 impl Output {
@@ -352,7 +348,6 @@ impl Output {
                 time_s: 0.0,
             });
             self.totals.lifted_locations += part.lifted;
-            self.unfitted += part.unfitted;
         }
         let regions = &mut self.regions[first_region..];
         for (seq, m) in self.program.moves.iter_mut().enumerate().skip(first_move) {

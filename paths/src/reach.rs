@@ -39,8 +39,8 @@ pub(crate) struct Fate {
     pub(crate) tight: f32,
 }
 
-/// Barycentric places that are probed: the middle and three points toward the corners.
-const PROBES: [[f64; 3]; 4] = [[1.0 / 3.0; 3], [0.8, 0.1, 0.1], [0.1, 0.8, 0.1], [0.1, 0.1, 0.8]];
+/// A triangle is probed in its middle and at its corners, which it shares with its neighbours.
+const PROBES: usize = 4;
 
 /// Decides for every triangle of every face which setups cut it.
 ///
@@ -53,7 +53,7 @@ pub(crate) fn assign(
     region_of_face: &[usize],
     allowed_mm: f64,
 ) -> Vec<Vec<Fate>> {
-    let seen: Vec<Vec<[[Seen; 4]; 5]>> = (0..model.faces.len())
+    let seen: Vec<Vec<[[Seen; PROBES]; 5]>> = (0..model.faces.len())
         .into_par_iter()
         .map(|face| probe_face(model, flat, frames, stocks, face, allowed_mm))
         .collect();
@@ -74,7 +74,7 @@ fn probe_face(
     stocks: &[Stock],
     face: usize,
     allowed_mm: f64,
-) -> Vec<[[Seen; 4]; 5]> {
+) -> Vec<[[Seen; PROBES]; 5]> {
     let surface = &model.faces[face].surface;
     let mesh = &flat.meshes[face];
     let probe = |uv: Point2| -> [Seen; 5] {
@@ -103,19 +103,26 @@ fn probe_face(
         }
         seen
     };
+    let corners: Vec<[Seen; 5]> = mesh.uv.iter().map(|&uv| probe(uv)).collect();
     mesh.triangles
         .iter()
         .map(|t| {
             let uv = t.map(|i| mesh.uv[i as usize].coords);
-            let at = PROBES.map(|w| probe(Point2::from(uv[0] * w[0] + uv[1] * w[1] + uv[2] * w[2])));
-            std::array::from_fn(|setup| std::array::from_fn(|k| at[k][setup]))
+            let middle = probe(Point2::from((uv[0] + uv[1] + uv[2]) / 3.0));
+            let at: [&[Seen; 5]; PROBES] =
+                [&middle, &corners[t[0] as usize], &corners[t[1] as usize], &corners[t[2] as usize]];
+            std::array::from_fn(|setup| at.map(|seen| seen[setup]))
         })
         .collect()
 }
 
 /// For each region, the setups in the order in which they may claim its triangles: whichever faces the
 /// largest area well comes first, then the best for what is left, and so on.
-fn lead_setups(flat: &FlatPart, seen: &[Vec<[[Seen; 4]; 5]>], region_of_face: &[usize]) -> Vec<Vec<usize>> {
+fn lead_setups(
+    flat: &FlatPart,
+    seen: &[Vec<[[Seen; PROBES]; 5]>],
+    region_of_face: &[usize],
+) -> Vec<Vec<usize>> {
     let regions = region_of_face.iter().max().map_or(0, |m| m + 1);
     let mut faces_of = vec![Vec::new(); regions];
     for (face, &region) in region_of_face.iter().enumerate() {
@@ -129,8 +136,9 @@ fn lead_setups(flat: &FlatPart, seen: &[Vec<[[Seen; 4]; 5]>], region_of_face: &[
             for &face in faces {
                 let areas = triangle_areas(flat, face);
                 open.extend(seen[face].iter().zip(areas).map(|(t, area)| {
-                    let well =
-                        |s: &[Seen; 4]| s.iter().any(|p| matches!(p, Seen::Reached(f) if *f >= GOOD_FACING));
+                    let well = |s: &[Seen; PROBES]| {
+                        s.iter().any(|p| matches!(p, Seen::Reached(f) if *f >= GOOD_FACING))
+                    };
                     (area, std::array::from_fn(|k| well(&t[k])))
                 }));
             }
@@ -160,7 +168,7 @@ fn triangle_areas(flat: &FlatPart, face: usize) -> impl Iterator<Item = f64> {
 
 /// A triangle goes to the first leading setup that faces it well, else to the one that faces it best; probes
 /// that this one does not reach may bring in further setups.
-fn decide(seen: &[[Seen; 4]; 5], leads: &[usize]) -> Fate {
+fn decide(seen: &[[Seen; PROBES]; 5], leads: &[usize]) -> Fate {
     let best =
         |k: usize| seen[k].iter().fold(0.0, |m: f64, s| if let Seen::Reached(f) = s { m.max(*f) } else { m });
     let mut order: Vec<usize> = leads.iter().copied().filter(|&k| best(k) >= GOOD_FACING).take(1).collect();
@@ -169,8 +177,8 @@ fn decide(seen: &[[Seen; 4]; 5], leads: &[usize]) -> Fate {
     order.extend(others);
 
     let mut fate = Fate::default();
-    let share = 1.0 / PROBES.len() as f32;
-    for probe in 0..PROBES.len() {
+    let share = 1.0 / PROBES as f32;
+    for probe in 0..PROBES {
         if let Some(&k) = order.iter().find(|&&k| matches!(seen[k][probe], Seen::Reached(_))) {
             fate.setups |= 1 << k;
             fate.cut[k] += share;

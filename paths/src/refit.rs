@@ -11,6 +11,8 @@ pub const FIT_BIAS_MM: f64 = 2.3e-3;
 pub const FIT_TOLERANCE_MM: f64 = 2.1e-3;
 /// The fit aims this much lower than its tolerance, to leave room for rounding to the written digits.
 const AIM_MM: f64 = FIT_TOLERANCE_MM - 2.0 * WRITTEN_STEP_MM;
+/// Shorter stretches cannot be told from a point in the written digits, mm.
+const SHORTEST_MM: f64 = 20.0 * WRITTEN_STEP_MM;
 const DEGREE: usize = 3;
 const ROUNDS: usize = 12;
 /// Data points per span, at least; and their largest distance, mm.
@@ -115,15 +117,48 @@ impl Target {
     }
 }
 
+/// Fits a smooth stretch by as few curves as can be: one, unless it resists (see [`fit_one`]); then it is
+/// halved, in the end into straight pieces between neighbouring samples, lifted clear of the exact locations.
+/// Stretches below the written digits vanish.
+pub(crate) fn fit(profile: &Profile, written: &impl Written) -> Vec<Fit> {
+    if let Some(whole) = fit_one(profile, written) {
+        return vec![whole];
+    }
+    let count = profile.samples.len();
+    if count <= 2 {
+        return straight(profile, written).into_iter().collect();
+    }
+    let half = |samples: &[crate::profile::Sample]| fit(&Profile { samples: samples.to_vec() }, written);
+    let mut parts = half(&profile.samples[..=count / 2]);
+    parts.extend(half(&profile.samples[count / 2..]));
+    parts
+}
+
+/// The straight piece between the ends, raised until it is on the safe side.
+fn straight(profile: &Profile, written: &impl Written) -> Option<Fit> {
+    let target = Target::new(profile);
+    let breaks = [0.0, round_to_written(target.length())];
+    if breaks[1] < SHORTEST_MM {
+        return None;
+    }
+    let (a, b) = (target.p[0], target.p[1]);
+    let line = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|x| a + (b - a) * x);
+    let curve = round(&line, &breaks, written)?;
+    let low = span_errors(&curve, &breaks, profile, written)[0].0;
+    let raised = line.map(|p| Point2::new(p.x, p.y + (FIT_BIAS_MM - low).max(0.0)));
+    let curve = round(&raised, &breaks, written)?;
+    let error_mm = span_errors(&curve, &breaks, profile, written)[0];
+    Some(Fit { curve, error_mm })
+}
+
 /// Fits a smooth stretch by one C² cubic NURBS on the safe side of the exact locations: least squares on
 /// arc length, spans split where the error is too large, rounded to the written digits, then measured again.
 ///
-/// `None` when the stretch is shorter than the written digits can show, or cannot be fitted (a defect of
-/// the profile; the caller drops the stretch and says so).
-pub(crate) fn fit(profile: &Profile, written: &impl Written) -> Option<Fit> {
+/// `None` when the stretch is shorter than the written digits can show, or does not come within tolerance.
+fn fit_one(profile: &Profile, written: &impl Written) -> Option<Fit> {
     let target = Target::new(profile);
     let length = round_to_written(target.length());
-    if length < 20.0 * WRITTEN_STEP_MM {
+    if length < SHORTEST_MM {
         return None;
     }
     let mut breaks = target.first_breaks(length);
@@ -270,7 +305,7 @@ mod tests {
 
     #[test]
     fn a_straight_pass_needs_four_control_points() {
-        let fit = fit(&sampled(0.0, 300.0, |s| (2.0 + 0.25 * s, 0.25)), &Plain).unwrap();
+        let fit = fit_one(&sampled(0.0, 300.0, |s| (2.0 + 0.25 * s, 0.25)), &Plain).unwrap();
         assert_eq!(fit.curve.points().len(), 4);
         assert!(fit.error_mm.0 > 0.0 && fit.error_mm.1 < 5e-3, "{:?}", fit.error_mm);
     }
@@ -280,7 +315,7 @@ mod tests {
         for radius in [100.0f64, 1000.0, 4000.0] {
             let half = 0.35 * radius;
             let exact = |s: f64| ((radius * radius - s * s).sqrt(), -s / (radius * radius - s * s).sqrt());
-            let fit = fit(&sampled(-half, half, exact), &Plain).unwrap();
+            let fit = fit_one(&sampled(-half, half, exact), &Plain).unwrap();
             // An independent, denser look at the written curve.
             let (t0, t1) = fit.curve.domain();
             for i in 0..=20_000 {
@@ -295,12 +330,22 @@ mod tests {
     }
 
     #[test]
+    fn a_straight_piece_is_raised_above_a_bulge() {
+        let ends = [(0.0, 0.1), (0.5, -0.1)];
+        let samples = ends.map(|(s, slope)| Sample { s, z: 0.0, slope }).to_vec();
+        let piece = straight(&Profile { samples }, &Plain).unwrap();
+        assert!(piece.error_mm.0 > 0.0, "{:?}", piece.error_mm);
+        // The Hermite arc rises by h·slope/4 = 12.5 µm in the middle.
+        approx::assert_abs_diff_eq!(piece.curve.point(0.25).z, 0.0125 + FIT_BIAS_MM, epsilon = 2e-4);
+    }
+
+    #[test]
     fn a_curvature_jump_is_fitted_within_tolerance() {
         // Line, then an arc of radius 40: G1 with a jump of 1/40.
         let exact = |s: f64| {
             if s <= 0.0 { (0.0, 0.0) } else { (40.0 - (1600.0 - s * s).sqrt(), s / (1600.0 - s * s).sqrt()) }
         };
-        let fit = fit(&sampled(-100.0, 25.0, exact), &Plain).unwrap();
+        let fit = fit_one(&sampled(-100.0, 25.0, exact), &Plain).unwrap();
         assert!(fit.error_mm.0 > 0.0 && fit.error_mm.1 < 5e-3, "{:?}", fit.error_mm);
     }
 }

@@ -102,7 +102,7 @@ pub(crate) fn record(merged: &Merge, preset: Preset) -> RegionsFile {
 }
 
 /// The name under which a plain enum value is serialised.
-fn name(value: &impl Serialize) -> String {
+pub(crate) fn name(value: &impl Serialize) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(name)) => name,
         _ => String::new(),

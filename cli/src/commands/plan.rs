@@ -300,7 +300,7 @@ fn say_plan(console: &crate::console::Console, plan: &Plan) {
     let uncut: Vec<String> = area
         .uncut_mm2
         .iter()
-        .map(|(reason, mm2)| format!("{:.4} m² {}", mm2 * 1e-6, format!("{reason:?}").to_lowercase()))
+        .map(|(reason, mm2)| format!("{:.4} m² {}", mm2 * 1e-6, super::merge::name(reason).replace('_', " ")))
         .collect();
     let not_cut = if uncut.is_empty() {
         "nothing left out".to_owned()
@@ -328,12 +328,9 @@ fn say_plan(console: &crate::console::Console, plan: &Plan) {
         totals.time_s / 3600.0
     ));
     if totals.lifted_locations > 0 {
-        console.say(format!("          {} locations lifted to a proven bound", totals.lifted_locations));
-    }
-    if plan.unfitted_stretches > 0 {
         console.say(format!(
-            "warning: {} stretches could not be fitted and were left out",
-            plan.unfitted_stretches
+            "          {} locations rest on a proven bound instead of an exact contact",
+            totals.lifted_locations
         ));
     }
 }

@@ -5,9 +5,9 @@ use nalgebra::Matrix2;
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Polished {
     /// The ball rests here.
-    Contact { centre: Point3, normal: Vector3, point: Point3, u: f64, v: f64 },
-    /// The search runs out of the surface near this point.
-    Outside { point: Point3 },
+    Contact { centre: Point3, normal: Vector3, u: f64, v: f64 },
+    /// The search runs out of the surface here.
+    Outside { u: f64, v: f64 },
     /// No convergence: steep, singular, or curved more tightly than the ball.
     Failed,
 }
@@ -38,7 +38,7 @@ pub(crate) fn polish(s: &NurbsSurface, start: (f64, f64), x: f64, y: f64, r: f64
         let centre = jet.p + n * r;
         let (rx, ry) = (x - centre.x, y - centre.y);
         if rx * rx + ry * ry < RESIDUAL_MM * RESIDUAL_MM {
-            return Polished::Contact { centre: Point3::new(x, y, centre.z), normal: n, point: jet.p, u, v };
+            return Polished::Contact { centre: Point3::new(x, y, centre.z), normal: n, u, v };
         }
         let forms = jet.curvature(&n);
         let Some(inverse) = forms.first.try_inverse() else {
@@ -59,7 +59,7 @@ pub(crate) fn polish(s: &NurbsSurface, start: (f64, f64), x: f64, y: f64, r: f64
         let clamped = nu != u + du * shrink || nv != v + dv * shrink;
         stuck = if clamped && (nu == u0 || nu == u1 || nv == v0 || nv == v1) { stuck + 1 } else { 0 };
         if (nu, nv) == (u, v) || stuck >= 4 {
-            return Polished::Outside { point: jet.p };
+            return Polished::Outside { u, v };
         }
         (u, v) = (nu, nv);
     }

@@ -22,7 +22,7 @@ pub(crate) use stock::{FlatPart, Stock};
 
 /// A bound that exceeds the best contact by no more than this is not looked into, mm: the largest amount by
 /// which a location can be too low.
-pub(crate) const CONTACT_EPSILON_MM: f64 = 5e-4;
+pub(crate) const CONTACT_EPSILON_MM: f64 = 1e-4;
 
 /// What carries the ball.
 #[derive(Debug, Clone, Copy, PartialEq)]

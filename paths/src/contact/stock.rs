@@ -29,8 +29,6 @@ const DEVIATION_MARGIN: f64 = 1.5;
 const DEVIATION_FLOOR_MM: f64 = 1e-4;
 /// Normals on both sides of a knot that differ by more than this (0.1°) make a crease.
 const CREASE_SINE: f64 = 1.7e-3;
-/// Contact points closer than this are one, mm.
-const SAME_MM: f64 = 1e-6;
 /// Deepest subdivision of a triangle; its deviation shrinks by 4 at each level.
 const DEEPEST: u32 = 12;
 
@@ -41,7 +39,8 @@ pub(crate) struct FlatPart {
     pub(crate) meshes: Vec<FaceMesh>,
     /// Per face and triangle: how far the surface may be from the triangle's plane, mm.
     deviation_mm: Vec<Vec<f32>>,
-    /// Per face and triangle: smallest and largest normal curvature for the normal `Su × Sv`, 1/mm.
+    /// Per face and triangle: smallest and largest normal curvature there and on the triangles around it, for
+    /// the normal `Su × Sv`, 1/mm.
     curvature: Vec<Vec<[f32; 2]>>,
     edges: Vec<EdgePiece>,
 }
@@ -91,7 +90,7 @@ fn deviations(face: &Face, mesh: &FaceMesh) -> Vec<f32> {
     mesh.triangles.iter().map(of).collect()
 }
 
-/// Range of normal curvature over each triangle, from its corners and middle.
+/// Range of normal curvature over each triangle and those around it, from their corners and middles.
 fn curvature_ranges(face: &Face, mesh: &FaceMesh) -> Vec<[f32; 2]> {
     let unknown = [f32::NEG_INFINITY, f32::INFINITY];
     let at = |uv: Point2| {
@@ -107,12 +106,26 @@ fn curvature_ranges(face: &Face, mesh: &FaceMesh) -> Vec<[f32; 2]> {
     let widen = |k: f32, sign: f32| {
         if k * sign > 0.0 { k * SAMPLING_MARGIN as f32 } else { k }
     };
-    mesh.triangles
+    let own: Vec<[f32; 2]> = mesh
+        .triangles
         .iter()
         .map(|t| {
             let [a, b, c] = t.map(|i| mesh.uv[i as usize]);
             let middle = at(Point2::from((a.coords + b.coords + c.coords) / 3.0));
-            let r = t.iter().map(|&i| corners[i as usize]).fold(middle, join);
+            t.iter().map(|&i| corners[i as usize]).fold(middle, join)
+        })
+        .collect();
+    let mut around = corners;
+    for (t, &range) in mesh.triangles.iter().zip(&own) {
+        for &i in t {
+            around[i as usize] = join(around[i as usize], range);
+        }
+    }
+    mesh.triangles
+        .iter()
+        .zip(own)
+        .map(|(t, own)| {
+            let r = t.iter().map(|&i| around[i as usize]).fold(own, join);
             [widen(r[0], -1.0), widen(r[1], 1.0)]
         })
         .collect()
@@ -271,9 +284,9 @@ impl<'a> Stock<'a> {
     /// Drops the ball at `(x, y)` on everything; `near` is a location close by, which makes it faster.
     /// `None` where nothing is below.
     pub(crate) fn drop(&self, x: f64, y: f64, near: Option<&Location>) -> Option<Location> {
-        let mut search = Search { stock: self, x, y, best: None, point: Point3::origin(), tight: true };
+        let mut search = Search { stock: self, x, y, best: None };
         if let Some(&Location { face, support: Support::Face { u, v }, .. }) = near {
-            search.try_face(face, (u, v), true);
+            search.try_face(face, (u, v));
         }
         let floor = search.floor();
         self.tree.descend(x, y, self.radius_mm, floor, |item| {
@@ -287,15 +300,20 @@ impl<'a> Stock<'a> {
     }
 }
 
+/// Whether the parameters lie in the triangle or no further from it than its own size.
+fn is_beside(uv: &[Point2; 3], u: f64, v: f64) -> bool {
+    let (a, b) = (uv[1] - uv[0], uv[2] - uv[0]);
+    let p = Point2::new(u, v) - uv[0];
+    let area = a.perp(&b);
+    let (wb, wc) = (p.perp(&b) / area, a.perp(&p) / area);
+    [wb, wc, 1.0 - wb - wc].iter().all(|w| (-1.0..=2.0).contains(w))
+}
+
 struct Search<'a> {
     stock: &'a Stock<'a>,
     x: f64,
     y: f64,
     best: Option<Location>,
-    /// Contact point of `best`.
-    point: Point3,
-    /// `best` may have rivals on its own face nearby.
-    tight: bool,
 }
 
 impl Search<'_> {
@@ -303,24 +321,20 @@ impl Search<'_> {
         self.best.map_or(f64::NEG_INFINITY, |b| b.centre.z + CONTACT_EPSILON_MM)
     }
 
-    fn offer(&mut self, location: Location, point: Point3, tight: bool) {
+    fn offer(&mut self, location: Location) {
         if self.best.is_none_or(|b| location.centre.z > b.centre.z) {
-            (self.best, self.point, self.tight) = (Some(location), point, tight);
-        } else if self.best.is_some_and(|b| b.face == location.face) && (point - self.point).norm() < SAME_MM
-        {
-            // The same contact found again, now from a triangle that is known to be harmless.
-            self.tight &= tight;
+            self.best = Some(location);
         }
     }
 
-    fn try_face(&mut self, face: FaceId, start: (f64, f64), tight: bool) -> Polished {
+    fn try_face(&mut self, face: FaceId, start: (f64, f64)) -> Polished {
         let f = &self.stock.faces[face];
         let polished = polish(&f.surface, start, self.x, self.y, self.stock.radius_mm);
-        if let Polished::Contact { centre, normal, point, u, v } = polished {
+        if let Polished::Contact { centre, normal, u, v } = polished {
             if f.domain.as_ref().is_some_and(|d| !d.contains(u, v)) {
-                return Polished::Outside { point };
+                return Polished::Outside { u, v };
             }
-            self.offer(Location { centre, normal, face, support: Support::Face { u, v } }, point, tight);
+            self.offer(Location { centre, normal, face, support: Support::Face { u, v } });
         }
         polished
     }
@@ -343,23 +357,21 @@ impl Search<'_> {
         if rest.z <= floor {
             return;
         }
-        let at = Point3::from((0..3).map(|i| t.p[i].coords * rest.at[i]).sum::<claymill_nurbs::Vector3>());
-        // Within this distance of a contact, a sheet that curves less tightly than the ball stays outside of
-        // it (geometry.md §6.3, the lens argument), so one contact speaks for its surroundings.
-        let lens = 4.0 * (2.0 * (delta + CONTACT_EPSILON_MM) * r).sqrt();
-        let near = |p: &Point3| (p - at).norm() <= lens;
-        if !t.tight
-            && !self.tight
-            && near(&self.point)
-            && self.best.is_some_and(|b| b.face == t.face as usize)
+        let mesh = &self.stock.flat.meshes[t.face as usize];
+        let uv = mesh.triangles[t.index as usize].map(|i| mesh.uv[i as usize]);
+        // A sheet that curves less tightly than the ball leaves it on all sides of a contact (geometry.md
+        // §6.3), so a contact speaks for its own triangle and for those around it, as long as none of them
+        // is tight. Further away on the same face a second contact is possible, across a groove.
+        let here = |u: f64, v: f64| !t.tight && is_beside(&uv, u, v);
+        if let Some(Location { face, support: Support::Face { u, v }, .. }) = self.best
+            && face == t.face as usize
+            && here(u, v)
         {
             return;
         }
-        let mesh = &self.stock.flat.meshes[t.face as usize];
-        let uv = mesh.triangles[t.index as usize].map(|i| mesh.uv[i as usize]);
         let start: nalgebra::Vector2<f64> = (0..3).map(|i| uv[i].coords * rest.at[i]).sum();
-        let proven = match self.try_face(t.face as usize, (start.x, start.y), t.tight) {
-            Polished::Contact { point, .. } | Polished::Outside { point } => !t.tight && near(&point),
+        let proven = match self.try_face(t.face as usize, (start.x, start.y)) {
+            Polished::Contact { u, v, .. } | Polished::Outside { u, v } => here(u, v),
             Polished::Failed => false,
         };
         if !proven {
@@ -384,7 +396,7 @@ impl Search<'_> {
             let centre = Point3::new(self.x, self.y, high.z);
             let normal = (centre - at).normalize();
             let location = Location { centre, normal, face: t.face as usize, support: Support::Bound };
-            self.offer(location, at, true);
+            self.offer(location);
             return;
         }
         let surface = &self.stock.faces[t.face as usize].surface;
@@ -417,7 +429,7 @@ impl Search<'_> {
             let centre = Point3::new(self.x, self.y, z);
             let normal = (centre - point) / r;
             let location = Location { centre, normal, face: e.face as usize, support: Support::Edge };
-            self.offer(location, point, true);
+            self.offer(location);
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::{Frame, Orientation};
 
 const R: f64 = 10.0;
 /// What the search may leave out.
-const EPSILON_MM: f64 = 6e-4;
+const EPSILON_MM: f64 = 1.1e-4;
 
 fn face(surface: NurbsSurface) -> Face {
     Face { surface, loops: Vec::new(), reversed: false, kind: SurfaceKind::Nurbs, source: Source::default() }
@@ -126,5 +126,26 @@ fn two_spheres_share_the_ball() {
     for (l, (x, y)) in l.iter().zip([(0.0f64, 0.0f64), (0.0, 6.0), (1.0, 2.0)]) {
         let exact = (625.0 - (14.0 - x).powi(2) - y * y).sqrt();
         approx::assert_abs_diff_eq!(l.unwrap().centre.z, exact, epsilon = 1e-9);
+    }
+}
+
+#[test]
+fn a_groove_inside_one_face_is_touched_on_both_flanks() {
+    // One cubic patch bent into a groove whose root is much tighter than the ball.
+    let profile =
+        [(-40.0, 40.0), (-12.0, 8.0), (-2.0, -6.0), (0.0, -7.0), (2.0, -6.0), (12.0, 8.0), (40.0, 40.0)];
+    let points = profile.iter().flat_map(|&(x, z)| [-60.0, 60.0].map(|y| Point3::new(x, y, z))).collect();
+    let knots = claymill_nurbs::KnotVector::clamped_uniform;
+    let groove = NurbsSurface::new(knots(3, 7), knots(1, 2), points, None).unwrap();
+    let places: Vec<_> = (-40..=40).map(|i| (f64::from(i) * 0.25, 1.0)).collect();
+    let sampled: Vec<Point3> = (0..=400_000)
+        .map(|i| groove.point(f64::from(i) / 400_000.0, 0.5))
+        .map(|p| Point3::new(p.x, 1.0, p.z))
+        .collect();
+    for (location, (x, y)) in drop(vec![groove], &places).iter().zip(&places) {
+        let brute =
+            sampled.iter().filter_map(|p| super::flat::on_point(p, *x, *y, R)).fold(f64::MIN, f64::max);
+        let found = location.unwrap().centre.z;
+        assert!((found - brute).abs() < 2.0 * EPSILON_MM, "at {x}: {found} {brute}");
     }
 }

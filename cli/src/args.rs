@@ -57,6 +57,10 @@ pub(crate) struct DemoArgs {
     /// Seed of the shuffle of patches.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
+    /// Scale of the vehicle: 0.4 is the two-fifths model that studios mill first. The tool of the demo is
+    /// ball:6 unless --tool names another one.
+    #[arg(long, default_value_t = 0.4)]
+    pub(crate) scale: f64,
     #[command(flatten)]
     pub(crate) job: JobOptions,
 }
@@ -197,4 +201,7 @@ pub(crate) struct SampleArgs {
     /// Seed of the shuffle.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
+    /// Scale.
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) scale: f64,
 }

@@ -31,7 +31,7 @@ use claymill_nurbs::Model;
 pub use answers::{Answers, Continuity, Joint, Region, Totals};
 pub use panel::panel;
 pub use roadster::{RoadsterOptions, roadster};
-pub use write::{SAMPLES, SampleError, write_sample};
+pub use write::{SAMPLES, SampleError, generate, write_sample};
 
 /// A generated model and what is known about it.
 #[derive(Debug, Clone)]

@@ -31,23 +31,52 @@ pub enum SampleError {
     },
 }
 
-/// Generates the sample `name`, writes it as IGES to `path` and its answers beside it (`roadster.igs`,
-/// `roadster.answers.json`). The model holds faces only: no groups, names or layers that would tell.
-/// The same options give the same bytes.
+/// Generates the sample `name`.
 ///
 /// # Errors
-/// See [`SampleError`]; a file that could not be written whole is not left behind.
+/// There is no such sample.
+pub fn generate(name: &str, options: &RoadsterOptions) -> Result<Sample, SampleError> {
+    match name {
+        "roadster" => Ok(roadster(options)),
+        "panel" => Ok(panel(options.patches, options.seed)),
+        _ => Err(SampleError::Unknown { name: name.to_owned() }),
+    }
+}
+
+/// Generates the sample `name` and writes it; see [`Sample::write`].
+///
+/// # Errors
+/// As [`generate`] and [`Sample::write`].
 pub fn write_sample(name: &str, options: &RoadsterOptions, path: &Path) -> Result<Sample, SampleError> {
-    let sample = match name {
-        "roadster" => roadster(options),
-        "panel" => panel(options.patches, options.seed),
-        _ => {
-            return Err(SampleError::Unknown { name: name.to_owned() });
-        }
-    };
-    write_iges(path, &sample.model, &[])?;
-    write_answers(&sample, &path.with_extension("answers.json"))?;
+    let sample = generate(name, options)?;
+    sample.write(path)?;
     Ok(sample)
+}
+
+impl Sample {
+    /// Writes the model as IGES to `path` and its answers beside it (`roadster.igs`,
+    /// `roadster.answers.json`). The model holds faces only: no groups, names or layers that would tell.
+    /// The same sample gives the same bytes.
+    ///
+    /// # Errors
+    /// One of the files cannot be written; one that could not be written whole is not left behind.
+    pub fn write(&self, path: &Path) -> Result<(), SampleError> {
+        write_iges(path, &self.model, &[])?;
+        write_answers(self, &path.with_extension("answers.json"))
+    }
+
+    /// The same vehicle at another scale: 0.4 is what studios call a two-fifths model.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        for face in &mut self.model.faces {
+            face.surface = face.surface.mapped(|p| p * factor);
+        }
+        for joint in &mut self.answers.joints {
+            joint.length_mm *= factor;
+        }
+        self.answers.totals.joint_length_mm *= factor;
+        self
+    }
 }
 
 fn write_answers(sample: &Sample, path: &Path) -> Result<(), SampleError> {

@@ -47,11 +47,20 @@ impl Face {
         let whole = (Point2::new(u0, v0), Point2::new(u1, v1));
         let rings = rings(self);
         let window = if self.loops.is_empty() { Some(whole) } else { rectangle(self, &rings, whole) };
+        // No point lies outside of the control points' box: faces along a side of it end the search early.
+        let hull = Aabb::of(&surface.net().iter().map(|h| (h.xyz() / h.w).into()).collect::<Vec<_>>());
         let mut bounds = Aabb::empty();
         if let Some((low, high)) = window {
             let corners = [low, Point2::new(high.x, low.y), high, Point2::new(low.x, high.y)];
             for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
-                stick_out(surface, &curved, [corners[a], corners[b], corners[c]], &mut bounds, DEEPEST);
+                stick_out(
+                    surface,
+                    &curved,
+                    [corners[a], corners[b], corners[c]],
+                    &hull,
+                    &mut bounds,
+                    DEEPEST,
+                );
             }
             return bounds;
         }
@@ -68,26 +77,36 @@ impl Face {
         };
         mesh.points.iter().for_each(|p| bounds.add(p));
         for t in &mesh.triangles {
-            stick_out(surface, &curved, t.map(|i| mesh.uv[i as usize]), &mut bounds, DEEPEST);
+            stick_out(surface, &curved, t.map(|i| mesh.uv[i as usize]), &hull, &mut bounds, DEEPEST);
         }
         bounds
     }
 }
 
 /// Grows `bounds` by what a parameter triangle adds to it: where its corners and the bound on its facet error
-/// reach beyond, it is cut in four.
-fn stick_out(surface: &NurbsSurface, curved: &Curvedness, uv: [Point2; 3], bounds: &mut Aabb, depth: u32) {
+/// reach beyond (but never beyond `hull`), it is cut in four.
+fn stick_out(
+    surface: &NurbsSurface,
+    curved: &Curvedness,
+    uv: [Point2; 3],
+    hull: &Aabb,
+    bounds: &mut Aabb,
+    depth: u32,
+) {
     let corners = uv.map(|p| surface.point(p.x, p.y));
     corners.iter().for_each(|p| bounds.add(p));
     let (low, high) = (uv[0].inf(&uv[1]).inf(&uv[2]), uv[0].sup(&uv[1]).sup(&uv[2]));
     let facet = curved.over(low, high).deviation_mm(high.x - low.x, high.y - low.y);
     let reach = Aabb::of(&corners).inflated(facet);
-    let out = |k: usize| reach.max[k] > bounds.max[k] + BOX_MM || reach.min[k] < bounds.min[k] - BOX_MM;
+    let out = |k: usize| {
+        reach.max[k].min(hull.max[k]) > bounds.max[k] + BOX_MM
+            || reach.min[k].max(hull.min[k]) < bounds.min[k] - BOX_MM
+    };
     if depth > 0 && (0..3).any(out) {
         let middle = |i: usize, j: usize| nalgebra::center(&uv[i], &uv[j]);
         let (a, b, c) = (middle(0, 1), middle(1, 2), middle(2, 0));
         for part in [[a, b, c], [uv[0], a, c], [uv[1], b, a], [uv[2], c, b]] {
-            stick_out(surface, curved, part, bounds, depth - 1);
+            stick_out(surface, curved, part, hull, bounds, depth - 1);
         }
     }
 }

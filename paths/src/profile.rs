@@ -9,6 +9,10 @@ const HERMITE_MM: f64 = 4e-4;
 /// Corners and jumps are narrowed down to this, mm: on the steepest ground allowed a corner is then known to
 /// a micrometre.
 const NARROWEST_MM: f64 = 1e-4;
+/// Neighbouring samples turn by no more than this, radians, down to [`CLOSEST_MM`]: bends are then resolved
+/// well enough for any way of interpolating between them.
+const SHARPEST_TURN: f64 = 0.12;
+const CLOSEST_MM: f64 = 0.01;
 /// Where a line ends is narrowed down to this, mm.
 const END_MM: f64 = 0.05;
 /// Tangents that turn by more than this between two sides of a corner make a break, degrees.
@@ -163,7 +167,9 @@ impl Walk<'_> {
             return self.step(middle, None, sb, Some(b));
         };
         let (z, slope) = hermite(&a, &b, middle);
-        if (z - m.z).abs() <= HERMITE_MM * (1.0 + slope * slope).sqrt() {
+        let turn = (b.slope.atan() - a.slope.atan()).abs();
+        let gentle = turn <= SHARPEST_TURN || sb - sa <= CLOSEST_MM;
+        if gentle && (z - m.z).abs() <= HERMITE_MM * (1.0 + slope * slope).sqrt() {
             self.push(m);
             self.push(b);
         } else if sb - sa > NARROWEST_MM {

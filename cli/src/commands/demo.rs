@@ -5,14 +5,18 @@ use super::{Context, sample};
 use crate::args::DemoArgs;
 use crate::failure::{Failure, PROBLEM};
 
+/// A ball that suits a two-fifths model.
+const TOOL: &str = "ball:6";
+
 /// `claymill demo`.
 pub(crate) fn demo(context: &Context, args: &DemoArgs) -> Result<ExitCode, Failure> {
     let model = args.out.with_file_name("roadster.igs");
     context.console.stage("generating");
-    let planted = sample::write("roadster", args.patches, args.seed, &model)?;
+    let planted = sample::write("roadster", args.patches, args.seed, args.scale, &model)?;
     let mut job = args.job.clone();
     job.axes.up.get_or_insert_with(|| "+z".to_owned());
     job.axes.length.get_or_insert_with(|| "-x".to_owned());
+    job.tool.get_or_insert_with(|| TOOL.to_owned());
     let request = Request::new(&model, &job)?;
     let done = run(context, &request, &args.out)?;
 

@@ -1,7 +1,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use claymill_models::{RoadsterOptions, SAMPLES, Sample, write_sample};
+use claymill_models::{RoadsterOptions, SAMPLES, Sample, generate};
 
 use super::Context;
 use crate::args::SampleArgs;
@@ -10,7 +10,7 @@ use crate::failure::Failure;
 /// `claymill sample`.
 pub(crate) fn sample(context: &Context, args: &SampleArgs) -> Result<ExitCode, Failure> {
     context.console.stage("generating");
-    let made = write(&args.name, args.patches, args.seed, &args.out)?;
+    let made = write(&args.name, args.patches, args.seed, args.scale, &args.out)?;
     context.console.finish();
     let totals = &made.answers.totals;
     if context.json {
@@ -25,10 +25,20 @@ pub(crate) fn sample(context: &Context, args: &SampleArgs) -> Result<ExitCode, F
 }
 
 /// Writes a generated model and its answers.
-pub(crate) fn write(name: &str, patches: usize, seed: u64, path: &Path) -> Result<Sample, Failure> {
+pub(crate) fn write(
+    name: &str,
+    patches: usize,
+    seed: u64,
+    scale: f64,
+    path: &Path,
+) -> Result<Sample, Failure> {
     if !(200..=100_000).contains(&patches) {
         let message = format!("{patches} patches: a sample can be cut into 200 to 100000");
         return Err(Failure::usage(message, "Choose --patches in that range."));
+    }
+    if !(0.01..=100.0).contains(&scale) {
+        let message = format!("a scale of {scale} is out of range");
+        return Err(Failure::usage(message, "Choose --scale between 0.01 and 100, for example 0.4."));
     }
     if !SAMPLES.contains(&name) {
         let message = format!("there is no sample `{name}`");
@@ -39,5 +49,8 @@ pub(crate) fn write(name: &str, patches: usize, seed: u64, path: &Path) -> Resul
         std::fs::create_dir_all(parent)
             .map_err(|e| Failure::problem(format!("{}: {e}", parent.display()), advice))?;
     }
-    write_sample(name, &RoadsterOptions { patches, seed }, path).map_err(|e| Failure::problem(e, advice))
+    let problem = |e| Failure::problem(e, advice);
+    let sample = generate(name, &RoadsterOptions { patches, seed }).map_err(problem)?.scaled(scale);
+    sample.write(path).map_err(problem)?;
+    Ok(sample)
 }

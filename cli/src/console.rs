@@ -5,6 +5,15 @@ use std::time::{Duration, Instant};
 use claymill_toolpath::StageTiming;
 use indicatif::{ProgressBar, ProgressStyle};
 
+/// Prints a line on standard output. A reader that has seen enough (`| head`) is no error.
+macro_rules! outln {
+    ($($line:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stdout(), $($line)*);
+    }};
+}
+pub(crate) use outln;
+
 /// Progress on standard error and the time of each stage.
 #[derive(Debug)]
 pub(crate) struct Console {

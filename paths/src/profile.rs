@@ -1,4 +1,6 @@
-use crate::contact::{Location, Stock};
+use claymill_nurbs::FaceId;
+
+use crate::contact::{Location, Stock, Support};
 
 /// Samples along a line are at most this far apart, mm along the profile; a location halfway between each
 /// two is checked too. A bump of the locations' surface is at least a ball wide at its foot, so one that hides
@@ -6,6 +8,8 @@ use crate::contact::{Location, Stock};
 const STRIDE_MM: f64 = 1.0;
 /// Between samples the profile is a cubic Hermite arc; the exact location halfway may differ by this, mm.
 const HERMITE_MM: f64 = 4e-4;
+/// The slope at a proven bound is measured over this distance to both sides, mm.
+const SLOPE_MM: f64 = 0.01;
 /// Corners and jumps are narrowed down to this, mm: on the steepest ground allowed a corner is then known to
 /// a micrometre.
 const NARROWEST_MM: f64 = 1e-4;
@@ -38,11 +42,13 @@ impl Line {
 }
 
 /// A point of a profile: height of the ball's centre over the line, with its slope.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Sample {
     pub(crate) s: f64,
     pub(crate) z: f64,
     pub(crate) slope: f64,
+    /// The face whose inside carries the ball.
+    pub(crate) face: Option<FaceId>,
 }
 
 /// A smooth stretch of the exact path of the ball's centre over a line: heights are exact at the samples and
@@ -83,6 +89,12 @@ impl Profile {
     pub(crate) fn end(&self) -> Sample {
         self.samples[self.samples.len() - 1]
     }
+}
+
+/// Whether the exact sample `m` lies on the arc from `a` to `b`.
+fn agrees(a: &Sample, b: &Sample, m: &Sample) -> bool {
+    let (z, slope) = hermite(a, b, m.s);
+    (z - m.z).abs() <= HERMITE_MM * (1.0 + slope * slope).sqrt()
 }
 
 fn hermite(a: &Sample, b: &Sample, s: f64) -> (f64, f64) {
@@ -133,17 +145,33 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    fn sample(&mut self, s: f64) -> Option<Sample> {
+    fn drop(&mut self, s: f64) -> Option<Location> {
         let [x, y] = self.line.at(s);
         let location = self.stock.drop(x, y, self.near.as_ref())?;
         self.near = Some(location);
-        self.lifted += u64::from(location.support == crate::contact::Support::Bound);
+        Some(location)
+    }
+
+    fn sample(&mut self, s: f64) -> Option<Sample> {
+        let location = self.drop(s)?;
+        if location.normal.z < STEEPEST_NZ {
+            return None;
+        }
         let [ex, ey] = self.line.direction;
-        (location.normal.z >= STEEPEST_NZ).then(|| Sample {
-            s,
-            z: location.centre.z,
-            slope: location.slope(ex, ey),
-        })
+        let (z, mut slope) = (location.centre.z, location.slope(ex, ey));
+        let face = match location.support {
+            Support::Face { .. } => Some(location.face),
+            Support::Edge => None,
+            Support::Bound => {
+                // A bound has a height but no contact point to speak of: its slope is measured.
+                self.lifted += 1;
+                if let (Some(a), Some(b)) = (self.drop(s - SLOPE_MM), self.drop(s + SLOPE_MM)) {
+                    slope = (b.centre.z - a.centre.z) / (2.0 * SLOPE_MM);
+                }
+                None
+            }
+        };
+        Some(Sample { s, z, slope, face })
     }
 
     fn begin(&mut self, first: Sample) {
@@ -166,10 +194,17 @@ impl Walk<'_> {
             self.step(sa, Some(a), middle, None);
             return self.step(middle, None, sb, Some(b));
         };
-        let (z, slope) = hermite(&a, &b, middle);
         let turn = (b.slope.atan() - a.slope.atan()).abs();
         let gentle = turn <= SHARPEST_TURN || sb - sa <= CLOSEST_MM;
-        if gentle && (z - m.z).abs() <= HERMITE_MM * (1.0 + slope * slope).sqrt() {
+        // On one face the slopes are exact and the middle tells all; elsewhere errors could cancel there.
+        let one_face = a.face.is_some() && a.face == m.face && a.face == b.face;
+        if gentle
+            && agrees(&a, &b, &m)
+            && (one_face
+                || [0.25, 0.75]
+                    .iter()
+                    .all(|f| self.sample(sa + f * (sb - sa)).is_some_and(|q| agrees(&a, &b, &q))))
+        {
             self.push(m);
             self.push(b);
         } else if sb - sa > NARROWEST_MM {
@@ -194,9 +229,9 @@ impl Walk<'_> {
         let meet = (b.z - a.z + a.slope * a.s - b.slope * b.s) / (a.slope - b.slope);
         let s = if meet > a.s && meet < b.s { meet } else { 0.5 * (a.s + b.s) };
         let z = (a.z + a.slope * (s - a.s)).max(b.z + b.slope * (s - b.s));
-        self.push(Sample { s, z, slope: a.slope });
+        self.push(Sample { s, z, slope: a.slope, face: None });
         if let Some(chain) = self.chains.last_mut() {
-            chain.push(Profile { samples: vec![Sample { s, z, slope: b.slope }, b] });
+            chain.push(Profile { samples: vec![Sample { s, z, slope: b.slope, face: None }, b] });
         }
     }
 

@@ -298,7 +298,7 @@ mod tests {
         let at = |i: usize| {
             let s = from + (to - from) * i as f64 / count as f64;
             let (z, slope) = f(s);
-            Sample { s, z, slope }
+            Sample { s, z, slope, face: None }
         };
         Profile { samples: (0..=count).map(at).collect() }
     }
@@ -332,7 +332,7 @@ mod tests {
     #[test]
     fn a_straight_piece_is_raised_above_a_bulge() {
         let ends = [(0.0, 0.1), (0.5, -0.1)];
-        let samples = ends.map(|(s, slope)| Sample { s, z: 0.0, slope }).to_vec();
+        let samples = ends.map(|(s, slope)| Sample { s, z: 0.0, slope, face: None }).to_vec();
         let piece = straight(&Profile { samples }, &Plain).unwrap();
         assert!(piece.error_mm.0 > 0.0, "{:?}", piece.error_mm);
         // The Hermite arc rises by h·slope/4 = 12.5 µm in the middle.

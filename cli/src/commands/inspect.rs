@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::{Context, box_mm};
 use crate::args::ModelArgs;
+use crate::console::outln;
 use crate::failure::Failure;
 
 /// What `claymill inspect --json` prints.
@@ -68,32 +69,32 @@ pub(crate) fn inspect(context: &Context, args: &ModelArgs) -> Result<ExitCode, F
 
 fn print(found: &Inspection) {
     let size: Vec<String> = (0..3).map(|k| format!("{:.1}", found.box_mm[k + 3] - found.box_mm[k])).collect();
-    println!("{}", found.file);
-    println!("  written by  {}", found.system.as_deref().unwrap_or("(does not say)"));
-    println!("  units       {} ({} mm each)", found.units, found.unit_mm);
-    println!("  tolerance   {} mm", found.tolerance_mm);
-    println!(
+    outln!("{}", found.file);
+    outln!("  written by  {}", found.system.as_deref().unwrap_or("(does not say)"));
+    outln!("  units       {} ({} mm each)", found.units, found.unit_mm);
+    outln!("  tolerance   {} mm", found.tolerance_mm);
+    outln!(
         "  faces       {} in the file, {} read, {} skipped",
         found.faces_in_file,
         found.faces,
         found.skipped.len()
     );
-    println!("  trimmed     {} of {}, rational {}", found.trimmed, found.faces, found.rational);
-    println!("  area        {:.4} m²", found.area_mm2 * 1e-6);
-    println!("  size        {} mm", size.join(" x "));
+    outln!("  trimmed     {} of {}, rational {}", found.trimmed, found.faces, found.rational);
+    outln!("  area        {:.4} m²", found.area_mm2 * 1e-6);
+    outln!("  size        {} mm", size.join(" x "));
     let listed = |name: String, count: &usize| format!("{count} {name}");
     let kinds: Vec<_> =
         found.surface_kinds.iter().map(|(k, n)| listed(format!("{k:?}").to_lowercase(), n)).collect();
-    println!("  surfaces    {}", kinds.join(", "));
+    outln!("  surfaces    {}", kinds.join(", "));
     let degrees: Vec<_> = found.degrees.iter().map(|(k, n)| listed(format!("of degree {k}"), n)).collect();
-    println!("  degrees     {}", degrees.join(", "));
+    outln!("  degrees     {}", degrees.join(", "));
     for (entity, count) in &found.report.entities {
-        println!("  entity      {entity}: {} in the file, {} used", count.in_file, count.used);
+        outln!("  entity      {entity}: {} in the file, {} used", count.in_file, count.used);
     }
     for r in found.report.repairs.iter().take(super::LISTED) {
-        println!("  mended      {}: {} ({:.4} mm)", r.entity, r.what, r.size_mm);
+        outln!("  mended      {}: {} ({:.4} mm)", r.entity, r.what, r.size_mm);
     }
     if found.report.repairs.len() > super::LISTED {
-        println!("  mended      ... and {} more", found.report.repairs.len() - super::LISTED);
+        outln!("  mended      ... and {} more", found.report.repairs.len() - super::LISTED);
     }
 }

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::{Context, box_mm, orientation, pictures};
 use crate::args::{MergeArgs, PresetName};
+use crate::console::outln;
 use crate::failure::Failure;
 use crate::interrupt;
 
@@ -111,14 +112,14 @@ pub(crate) fn name(value: &impl Serialize) -> String {
 
 fn print(record: &RegionsFile) {
     let faces: usize = record.regions.iter().map(|r| r.faces.len()).sum();
-    println!(
+    outln!(
         "{faces} faces in {} regions (preset {}, tolerance {:.4} mm)",
         record.regions.len(),
         record.preset,
         record.tolerance_mm
     );
     let metres = |mm: f64| mm / 1000.0;
-    println!(
+    outln!(
         "edges: {:.3} m, matched {:.3} m, naked {:.3} m, non-manifold {:.3} m",
         metres(record.boundary_total_mm),
         metres(record.boundary_matched_mm),
@@ -130,10 +131,10 @@ fn print(record: &RegionsFile) {
         *verdicts.entry((&j.verdict, &j.class)).or_default() += 1;
     }
     for ((verdict, class), count) in verdicts {
-        println!("joints: {count:>6} {class} {verdict}");
+        outln!("joints: {count:>6} {class} {verdict}");
     }
     for r in &record.regions {
-        println!(
+        outln!(
             "region {:>3}: {:>5} faces, {:>9.4} m², {} loops, normals within {:.0}°",
             r.id,
             r.faces.len(),

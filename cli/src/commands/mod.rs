@@ -20,6 +20,7 @@ use serde::Serialize;
 
 use crate::args::AxisArgs;
 use crate::console::Console;
+use crate::console::outln;
 use crate::failure::Failure;
 
 pub(crate) use demo::demo;
@@ -64,7 +65,7 @@ impl Context<'_> {
     fn print_json(&self, value: &impl Serialize) -> Result<(), Failure> {
         let text = serde_json::to_string_pretty(value)
             .map_err(|e| Failure::problem(format!("the result cannot be written as JSON: {e}"), ""))?;
-        println!("{text}");
+        outln!("{text}");
         Ok(())
     }
 }
@@ -108,6 +109,6 @@ pub(crate) fn schema() -> Result<ExitCode, Failure> {
         claymill_toolpath::TOOLPATHS_FILE: schemars::schema_for!(claymill_toolpath::Move),
         claymill_toolpath::VERIFY_FILE: schemars::schema_for!(claymill_verify::Verification),
     });
-    println!("{schemas:#}");
+    outln!("{schemas:#}");
     Ok(ExitCode::SUCCESS)
 }

@@ -2,7 +2,7 @@ use std::path::Path;
 
 use claymill_nurbs::{FaceMesh, MeshOptions, Model, tessellate};
 use claymill_paths::Orientation;
-use claymill_toolpath::Program;
+use claymill_toolpath::{Move, MoveKind, Program};
 use claymill_viewer::{
     Axes, Colouring, LegendEntry, Mark, ModelView, PictureOptions, Renderer, ReportPicture, Rgb, Scene,
     StrokeStyle, View, ViewError, region_colours,
@@ -79,7 +79,10 @@ impl<'a> Album<'a> {
         if let Some(program) = program {
             let style =
                 StrokeStyle { region_colours: Some(&colours), rapids: false, ..StrokeStyle::new(CHORD_MM) };
-            scene.add_paths(program, &style);
+            // Ways through the air would hide what is cut.
+            let on_model = |m: &&Move| matches!(m.kind, MoveKind::Cut | MoveKind::Link);
+            let program = Program { moves: program.moves.iter().filter(on_model).cloned().collect() };
+            scene.add_paths(&program, &style);
         }
         Ok(scene)
     }

@@ -243,7 +243,7 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
             scallop_mm: request.scallop_mm,
             strategy: "planar".to_owned(),
             link: request.link,
-            preset: format!("{:?}", request.preset).to_lowercase(),
+            preset: merge::name(&request.preset),
             up: options.orientation.up.to_string(),
             length: options.orientation.front.to_string(),
             only: request.options.only.clone(),

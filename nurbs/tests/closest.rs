@@ -314,7 +314,6 @@ fn trimmed(surface: NurbsSurface, loops: Vec<TrimLoop>) -> Model {
 }
 
 #[test]
-#[ignore = "needs the inside test of trimmed faces"]
 fn trimmed_ring_against_its_analytic_distance() {
     let plane = plane_patch(&askew(), (-100.0, 100.0), (-100.0, 100.0)).unwrap();
     let centre = Point2::new(7.0, -4.0);
@@ -336,7 +335,6 @@ fn trimmed_ring_against_its_analytic_distance() {
 }
 
 #[test]
-#[ignore = "needs the inside test of trimmed faces"]
 fn trimmed_cylinder_near_its_axis() {
     // A window cut into a half pipe; the nearest points of the untrimmed pipe often lie in the window.
     let pipe = cylinder(&askew(), 12.0, (0.0, PI), (-50.0, 90.0)).unwrap();

@@ -1,7 +1,7 @@
 use super::net::{Direction, Net};
 use super::piece::Piece;
 use super::rim::{self, Chord, RimPiece};
-use crate::{Curve2, Domain, Face, FaceId, KnotVector, NurbsSurface};
+use crate::{Curve2, Domain, Face, FaceId, KnotVector, NurbsSurface, Point3};
 
 /// A piece is cut while its box is thicker than this part of its length.
 const LARGEST_THICKNESS: f64 = 0.1;
@@ -14,6 +14,10 @@ const MIXED_SIZE_MM: f64 = 5.0;
 const LARGEST_DEPTH: usize = 8;
 /// A trim curve this near a side of the parameter rectangle (relative to its width) lies on it.
 const ON_SIDE: f64 = 1e-12;
+/// Sides nearer to each other, or shorter, than this are a seam or a pole, mm.
+const CLOSED_MM: f64 = 1e-5;
+/// Places of a side at which that is looked at.
+const SIDE_PLACES: usize = 7;
 
 /// What the search needs to know of one face.
 #[derive(Debug, Default)]
@@ -30,8 +34,29 @@ pub(super) struct Trim {
     pub(super) domain: Option<Domain>,
     /// Trim curves, loop by loop.
     pub(super) edges: Vec<Curve2>,
-    /// The surface has lines at which it is only continuous.
-    pub(super) creased: bool,
+    /// Parameters, sorted, of lines where a nearest point need not be a critical point of the distance: those
+    /// at which the surface is only continuous, and sides of the parameter rectangle that no rim covers.
+    pub(super) open: [Vec<f64>; 2],
+}
+
+impl Trim {
+    /// Whether a line at `at` is among the open ones of `axis`.
+    pub(super) fn is_open(&self, axis: usize, at: f64) -> bool {
+        self.open[axis].binary_search_by(|x| x.total_cmp(&at)).is_ok()
+    }
+
+    /// The piece with this net, given the chords it may meet; `None` when it is outside of the trims.
+    pub(super) fn piece<'c>(
+        &self,
+        net: Net,
+        face: FaceId,
+        chords: impl IntoIterator<Item = &'c Chord>,
+    ) -> Option<Piece> {
+        let met: Box<[Chord]> = chords.into_iter().filter(|c| c.meets(net.u, net.v)).copied().collect();
+        let middle = (0.5 * (net.u.0 + net.u.1), 0.5 * (net.v.0 + net.v.1));
+        let outside = |d: &Domain| !d.contains(middle.0, middle.1);
+        (!met.is_empty() || !self.domain.as_ref().is_some_and(outside)).then(|| Piece::new(net, face, met))
+    }
 }
 
 /// Cuts a face into pieces and rims.
@@ -44,7 +69,8 @@ pub(super) fn parts(id: FaceId, face: &Face) -> Parts {
     let mut chords = Vec::new();
     // Rims along the sides alone leave every piece wholly inside or outside, and the pieces' own sides do
     // for rims. Next to other rims they are needed: see `Search::visit_piece`.
-    if aside.contains(&false) {
+    let rimmed = aside.contains(&false);
+    if rimmed {
         for (k, edge) in edges.iter().enumerate() {
             for (piece, chord) in rim::cut(surface, edge, (id, k), &creases) {
                 parts.rims.push(piece);
@@ -57,28 +83,22 @@ pub(super) fn parts(id: FaceId, face: &Face) -> Parts {
     parts.trim = Trim {
         domain: (!edges.is_empty()).then(|| Domain::new(face)),
         edges,
-        creased: creases.iter().any(|k| !k.is_empty()),
+        open: open_lines(surface, &creases, rimmed),
     };
-    let chords: Vec<&Chord> = chords.iter().collect();
     for net in Net::pieces(surface) {
-        refine(net, id, &chords, 0, &mut parts);
+        let piece = parts.trim.piece(net, id, &chords);
+        refine(piece, 0, &mut parts);
     }
     parts
 }
 
-fn refine(net: Net, face: FaceId, chords: &[&Chord], depth: usize, parts: &mut Parts) {
-    let met: Vec<&Chord> = chords.iter().filter(|c| c.meets(net.u, net.v)).copied().collect();
-    if met.is_empty()
-        && let Some(domain) = &parts.trim.domain
-        && !domain.contains(0.5 * (net.u.0 + net.u.1), 0.5 * (net.v.0 + net.v.1))
-    {
-        return;
-    }
-    let piece = Piece::new(net, face, !met.is_empty());
+fn refine(piece: Option<Piece>, depth: usize, parts: &mut Parts) {
+    let Some(piece) = piece else { return };
     match (depth < LARGEST_DEPTH).then(|| cut(&piece)).flatten() {
         Some(direction) => {
             for half in piece.net.cut(direction, 0.5) {
-                refine(half, face, &met, depth + 1, parts);
+                let half = parts.trim.piece(half, piece.face, &piece.chords);
+                refine(half, depth + 1, parts);
             }
         }
         None => parts.pieces.push(piece),
@@ -92,8 +112,37 @@ fn cut(piece: &Piece) -> Option<Direction> {
     if thickness > LARGEST_THICKNESS * size || !piece.is_tame_within(REACH_MM.min(0.5 * size)) {
         Some(piece.bent_direction())
     } else {
-        (piece.mixed && size > MIXED_SIZE_MM).then(|| piece.longer_direction())
+        (!piece.chords.is_empty() && size > MIXED_SIZE_MM).then(|| piece.longer_direction())
     }
+}
+
+/// See [`Trim::open`]. Where rims cover the boundary, sides are still open that meet each other (a seam may
+/// have a kink) or collapse to a point (an apex).
+fn open_lines(surface: &NurbsSurface, creases: &[Vec<f64>; 2], rimmed: bool) -> [Vec<f64>; 2] {
+    let ((u0, u1), (v0, v1)) = surface.domain();
+    let sides = [[u0, u1], [v0, v1]];
+    [0, 1].map(|axis| {
+        let places = (0..SIDE_PLACES).map(|i| (i as f64 + 0.31) / SIDE_PLACES as f64);
+        let along = |end: usize| -> Vec<Point3> {
+            let at = |x: f64| {
+                let across = sides[1 - axis];
+                let other = across[0] + (across[1] - across[0]) * x;
+                if axis == 0 { surface.point(sides[0][end], other) } else { surface.point(other, sides[1][end]) }
+            };
+            places.clone().map(at).collect()
+        };
+        let (low, high) = (along(0), along(1));
+        let meets = low.iter().zip(&high).all(|(p, q)| (p - q).norm() < CLOSED_MM);
+        let collapses = |side: &[Point3]| side.iter().all(|p| (p - side[0]).norm() < CLOSED_MM);
+        let mut open = creases[axis].clone();
+        for (side, at) in [low, high].iter().zip(sides[axis]) {
+            if !rimmed || meets || collapses(side) {
+                open.push(at);
+            }
+        }
+        open.sort_by(f64::total_cmp);
+        open
+    })
 }
 
 /// Inner knots at which a surface is only continuous.

@@ -31,8 +31,9 @@ impl Interval {
         self * Interval { lo: 1.0 / divisor.hi, hi: 1.0 / divisor.lo }
     }
 
-    pub(super) fn contains_zero(self) -> bool {
-        self.lo <= 0.0 && self.hi >= 0.0
+    /// The sign that all of the range has, else 0.
+    pub(super) fn sign(self) -> i8 {
+        i8::from(self.lo > 0.0) - i8::from(self.hi < 0.0)
     }
 
     pub(super) fn width(self) -> f64 {

@@ -2,6 +2,7 @@ use nalgebra::Matrix3;
 
 use super::interval::{Interval, dot};
 use super::net::{Direction, JetRange, Net};
+use super::rim::Chord;
 use crate::{FaceId, NurbsSurface, Point3, Vector3};
 
 /// Above this degree the power basis loses digits, and the face's own evaluator is used instead.
@@ -12,8 +13,8 @@ const LARGEST_POWER_DEGREE: usize = 7;
 #[derive(Debug)]
 pub(super) struct Piece {
     pub(super) face: FaceId,
-    /// Whether trim loops may run through the piece; if not, all of it belongs to the face.
-    pub(super) mixed: bool,
+    /// The rims that may run through the piece; if there are none, all of it belongs to the face.
+    pub(super) chords: Box<[Chord]>,
     /// The exact piece, for cutting it further.
     pub(super) net: Net,
 
@@ -48,14 +49,15 @@ pub(super) enum Shape {
     /// Convex in `(s, t)`: a constrained minimum is the only one. The Hessian of half the squared distance
     /// exceeds the diagonal matrix of these two everywhere.
     Convex([f64; 2]),
-    /// Without a critical point: the minimum lies on the border of the piece.
-    Monotone,
+    /// Without a critical point: the signs of the derivatives by `s` and `t`, 0 where unknown, one of them
+    /// known. The minimum lies on the side from which the distance rises.
+    Monotone([i8; 2]),
     /// Anything.
     Unknown,
 }
 
 impl Piece {
-    pub(super) fn new(net: Net, face: FaceId, mixed: bool) -> Self {
+    pub(super) fn new(net: Net, face: FaceId, chords: Box<[Chord]>) -> Self {
         let (origin, axes) = frame(&net);
         let moved = net.moved(&origin, &axes);
         let range = moved.range();
@@ -81,7 +83,7 @@ impl Piece {
         };
         Piece {
             face,
-            mixed,
+            chords,
             net,
 
             origin,
@@ -166,8 +168,10 @@ impl Piece {
             let part = 1.0 - uv / (uu.lo * vv.lo).sqrt();
             return Shape::Convex([uu.lo * part, vv.lo * part]);
         }
-        let critical = dot(away, &self.range.su).contains_zero() && dot(away, &self.range.sv).contains_zero();
-        if critical { Shape::Unknown } else { Shape::Monotone }
+        match [&self.range.su, &self.range.sv].map(|r| dot(away, r).sign()) {
+            [0, 0] => Shape::Unknown,
+            signs => Shape::Monotone(signs),
+        }
     }
 
     /// Whether the squared distance is convex for every query within `reach` of the piece's box.

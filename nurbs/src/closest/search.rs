@@ -1,4 +1,5 @@
 use super::ClosestPoints;
+use super::build::Trim;
 use super::net::Direction;
 use super::newton::{Spot, descend};
 use super::piece::{Piece, Shape};
@@ -22,6 +23,15 @@ pub(super) struct Found {
     uv: (f64, f64),
     point: Point3,
     on_rim: bool,
+}
+
+/// Whether a monotone piece may hold a local minimum: the sides from which the distance rises are open.
+fn may_exit(piece: &Piece, trim: &Trim, signs: [i8; 2]) -> bool {
+    [(0, piece.net.u), (1, piece.net.v)].into_iter().all(|(axis, (low, high))| match signs[axis] {
+        1 => trim.is_open(axis, low),
+        -1 => trim.is_open(axis, high),
+        _ => true,
+    })
 }
 
 /// One query under way.
@@ -83,30 +93,34 @@ impl<'q> Search<'q> {
     ///
     /// Why the result is the global minimum also on trimmed faces: a nearest point of a face lies either on
     /// a rim, and rims are items of their own, or inside the trims. There it is a local minimum over the
-    /// untrimmed surface, thus a critical point of the squared distance if the surface is smooth. A convex
-    /// piece has one critical point at most, and it is its constrained minimum: if that lies outside the trims,
-    /// the piece holds no other candidate. A monotone piece has none. All other pieces are cut until
-    /// they are one of these or hold nothing nearer. On surfaces with creases an inner minimum need not be
-    /// critical, so there pieces are cut until the doubt is smaller than the tolerance.
+    /// untrimmed surface, thus of every piece that it belongs to. A convex piece has one local minimum, the
+    /// constrained one: if that lies outside the trims, the piece holds no other candidate. On a monotone
+    /// piece a local minimum lies on the sides from which the distance rises. There it is a critical point
+    /// as well, which a monotone piece has not, unless the side is a crease, a kinked seam, a pole, or
+    /// belongs to a boundary without rims. All other pieces are cut until they are one of these, are outside
+    /// the trims, or hold nothing nearer.
     fn visit_piece(&mut self, piece: &Piece, depth: usize) {
         let local = piece.local(&self.p);
         if piece.box_distance_squared(&local) >= self.best_squared {
             return;
         }
         let trim = &self.index.trims[piece.face];
-        let convexity = match piece.shape(&local) {
-            Shape::Convex(least) => Some(least),
-            Shape::Monotone if piece.mixed && !trim.creased => return,
-            _ => None,
+        let (convexity, barren) = match piece.shape(&local) {
+            Shape::Convex(least) => (Some(least), false),
+            Shape::Monotone(signs) => (None, !may_exit(piece, trim, signs)),
+            Shape::Unknown => (None, false),
         };
+        if barren && !piece.chords.is_empty() {
+            return;
+        }
         let surface = &self.index.model.faces[piece.face].surface;
         let start = piece.start(&local);
         let Some(spot) = descend(piece, surface, &local, start, convexity, self.best_squared) else {
             return;
         };
-        let inside = self.offer(piece, &spot);
-        let on_side = spot.s.abs() >= 0.5 || spot.t.abs() >= 0.5;
-        if convexity.is_some() && (inside || !(trim.creased && on_side)) {
+        // A barren piece wholly inside the trims gives a bound early that keeps others from being searched.
+        self.offer(piece, &spot);
+        if convexity.is_some() || barren {
             return;
         }
         self.cuts += 1;
@@ -120,30 +134,31 @@ impl<'q> Search<'q> {
         // Bernstein coefficients bound a function sharply whose minimum is on a side: cut through the foot.
         let at = 0.5 + if direction == Direction::U { spot.s } else { spot.t };
         let at = if at > CUT_INSET && at < 1.0 - CUT_INSET { at } else { 0.5 };
-        let mut halves = (piece.net.cut(direction, at)).map(|net| Piece::new(net, piece.face, piece.mixed));
-        let near = |half: &Piece| half.box_distance_squared(&half.local(&self.p));
+        let mut halves = (piece.net.cut(direction, at)).map(|net| trim.piece(net, piece.face, &piece.chords));
+        let near = |half: &Option<Piece>| {
+            half.as_ref().map_or(f64::INFINITY, |h| h.box_distance_squared(&h.local(&self.p)))
+        };
         if near(&halves[1]) < near(&halves[0]) {
             halves.swap(0, 1);
         }
-        for half in &halves {
+        for half in halves.iter().flatten() {
             self.visit_piece(half, depth + 1);
         }
     }
 
-    /// Takes `spot` if it is nearer and belongs to the face; returns whether it may belong to the face.
-    fn offer(&mut self, piece: &Piece, spot: &Spot) -> bool {
+    /// Takes `spot` if it is nearer and belongs to the face.
+    fn offer(&mut self, piece: &Piece, spot: &Spot) {
         if spot.distance_squared >= self.best_squared {
-            return true;
+            return;
         }
         let (u, v) = piece.parameters(spot.s, spot.t);
         let trim = &self.index.trims[piece.face];
-        if piece.mixed && trim.domain.as_ref().is_some_and(|d| !d.contains(u, v)) {
-            return false;
+        if !piece.chords.is_empty() && trim.domain.as_ref().is_some_and(|d| !d.contains(u, v)) {
+            return;
         }
         self.best_squared = spot.distance_squared;
         self.found =
             Some(Found { face: piece.face, uv: (u, v), point: piece.world(&spot.position), on_rim: false });
-        true
     }
 
     fn visit_rim(&mut self, rim: usize) {

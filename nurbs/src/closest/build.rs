@@ -127,7 +127,11 @@ fn open_lines(surface: &NurbsSurface, creases: &[Vec<f64>; 2], rimmed: bool) -> 
             let at = |x: f64| {
                 let across = sides[1 - axis];
                 let other = across[0] + (across[1] - across[0]) * x;
-                if axis == 0 { surface.point(sides[0][end], other) } else { surface.point(other, sides[1][end]) }
+                if axis == 0 {
+                    surface.point(sides[0][end], other)
+                } else {
+                    surface.point(other, sides[1][end])
+                }
             };
             places.clone().map(at).collect()
         };

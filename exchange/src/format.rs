@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Format {
-    /// IGES 5.x in fixed-format ASCII.
+    /// IGES 5.x in fixed or compressed ASCII.
     Iges,
     /// STEP Part 21: AP203, AP214, AP242.
     Step,
@@ -52,7 +52,7 @@ impl Format {
 fn is_iges(bytes: &[u8]) -> bool {
     let lines = bytes.split(|b| *b == b'\n' || *b == b'\r');
     lines.filter(|l| !l.is_empty()).take(5).any(|l| {
-        matches!(l.get(72), Some(b'S' | b'G'))
+        matches!(l.get(72), Some(b'S' | b'G' | b'C'))
             && l[73..].iter().any(u8::is_ascii_digit)
             && l[73..].iter().all(|b| b.is_ascii_digit() || *b == b' ')
     })

@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use claymill_nurbs::Model;
+use claymill_nurbs::{Aabb, Model, Point3};
 use serde::{Deserialize, Serialize};
 
 use crate::Format;
@@ -33,7 +33,7 @@ pub struct ImportReport {
     pub faces_read: usize,
     /// The faces that are missing from the model, in file order.
     pub skipped: Vec<Skipped>,
-    /// What was mended in faces that were read, in file order.
+    /// What was mended or approximated in faces that were read, in file order.
     pub repairs: Vec<Repair>,
     /// How many entities of each type the file holds and how many of them served a face, by type:
     /// `128 B-spline surface`, `ADVANCED_FACE`.
@@ -64,14 +64,14 @@ pub struct Skipped {
     pub advice: String,
 }
 
-/// A face that needed mending to be read.
+/// A face that was mended, or approximated, to be read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Repair {
     /// The entity in the file: `DE 4711`, `#4711`.
     pub entity: String,
     /// What was done: `gap in trim loop bridged`.
     pub what: String,
-    /// How large the defect was, mm.
+    /// How large the defect or the deviation is, mm.
     pub size_mm: f64,
 }
 
@@ -82,6 +82,58 @@ pub struct EntityCount {
     pub in_file: usize,
     /// Used for a face, its name, colour or layer.
     pub used: usize,
+}
+
+/// Models with a larger diagonal than this, mm, are no vehicle or part: 100 m.
+const LARGEST_PLAUSIBLE_MM: f64 = 1e5;
+/// Models with a smaller diagonal than this, mm, are no vehicle or part.
+const SMALLEST_PLAUSIBLE_MM: f64 = 10.0;
+
+/// Nets of fewer neighbours than this tell nothing.
+const FEWEST_STEPS: usize = 1000;
+/// Half of the neighbouring control points of a part are farther apart than this, mm: finer nets come from metres
+/// that are declared as millimetres.
+const FINEST_NET_MM: f64 = 0.2;
+
+impl Import {
+    /// Adds a warning where the size makes the declared unit doubtful.
+    pub(crate) fn with_size_checked(mut self) -> Self {
+        let mut bounds = Aabb::empty();
+        let mut steps = Vec::new();
+        for face in &self.model.faces {
+            let columns = face.surface.size().1;
+            let net: Vec<Point3> = face.surface.net().iter().map(|h| Point3::from(h.xyz() / h.w)).collect();
+            net.iter().for_each(|p| bounds.add(p));
+            steps.extend(
+                net.windows(2)
+                    .enumerate()
+                    .filter(|(k, _)| (k + 1) % columns != 0)
+                    .map(|(_, w)| (w[1] - w[0]).norm()),
+            );
+            steps.extend(net.iter().zip(&net[columns..]).map(|(a, b)| (b - a).norm()));
+        }
+        let diagonal = bounds.diagonal();
+        let unit = &self.report.units.declared;
+        if !bounds.is_empty() && !(SMALLEST_PLAUSIBLE_MM..=LARGEST_PLAUSIBLE_MM).contains(&diagonal) {
+            self.report.warnings.push(format!(
+                "The model is {diagonal:.3} mm across, which is implausible for a vehicle or a part: check the unit \
+                 ({unit}) in the original system."
+            ));
+            return self;
+        }
+        let middle = steps.len() / 2;
+        if steps.len() > FEWEST_STEPS {
+            let (_, median, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
+            if *median < FINEST_NET_MM {
+                self.report.warnings.push(format!(
+                    "Half of the control points are nearer than {median:.3} mm to their neighbours, in a model of \
+                     {diagonal:.1} mm, which is implausible for a vehicle or a part: check the unit ({unit}) in the \
+                     original system."
+                ));
+            }
+        }
+        self
+    }
 }
 
 impl ImportReport {

@@ -18,13 +18,19 @@
 //! # Ok::<(), claymill_exchange::ReadError>(())
 //! ```
 
+mod along;
+mod arc_length;
+mod bezier;
+mod chart;
 mod error;
 mod foot;
 mod format;
+mod hermite;
 mod iges;
 mod import;
 mod lift;
 mod nesting;
+mod offset;
 mod step;
 mod subcurve;
 mod trim;
@@ -65,5 +71,5 @@ pub fn read_bytes(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
     if import.model.faces.is_empty() {
         return Err(ReadError::NoFaces { path: path.into(), report: Box::new(import.report) });
     }
-    Ok(import)
+    Ok(import.with_size_checked())
 }

@@ -34,7 +34,11 @@ pub(crate) fn subcurve<const D: usize>(
 }
 
 /// The homogeneous blossom of the polynomial piece on `span`.
-fn blossom<const D: usize>(curve: &NurbsCurve<D>, span: usize, at: &[f64]) -> (SVector<f64, D>, f64) {
+pub(crate) fn blossom<const D: usize>(
+    curve: &NurbsCurve<D>,
+    span: usize,
+    at: &[f64],
+) -> (SVector<f64, D>, f64) {
     let (knots, degree) = (curve.knots().as_slice(), curve.knots().degree());
     let mut net: Vec<(SVector<f64, D>, f64)> = (span - degree..=span)
         .map(|i| {

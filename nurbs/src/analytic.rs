@@ -153,6 +153,54 @@ pub fn ellipse_arc(
     Curve3::new(arc.knots()?, points, Some(weights))
 }
 
+/// The parabola `o + f t² · x + 2 f t · y` for `t` from `t0` to `t1`; the parameter is `t`.
+///
+/// # Errors
+/// An empty range.
+pub fn parabola_arc(frame: &Frame, focal_mm: f64, (t0, t1): (f64, f64)) -> Result<Curve3, NurbsError> {
+    // The blossom of t² at (a, b) is a b, that of t the mean.
+    let at = |a: f64, b: f64| frame.point(focal_mm * a * b, focal_mm * (a + b), 0.0);
+    let knots = KnotVector::new(2, vec![t0, t0, t0, t1, t1, t1])?;
+    Curve3::new(knots, vec![at(t0, t0), at(t0, t1), at(t1, t1)], None)
+}
+
+/// A rational quadratic piece of a hyperbola is no longer than this in `t`: weights stay moderate.
+const LONGEST_HYPERBOLA: f64 = 2.0;
+
+/// The branch `o + a cosh t · x + b sinh t · y` for `t` from `t0` to `t1`, in rational quadratic pieces of equal
+/// length in `t`; parameter and `t` agree where the pieces meet.
+///
+/// # Errors
+/// An empty or absurdly long range.
+pub fn hyperbola_arc(
+    frame: &Frame,
+    a_mm: f64,
+    b_mm: f64,
+    (t0, t1): (f64, f64),
+) -> Result<Curve3, NurbsError> {
+    let length = t1 - t0;
+    // cosh 40 is 1e17: no coordinate of use lies there.
+    if !(length > 0.0 && t0.abs().max(t1.abs()) < 40.0) {
+        return Err(NurbsError::KnotMultiplicity);
+    }
+    let pieces = (length / LONGEST_HYPERBOLA).ceil().max(1.0);
+    let half = 0.5 * length / pieces;
+    let (mut knots, mut points, mut weights) = (vec![t0], Vec::new(), Vec::new());
+    for i in 0..=2 * pieces as usize {
+        let t = t0 + half * i as f64;
+        // The tangents at both ends of a piece meet on the ray through its middle.
+        let (reach, weight) = if i % 2 == 0 { (1.0, 1.0) } else { (1.0 / half.cosh(), half.cosh()) };
+        points.push(frame.point(a_mm * reach * t.cosh(), b_mm * reach * t.sinh(), 0.0));
+        weights.push(weight);
+        if i % 2 == 0 {
+            let knot = if i == 2 * pieces as usize { t1 } else { t };
+            knots.extend([knot; 2]);
+        }
+    }
+    knots.push(t1);
+    Curve3::new(KnotVector::new(2, knots)?, points, Some(weights))
+}
+
 /// The rectangle `o + u · x + v · y`; parameters are millimetres.
 ///
 /// # Errors
@@ -323,6 +371,28 @@ mod tests {
                 approx::assert_abs_diff_eq!(ellipse.point(arc.at_angle(a)), expected, epsilon = 1e-13);
             }
         }
+    }
+
+    #[test]
+    fn open_conics_satisfy_their_equations() {
+        let f = tilted();
+        let range = (-1.5, 2.75);
+        let parabola = parabola_arc(&f, 3.0, range).unwrap();
+        let hyperbola = hyperbola_arc(&f, 4.0, 1.5, range).unwrap();
+        for i in 0..=40 {
+            let t = range.0 + (range.1 - range.0) * f64::from(i) / 40.0;
+            approx::assert_abs_diff_eq!(
+                parabola.point(t),
+                f.point(3.0 * t * t, 6.0 * t, 0.0),
+                epsilon = 1e-12
+            );
+            let l = f.local(&hyperbola.point(t));
+            approx::assert_relative_eq!((l.x / 4.0).powi(2) - (l.y / 1.5).powi(2), 1.0, epsilon = 1e-10);
+            assert!(l.x > 0.0 && ((l.y / 1.5).asinh() - t).abs() < 0.2);
+        }
+        let ends = [hyperbola.start(), hyperbola.end()].map(|p| (f.local(&p).y / 1.5).asinh());
+        approx::assert_abs_diff_eq!(ends.as_slice(), [range.0, range.1].as_slice(), epsilon = 1e-12);
+        assert!(hyperbola_arc(&f, 4.0, 1.5, (0.0, 1e6)).is_err());
     }
 
     #[test]

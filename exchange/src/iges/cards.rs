@@ -22,8 +22,11 @@ pub(crate) struct Cards {
     pub(crate) headed: bool,
     /// Cards that belong to no section.
     pub(crate) foreign: usize,
-    /// Whether the cards are of the compressed or binary forms.
-    pub(crate) compressed: bool,
+    /// Whether the cards are of the binary form.
+    pub(crate) binary: bool,
+    /// Directory and parameter cards, as counted and as the terminate section says.
+    found: [usize; 2],
+    declared: Option<[usize; 2]>,
 }
 
 impl Cards {
@@ -47,6 +50,11 @@ impl Cards {
         self.parameters.get(start..).filter(|data| !data.is_empty())
     }
 
+    /// Whether the terminate section counts other cards than there are.
+    pub(crate) fn miscounted(&self) -> bool {
+        self.declared.is_some_and(|declared| declared != self.found)
+    }
+
     fn add(&mut self, card: &[u8]) {
         let text = &card[..card.len().min(TEXT_COLUMNS)];
         match card.get(TEXT_COLUMNS) {
@@ -55,10 +63,19 @@ impl Cards {
                 self.headed = true;
                 push_padded(&mut self.global, text, TEXT_COLUMNS);
             }
-            Some(b'D') => self.add_directory(text, sequence(card)),
-            Some(b'P') => self.add_parameters(text, sequence(card)),
-            Some(b'T') => self.terminated = true,
-            Some(b'C' | b'B') => self.compressed = true,
+            Some(b'D') => {
+                self.found[0] += 1;
+                self.add_directory(text, sequence(card));
+            }
+            Some(b'P') => {
+                self.found[1] += 1;
+                self.add_parameters(text, sequence(card));
+            }
+            Some(b'T') => {
+                self.terminated = true;
+                self.declared = declared(text);
+            }
+            Some(b'B') => self.binary = true,
             _ => self.foreign += usize::from(!card.trim_ascii().is_empty()),
         }
     }
@@ -97,6 +114,16 @@ fn push_padded(to: &mut Vec<u8>, text: &[u8], columns: usize) {
     to.resize(to.len() + columns - text.len(), b' ');
 }
 
+/// `S0000001G0000004D0000500P0001000`: the last two counts.
+fn declared(text: &[u8]) -> Option<[usize; 2]> {
+    let count = |letter: u8, from: usize| {
+        let field = text.get(from..from + 8)?;
+        let digits = std::str::from_utf8(field.strip_prefix(&[letter])?).ok()?;
+        digits.trim().parse().ok()
+    };
+    Some([count(b'D', 16)?, count(b'P', 24)?])
+}
+
 /// Columns 74 to 80.
 fn sequence(card: &[u8]) -> Option<usize> {
     let digits = card.get(TEXT_COLUMNS + 1..card.len().min(80))?.trim_ascii();
@@ -117,7 +144,7 @@ mod tests {
         file += &card("110,1.,2.,", 'P', 1);
         file += &card("116,9.;", 'P', 3);
         let cards = Cards::new(file.as_bytes());
-        assert!(cards.headed && !cards.terminated && !cards.compressed);
+        assert!(cards.headed && !cards.terminated && !cards.binary);
         assert_eq!(cards.foreign, 1);
         assert_eq!(cards.directory.len(), 3);
         assert!(cards.directory[1][0].is_empty() && cards.directory[1][1].starts_with(b"entry card 4"));

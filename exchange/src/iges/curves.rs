@@ -6,6 +6,8 @@ use claymill_nurbs::analytic::{self, Frame};
 use claymill_nurbs::{Curve2, Curve3, KnotVector, NurbsError, Point2, Point3, Vector3};
 use nalgebra::Matrix2;
 
+use crate::arc_length::ArcLength;
+use crate::offset::WORST_CURVE_SHARE;
 use crate::subcurve::subcurve;
 
 use super::fault::Fault;
@@ -56,6 +58,12 @@ fn collect(
                 collect(file, part, &placement, depth - 1, pieces)?;
             }
         }
+        return Ok(());
+    }
+    if entry.kind == 130 {
+        let parts = offset(file, &mut record, depth)?;
+        let image = |c: &Curve3| placed(c, &placement).map_err(|source| Fault::Nurbs { de, source });
+        pieces.extend(parts.iter().map(image).collect::<Result<Vec<_>, _>>()?);
         return Ok(());
     }
     let curve = match entry.kind {
@@ -220,6 +228,51 @@ pub(crate) fn bezier_knots(breaks: &[f64]) -> Result<KnotVector, NurbsError> {
         knots.push(*last);
     }
     KnotVector::new(3, knots)
+}
+
+/// 130: a curve at a constant distance from another, or at one that changes evenly, to the side `V × T`.
+fn offset(file: &File, record: &mut Record, depth: usize) -> Result<Vec<Curve3>, Fault> {
+    let de = record.de;
+    let nurbs = |source| Fault::Nurbs { de, source };
+    let depth = depth.checked_sub(1).ok_or(Fault::Nested { de })?;
+    let (base, rule) = (record.integer()?, record.integer()?);
+    record.skip(2)?;
+    let by_length = record.integer()? != 2;
+    let [d1, t1, d2, t2, x, y, z, from, to] = record.reals()?;
+    let mut bases = Vec::new();
+    collect(file, base, &Placement::scale(1.0), depth, &mut bases)?;
+    // Lines and B-splines run by the file's own parameter; for others only the whole curve is certain.
+    let own_parameter = matches!(file.entry(base)?.kind, 110 | 112 | 126);
+    if let ([only], true, true) = (bases.as_mut_slice(), own_parameter, to > from) {
+        let (low, high) = only.domain();
+        if from > low || to < high {
+            *only = subcurve(only, from.max(low), to.min(high)).map_err(nurbs)?;
+        }
+    }
+    let normal = Vector3::new(x, y, z).try_normalize(0.0);
+    let what = "the offset curve's plane has no normal";
+    let normal = normal.ok_or(Fault::Geometry { de, what })?;
+    let image = |(curve, deviation): (Curve3, f64)| {
+        let what = "the offset curve folds or has corners";
+        if deviation > WORST_CURVE_SHARE { Err(Fault::Geometry { de, what }) } else { Ok(curve) }
+    };
+    match (rule, bases.as_slice()) {
+        (1, _) => {
+            let parallel =
+                |c: &Curve3| crate::offset::curve(c, &normal, |_| d1).map_err(nurbs).and_then(image);
+            bases.iter().map(parallel).collect()
+        }
+        (2, [only]) => {
+            let lengths = ArcLength::new(only);
+            let at = |t: f64| {
+                let s = if by_length { lengths.share(t) * lengths.total() } else { t };
+                d1 + (d2 - d1) * (s - t1) / (t2 - t1)
+            };
+            let tapered = crate::offset::curve(only, &normal, at).map_err(nurbs)?;
+            Ok(vec![image(tapered)?])
+        }
+        _ => Err(Fault::Unsupported { de, kind: 130 }),
+    }
 }
 
 /// 126, cut to its parameter range.

@@ -3,9 +3,10 @@
 use claymill_nurbs::analytic::{self, Frame};
 use claymill_nurbs::{Curve2, Face, NurbsSurface, Point2, Source, SurfaceKind, TrimEdge, TrimLoop};
 
+use crate::chart::{self, Limits, SplineChart};
 use crate::import::Repair;
 use crate::nesting;
-use crate::trim::{RawEdge, Trimmer};
+use crate::trim::{RawEdge, TrimError, Trimmer};
 
 use super::attributes;
 use super::fault::Fault;
@@ -13,6 +14,13 @@ use super::file::File;
 use super::roots::Root;
 use super::surfaces::{self, Carrier, Window};
 use super::topology::{self, EdgeLists, RawLoop};
+
+/// Pcurves on closed surfaces follow their edges this closely, mm.
+const FIT_MM: f64 = 1e-4;
+/// The file's tolerance counts within these limits, mm, when points on closed surfaces are compared.
+const SAME_POINT_MM: (f64, f64) = (1e-3, 0.1);
+/// An edge may miss its neighbour or its closed surface by this (or ten times the file's tolerance), mm.
+const MISFIT_MM: f64 = 0.5;
 
 /// Builds the faces of a file.
 #[derive(Debug)]
@@ -114,43 +122,109 @@ impl FaceReader<'_> {
         whole: bool,
         source: Source,
     ) -> Result<Made, Fault> {
+        let mut repairs = Vec::new();
         let (surface, kind, window) = match carrier {
-            Carrier::Bounded { surface, kind, window, .. } => (surface, kind, window),
+            Carrier::Bounded { surface, kind, window, deviation_mm, .. } => {
+                if deviation_mm > 0.0 {
+                    repairs.push(Repair {
+                        entity: source.entity.clone(),
+                        what: format!("{} surface approximated by a B-spline", name_of(kind)),
+                        size_mm: deviation_mm,
+                    });
+                }
+                (surface, kind, window)
+            }
             Carrier::Plane(frame) => (plane_under(&frame, &mut raw)?, SurfaceKind::Plane, None),
+            Carrier::Chart { carrier, kind } => return self.on_chart(&carrier, kind, raw, source),
         };
         if has_no_area(&surface) {
             return Err(Fault::NoArea);
         }
-        let mut loops = Vec::new();
-        let mut repairs = Vec::new();
-        {
-            let trimmer = Trimmer::new(&surface, self.tolerance_mm);
-            for raw in &raw {
-                let closed = match raw {
-                    RawLoop::Edges(edges) => trimmer.closed(edges),
-                    RawLoop::Sets { curves, pcurves } => trimmer.closed_from_sets(curves, pcurves),
-                }?;
-                if closed.bridged_mm > 0.0 {
-                    repairs.push(Repair {
-                        entity: source.entity.clone(),
-                        what: "gap in a trim loop bridged".into(),
-                        size_mm: closed.bridged_mm,
-                    });
-                }
-                loops.push(closed.trim);
+        match self.on_rectangle(&surface, &raw, whole, window) {
+            Ok((loops, bridged)) => {
+                let bridged = bridged.into_iter().map(|gap| bridged_gap(&source, gap));
+                repairs.extend(bridged);
+                let face = Face { surface, loops, reversed: false, kind, source };
+                Ok(Made { face, repairs })
             }
+            Err(fault) => {
+                // Loops that run round a closed surface do not close in its rectangle.
+                let chart = SplineChart::new(surface);
+                if whole || chart.periods() == [None, None] {
+                    return Err(fault);
+                }
+                let made = self.on_chart(&chart::Carrier::Spline(chart), kind, raw, source);
+                let made = made.map_err(|_| fault)?;
+                repairs.extend(made.repairs);
+                Ok(Made { repairs, ..made })
+            }
+        }
+    }
+
+    /// The loops on a surface's own rectangle of parameters, and the gaps that were bridged.
+    fn on_rectangle(
+        &self,
+        surface: &NurbsSurface,
+        raw: &[RawLoop],
+        whole: bool,
+        window: Option<Window>,
+    ) -> Result<(Vec<TrimLoop>, Vec<f64>), Fault> {
+        let (mut loops, mut bridged) = (Vec::new(), Vec::new());
+        let trimmer = Trimmer::new(surface, self.tolerance_mm);
+        for raw in raw {
+            let closed = match raw {
+                RawLoop::Edges(edges) => trimmer.closed(edges),
+                RawLoop::Sets { curves, pcurves } => trimmer.closed_from_sets(curves, pcurves),
+            }?;
+            if closed.bridged_mm > 0.0 {
+                bridged.push(closed.bridged_mm);
+            }
+            loops.push(closed.trim);
         }
         if whole && !loops.is_empty() || loops.is_empty() && window.is_some() {
             loops.insert(0, rectangle(window.unwrap_or_else(|| surface.domain())));
         }
         if !loops.is_empty() {
-            loops = nesting::orient(&surface, loops)?;
+            loops = nesting::orient(surface, loops)?;
         }
-        if nesting::is_natural(&surface, &loops) {
+        if nesting::is_natural(surface, &loops) {
             loops.clear();
         }
-        let face = Face { surface, loops, reversed: false, kind, source };
+        Ok((loops, bridged))
+    }
+
+    /// The face on a carrier that closes on itself, from its edges in space.
+    fn on_chart(
+        &self,
+        carrier: &chart::Carrier,
+        kind: SurfaceKind,
+        raw: Vec<RawLoop>,
+        source: Source,
+    ) -> Result<Made, Fault> {
+        let limits = Limits {
+            fit: FIT_MM,
+            same: self.tolerance_mm.clamp(SAME_POINT_MM.0, SAME_POINT_MM.1),
+            misfit: MISFIT_MM.max(10.0 * self.tolerance_mm),
+            mm_per_unit: 1.0,
+        };
+        let bounds: Option<Vec<_>> = raw.into_iter().map(RawLoop::into_chart).collect();
+        let bounds = bounds.ok_or(Fault::Trim(TrimError::Projection))?;
+        let patch = chart::trimmed(carrier, &bounds, true, false, &limits)?;
+        let repairs = patch.bridged.iter().map(|gap| bridged_gap(&source, *gap)).collect();
+        let face = Face { surface: patch.surface, loops: patch.loops, reversed: false, kind, source };
         Ok(Made { face, repairs })
+    }
+}
+
+fn bridged_gap(source: &Source, size_mm: f64) -> Repair {
+    Repair { entity: source.entity.clone(), what: "gap in a trim loop bridged".into(), size_mm }
+}
+
+fn name_of(kind: SurfaceKind) -> &'static str {
+    match kind {
+        SurfaceKind::Offset => "offset",
+        SurfaceKind::Ruled => "ruled",
+        _ => "swept",
     }
 }
 

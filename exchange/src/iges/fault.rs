@@ -3,6 +3,7 @@
 use claymill_nurbs::NurbsError;
 use thiserror::Error;
 
+use crate::chart::ChartError;
 use crate::trim::TrimError;
 
 use super::directory::kind_name;
@@ -30,6 +31,8 @@ pub(crate) enum Fault {
     Geometry { de: i64, what: &'static str },
     #[error("{0}")]
     Trim(#[from] TrimError),
+    #[error("{0}")]
+    Chart(#[from] ChartError),
     #[error("the surface has no area")]
     NoArea,
     #[error("the face is hidden (blanked) in the file")]
@@ -50,7 +53,9 @@ impl Fault {
             Fault::Nurbs { .. } | Fault::Geometry { .. } => {
                 "Rebuild this face in the original system and export again."
             }
-            Fault::Trim(_) => "Rebuild the trim of this face in the original system and export again.",
+            Fault::Trim(_) | Fault::Chart(_) => {
+                "Rebuild the trim of this face in the original system and export again."
+            }
             Fault::NoArea => "Nothing is lost: delete the degenerate face in the original system.",
             Fault::Blanked => {
                 "Make the face visible in the original system and export again if it is to be cut."

@@ -51,6 +51,10 @@ impl File {
         self.cards.terminated
     }
 
+    pub(crate) fn miscounted(&self) -> bool {
+        self.cards.miscounted()
+    }
+
     pub(crate) fn entry(&self, de: i64) -> Result<&Entry, Fault> {
         index(de).and_then(|i| self.entries.get(i)?.as_ref()).ok_or(Fault::Missing { de })
     }

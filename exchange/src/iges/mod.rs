@@ -8,6 +8,7 @@
 
 mod attributes;
 mod cards;
+mod compressed;
 mod curves;
 mod deck;
 mod digits;
@@ -17,6 +18,7 @@ mod fault;
 mod file;
 mod global;
 mod placement;
+mod quadrics;
 mod roots;
 mod surfaces;
 mod tokens;
@@ -25,7 +27,7 @@ mod writer;
 
 use std::path::Path;
 
-use claymill_nurbs::{Aabb, Model};
+use claymill_nurbs::Model;
 use rayon::prelude::*;
 
 use crate::{Format, Import, ImportReport, ReadError, Skipped, Units};
@@ -37,13 +39,15 @@ use faces::FaceReader;
 use file::File;
 use topology::EdgeLists;
 
-/// Models with a larger diagonal than this, mm, probably declare a wrong unit.
-const LARGEST_PLAUSIBLE_MM: f64 = 1e6;
-/// Models with a smaller diagonal than this, mm, probably declare a wrong unit.
-const SMALLEST_PLAUSIBLE_MM: f64 = 1.0;
-
 /// Reads an IGES file.
 pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
+    let fixed;
+    let bytes = if compressed::is_compressed(bytes) {
+        fixed = compressed::expanded(bytes);
+        &fixed
+    } else {
+        bytes
+    };
     let cards = Cards::new(bytes);
     check_frame(&cards, path)?;
     let foreign = cards.foreign;
@@ -88,14 +92,13 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
         count.in_file += 1;
         count.used += usize::from(file.is_used(de));
     }
-    size_warning(&model, &mut report);
     Ok(Import { model, report })
 }
 
 /// Refuses files of which the frame is missing.
 fn check_frame(cards: &Cards, path: &Path) -> Result<(), ReadError> {
-    if cards.compressed && cards.directory.is_empty() {
-        let what = "IGES in compressed or binary form".into();
+    if cards.binary && cards.directory.is_empty() {
+        let what = "IGES in binary form".into();
         return Err(ReadError::Unsupported { path: path.into(), what });
     }
     let missing = match (cards.headed, cards.directory.is_empty(), cards.parameters.is_empty()) {
@@ -119,26 +122,17 @@ fn frame_warnings(file: &File, foreign: usize, report: &mut ImportReport) {
             "{foreign} lines belong to no section and were ignored; the file may have been edited or damaged."
         ));
     }
+    if file.miscounted() {
+        report.warnings.push(
+            "The counts in the terminate section are not those of the file: cards may be lost; compare its size with \
+             the original."
+                .into(),
+        );
+    }
     let damaged = file.damaged_entries();
     if damaged > 0 {
         report.warnings.push(format!(
             "{damaged} directory entries are damaged or missing: faces may be lost; export the file again."
-        ));
-    }
-}
-
-fn size_warning(model: &Model, report: &mut ImportReport) {
-    let mut bounds = Aabb::empty();
-    for face in &model.faces {
-        for h in face.surface.net() {
-            bounds.add(&claymill_nurbs::Point3::from(h.xyz() / h.w));
-        }
-    }
-    let diagonal = bounds.diagonal();
-    if !bounds.is_empty() && !(SMALLEST_PLAUSIBLE_MM..=LARGEST_PLAUSIBLE_MM).contains(&diagonal) {
-        report.warnings.push(format!(
-            "The model is {diagonal:.3} mm across: check the unit ({}) in the original system.",
-            report.units.declared
         ));
     }
 }

@@ -35,6 +35,15 @@ impl Placement {
         self.linear * v
     }
 
+    /// The factor by which lengths grow in all directions alike; `None` when they do not.
+    pub(crate) fn uniform_scale(&self) -> Option<f64> {
+        let gram = self.linear.transpose() * self.linear;
+        let square = gram.trace() / 3.0;
+        let uneven = (gram - Matrix3::identity() * square).amax();
+        // Writers round matrices to a few digits.
+        (square > 0.0 && uneven <= 1e-4 * square).then(|| square.sqrt())
+    }
+
     /// First `inner`, then `self`.
     pub(crate) fn after(&self, inner: &Placement) -> Self {
         Placement { linear: self.linear * inner.linear, shift: self.linear * inner.shift + self.shift }

@@ -90,6 +90,7 @@ fn carriers(file: &File) -> BTreeSet<i64> {
     let carrier = |de: i64, kind: i64| -> Result<i64, Fault> {
         let mut record = file.record(de)?;
         match kind {
+            140 => record.skip(4)?,
             141 => record.skip(2)?,
             142 | 143 => record.skip(1)?,
             _ => {}

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use claymill_nurbs::{Curve2, Curve3};
 
+use crate::chart::EdgeUse;
 use crate::trim::RawEdge;
 
 use super::curves;
@@ -27,6 +28,44 @@ impl RawLoop {
             RawLoop::Edges(edges) => edges.iter().filter_map(|e| e.curve.as_ref()).collect(),
             RawLoop::Sets { curves, .. } => curves.iter().collect(),
         }
+    }
+}
+
+impl RawLoop {
+    /// The edges in space, run head to tail; `None` where one has only a pcurve.
+    pub(crate) fn into_chart(self) -> Option<Vec<EdgeUse>> {
+        let edge = |curve, pcurve: Option<Curve2>, edge| EdgeUse {
+            edge,
+            curve,
+            flats: pcurve.into_iter().flat_map(|p| [p.reversed(), p]).collect(),
+        };
+        let mut uses: Vec<EdgeUse> = match self {
+            RawLoop::Edges(edges) => {
+                edges.into_iter().map(|e| Some(edge(e.curve?, e.pcurve, e.shared))).collect::<Option<_>>()?
+            }
+            RawLoop::Sets { curves, .. } if curves.is_empty() => return None,
+            RawLoop::Sets { curves, pcurves } => {
+                let paired = curves.len() == pcurves.len();
+                let flat = |i: usize| pcurves.get(i).filter(|_| paired).cloned();
+                curves.into_iter().enumerate().map(|(i, c)| edge(c, flat(i), None)).collect()
+            }
+        };
+        let gap = |a: &EdgeUse, b: &EdgeUse| (a.curve.end() - b.curve.start()).norm();
+        let turned = |e: &EdgeUse| EdgeUse { curve: e.curve.reversed(), ..e.clone() };
+        if uses.len() > 1 {
+            let nearest = |e: &EdgeUse| gap(e, &uses[1]).min(gap(e, &turned(&uses[1])));
+            let first = turned(&uses[0]);
+            if nearest(&first) < nearest(&uses[0]) {
+                uses[0] = first;
+            }
+        }
+        for i in 1..uses.len() {
+            let other = turned(&uses[i]);
+            if gap(&uses[i - 1], &other) < gap(&uses[i - 1], &uses[i]) {
+                uses[i] = other;
+            }
+        }
+        Some(uses)
     }
 }
 

@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Rotation3, Similarity3, Translation3, UnitQuaternion};
 
 use super::part21::Part21;
 use super::placement::{frame, point};
-use super::{Context, StepError, units};
+use super::{Context, StepError, bare, units};
 
 /// Assemblies may be nested this deep.
 const DEEPEST_ASSEMBLY: usize = 32;
@@ -36,6 +36,8 @@ pub(super) struct PlacedFace {
     pub(super) owners: Vec<u64>,
     /// Turned over by ORIENTED_FACE.
     pub(super) reversed: bool,
+    /// Not a face of the file but a surface of a geometric set.
+    pub(super) bare: bool,
 }
 
 /// All faces of a file.
@@ -330,15 +332,9 @@ impl Walk<'_> {
         match name {
             b"ADVANCED_FACE" | b"FACE_SURFACE" => {
                 self.visited.insert(id);
-                self.faces.placed.push(PlacedFace {
-                    id,
-                    placement,
-                    context,
-                    instance: self.instance,
-                    owners: owners.clone(),
-                    reversed,
-                });
+                self.push(id, context, placement, owners, reversed, false);
             }
+            _ if bare::is_surface(text) => self.push(id, context, placement, owners, false, true),
             b"MANIFOLD_SOLID_BREP"
             | b"BREP_WITH_VOIDS"
             | b"FACETED_BREP"
@@ -364,6 +360,19 @@ impl Walk<'_> {
             _ => {}
         }
         owners.pop();
+    }
+
+    fn push(
+        &mut self,
+        id: u64,
+        context: usize,
+        placement: Similarity3<f64>,
+        owners: &[u64],
+        reversed: bool,
+        bare: bool,
+    ) {
+        let (instance, owners) = (self.instance, owners.to_vec());
+        self.faces.placed.push(PlacedFace { id, placement, context, instance, owners, reversed, bare });
     }
 }
 

@@ -2,19 +2,25 @@
 
 use std::f64::consts::TAU;
 
-use claymill_nurbs::analytic::{Frame, circle_arc, ellipse_arc, segment};
+use claymill_nurbs::analytic::{Frame, circle_arc, ellipse_arc, hyperbola_arc, parabola_arc, segment};
 use claymill_nurbs::{Curve2, Curve3, KnotVector, NurbsCurve, Point3, Vector3};
 use nalgebra::Point;
 
 use super::StepError;
 use super::error::OfEntity;
 use super::part21::Part21;
-use super::placement::{frame, point, point2, vector};
+use super::placement::{direction, frame, point, point2, vector};
 use super::value::Entity;
+use crate::along::parameter_near;
+use crate::bezier::chained;
+use crate::offset::WORST_CURVE_SHARE;
 use crate::subcurve::{joined, subcurve};
 
 /// Basis curves may be nested this deep.
 pub(super) const DEEPEST_BASIS: usize = 12;
+
+/// `cosh` of more than this is beyond all coordinates.
+const FARTHEST_HYPERBOLA: f64 = 30.0;
 
 /// A curve before its ends are known.
 #[derive(Debug, Clone)]
@@ -23,6 +29,10 @@ pub(super) enum Curve {
     Line { origin: Point3, direction: Vector3 },
     /// `o + a cos t · x + b sin t · y`.
     Ellipse { frame: Frame, a: f64, b: f64 },
+    /// `o + f t² · x + 2 f t · y`.
+    Parabola { frame: Frame, focal: f64 },
+    /// `o + a cosh t · x + b sinh t · y`.
+    Hyperbola { frame: Frame, a: f64, b: f64 },
     /// Anything with ends of its own.
     Bounded(Curve3),
 }
@@ -56,6 +66,17 @@ fn nested(file: &Part21, id: u64, angle_unit: f64, depth: usize) -> Result<Space
             let r = entity.only()?;
             Curve::Ellipse { frame: frame(file, r.reference(1)?)?, a: r.number(2)?, b: r.number(3)? }
         }
+        "PARABOLA" => {
+            let r = entity.only()?;
+            Curve::Parabola { frame: frame(file, r.reference(1)?)?, focal: length(id, r.number(2)?)? }
+        }
+        "HYPERBOLA" => {
+            let r = entity.only()?;
+            let (a, b) = (length(id, r.number(2)?)?, length(id, r.number(3)?)?);
+            Curve::Hyperbola { frame: frame(file, r.reference(1)?)?, a, b }
+        }
+        name if is_composite(name) => Curve::Bounded(composite(file, &entity, angle_unit, depth)?),
+        "OFFSET_CURVE_3D" => Curve::Bounded(offset(file, &entity, angle_unit, depth)?),
         "POLYLINE" => Curve::Bounded(polyline(file, id, &entity.only()?.references(1)?)?),
         "TRIMMED_CURVE" => trimmed(file, &entity, angle_unit, depth)?,
         "SURFACE_CURVE" | "SEAM_CURVE" | "INTERSECTION_CURVE" => {
@@ -116,6 +137,14 @@ impl Curve {
                 let range = (from, from + sweep);
                 (ellipse_arc(frame, *a, *b, range).of(id)?, range)
             }
+            Curve::Parabola { frame, focal } => {
+                let range = (frame.local(low).y / (2.0 * focal), frame.local(high).y / (2.0 * focal));
+                (parabola_arc(frame, *focal, range).of(id)?, range)
+            }
+            Curve::Hyperbola { frame, a, b } => {
+                let range = ((frame.local(low).y / b).asinh(), (frame.local(high).y / b).asinh());
+                (hyperbola_arc(frame, *a, *b, range).of(id)?, range)
+            }
             Curve::Bounded(curve) => {
                 let curve = clipped(curve, low, high, tolerance).ok_or_else(|| StepError::Geometry {
                     id,
@@ -159,49 +188,6 @@ fn piece<const D: usize>(curve: &NurbsCurve<D>, from: f64, to: f64) -> Option<Nu
         return Some(curve.clone());
     }
     subcurve(curve, from.max(first), to.min(last)).ok()
-}
-
-/// Parameter of the point of `curve` nearest to `p`: samples, then Newton steps.
-pub(super) fn parameter_near(curve: &Curve3, p: &Point3) -> f64 {
-    let (first, last) = curve.domain();
-    let samples = samples(curve, 4 * curve.knots().degree().max(2));
-    let distance = |t: f64| (curve.point(t) - p).norm_squared();
-    let nearest = samples.iter().copied().map(|t| (distance(t), t));
-    let (mut best, mut t) = nearest.fold((f64::INFINITY, first), |a, b| if b.0 < a.0 { b } else { a });
-    for _ in 0..20 {
-        let [c, d1, d2] = curve.derivatives(t);
-        let r = c - p.coords;
-        let slope = r.dot(&d1);
-        let bend = d1.norm_squared() + r.dot(&d2);
-        let bend = if bend > 0.0 { bend } else { d1.norm_squared() };
-        let mut step = slope / bend;
-        if !step.is_finite() || step == 0.0 {
-            break;
-        }
-        let mut next = (t - step).clamp(first, last);
-        while distance(next) > best && step.abs() > 1e-15 * (last - first) {
-            step *= 0.5;
-            next = (t - step).clamp(first, last);
-        }
-        let now = distance(next);
-        if now >= best {
-            break;
-        }
-        (best, t) = (now, next);
-    }
-    t
-}
-
-/// Parameters along a curve: `per_span` on each polynomial piece, and the last.
-pub(super) fn samples<const D: usize>(curve: &NurbsCurve<D>, per_span: usize) -> Vec<f64> {
-    let breaks = curve.knots().breaks();
-    let inside = |w: &[f64]| {
-        let (a, b) = (w[0], w[1]);
-        (0..per_span).map(move |i| a + (b - a) * i as f64 / per_span as f64)
-    };
-    let mut all: Vec<f64> = breaks.windows(2).flat_map(inside).collect();
-    all.extend(breaks.last());
-    all
 }
 
 /// Straight segments through points.
@@ -253,13 +239,38 @@ impl Curve {
                 let t = t * angle_unit;
                 frame.point(a * t.cos(), b * t.sin(), 0.0)
             }
+            Curve::Parabola { frame, focal } => frame.point(focal * t * t, 2.0 * focal * t, 0.0),
+            Curve::Hyperbola { frame, a, b } => {
+                let t = t.clamp(-FARTHEST_HYPERBOLA, FARTHEST_HYPERBOLA);
+                frame.point(a * t.cosh(), b * t.sinh(), 0.0)
+            }
             Curve::Bounded(curve) => curve.point(t.clamp(curve.domain().0, curve.domain().1)),
         }
     }
 
-    /// The whole curve; lines get the given range of their own parameter.
+    /// The range of parameters in which an endless conic stays within `reach` of its centre, whatever sweeps it.
+    pub(super) fn within(&self, reach: f64) -> Option<(f64, f64)> {
+        let end = match self {
+            Curve::Parabola { focal, .. } => 0.5 * reach / focal,
+            Curve::Hyperbola { b, .. } => (reach / b).asinh().min(FARTHEST_HYPERBOLA),
+            _ => return None,
+        };
+        Some((-end, end))
+    }
+
+    /// Where its frame stands, for conics without end.
+    pub(super) fn endless_centre(&self) -> Option<Point3> {
+        match self {
+            Curve::Parabola { frame, .. } | Curve::Hyperbola { frame, .. } => Some(frame.origin),
+            _ => None,
+        }
+    }
+
+    /// The whole curve; what has no ends gets the given range of its own parameter.
     pub(super) fn whole(&self, id: u64, line_range: (f64, f64)) -> Result<Curve3, StepError> {
         match self {
+            Curve::Parabola { frame, focal } => parabola_arc(frame, *focal, line_range).of(id),
+            Curve::Hyperbola { frame, a, b } => hyperbola_arc(frame, *a, *b, line_range).of(id),
             Curve::Line { .. } => {
                 let (a, b) = line_range;
                 segment(self.at(a, 1.0), self.at(b, 1.0), line_range).of(id)
@@ -269,6 +280,71 @@ impl Curve {
             Curve::Bounded(curve) => Ok(curve.clone()),
         }
     }
+}
+
+fn length(id: u64, value: f64) -> Result<f64, StepError> {
+    let what = || StepError::Geometry { id, what: format!("a half-axis is {value}") };
+    (value > 0.0).then_some(value).ok_or_else(what)
+}
+
+/// COMPOSITE_CURVE(name, segments, self-intersect) as one curve.
+fn composite(file: &Part21, entity: &Entity, angle_unit: f64, depth: usize) -> Result<Curve3, StepError> {
+    let parts = parts(file, entity, angle_unit, depth)?;
+    chained(&parts).ok_or_else(|| empty(entity.id))?.of(entity.id)
+}
+
+/// The parts of the composite curve `#id`, or the curve itself.
+pub(super) fn composite_parts(file: &Part21, id: u64, angle_unit: f64) -> Result<Vec<Curve3>, StepError> {
+    let entity = file.get(id)?;
+    if is_composite(entity.simple_name()) {
+        return parts(file, &entity, angle_unit, DEEPEST_BASIS);
+    }
+    Ok(vec![bounded(id, &nested(file, id, angle_unit, DEEPEST_BASIS)?.curve)?])
+}
+
+fn is_composite(name: &str) -> bool {
+    matches!(
+        name,
+        "COMPOSITE_CURVE" | "COMPOSITE_CURVE_ON_SURFACE" | "BOUNDARY_CURVE" | "OUTER_BOUNDARY_CURVE"
+    )
+}
+
+/// The curve, which must have ends of its own.
+fn bounded(id: u64, curve: &Curve) -> Result<Curve3, StepError> {
+    if curve.endless_centre().is_some() || matches!(curve, Curve::Line { .. }) {
+        return Err(StepError::Geometry {
+            id,
+            what: "a curve without ends stands where one with ends must".into(),
+        });
+    }
+    curve.whole(id, (0.0, 1.0))
+}
+
+/// Segments are COMPOSITE_CURVE_SEGMENT(transition, same sense, curve).
+fn parts(file: &Part21, entity: &Entity, angle_unit: f64, depth: usize) -> Result<Vec<Curve3>, StepError> {
+    let segment = |id: u64| {
+        let segment = file.get(id)?;
+        let record = match segment.only() {
+            Ok(record) => record,
+            Err(_) => segment.part("COMPOSITE_CURVE_SEGMENT")?,
+        };
+        let part = bounded(id, &nested(file, record.reference(2)?, angle_unit, depth)?.curve)?;
+        Ok(if record.flag(1)? { part } else { part.reversed() })
+    };
+    entity.only()?.references(1)?.into_iter().map(segment).collect()
+}
+
+/// OFFSET_CURVE_3D(name, basis, distance, self-intersect, reference direction): to the side `V × T`.
+fn offset(file: &Part21, entity: &Entity, angle_unit: f64, depth: usize) -> Result<Curve3, StepError> {
+    let (id, r) = (entity.id, entity.only()?);
+    let basis = nested(file, r.reference(1)?, angle_unit, depth)?.curve;
+    let (distance, normal) = (r.number(2)?, direction(file, r.reference(4)?)?);
+    let basis = bounded(id, &basis)?;
+    let (curve, off) = crate::offset::curve(&basis, &normal, |_| distance).of(id)?;
+    if off > WORST_CURVE_SHARE {
+        return Err(StepError::Geometry { id, what: "the offset curve folds or has corners".into() });
+    }
+    Ok(curve)
 }
 
 fn is_spline(entity: &Entity) -> bool {

@@ -1,11 +1,13 @@
 //! Bounds and edges of a face, before they meet their surface.
 
-use claymill_nurbs::{Curve3, Point3};
+use claymill_nurbs::{Curve2, Curve3, Point3};
 
-use super::curves::{parameter_near, polyline, samples, space_curve};
+use super::curves::{plane_curve, polyline, space_curve};
 use super::part21::Part21;
 use super::placement::vertex;
 use super::{Context, StepError};
+use crate::along::samples;
+use crate::chart;
 
 /// One use of an edge, run in the direction of its loop.
 #[derive(Debug, Clone)]
@@ -48,9 +50,22 @@ impl EdgeUse {
         samples(&self.curve, 8).into_iter().map(|t| self.curve.point(t))
     }
 
-    /// How far `p` is from the edge.
-    pub(super) fn distance(&self, p: &Point3) -> f64 {
-        (self.curve.point(parameter_near(&self.curve, p)) - p).norm()
+    /// The edge as it lies on a surface, with its pcurves on `flats_of`.
+    pub(super) fn on_surface(self, file: &Part21, flats_of: Option<u64>) -> chart::EdgeUse {
+        let flat = |id: &u64| -> Option<Curve2> {
+            let entity = file.get(*id).ok()?;
+            let record = entity.part("PCURVE").ok()?;
+            if Some(record.reference(1).ok()?) != flats_of {
+                return None;
+            }
+            let representation = file.get(record.reference(2).ok()?).ok()?;
+            let items = representation.part("DEFINITIONAL_REPRESENTATION").ok()?.references(1).ok()?;
+            let curve = plane_curve(file, *items.first()?, self.range).ok()?;
+            Some(if self.backward { curve.reversed() } else { curve })
+        };
+        let wanted = flats_of.is_some();
+        let flats = self.pcurves.iter().filter(|_| wanted).filter_map(flat).collect();
+        chart::EdgeUse { edge: self.edge, curve: self.curve, flats }
     }
 }
 
@@ -99,7 +114,7 @@ fn oriented_edge(file: &Part21, id: u64, context: &Context) -> Result<Option<Edg
     if is_line && (start - end).norm() <= f64::EPSILON * start.coords.amax() {
         return Ok(None);
     }
-    let (curve, range) = space.curve.between(edge_id, &start, &end, same_sense, context.same)?;
+    let (curve, range) = space.curve.between(edge_id, &start, &end, same_sense, context.limits.same)?;
     let mut edge_use =
         EdgeUse { edge: Some(edge_id), curve, pcurves: space.pcurves, range, backward: !same_sense };
     if !forward {

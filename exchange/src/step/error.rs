@@ -1,6 +1,8 @@
 use claymill_nurbs::NurbsError;
 use thiserror::Error;
 
+use crate::chart::ChartError;
+
 /// Why one entity of a STEP file cannot be used. Each message names the instance.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub(super) enum StepError {
@@ -23,6 +25,15 @@ pub(super) enum StepError {
 }
 
 impl StepError {
+    /// What is wrong with the loops of face `id`.
+    pub(super) fn of_chart(id: u64, error: ChartError) -> Self {
+        match error {
+            ChartError::Loops { what } => StepError::Geometry { id, what },
+            ChartError::Edge { edge, what } => StepError::Geometry { id: edge.unwrap_or(id), what },
+            ChartError::Kernel { source } => StepError::Kernel { id, source },
+        }
+    }
+
     /// What the user can do about it: one whole sentence.
     pub(super) fn advice(&self) -> &'static str {
         match self {

@@ -1,26 +1,21 @@
 //! One face: surface and bounds become a trimmed NURBS, still in the file's unit and place.
 
-use claymill_nurbs::{Curve2, Face, NurbsSurface, Point2, Source, SurfaceKind, TrimEdge, TrimLoop};
+use claymill_nurbs::{Face, NurbsSurface, Source, SurfaceKind};
 
-use super::carrier::{Carrier, Range};
-use super::closing::{close, contains};
-use super::curves::samples;
 use super::edges::{EdgeUse, bound};
-use super::error::OfEntity;
-use super::fit::Fitter;
-use super::layout::{LaidLoop, Path, lay, signed_area};
 use super::part21::Part21;
-use super::surfaces::carrier;
-use super::{Context, StepError};
-
-/// Strips thinner than this part of a patch are not cut off.
-const SLIVER: f64 = 1e-9;
+use super::surfaces::{Read, carrier};
+use super::{Context, StepError, bare};
+use crate::chart::{Carrier, trimmed};
+use crate::offset::OFFSET_MM;
 
 /// A face and the gaps that were bridged in it, in file units.
 pub(super) struct BuiltFace {
     pub(super) face: Face,
     pub(super) name: String,
     pub(super) bridged: Vec<f64>,
+    /// How far the surface is from what the file describes, in file units.
+    pub(super) deviation: f64,
 }
 
 /// Builds ADVANCED_FACE or FACE_SURFACE `#id`.
@@ -31,195 +26,37 @@ pub(super) fn build(file: &Part21, id: u64, context: &Context) -> Result<BuiltFa
         Err(_) => entity.part("FACE_SURFACE")?,
     };
     let (surface_id, sense) = (record.reference(2)?, record.flag(3)?);
-    let bounds: Result<Vec<Vec<EdgeUse>>, _> =
-        record.references(1)?.iter().map(|b| bound(file, *b, context)).collect();
+    let bounds = record.references(1)?;
+    if bounds.is_empty() && bare::is_surface(file.text(surface_id)) {
+        let BuiltFace { face, bridged, deviation, .. } = bare::build(file, surface_id, context)?;
+        let face = Face { reversed: !sense, ..face };
+        return Ok(BuiltFace { face, name: record.text(0), bridged, deviation });
+    }
+    let bounds: Result<Vec<Vec<EdgeUse>>, _> = bounds.iter().map(|b| bound(file, *b, context)).collect();
     let bounds = bounds?;
     let extent: Vec<_> = bounds.iter().flatten().flat_map(EdgeUse::extent).collect();
-    let (carrier, kind) = carrier(file, surface_id, context.angle_unit, &extent)?;
-    let laid: Result<Vec<LaidLoop>, _> =
-        bounds.iter().map(|uses| lay(file, surface_id, &carrier, uses, sense, context)).collect();
-    let wrong = |what: String| StepError::Geometry { id, what };
-    let mut laid = close(&carrier, laid?, sense).map_err(wrong)?;
-    let range = match laid.is_empty() {
-        true => carrier.whole().ok_or_else(|| wrong("it has no boundary".into()))?,
-        false => at_home(&carrier, &mut laid),
-    };
-    let patch = carrier.patch(&range).of(surface_id)?;
-    let mut finish = Finish {
-        fitter: Fitter { carrier: &carrier, patch: &patch, tolerance: context.fit, same: context.same },
-        context,
-        bridged: Vec::new(),
-    };
-    let loops: Result<Vec<TrimLoop>, _> = laid.iter().map(|l| finish.trim_loop(id, l)).collect();
-    let loops = oriented(loops?.into_iter().filter(|l| !l.edges.is_empty()).collect());
-    let bridged = finish.bridged;
+    let Read { carrier, kind, deviation } =
+        carrier(file, surface_id, context.angle_unit, &extent, OFFSET_MM / context.mm_per_unit)?;
+    // Analytic carriers have parameters of their own, which pcurves of the file are not in.
+    let flats_of = matches!(carrier, Carrier::Spline(_)).then_some(surface_id);
+    let chart_edges = |uses: Vec<EdgeUse>| uses.into_iter().map(|e| e.on_surface(file, flats_of)).collect();
+    let bounds: Vec<Vec<_>> = bounds.into_iter().map(chart_edges).collect();
+    // A spline stays as the designer made it; patches of endless surfaces are cut to size.
+    let uncut = kind == SurfaceKind::Nurbs;
+    let patch =
+        trimmed(&carrier, &bounds, sense, uncut, &context.limits).map_err(|e| StepError::of_chart(id, e))?;
     Ok(BuiltFace {
         face: Face {
-            // A spline stays as the designer made it; patches of endless surfaces are cut to size.
-            surface: match kind {
-                SurfaceKind::Nurbs => patch,
-                _ => cut_to(patch, &loops),
-            },
-            loops,
+            surface: patch.surface,
+            loops: patch.loops,
             reversed: !sense,
             kind,
             source: Source::default(),
         },
         name: record.text(0),
-        bridged,
+        bridged: patch.bridged,
+        deviation,
     })
-}
-
-/// Moves all loops together by whole periods to where the carrier begins; gives the range they cover.
-fn at_home(carrier: &Carrier, laid: &mut [LaidLoop]) -> Range {
-    let covered = |laid: &[LaidLoop]| {
-        Range::of(laid.iter().flat_map(|l| &l.legs).flat_map(|leg| match &leg.path {
-            // The hull is certain to hold the curve.
-            Path::Exact(curve) => curve.points().to_vec(),
-            traced @ Path::Traced { .. } => traced.points(),
-        }))
-    };
-    let by = carrier.home_shift(&covered(laid));
-    laid.iter_mut().for_each(|l| l.shift(by));
-    covered(laid)
-}
-
-/// Turns laid-out loops into trim loops.
-struct Finish<'a> {
-    fitter: Fitter<'a>,
-    context: &'a Context,
-    /// Lengths of gaps that were bridged.
-    bridged: Vec<f64>,
-}
-
-impl Finish<'_> {
-    fn trim_loop(&mut self, id: u64, laid: &LaidLoop) -> Result<TrimLoop, StepError> {
-        let mut edges = Vec::with_capacity(laid.legs.len() + 1);
-        for leg in &laid.legs {
-            let pcurve = match &leg.path {
-                Path::Exact(curve) => curve.clone(),
-                Path::Traced { curve, feet } => self.fitter.pcurve(curve, feet).of(id)?,
-            };
-            // A straight leg without length is only a joint.
-            if leg.edge.is_some() || pcurve.start() != pcurve.end() {
-                edges.push(TrimEdge { pcurve, shared: leg.edge });
-            }
-        }
-        let mut closed: Vec<TrimEdge> = Vec::with_capacity(edges.len());
-        let count = edges.len();
-        for i in 0..count {
-            let next = edges[(i + 1) % count].pcurve.start();
-            let mut edge = edges[i].clone();
-            let end = edge.pcurve.end();
-            let snapped = self.is_joint(end, next).then(|| ending_at(&edge.pcurve, next)).flatten();
-            let bridge = match snapped {
-                Some(curve) => {
-                    edge.pcurve = curve;
-                    None
-                }
-                None => (end != next).then(|| Curve2::line(end, next)),
-            };
-            closed.push(edge);
-            if let Some(pcurve) = bridge {
-                let length = self.length(&pcurve);
-                if length > self.context.misfit {
-                    let gap_mm = length * self.context.mm_per_unit;
-                    let what = format!("a trim loop does not close: gap {gap_mm:.3} mm");
-                    return Err(StepError::Geometry { id, what });
-                }
-                if length > self.fitter.same {
-                    self.bridged.push(length);
-                }
-                closed.push(TrimEdge { pcurve, shared: None });
-            }
-        }
-        Ok(TrimLoop { edges: closed })
-    }
-
-    /// Whether two ends are one point, both in space and in parameters (at a pole only the former holds).
-    fn is_joint(&self, a: Point2, b: Point2) -> bool {
-        let s = self.fitter.patch;
-        let ((u0, u1), (v0, v1)) = s.domain();
-        let apart = (a.x - b.x).abs().max(0.0) > 1e-3 * (u1 - u0) || (a.y - b.y).abs() > 1e-3 * (v1 - v0);
-        !apart && (s.point(a.x, a.y) - s.point(b.x, b.y)).norm() <= self.fitter.same
-    }
-
-    /// Length of a short pcurve in space.
-    fn length(&self, pcurve: &Curve2) -> f64 {
-        let s = self.fitter.patch;
-        let on = |t: f64| {
-            let c = pcurve.point(t);
-            s.point(c.x, c.y)
-        };
-        (0..8).map(|i| (on(f64::from(i + 1) / 8.0) - on(f64::from(i) / 8.0)).norm()).sum()
-    }
-}
-
-/// The curve with its last control point moved to `end`; `None` when that does not end the curve there.
-fn ending_at(curve: &Curve2, end: Point2) -> Option<Curve2> {
-    let knots = curve.knots().as_slice();
-    if knots[knots.len() - 1] != knots[knots.len() - 1 - curve.knots().degree()] {
-        return None;
-    }
-    let mut points = curve.points().to_vec();
-    *points.last_mut()? = end;
-    Curve2::new(curve.knots().clone(), points, curve.weights().map(<[f64]>::to_vec)).ok()
-}
-
-/// The patch without what lies outside of the loops' hull; parameters keep their meaning.
-fn cut_to(mut patch: NurbsSurface, loops: &[TrimLoop]) -> NurbsSurface {
-    let hull = loops.iter().flat_map(|l| &l.edges).flat_map(|e| e.pcurve.points().iter().copied());
-    let range = Range::of(hull);
-    let (u, v) = patch.domain();
-    // Slivers stay: a cut next to an end would leave a knot interval of rounding size.
-    let worth = |at: f64, (low, high): (f64, f64)| {
-        at > low + SLIVER * (high - low) && at < high - SLIVER * (high - low)
-    };
-    if worth(range.min.x, u) {
-        patch = patch.split_u(range.min.x).map_or(patch, |(_, above)| above);
-    }
-    if worth(range.max.x, u) {
-        patch = patch.split_u(range.max.x).map_or(patch, |(below, _)| below);
-    }
-    if worth(range.min.y, v) {
-        patch = patch.split_v(range.min.y).map_or(patch, |(_, above)| above);
-    }
-    if worth(range.max.y, v) {
-        patch = patch.split_v(range.max.y).map_or(patch, |(below, _)| below);
-    }
-    patch
-}
-
-/// Gives loops at even depth (outer boundaries) an anticlockwise run and those at odd depth (holes) a clockwise
-/// one, so that the winding number is 1 exactly inside.
-fn oriented(mut loops: Vec<TrimLoop>) -> Vec<TrimLoop> {
-    let polygons: Vec<Vec<Point2>> = loops.iter().map(polygon).collect();
-    for (i, l) in loops.iter_mut().enumerate() {
-        let around = |k: &usize| *k != i && within(&polygons[i], &polygons[*k]);
-        let outer = (0..polygons.len()).filter(around).count() % 2 == 0;
-        if (signed_area(&polygons[i]) > 0.0) != outer {
-            l.edges.reverse();
-            l.edges.iter_mut().for_each(|e| e.pcurve = e.pcurve.reversed());
-        }
-    }
-    loops
-}
-
-/// Whether most of `inner` lies in `outer`: touching loops have points on both sides by rounding.
-fn within(inner: &[Point2], outer: &[Point2]) -> bool {
-    let inside = inner.iter().filter(|p| contains(outer, p)).count();
-    2 * inside > inner.len()
-}
-
-fn polygon(l: &TrimLoop) -> Vec<Point2> {
-    let along = |e: &TrimEdge| {
-        let per_span = if e.pcurve.knots().degree() == 1 { 1 } else { 8 };
-        let mut points: Vec<Point2> =
-            samples(&e.pcurve, per_span).into_iter().map(|t| e.pcurve.point(t)).collect();
-        points.pop();
-        points
-    };
-    l.edges.iter().flat_map(along).collect()
 }
 
 /// The face moved to its place in the model, in millimetres.

@@ -2,21 +2,17 @@
 //!
 //! ```text
 //!   bytes ─ part21 (index) ─┬─ assembly: which faces, where, in which unit
-//!                           └─ faces: edges + surface ─ layout ─ closing ─ fit ─► Face
+//!                           └─ faces: edges + surface ─ chart ─► Face
 //! ```
 
 mod assembly;
-mod carrier;
-mod closing;
+mod bare;
 mod curves;
 mod edges;
 mod error;
 mod faces;
-mod fit;
-mod layout;
 mod part21;
 mod placement;
-mod spline;
 mod styles;
 mod surfaces;
 mod units;
@@ -28,6 +24,7 @@ use std::path::Path;
 use claymill_nurbs::{Model, Source};
 use rayon::prelude::*;
 
+use crate::chart::Limits;
 use crate::{EntityCount, Format, Import, ImportReport, ReadError, Repair, Skipped};
 use assembly::PlacedFace;
 use error::StepError;
@@ -45,12 +42,8 @@ struct Context {
     tolerance_mm: f64,
     /// What the file calls its unit of length.
     declared: String,
-    /// Largest distance between a pcurve and its edge, file units.
-    fit: f64,
-    /// Points closer than this are one point, file units.
-    same: f64,
-    /// Edges farther than this from their neighbours or their surface are damaged, file units.
-    misfit: f64,
+    /// In file units.
+    limits: Limits,
 }
 
 /// Reads a STEP Part 21 file.
@@ -100,7 +93,7 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
             }
             Err(error) => report.skipped.push(Skipped {
                 entity: format!("#{}", placed.id),
-                what: "ADVANCED_FACE".into(),
+                what: file.get(placed.id).map_or_else(|_| "ADVANCED_FACE".into(), |e| e.name()),
                 reason: error.to_string(),
                 advice: error.advice().into(),
             }),
@@ -118,7 +111,10 @@ fn face(
     context: &Context,
     styles: &Styles,
 ) -> Result<(claymill_nurbs::Face, Vec<Repair>), StepError> {
-    let BuiltFace { face, name, bridged } = faces::build(file, placed.id, context)?;
+    let BuiltFace { face, name, bridged, deviation } = match placed.bare {
+        true => bare::build(file, placed.id, context)?,
+        false => faces::build(file, placed.id, context)?,
+    };
     let mm = context.mm_per_unit;
     let to_model = |p: claymill_nurbs::Point3| placed.placement.transform_point(&(p * mm));
     let mut face =
@@ -135,12 +131,15 @@ fn face(
     for edge in face.loops.iter_mut().flat_map(|l| &mut l.edges) {
         edge.shared = edge.shared.map(|id| id.wrapping_add(apart));
     }
-    let repairs = bridged.into_iter().map(|size| Repair {
+    let repair = |what: &str, size: f64| Repair {
         entity: format!("#{}", placed.id),
-        what: "gap in trim loop bridged".into(),
+        what: what.into(),
         size_mm: size * mm,
-    });
-    Ok((face, repairs.collect()))
+    };
+    let approximated = Some(deviation).filter(|d| *d > 0.0);
+    let approximated = approximated.map(|d| repair("offset surface approximated by a B-spline", d));
+    let bridged = bridged.into_iter().map(|size| repair("gap in trim loop bridged", size));
+    Ok((face, approximated.into_iter().chain(bridged).collect()))
 }
 
 /// FILE_NAME(name, time, authors, organisations, preprocessor, originating system, authorisation).

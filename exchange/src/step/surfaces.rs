@@ -2,26 +2,35 @@
 
 use std::f64::consts::TAU;
 
-use claymill_nurbs::analytic::{extrusion, revolution};
-use claymill_nurbs::{KnotVector, NurbsSurface, Point3, SurfaceKind};
+use claymill_nurbs::analytic::{Frame, extrusion, revolution};
+use claymill_nurbs::{Aabb, KnotVector, NurbsSurface, Point3, SurfaceKind};
 
 use super::StepError;
-use super::carrier::{Carrier, Quadric};
 use super::curves::{Curve, DEEPEST_BASIS, implied_knots, repeated, space_curve};
 use super::error::OfEntity;
 use super::part21::Part21;
 use super::placement::{frame, point, vector};
-use super::spline::SplineChart;
 use super::value::{Entity, Value, number, reference};
+use crate::chart::{Carrier, Quadric, SplineChart};
+use crate::offset::{OFFSET_MM, WORST_OFFSET_MM};
 
-/// Reads the surface `#id`. Unbounded sweeps are made long enough for `boundary`, points of the face's loops.
+/// A carrier, what it was in the file, and how far it is from that, in file units.
+pub(super) struct Read {
+    pub(super) carrier: Carrier,
+    pub(super) kind: SurfaceKind,
+    pub(super) deviation: f64,
+}
+
+/// Reads the surface `#id`. Unbounded sweeps are made long enough for `boundary`, points of the face's loops;
+/// `tolerance` is for what cannot be a NURBS exactly.
 pub(super) fn carrier(
     file: &Part21,
     id: u64,
     angle_unit: f64,
     boundary: &[Point3],
-) -> Result<(Carrier, SurfaceKind), StepError> {
-    nested(file, id, angle_unit, boundary, DEEPEST_BASIS)
+    tolerance: f64,
+) -> Result<Read, StepError> {
+    nested(file, id, angle_unit, boundary, tolerance, DEEPEST_BASIS)
 }
 
 fn nested(
@@ -29,8 +38,9 @@ fn nested(
     id: u64,
     angle_unit: f64,
     boundary: &[Point3],
+    tolerance: f64,
     depth: usize,
-) -> Result<(Carrier, SurfaceKind), StepError> {
+) -> Result<Read, StepError> {
     let depth = depth.checked_sub(1).ok_or(StepError::Endless { id })?;
     let entity = file.get(id)?;
     let positive = |value: f64| {
@@ -63,22 +73,24 @@ fn nested(
         "TOROIDAL_SURFACE" | "DEGENERATE_TOROIDAL_SURFACE" => {
             let r = entity.only()?;
             let (major, minor) = (positive(r.number(2)?)?, positive(r.number(3)?)?);
-            (Quadric::Torus { major, minor }, SurfaceKind::Torus)
+            // DEGENERATE_TOROIDAL_SURFACE(name, position, major, minor, select outer).
+            (Quadric::torus(major, minor, r.flag(4).unwrap_or(true)), SurfaceKind::Torus)
         }
         "SURFACE_OF_LINEAR_EXTRUSION" => {
             let surface = linear_extrusion(file, &entity, angle_unit, boundary)?;
-            return Ok((Carrier::Spline(SplineChart::new(surface)), SurfaceKind::Extrusion));
+            return Ok(exact(surface, SurfaceKind::Extrusion));
         }
         "SURFACE_OF_REVOLUTION" => {
             let surface = of_revolution(file, &entity, angle_unit, boundary)?;
-            return Ok((Carrier::Spline(SplineChart::new(surface)), SurfaceKind::Revolution));
+            return Ok(exact(surface, SurfaceKind::Revolution));
         }
         // The trim loops of a face lie inside the bounds of its surface, so that the bounds add nothing.
         "RECTANGULAR_TRIMMED_SURFACE" | "CURVE_BOUNDED_SURFACE" => {
-            return nested(file, entity.only()?.reference(1)?, angle_unit, boundary, depth);
+            return nested(file, entity.only()?.reference(1)?, angle_unit, boundary, tolerance, depth);
         }
+        "OFFSET_SURFACE" => return offset(file, &entity, angle_unit, boundary, tolerance, depth),
         _ if is_spline(&entity) => {
-            return Ok((Carrier::Spline(SplineChart::new(spline(file, &entity)?)), SurfaceKind::Nurbs));
+            return Ok(exact(spline(file, &entity)?, SurfaceKind::Nurbs));
         }
         _ => {
             let name = entity.name();
@@ -86,7 +98,52 @@ fn nested(
         }
     };
     let frame = frame(file, entity.only()?.reference(1)?)?;
-    Ok((Carrier::Quadric { frame, quadric }, kind))
+    Ok(Read { carrier: Carrier::Quadric { frame, quadric }, kind, deviation: 0.0 })
+}
+
+fn exact(surface: NurbsSurface, kind: SurfaceKind) -> Read {
+    Read { carrier: Carrier::Spline(SplineChart::new(surface)), kind, deviation: 0.0 }
+}
+
+/// OFFSET_SURFACE(name, basis, distance, self-intersect).
+fn offset(
+    file: &Part21,
+    entity: &Entity,
+    angle_unit: f64,
+    boundary: &[Point3],
+    tolerance: f64,
+    depth: usize,
+) -> Result<Read, StepError> {
+    let (id, r) = (entity.id, entity.only()?);
+    let distance = r.number(2)?;
+    // An endless basis must reach as far as the boundary of what is parallel to it.
+    let far = distance.abs();
+    let reach = Aabb::of(boundary).inflated(far);
+    let corner = |k: usize| {
+        let side = |axis: usize| if k >> axis & 1 == 0 { reach.min[axis] } else { reach.max[axis] };
+        Point3::new(side(0), side(1), side(2))
+    };
+    let boundary: Vec<Point3> = if boundary.is_empty() { Vec::new() } else { (0..8).map(corner).collect() };
+    let basis = nested(file, r.reference(1)?, angle_unit, &boundary, tolerance, depth)?;
+    let wrong = |what: &str| StepError::Geometry { id, what: what.into() };
+    let carrier = match basis.carrier {
+        Carrier::Quadric { frame, quadric } => {
+            let (quadric, along) =
+                quadric.offset(distance).ok_or_else(|| wrong("the offset surface vanishes"))?;
+            let frame = Frame { origin: frame.origin + frame.z * along, ..frame };
+            return Ok(Read { carrier: Carrier::Quadric { frame, quadric }, ..basis });
+        }
+        Carrier::Spline(chart) => chart,
+    };
+    let (surface, deviation) = crate::offset::surface(carrier.surface(), distance, tolerance).of(id)?;
+    if deviation > tolerance * (WORST_OFFSET_MM / OFFSET_MM) {
+        return Err(wrong("the offset surface folds or has creases"));
+    }
+    Ok(Read {
+        carrier: Carrier::Spline(SplineChart::new(surface)),
+        kind: SurfaceKind::Offset,
+        deviation: deviation + basis.deviation,
+    })
 }
 
 /// SURFACE_OF_LINEAR_EXTRUSION(name, curve, vector), just long enough.
@@ -109,7 +166,7 @@ fn linear_extrusion(
             };
             curve.whole(id, widened(boundary.iter().map(parameter)))?
         }
-        _ => curve.whole(id, (0.0, 1.0))?,
+        _ => curve.whole(id, reach(&curve, boundary))?,
     };
     let height = |p: &Point3| p.coords.dot(&along) / along.norm_squared();
     let (low, high) = range(boundary.iter().map(height));
@@ -140,10 +197,17 @@ fn of_revolution(
                 widened(boundary.iter().map(|p| outward * (away(p) - away(origin))))
             }
         }
-        _ => (0.0, 1.0),
+        _ => reach(&curve, boundary),
     };
     let curve = curve.whole(id, line_range)?;
     revolution(&curve, &axis.origin, &axis.z, (0.0, TAU)).of(id)
+}
+
+/// For conics without end: twice as far as any point of the boundary is from their centre.
+fn reach(curve: &Curve, boundary: &[Point3]) -> (f64, f64) {
+    let Some(centre) = curve.endless_centre() else { return (0.0, 1.0) };
+    let far = boundary.iter().map(|p| (p - centre).norm()).fold(1e-3, f64::max);
+    curve.within(2.0 * far).unwrap_or((0.0, 1.0))
 }
 
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {

@@ -3,6 +3,7 @@
 use super::part21::Part21;
 use super::value::Entity;
 use super::{Context, StepError};
+use crate::chart::Limits;
 
 /// Pcurves follow their edges this closely, mm.
 const FIT_MM: f64 = 1e-4;
@@ -25,9 +26,12 @@ fn context(mm_per_unit: f64, angle_unit: f64, tolerance_mm: f64, declared: Strin
         angle_unit,
         tolerance_mm,
         declared,
-        fit: FIT_MM / mm_per_unit,
-        same: same_mm / mm_per_unit,
-        misfit: MISFIT_MM.max(10.0 * tolerance_mm) / mm_per_unit,
+        limits: Limits {
+            fit: FIT_MM / mm_per_unit,
+            same: same_mm / mm_per_unit,
+            misfit: MISFIT_MM.max(10.0 * tolerance_mm) / mm_per_unit,
+            mm_per_unit,
+        },
     }
 }
 

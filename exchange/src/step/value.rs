@@ -217,22 +217,53 @@ pub(super) fn reference(value: &Value) -> Option<u64> {
     }
 }
 
-/// Undoes the string encoding: doubled quotes and `\X2\00E4\X0\`; other escapes stay as they are.
+/// Undoes the string encoding (ISO 10303-21, 6.4.3): doubled quotes and backslashes, `\X\E4`, `\X2\00E4\X0\`,
+/// `\X4\…\X0\` and `\S\d`. Escapes that make no sense stay as they are.
 fn decode(raw: &[u8]) -> String {
     let text = String::from_utf8_lossy(raw).replace("''", "'");
-    let Some(first) = text.find("\\X2\\") else {
-        return text;
-    };
-    let mut out = text[..first].to_owned();
-    for chunk in text[first..].split("\\X2\\").skip(1) {
-        let (code, rest) = chunk.split_once("\\X0\\").unwrap_or(("", chunk));
-        let units: Vec<u16> = (0..code.len() / 4)
-            .filter_map(|i| u16::from_str_radix(code.get(4 * i..4 * i + 4)?, 16).ok())
-            .collect();
-        out.push_str(&String::from_utf16_lossy(&units));
-        out.push_str(rest);
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text.as_str();
+    while let Some(at) = rest.find('\\') {
+        out.push_str(&rest[..at]);
+        let (read, length) = escape(&rest[at..]).unwrap_or_else(|| ("\\".into(), 1));
+        out.push_str(&read);
+        rest = &rest[at + length..];
     }
+    out.push_str(rest);
     out
+}
+
+/// What the escape at the start of `text` stands for, and its length.
+fn escape(text: &str) -> Option<(String, usize)> {
+    if text.starts_with("\\\\") {
+        return Some(("\\".into(), 2));
+    }
+    if let Some(rest) = text.strip_prefix("\\X\\") {
+        let byte = u8::from_str_radix(rest.get(..2)?, 16).ok()?;
+        return Some((char::from(byte).into(), 5));
+    }
+    if let Some(rest) = text.strip_prefix("\\S\\") {
+        let byte = u8::try_from(rest.chars().next()?).ok().filter(u8::is_ascii)?;
+        return Some((char::from(byte + 128).into(), 4));
+    }
+    // A choice of code page for `\S\`: only the first is known here.
+    if text.starts_with("\\P") && text.get(3..4) == Some("\\") {
+        return Some((String::new(), 4));
+    }
+    for (head, width) in [("\\X2\\", 4), ("\\X4\\", 8)] {
+        let Some(rest) = text.strip_prefix(head) else { continue };
+        let code = &rest[..rest.find("\\X0\\")?];
+        let unit = |i: usize| u32::from_str_radix(code.get(width * i..width * (i + 1))?, 16).ok();
+        let units: Vec<u32> = (0..code.len() / width).filter_map(unit).collect();
+        let read = if width == 4 {
+            let units: Vec<u16> = units.iter().filter_map(|u| u16::try_from(*u).ok()).collect();
+            String::from_utf16_lossy(&units)
+        } else {
+            units.into_iter().filter_map(char::from_u32).collect()
+        };
+        return Some((read, head.len() + code.len() + 4));
+    }
+    None
 }
 
 /// Lists may nest this deep; the deepest of the standard is 3.
@@ -400,6 +431,22 @@ mod tests {
         assert!(r.flag(9).unwrap());
         assert_eq!(e.references(), [12, 1, 2, 3]);
         assert!(matches!(r.number(0), Err(StepError::Argument { id: 5, index: 1, .. })));
+    }
+
+    #[test]
+    fn strings_are_decoded() {
+        for (raw, text) in [
+            (r"T\X\FCr", "Tür"),
+            (r"T\S\|r", "Tür"),
+            (r"\PA\T\S\|r", "Tür"),
+            (r"T\X2\00FC\X0\r", "Tür"),
+            (r"\X4\0001F697\X0\!", "\u{1F697}!"),
+            (r"C:\\cars", r"C:\cars"),
+            (r"it''s \X2\00", r"it's \X2\00"),
+            (r"\X\ZZ\", r"\X\ZZ\"),
+        ] {
+            assert_eq!(decode(raw.as_bytes()), text, "{raw}");
+        }
     }
 
     #[test]

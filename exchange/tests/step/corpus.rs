@@ -64,3 +64,19 @@ fn the_large_sewn_car_keeps_its_topology() {
     let count = |n: usize| uses.values().filter(|u| **u == n).count();
     assert_eq!((count(1), count(2), uses.len()), (120, 12540, 12660));
 }
+
+#[test]
+fn implausible_units_are_warned_about_and_sound_ones_are_not() {
+    for (name, doubtful) in [
+        ("wind_turbine_blade_unit_trap.stp", true),
+        ("wind_turbine_blade_metre.igs", true),
+        ("prismatic_ctc03_inch.stp", false),
+        ("race_car_nose_141.stp", false),
+        ("bracket_inch.iges", false),
+        ("helmet_928.igs", false),
+    ] {
+        let Some(import) = import(name) else { continue };
+        let warned = import.report.warnings.iter().any(|w| w.contains("implausible"));
+        assert_eq!(warned, doubtful, "{name}: {:?}", import.report.warnings);
+    }
+}

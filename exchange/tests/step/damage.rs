@@ -29,7 +29,8 @@ fn a_damaged_face_says_which_entity_is_wrong() {
     let with = |surface: &str| reason(&face("(#200)", &format!("{surface}{}", square())));
     assert_eq!(with(""), "#50 is referred to but not in the file");
     assert_eq!(with("#50=PLANE('',#51);\n"), "#51 is referred to but not in the file");
-    assert_eq!(with("#50=OFFSET_SURFACE('',#51,2.,.F.);\n"), "#50: OFFSET_SURFACE is not supported");
+    assert_eq!(with("#50=SURFACE_REPLICA('',#51,#10);\n"), "#50: SURFACE_REPLICA is not supported");
+    assert!(with("#50=OFFSET_SURFACE('',#50,2.,.F.);\n").contains("refers to itself"));
     assert!(with("#50=PLANE('',#10;\n").starts_with("#50 cannot be parsed (line"));
     assert!(with("#50=CYLINDRICAL_SURFACE('',#10,-2.);\n").contains("a radius is -2"));
     assert!(

@@ -4,4 +4,5 @@ mod corpus;
 mod damage;
 mod features;
 mod green;
+mod surfaces;
 mod text;

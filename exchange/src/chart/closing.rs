@@ -9,7 +9,7 @@ use super::layout::{LaidLoop, Leg, signed_area};
 
 /// Closes the loops of one face. `sense` says whether the face's outside is the carrier's, so that the face
 /// lies to the left of its loops in the parameter plane. No loops at all mean the whole carrier.
-pub(super) fn close(
+pub(crate) fn close(
     carrier: &Carrier,
     mut loops: Vec<LaidLoop>,
     sense: bool,
@@ -20,10 +20,18 @@ pub(super) fn close(
     let mut outer = Vec::new();
     while let Some(first) = essential.pop() {
         let partner = essential.iter().position(|l| l.winding == -first.winding);
-        outer.push(match partner {
-            Some(k) => paired(carrier, first, essential.remove(k), sense),
-            None => over_pole(carrier, first, sense)?,
-        });
+        // Some writers run all loops the same way round: two of them still bound a band.
+        let alike = || essential.iter().position(|l| l.winding == first.winding);
+        let closed = match (partner, over_pole(carrier, first.clone(), sense)) {
+            (Some(k), _) => paired(carrier, first, essential.remove(k), sense),
+            (None, Ok(cap)) => cap,
+            (None, Err(open)) => {
+                let mut partner = essential.remove(alike().ok_or(open)?);
+                partner.reverse();
+                paired(carrier, first, partner, sense)
+            }
+        };
+        outer.push(closed);
     }
     if outer.is_empty() && carrier.is_closed() && !closed.is_empty() {
         let area = |l: &LaidLoop| signed_area(&l.polygon());
@@ -187,7 +195,7 @@ fn gather(carrier: &Carrier, outer: &[LaidLoop], inner: &mut [LaidLoop]) {
 }
 
 /// Whether `p` is inside the polygon (even–odd).
-pub(super) fn contains(polygon: &[Point2], p: &Point2) -> bool {
+pub(crate) fn contains(polygon: &[Point2], p: &Point2) -> bool {
     let next = polygon.iter().cycle().skip(1);
     let crossings = polygon
         .iter()

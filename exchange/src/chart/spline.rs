@@ -17,7 +17,7 @@ const NEWTON_STEPS: usize = 40;
 
 /// A NURBS surface with its closed directions and poles.
 #[derive(Debug)]
-pub(super) struct SplineChart {
+pub(crate) struct SplineChart {
     surface: NurbsSurface,
     periods: [Option<f64>; 2],
     /// Whether the sides `v = v0`, `v = v1` (first row) and `u = u0`, `u = u1` (second row) are points.
@@ -27,7 +27,7 @@ pub(super) struct SplineChart {
 }
 
 impl SplineChart {
-    pub(super) fn new(surface: NurbsSurface) -> Self {
+    pub(crate) fn new(surface: NurbsSurface) -> Self {
         let (rows, columns) = surface.size();
         let corner = |i: usize, j: usize| surface.control_point(i, j);
         let mut size = 0.0_f64;
@@ -57,23 +57,23 @@ impl SplineChart {
         }
     }
 
-    pub(super) fn surface(&self) -> &NurbsSurface {
+    pub(crate) fn surface(&self) -> &NurbsSurface {
         &self.surface
     }
 
-    pub(super) fn periods(&self) -> [Option<f64>; 2] {
+    pub(crate) fn periods(&self) -> [Option<f64>; 2] {
         self.periods
     }
 
     /// See [`super::carrier::Carrier::pole`].
-    pub(super) fn pole(&self, direction: usize, upper: bool) -> Option<f64> {
+    pub(crate) fn pole(&self, direction: usize, upper: bool) -> Option<f64> {
         let (u, v) = self.surface.domain();
         let across = if direction == 0 { v } else { u };
         self.poles[direction][usize::from(upper)].then_some(if upper { across.1 } else { across.0 })
     }
 
     /// The patch that covers `range`: the surface itself, or laid twice round where it is closed.
-    pub(super) fn patch(&self, range: &Range) -> Result<NurbsSurface, NurbsError> {
+    pub(crate) fn patch(&self, range: &Range) -> Result<NurbsSurface, NurbsError> {
         let mut surface = self.surface.clone();
         for (d, period) in self.periods.into_iter().enumerate() {
             let Some(period) = period else { continue };
@@ -86,7 +86,7 @@ impl SplineChart {
     }
 
     /// See [`super::carrier::Carrier::foot`].
-    pub(super) fn foot(&self, p: &Point3, near: Option<Point2>, size: f64) -> Foot {
+    pub(crate) fn foot(&self, p: &Point3, near: Option<Point2>, size: f64) -> Foot {
         let (mut uv, mut distance) = (Point2::origin(), f64::INFINITY);
         if let Some(near) = near {
             (uv, distance) = self.newton(p, self.wrapped(near));

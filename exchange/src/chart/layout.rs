@@ -4,29 +4,27 @@
 //! shifted by whole periods to where the last one ended, and at poles, where one parameter is free, it is
 //! chosen so that the loop closes.
 
-use claymill_nurbs::{Curve2, Curve3, Point2};
+use claymill_nurbs::{Curve2, Curve3, Point2, Point3};
 use nalgebra::Vector2;
 
-use super::carrier::{Carrier, Foot};
-use super::curves::{plane_curve, samples};
-use super::edges::EdgeUse;
-use super::part21::Part21;
-use super::{Context, StepError};
+use super::carrier::{Carrier, Foot, Quadric};
+use super::{ChartError, EdgeUse, Limits};
+use crate::along::{parameter_near, samples};
 use crate::subcurve::mapped;
 
 /// A piece of a laid-out loop.
 #[derive(Debug, Clone)]
-pub(super) struct Leg {
+pub(crate) struct Leg {
     /// The EDGE_CURVE.
-    pub(super) edge: Option<u64>,
-    pub(super) path: Path,
+    pub(crate) edge: Option<u64>,
+    pub(crate) path: Path,
     /// Whether the start and the end are poles, per direction.
     free: [[bool; 2]; 2],
 }
 
 /// A curve in the parameter plane, finished or still to be fitted.
 #[derive(Debug, Clone)]
-pub(super) enum Path {
+pub(crate) enum Path {
     /// As it will be.
     Exact(Curve2),
     /// The foot of a space curve on the carrier.
@@ -34,14 +32,14 @@ pub(super) enum Path {
 }
 
 impl Path {
-    pub(super) fn start(&self) -> Point2 {
+    pub(crate) fn start(&self) -> Point2 {
         match self {
             Path::Exact(curve) => curve.start(),
             Path::Traced { feet, .. } => feet[0].1,
         }
     }
 
-    pub(super) fn end(&self) -> Point2 {
+    pub(crate) fn end(&self) -> Point2 {
         match self {
             Path::Exact(curve) => curve.end(),
             Path::Traced { feet, .. } => feet[feet.len() - 1].1,
@@ -49,7 +47,7 @@ impl Path {
     }
 
     /// Points along the path, ends included.
-    pub(super) fn points(&self) -> Vec<Point2> {
+    pub(crate) fn points(&self) -> Vec<Point2> {
         match self {
             Path::Exact(curve) => {
                 let per_span = if curve.knots().degree() == 1 { 1 } else { 8 };
@@ -59,7 +57,7 @@ impl Path {
         }
     }
 
-    pub(super) fn shift(&mut self, by: Vector2<f64>) {
+    pub(crate) fn shift(&mut self, by: Vector2<f64>) {
         if by == Vector2::zeros() {
             return;
         }
@@ -75,49 +73,66 @@ impl Path {
 }
 
 impl Leg {
+    fn reverse(&mut self) {
+        self.free.reverse();
+        match &mut self.path {
+            Path::Exact(curve) => *curve = curve.reversed(),
+            Path::Traced { curve, feet } => {
+                let (low, high) = curve.domain();
+                *curve = curve.reversed();
+                feet.reverse();
+                feet.iter_mut().for_each(|f| f.0 = low + high - f.0);
+            }
+        }
+    }
+
     /// A straight leg that is no edge of the file.
-    pub(super) fn straight(from: Point2, to: Point2) -> Self {
+    pub(crate) fn straight(from: Point2, to: Point2) -> Self {
         Leg { edge: None, path: Path::Exact(Curve2::line(from, to)), free: [[false; 2]; 2] }
     }
 }
 
 /// A loop in the parameter plane.
 #[derive(Debug, Clone)]
-pub(super) struct LaidLoop {
-    pub(super) legs: Vec<Leg>,
+pub(crate) struct LaidLoop {
+    pub(crate) legs: Vec<Leg>,
     /// How many periods the end lies from the start.
-    pub(super) winding: Vector2<f64>,
+    pub(crate) winding: Vector2<f64>,
 }
 
 impl LaidLoop {
-    pub(super) fn polygon(&self) -> Vec<Point2> {
+    pub(crate) fn polygon(&self) -> Vec<Point2> {
         self.legs.iter().flat_map(|leg| leg.path.points()).collect()
     }
 
-    pub(super) fn shift(&mut self, by: Vector2<f64>) {
+    pub(crate) fn reverse(&mut self) {
+        self.legs.reverse();
+        self.legs.iter_mut().for_each(Leg::reverse);
+        self.winding = -self.winding;
+    }
+
+    pub(crate) fn shift(&mut self, by: Vector2<f64>) {
         self.legs.iter_mut().for_each(|leg| leg.path.shift(by));
     }
 }
 
 /// Area inside the polygon, positive when it runs anticlockwise.
-pub(super) fn signed_area(polygon: &[Point2]) -> f64 {
+pub(crate) fn signed_area(polygon: &[Point2]) -> f64 {
     let next = polygon.iter().cycle().skip(1);
     polygon.iter().zip(next).map(|(a, b)| 0.5 * (a.x * b.y - a.y * b.x)).sum()
 }
 
 /// Lays out one loop. `sense` says whether the face's outside is the carrier's.
-pub(super) fn lay(
-    file: &Part21,
-    surface_id: u64,
+pub(crate) fn lay(
     carrier: &Carrier,
     uses: &[EdgeUse],
     sense: bool,
-    context: &Context,
-) -> Result<LaidLoop, StepError> {
+    limits: &Limits,
+) -> Result<LaidLoop, ChartError> {
     let mut legs: Vec<Leg> = Vec::with_capacity(uses.len());
     for edge_use in uses {
         let before = legs.last().map(|leg| (leg.path.end(), leg.free[1]));
-        legs.push(leg(file, surface_id, carrier, edge_use, before, context)?);
+        legs.push(leg(carrier, edge_use, before, limits)?);
     }
     let mut laid = LaidLoop { legs, winding: Vector2::zeros() };
     for d in 0..2 {
@@ -166,28 +181,23 @@ fn close_at_poles(laid: &mut LaidLoop, d: usize, period: f64, sense: bool) {
 
 /// Lays out one edge so that it starts as near as can be to the end of the one before.
 fn leg(
-    file: &Part21,
-    surface_id: u64,
     carrier: &Carrier,
     edge_use: &EdgeUse,
     before: Option<(Point2, [bool; 2])>,
-    context: &Context,
-) -> Result<Leg, StepError> {
+    limits: &Limits,
+) -> Result<Leg, ChartError> {
     let near = before.map(|b| b.0);
     if let Carrier::Quadric { frame, quadric } = carrier
-        && *quadric == super::carrier::Quadric::Plane
+        && *quadric == Quadric::Plane
     {
         let away = edge_use.curve.points().iter().map(|p| frame.local(p).z.abs());
-        off_surface(edge_use, away.fold(0.0, f64::max), context)?;
+        off_surface(edge_use, away.fold(0.0, f64::max), limits)?;
         let flat = mapped(&edge_use.curve, |p| frame.local(p).xy());
-        let path = Path::Exact(
-            flat.map_err(|source| StepError::Kernel { id: edge_use.edge.unwrap_or_default(), source })?,
-        );
-        return Ok(Leg { edge: edge_use.edge, path, free: [[false; 2]; 2] });
+        return Ok(Leg { edge: edge_use.edge, path: Path::Exact(flat?), free: [[false; 2]; 2] });
     }
-    let mut leg = match file_pcurve(file, surface_id, carrier, edge_use, near, context) {
-        Some(curve) => exact_leg(carrier, edge_use, curve, context),
-        None => traced_leg(carrier, edge_use, context)?,
+    let mut leg = match file_pcurve(carrier, edge_use, near, limits) {
+        Some(curve) => exact_leg(carrier, edge_use, curve, limits),
+        None => traced_leg(carrier, edge_use, limits)?,
     };
     if let Some((near, _)) = before {
         let foot = Foot { uv: leg.path.start(), distance: 0.0, free: [false, false] };
@@ -200,28 +210,16 @@ fn leg(
 /// The file's own pcurve on this surface, where it agrees with the edge in space; of two (a seam) the one
 /// that starts nearer to `near`.
 fn file_pcurve(
-    file: &Part21,
-    surface_id: u64,
     carrier: &Carrier,
     edge_use: &EdgeUse,
     near: Option<Point2>,
-    context: &Context,
+    limits: &Limits,
 ) -> Option<Curve2> {
     let Carrier::Spline(chart) = carrier else {
         return None;
     };
     let surface = chart.surface();
-    let read = |id: &u64| -> Option<Curve2> {
-        let entity = file.get(*id).ok()?;
-        let record = entity.part("PCURVE").ok()?;
-        if record.reference(1).ok()? != surface_id {
-            return None;
-        }
-        let representation = file.get(record.reference(2).ok()?).ok()?;
-        let items = representation.part("DEFINITIONAL_REPRESENTATION").ok()?.references(1).ok()?;
-        let curve = plane_curve(file, *items.first()?, edge_use.range).ok()?;
-        Some(if edge_use.backward { curve.reversed() } else { curve })
-    };
+    let away = |p: &Point3| (edge_use.curve.point(parameter_near(&edge_use.curve, p)) - p).norm();
     let agrees = |curve: &Curve2| {
         let (space, flat) = (edge_use.curve.domain(), curve.domain());
         samples(curve, 8).into_iter().all(|t| {
@@ -229,21 +227,21 @@ fn file_pcurve(
             let p = surface.point(c.x, c.y);
             let fraction = (t - flat.0) / (flat.1 - flat.0);
             let q = edge_use.curve.point(space.0 + fraction * (space.1 - space.0));
-            (p - q).norm() <= context.same || edge_use.distance(&p) <= context.same
+            (p - q).norm() <= limits.same || away(&p) <= limits.same
         })
     };
-    let candidates: Vec<Curve2> = edge_use.pcurves.iter().filter_map(read).filter(agrees).collect();
     let distance = |c: &Curve2| near.map_or(0.0, |near| (c.start() - near).norm());
-    let nearest = candidates.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+    let candidates = edge_use.flats.iter().filter(|c| agrees(c)).cloned();
+    let nearest = candidates.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
     // The ends must be the edge's ends, not only points somewhere on the edge.
     let c = nearest.start();
-    ((surface.point(c.x, c.y) - edge_use.curve.start()).norm() <= context.same).then_some(nearest)
+    ((surface.point(c.x, c.y) - edge_use.curve.start()).norm() <= limits.same).then_some(nearest)
 }
 
-fn exact_leg(carrier: &Carrier, edge_use: &EdgeUse, curve: Curve2, context: &Context) -> Leg {
+fn exact_leg(carrier: &Carrier, edge_use: &EdgeUse, curve: Curve2, limits: &Limits) -> Leg {
     let poles = (0..2).any(|d| carrier.pole(d, false).is_some() || carrier.pole(d, true).is_some());
     let free = if poles {
-        let at = |p, uv| carrier.foot(&p, Some(uv), context.fit).free;
+        let at = |p, uv| carrier.foot(&p, Some(uv), limits.fit).free;
         [at(edge_use.curve.start(), curve.start()), at(edge_use.curve.end(), curve.end())]
     } else {
         [[false; 2]; 2]
@@ -255,12 +253,12 @@ fn exact_leg(carrier: &Carrier, edge_use: &EdgeUse, curve: Curve2, context: &Con
 const LONGEST_STEP: f64 = 0.2;
 
 /// Follows the edge on the carrier, from its middle to both ends so that a pole at an end is approached.
-fn traced_leg(carrier: &Carrier, edge_use: &EdgeUse, context: &Context) -> Result<Leg, StepError> {
+fn traced_leg(carrier: &Carrier, edge_use: &EdgeUse, limits: &Limits) -> Result<Leg, ChartError> {
     let curve = &edge_use.curve;
     let spans = curve.knots().breaks().len() - 1;
     let parameters = samples(curve, if spans < 3 { 8 } else { 4 });
     let middle = parameters.len() / 2;
-    let foot = |t: f64, near| carrier.foot(&curve.point(t), near, context.fit);
+    let foot = |t: f64, near| carrier.foot(&curve.point(t), near, limits.fit);
     let centre = (parameters[middle], foot(parameters[middle], None));
     let mut feet = vec![centre];
     for t in parameters[..middle].iter().rev() {
@@ -271,7 +269,7 @@ fn traced_leg(carrier: &Carrier, edge_use: &EdgeUse, context: &Context) -> Resul
         advance(carrier, &foot, &mut feet, *t, FINEST_STEP);
     }
     let away = feet.iter().map(|(_, foot)| foot.distance);
-    off_surface(edge_use, away.fold(0.0, f64::max), context)?;
+    off_surface(edge_use, away.fold(0.0, f64::max), limits)?;
     Ok(Leg {
         edge: edge_use.edge,
         free: [feet[0].1.free, feet[feet.len() - 1].1.free],
@@ -283,13 +281,13 @@ fn traced_leg(carrier: &Carrier, edge_use: &EdgeUse, context: &Context) -> Resul
 }
 
 /// Refuses an edge that is `away` from its surface.
-fn off_surface(edge_use: &EdgeUse, away: f64, context: &Context) -> Result<(), StepError> {
-    if away <= context.misfit {
+fn off_surface(edge_use: &EdgeUse, away: f64, limits: &Limits) -> Result<(), ChartError> {
+    if away <= limits.misfit {
         return Ok(());
     }
-    Err(StepError::Geometry {
-        id: edge_use.edge.unwrap_or_default(),
-        what: format!("the edge lies {:.3} mm off its surface", away * context.mm_per_unit),
+    Err(ChartError::Edge {
+        edge: edge_use.edge,
+        what: format!("the edge lies {:.3} mm off its surface", away * limits.mm_per_unit),
     })
 }
 

@@ -9,13 +9,13 @@ use super::carrier::Carrier;
 const MOST_HALVINGS: usize = 12;
 
 /// What is needed to fit on one face.
-pub(super) struct Fitter<'a> {
-    pub(super) carrier: &'a Carrier,
-    pub(super) patch: &'a NurbsSurface,
+pub(crate) struct Fitter<'a> {
+    pub(crate) carrier: &'a Carrier,
+    pub(crate) patch: &'a NurbsSurface,
     /// Largest distance in space between the pcurve and the foot of the edge.
-    pub(super) tolerance: f64,
+    pub(crate) tolerance: f64,
     /// Points closer than this are one point.
-    pub(super) same: f64,
+    pub(crate) same: f64,
 }
 
 /// A knot of the fit.
@@ -49,7 +49,7 @@ impl Piece {
 
 impl Fitter<'_> {
     /// The pcurve of `curve`, whose feet are given in order.
-    pub(super) fn pcurve(&self, curve: &Curve3, feet: &[(f64, Point2)]) -> Result<Curve2, NurbsError> {
+    pub(crate) fn pcurve(&self, curve: &Curve3, feet: &[(f64, Point2)]) -> Result<Curve2, NurbsError> {
         let (first, last) = (feet[0].1, feet[feet.len() - 1].1);
         if self.is_straight(curve, feet) {
             return Ok(Curve2::line(first, last));

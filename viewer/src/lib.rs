@@ -30,11 +30,14 @@ mod overlay;
 mod palette;
 mod picture;
 mod pipelines;
+mod placement;
 mod render;
 mod report;
 mod scene;
 mod segments;
 mod strokes;
+mod thinning;
+mod touch;
 
 pub use camera::{Axes, Camera, View};
 pub use error::ViewError;

@@ -3,8 +3,8 @@ use claymill_nurbs::Vector3;
 use crate::camera::Camera;
 use crate::lettering::{draw_strokes, fill, text_width, write_text};
 use crate::picture::Picture;
+use crate::placement::{Area, Corner, Covered, Page};
 use crate::scene::{LegendEntry, Mark, Scene};
-use crate::segments::emphasis_step;
 
 const INK: [u8; 3] = [38, 42, 48];
 const SOFT_INK: [u8; 3] = [92, 98, 106];
@@ -19,61 +19,75 @@ struct Layout {
     line: f32,
 }
 
-/// Draws caption, legend, scale bar and axes onto a picture.
-pub(crate) fn annotate(picture: &mut Picture, scene: &Scene, camera: &Camera) {
+/// Draws scale bar, axes, caption and legend onto a picture, the latter two where the model is not;
+/// `share`: the part of the passes that is drawn.
+pub(crate) fn annotate(picture: &mut Picture, scene: &Scene, camera: &Camera, model: &Covered, share: f32) {
     let letter = (picture.width.min(picture.height) as f32 * 0.0115).clamp(6.5, 40.0);
     let layout = Layout { letter, border: 2.2 * letter, line: 2.15 * letter };
-    caption(picture, &layout, &scene.caption);
-    legend(picture, &layout, &legend_entries(scene, camera));
+    let mut page = Page::new([picture.width, picture.height], model);
     if camera.is_orthographic() {
-        scale_bar(picture, &layout, camera.mm_per_px() as f32);
+        page.take(scale_bar(picture, &layout, camera.mm_per_px() as f32));
     }
-    axes(picture, &layout, camera);
+    page.take(axes(picture, &layout, camera));
+    caption(picture, &layout, &mut page, &scene.caption);
+    legend(picture, &layout, &mut page, &legend_rows(scene, share));
 }
 
-fn caption(picture: &mut Picture, layout: &Layout, lines: &[String]) {
-    let mut y = layout.border + 1.4 * layout.letter;
+fn caption(picture: &mut Picture, layout: &Layout, page: &mut Page, lines: &[String]) {
+    if lines.is_empty() {
+        return;
+    }
+    let look = |i: usize| if i == 0 { (1.4 * layout.letter, INK) } else { (layout.letter, SOFT_INK) };
+    let widest = lines.iter().enumerate().map(|(i, text)| text_width(text, look(i).0)).fold(0.0, f32::max);
+    let size = [widest, lines.len() as f32 * layout.line];
+    let (_, [left, top]) = page.place(&[size], layout.border, &[Corner::TopLeft, Corner::BottomLeft]);
+    let mut y = top + 1.4 * layout.letter;
     for (i, text) in lines.iter().enumerate() {
-        let (height, ink) = if i == 0 { (1.4 * layout.letter, INK) } else { (layout.letter, SOFT_INK) };
-        write_text(picture, text, layout.border, y, height, ink);
+        let (height, ink) = look(i);
+        write_text(picture, text, left, y, height, ink);
         y += layout.line;
     }
 }
 
-/// The scene's legend and what the camera adds to it.
-fn legend_entries(scene: &Scene, camera: &Camera) -> Vec<(Option<LegendEntry>, String)> {
+/// The scene's legend and what the thinning adds to it.
+fn legend_rows(scene: &Scene, share: f32) -> Vec<(Option<LegendEntry>, String)> {
     let mut rows: Vec<(Option<LegendEntry>, String)> =
         scene.legend.iter().map(|e| (Some(e.clone()), e.text.clone())).collect();
-    let mut thinned = scene.lines.iter().filter_map(|l| {
-        let step = emphasis_step(l.spacing_mm, camera.mm_per_px());
-        (step > 1).then_some((step, l.spacing_mm?))
-    });
-    if let Some((step, spacing_mm)) = thinned.next_back() {
-        rows.push((None, format!("every {step}{} pass emphasised,", ordinal(step))));
-        rows.push((None, format!("passes are {spacing_mm:.2} mm apart")));
+    if share < 0.98 {
+        let one_in = (1.0 / share.max(1e-6)).round() as u32;
+        rows.push((
+            None,
+            match one_in {
+                1 => "a few passes are left out".to_owned(),
+                n => format!("about 1 pass in {n} is drawn"),
+            },
+        ));
     }
     rows
 }
 
-fn ordinal(n: u32) -> &'static str {
-    if n % 10 == 2 { "nd" } else { "th" }
-}
-
-fn legend(picture: &mut Picture, layout: &Layout, rows: &[(Option<LegendEntry>, String)]) {
+fn legend(picture: &mut Picture, layout: &Layout, page: &mut Page, rows: &[(Option<LegendEntry>, String)]) {
     if rows.is_empty() {
         return;
     }
     let letter = layout.letter;
     let sign = 2.4 * letter;
-    let widest = rows.iter().map(|(_, text)| text_width(text, letter)).fold(0.0, f32::max);
-    let width = sign + letter + widest;
-    let left = picture.width as f32 - layout.border - width;
-    let top = layout.border;
-    let pad = letter;
-    let panel = [width + 2.0 * pad, rows.len() as f32 * layout.line + 1.2 * pad];
-    fill(picture, [left - pad, top - pad], panel, [255, 255, 255], 0.6);
-    let mut baseline = top + 1.15 * letter;
-    for (entry, text) in rows {
+    let indent = |entry: &Option<LegendEntry>| if entry.is_some() { sign + letter } else { 0.0 };
+    let column = rows.iter().map(|(e, text)| indent(e) + text_width(text, letter)).fold(0.0, f32::max);
+    let (pad, gap) = (letter, 2.5 * letter);
+    let panel = |columns: usize| {
+        let lines = rows.len().div_ceil(columns) as f32;
+        let width = columns as f32 * (column + gap) - gap;
+        [width + 2.0 * pad, lines * layout.line + 1.2 * pad]
+    };
+    let panels = [1, 2, 3, 4].map(panel);
+    let corners = [Corner::TopRight, Corner::BottomRight, Corner::TopLeft, Corner::BottomLeft];
+    let (chosen, [x, y]) = page.place(&panels, layout.border - pad, &corners);
+    fill(picture, [x, y], panels[chosen], [255, 255, 255], 0.6);
+    let lines = rows.len().div_ceil(chosen + 1);
+    for (i, (entry, text)) in rows.iter().enumerate() {
+        let left = x + pad + (i / lines) as f32 * (column + gap);
+        let baseline = y + pad + 1.15 * letter + (i % lines) as f32 * layout.line;
         if let Some(entry) = entry {
             let middle = baseline - 0.5 * letter;
             match entry.mark {
@@ -87,14 +101,12 @@ fn legend(picture: &mut Picture, layout: &Layout, rows: &[(Option<LegendEntry>, 
                 }
             }
         }
-        let indent = if entry.is_some() { sign + letter } else { 0.0 };
-        write_text(picture, text, left + indent, baseline, letter, INK);
-        baseline += layout.line;
+        write_text(picture, text, left + indent(entry), baseline, letter, INK);
     }
 }
 
-/// A length of 1, 2 or 5 times a power of ten that takes about a sixth of the width.
-fn scale_bar(picture: &mut Picture, layout: &Layout, mm_per_px: f32) {
+/// A length of 1, 2 or 5 times a power of ten that takes about a sixth of the width. Returns its place.
+fn scale_bar(picture: &mut Picture, layout: &Layout, mm_per_px: f32) -> Area {
     let wanted_mm = picture.width as f32 / 6.0 * mm_per_px;
     let decade = 10_f32.powf(wanted_mm.log10().floor());
     let length_mm =
@@ -110,10 +122,12 @@ fn scale_bar(picture: &mut Picture, layout: &Layout, mm_per_px: f32) {
     let bar = [[[x0, y], [x1, y]], [[x0, y - tick], [x0, y + tick]], [[x1, y - tick], [x1, y + tick]]];
     draw_strokes(picture, &bar, 0.16 * layout.letter, INK, 1.0);
     write_text(picture, &text, x0 + 0.5 * layout.letter, y - 0.9 * layout.letter, layout.letter, INK);
+    let height = 3.0 * layout.letter;
+    Area { corner: [x0, y - height], size: [x1 - x0, height + layout.border] }
 }
 
-/// The model axes as seen, the ones toward the eye drawn last.
-fn axes(picture: &mut Picture, layout: &Layout, camera: &Camera) {
+/// The model axes as seen, the ones toward the eye drawn last. Returns their place.
+fn axes(picture: &mut Picture, layout: &Layout, camera: &Camera) -> Area {
     let arm = 4.0 * layout.letter;
     let inset = layout.border + arm;
     let centre = [picture.width as f32 - inset, picture.height as f32 - inset];
@@ -142,4 +156,6 @@ fn axes(picture: &mut Picture, layout: &Layout, camera: &Camera) {
         let half = 0.5 * text_width(name, layout.letter);
         write_text(picture, name, at[0] - half, at[1] + 0.36 * layout.letter, layout.letter, colour);
     }
+    let reach = arm + 2.0 * layout.letter;
+    Area { corner: centre.map(|c| c - reach), size: [2.0 * reach; 2] }
 }

@@ -53,6 +53,25 @@ impl Picture {
         write_whole(path, &self.png())
     }
 
+    /// Forgets the opacity.
+    pub(crate) fn make_opaque(&mut self) {
+        for pixel in self.rgba.chunks_exact_mut(4) {
+            pixel[3] = 255;
+        }
+    }
+
+    /// From light that is already weakened by the opacity, as drawing on nothing leaves it, to the
+    /// independent colour and opacity of the PNG format: without this, edges are dark on any ground.
+    pub(crate) fn unmultiply(&mut self) {
+        for pixel in self.rgba.chunks_exact_mut(4).filter(|p| !matches!(p[3], 0 | 255)) {
+            let opacity = f32::from(pixel[3]) / 255.0;
+            for c in &mut pixel[..3] {
+                let light = (to_linear(f32::from(*c) / 255.0) / opacity).min(1.0);
+                *c = (to_srgb(light) * 255.0).round() as u8;
+            }
+        }
+    }
+
     /// The picture at half the size: each pixel the mean, by light, of four.
     pub(crate) fn halved(&self) -> Picture {
         let light: Vec<f32> = (0..256).map(|v| to_linear(v as f32 / 255.0)).collect();
@@ -100,5 +119,13 @@ mod tests {
         assert_eq!(rgb, [0, 0, 0, 255, 255, 255, 255, 255, 255, 0, 0, 0]);
         // Half the light of white is sRGB 188.
         assert_eq!(picture.halved().rgba, [188, 188, 188, 255]);
+    }
+
+    #[test]
+    fn a_half_covered_edge_keeps_its_colour() {
+        // White over nothing in half of the pixel.
+        let mut picture = Picture { width: 2, height: 1, rgba: vec![188, 188, 188, 128, 0, 0, 0, 0] };
+        picture.unmultiply();
+        assert_eq!(picture.rgba, [255, 255, 255, 128, 0, 0, 0, 0]);
     }
 }

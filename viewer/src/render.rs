@@ -10,8 +10,9 @@ use crate::camera::{Camera, View};
 use crate::overlay;
 use crate::picture::Picture;
 use crate::pipelines::{COLOUR_FORMAT, DEPTH_FORMAT, Pipelines, SAMPLES};
+use crate::placement::Covered;
 use crate::scene::Scene;
-use crate::segments::{Segment, visible_segments};
+use crate::segments::{VisibleLines, visible_lines};
 
 /// What is behind the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,7 +115,9 @@ impl Renderer {
         let device = &self.gpu.device;
         let invalid = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let drawn = self.draw(scene, &camera, options, factor);
+        let lines: Vec<VisibleLines> =
+            scene.lines.iter().map(|layer| visible_lines(scene, layer, &camera, options.size)).collect();
+        let drawn = self.draw(scene, &lines, &camera, options, factor);
         let failure = pollster::block_on(memory.pop()).or(pollster::block_on(invalid.pop()));
         let mut picture = match failure {
             Some(error) => Err(self.failed(&error)),
@@ -123,8 +126,15 @@ impl Renderer {
         if options.supersampling {
             picture = picture.halved();
         }
+        let model = Covered::of(&picture);
+        if options.backdrop == Backdrop::Transparent {
+            picture.unmultiply();
+        } else {
+            picture.make_opaque();
+        }
         if options.annotations {
-            overlay::annotate(&mut picture, scene, &camera);
+            let share = lines.iter().map(|l| l.share).fold(1.0, f32::min);
+            overlay::annotate(&mut picture, scene, &camera, &model, share);
         }
         Ok(picture)
     }
@@ -136,6 +146,7 @@ impl Renderer {
     fn draw(
         &self,
         scene: &Scene,
+        lines: &[VisibleLines],
         camera: &Camera,
         options: &PictureOptions,
         factor: u32,
@@ -190,9 +201,8 @@ impl Renderer {
                 begin(&mut encoder, &colour_view, Some(&resolved_view), false, Some(depth_attachment));
             pass.set_bind_group(0, &frame_group, &[]);
             pass.set_pipeline(&self.pipelines.line);
-            for layer in &scene.lines {
-                let segments: Vec<Segment> = visible_segments(scene, layer, camera, options.size);
-                for chunk in segments.chunks(SEGMENTS_PER_BUFFER) {
+            for layer in lines {
+                for chunk in layer.segments.chunks(SEGMENTS_PER_BUFFER) {
                     let instances = self.buffer(chunk, BufferUsages::VERTEX);
                     pass.set_vertex_buffer(0, instances.slice(..));
                     pass.draw(0..4, 0..chunk.len() as u32);

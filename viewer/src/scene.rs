@@ -63,7 +63,7 @@ pub struct Strip {
     pub count: usize,
     /// Colour.
     pub colour: Rgb,
-    /// Pass number, for layers that thin out passes.
+    /// Pass number, for layers that thin out passes: strips in a row with the same number belong together.
     pub pass: u32,
 }
 
@@ -78,10 +78,9 @@ pub struct LineLayer {
     pub width_px: f32,
     /// 1 covers, 0 is invisible.
     pub opacity: f32,
-    /// Distance between neighbouring passes, mm: where passes would fall closer together in the picture
-    /// than [`crate::CLOSEST_PASSES_PX`], only every n-th is drawn in full, the others faintly or, where
-    /// they would merge into a veil, not at all. `None`: all strips alike.
-    pub spacing_mm: Option<f64>,
+    /// Whether strips of different passes are thinned out where they would come closer together in the
+    /// picture than [`crate::CLOSEST_PASSES_PX`]; else all are drawn.
+    pub thinned: bool,
 }
 
 /// How a legend line shows its colour.

@@ -1,20 +1,20 @@
-use claymill_nurbs::Point3;
+use claymill_nurbs::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::camera::Camera;
-use crate::scene::{LineLayer, Scene, Strip};
+use crate::palette::Rgb;
+use crate::scene::{LineLayer, Scene};
+use crate::thinning::evenly_spaced;
 
 /// Passes that would come closer together than this in a picture are thinned out, pixels.
-pub const CLOSEST_PASSES_PX: f64 = 4.5;
+pub const CLOSEST_PASSES_PX: f64 = 4.0;
 /// A point that moves the drawn line by less than this is left out, pixels.
 const DECIMATION_PX: f64 = 0.3;
+/// The same along the line of sight: a chord that sinks into a surface by more is hidden by it. Lines are
+/// lifted by more than this.
+const DEPTH_DECIMATION_PX: f64 = 0.6;
 /// Points that one drawn segment may stand for: bounds the work of testing them again.
 const LONGEST_RUN: usize = 64;
-/// Opacity of the passes between the emphasised ones.
-const FAINT: f32 = 0.16;
-/// Passes closer together than this are only a veil: those between the emphasised ones are left out, pixels.
-const CLOSEST_FAINT_PX: f64 = 1.8;
-
 /// A line segment as the graphics card reads it.
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
@@ -26,97 +26,105 @@ pub(crate) struct Segment {
     pub(crate) colour: [u8; 4],
 }
 
-/// Every how many passes one is drawn in full, for passes `spacing_mm` apart: 1, 2, 5, 10, 20, 50, …
-pub(crate) fn emphasis_step(spacing_mm: Option<f64>, mm_per_px: f64) -> u32 {
-    let Some(spacing_mm) = spacing_mm.filter(|s| *s > 0.0) else {
-        return 1;
-    };
-    let needed = CLOSEST_PASSES_PX * mm_per_px / spacing_mm;
-    let mut decade = 1;
-    loop {
-        for digit in [1, 2, 5] {
-            if f64::from(digit * decade) >= needed || decade >= 100_000 {
-                return digit * decade;
-            }
-        }
-        decade *= 10;
-    }
+/// What of a layer is drawn in a picture.
+#[derive(Debug, Default)]
+pub(crate) struct VisibleLines {
+    pub(crate) segments: Vec<Segment>,
+    /// Drawn part of what a thinned layer holds within the frame; 1 when nothing is left out.
+    pub(crate) share: f32,
 }
 
-/// The segments of a layer that matter in this picture, in drawing order: points that do not show are
-/// dropped, and so are segments outside the frame.
-pub(crate) fn visible_segments(
+/// The segments of a layer that matter in this picture, in drawing order: passes are thinned out where they
+/// crowd, and points that do not show and segments outside the frame are dropped.
+pub(crate) fn visible_lines(
     scene: &Scene,
     layer: &LineLayer,
     camera: &Camera,
     size: [u32; 2],
-) -> Vec<Segment> {
-    let step = emphasis_step(layer.spacing_mm, camera.mm_per_px());
+) -> VisibleLines {
     // Enough for the whole width of a line on a surface that slopes at 45 degrees to the line of sight.
     let lift_px = 1.0 + 0.5 * f64::from(layer.width_px);
     let lift_mm = (scene.deviation_mm + lift_px * camera.mm_per_px()) as f32;
-    let emphasised = |s: &Strip| s.pass.is_multiple_of(step);
-    let draw = |strip: &Strip| {
-        let (width_px, opacity) =
-            if emphasised(strip) { (layer.width_px, layer.opacity) } else { (1.0, layer.opacity * FAINT) };
-        let [r, g, b] = strip.colour;
-        let colour = [r, g, b, (opacity * 255.0).round() as u8];
-        let points = &layer.points[strip.first..strip.first + strip.count];
-        let ends = strip_segments(points, &scene.origin, camera, size, width_px);
-        ends.into_iter().map(move |[a, b]| Segment { a, width_px, b, lift_mm, colour })
+    let frame = Frame { scene, camera, size, border_px: f64::from(layer.width_px) + 1.0 };
+    let draw = |(colour, points): (Rgb, &[[f32; 3]])| {
+        let colour = [colour[0], colour[1], colour[2], (layer.opacity * 255.0).round() as u8];
+        let ends = frame.segments(points);
+        ends.into_iter().map(move |[a, b]| Segment { a, width_px: layer.width_px, b, lift_mm, colour })
     };
-    let (strong, mut faint): (Vec<&Strip>, Vec<&Strip>) = layer.strips.iter().partition(|s| emphasised(s));
-    if layer.spacing_mm.is_some_and(|mm| mm < CLOSEST_FAINT_PX * camera.mm_per_px()) {
-        faint.clear();
+    if !layer.thinned {
+        let strips = layer.strips.par_iter();
+        let all = strips.map(|s| (s.colour, &layer.points[s.first..s.first + s.count]));
+        return VisibleLines { segments: all.flat_map_iter(draw).collect(), share: 1.0 };
     }
-    // The faint ones first: they must not veil the emphasised ones.
-    [faint, strong].concat().into_par_iter().flat_map_iter(draw).collect()
+    let spacing_mm = (CLOSEST_PASSES_PX * camera.mm_per_px()) as f32;
+    let thinned = evenly_spaced(layer, spacing_mm, |a, b| frame.touches(a, b));
+    let runs = thinned.runs.par_iter().map(|r| (layer.strips[r.strip].colour, r.points.as_slice()));
+    VisibleLines { segments: runs.flat_map_iter(draw).collect(), share: thinned.share }
 }
 
-fn strip_segments(
-    points: &[[f32; 3]],
-    origin: &Point3,
-    camera: &Camera,
+/// The picture's rectangle as segments meet it.
+struct Frame<'a> {
+    scene: &'a Scene,
+    camera: &'a Camera,
     size: [u32; 2],
-    width_px: f32,
-) -> Vec<[[f32; 3]; 2]> {
-    let project = |p: &[f32; 3]| camera.project(&(Point3::from(p.map(f64::from)) + origin.coords));
-    let pixels: Vec<Option<[f64; 2]>> = points.iter().map(project).collect();
-    let border = f64::from(width_px) + 1.0;
-    let outside = |p: [f64; 2], q: [f64; 2]| {
-        (0..2).any(|i| p[i].max(q[i]) < -border || p[i].min(q[i]) > f64::from(size[i]) + border)
-    };
-    let mut kept = Vec::new();
-    let mut anchor = 0;
-    while anchor + 1 < points.len() {
-        let mut next = anchor + 1;
-        if let Some(from) = pixels[anchor] {
-            while next + 1 < points.len() && next - anchor < LONGEST_RUN {
-                let Some(to) = pixels[next + 1] else { break };
-                let dropped = &pixels[anchor + 1..=next];
-                if !dropped.iter().flatten().all(|p| distance(*p, from, to) < DECIMATION_PX) {
-                    break;
-                }
-                next += 1;
-            }
-            if pixels[next].is_some_and(|to| !outside(from, to)) {
-                kept.push([points[anchor], points[next]]);
-            }
-        }
-        anchor = next;
-    }
-    kept
+    border_px: f64,
 }
 
-fn distance(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
-    let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
-    let length2 = dx * dx + dy * dy;
-    let t = if length2 > 0.0 {
-        (((p[0] - a[0]) * dx + (p[1] - a[1]) * dy) / length2).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    (p[0] - a[0] - t * dx).hypot(p[1] - a[1] - t * dy)
+impl Frame<'_> {
+    fn project(&self, p: &[f32; 3]) -> Option<[f64; 2]> {
+        self.camera.project(&(Point3::from(p.map(f64::from)) + self.scene.origin.coords))
+    }
+
+    fn outside(&self, p: &[f64], q: &[f64]) -> bool {
+        (0..2).any(|i| {
+            p[i].max(q[i]) < -self.border_px || p[i].min(q[i]) > f64::from(self.size[i]) + self.border_px
+        })
+    }
+
+    fn touches(&self, a: &[f32; 3], b: &[f32; 3]) -> bool {
+        matches!((self.project(a), self.project(b)), (Some(p), Some(q)) if !self.outside(&p, &q))
+    }
+
+    /// Pixel coordinates and the depth in units of the depth's tolerance.
+    fn project_with_depth(&self, p: &[f32; 3]) -> Option<[f64; 3]> {
+        let [x, y] = self.project(p)?;
+        let toward_eye_mm = self.camera.in_picture(&Vector3::from(p.map(f64::from))).z;
+        let depth = toward_eye_mm / self.camera.mm_per_px() * (DECIMATION_PX / DEPTH_DECIMATION_PX);
+        Some([x, y, depth])
+    }
+
+    /// The polyline's segments, without points that do not show and without segments outside.
+    fn segments(&self, points: &[[f32; 3]]) -> Vec<[[f32; 3]; 2]> {
+        let pixels: Vec<Option<[f64; 3]>> = points.iter().map(|p| self.project_with_depth(p)).collect();
+        let mut kept = Vec::new();
+        let mut anchor = 0;
+        while anchor + 1 < points.len() {
+            let mut next = anchor + 1;
+            if let Some(from) = pixels[anchor] {
+                while next + 1 < points.len() && next - anchor < LONGEST_RUN {
+                    let Some(to) = pixels[next + 1] else { break };
+                    let dropped = &pixels[anchor + 1..=next];
+                    if !dropped.iter().flatten().all(|p| distance(*p, from, to) < DECIMATION_PX) {
+                        break;
+                    }
+                    next += 1;
+                }
+                if pixels[next].is_some_and(|to| !self.outside(&from, &to)) {
+                    kept.push([points[anchor], points[next]]);
+                }
+            }
+            anchor = next;
+        }
+        kept
+    }
+}
+
+fn distance(p: [f64; 3], a: [f64; 3], b: [f64; 3]) -> f64 {
+    let [p, a, b] = [p, a, b].map(Vector3::from);
+    let d = b - a;
+    let length2 = d.norm_squared();
+    let t = if length2 > 0.0 { ((p - a).dot(&d) / length2).clamp(0.0, 1.0) } else { 0.0 };
+    (p - a - d * t).norm()
 }
 
 #[cfg(test)]
@@ -125,18 +133,8 @@ mod tests {
     use crate::camera::{Axes, View};
 
     #[test]
-    fn emphasis_keeps_passes_apart() {
-        assert_eq!(emphasis_step(None, 100.0), 1);
-        assert_eq!(emphasis_step(Some(2.8), 0.1), 1);
-        // 4.5 px of 2.5 mm are 11.25 mm: four passes of 2.8 mm are too few, five are enough.
-        assert_eq!(emphasis_step(Some(2.8), 2.5), 5);
-        assert_eq!(emphasis_step(Some(2.8), 25.0), 50);
-    }
-
-    #[test]
-    fn passes_between_the_emphasised_ones_fade_and_then_go() {
-        let mut layer =
-            LineLayer { width_px: 1.5, opacity: 1.0, spacing_mm: Some(1.0), ..LineLayer::default() };
+    fn passes_closer_than_the_limit_are_thinned_and_others_are_not() {
+        let mut layer = LineLayer { width_px: 1.5, opacity: 1.0, thinned: true, ..LineLayer::default() };
         for pass in 0..100 {
             let y = f64::from(pass);
             let ends = [Point3::new(0.0, y, 0.0), Point3::new(99.0, y, 0.0)];
@@ -144,12 +142,13 @@ mod tests {
         }
         let scene = Scene { lines: vec![layer], ..Scene::default() };
         // Pictures in which passes are about 8.8, 2.6 and 0.9 px apart.
-        for (side, expected) in [(1000, (100, 0)), (300, (50, 50)), (100, (10, 0))] {
+        for (side, step) in [(1000, 1), (300, 2), (100, 5)] {
             let view = View::top(&Axes::default());
             let camera = Camera::frame(&view, scene.points(), [side; 2]);
-            let segments = visible_segments(&scene, &scene.lines[0], &camera, [side; 2]);
-            let strong = segments.iter().filter(|s| s.colour[3] == 255).count();
-            assert_eq!((strong, segments.len() - strong), expected, "{} mm/px", camera.mm_per_px());
+            let drawn = visible_lines(&scene, &scene.lines[0], &camera, [side; 2]);
+            let rows: Vec<f32> = drawn.segments.iter().map(|s| s.a[1]).collect();
+            let expected: Vec<f32> = (0..100_u8).step_by(step).map(f32::from).collect();
+            assert_eq!(rows, expected, "{} mm/px", camera.mm_per_px());
         }
     }
 
@@ -168,7 +167,7 @@ mod tests {
         scene.lines.push(layer);
         let size = [400, 400];
         let camera = Camera::frame(&View::top(&Axes::default()), scene.points(), size);
-        let segments = visible_segments(&scene, &scene.lines[0], &camera, size);
+        let segments = visible_lines(&scene, &scene.lines[0], &camera, size).segments;
         assert!(segments.len() < 1_000, "{} segments", segments.len());
         let sagitta_px = |s: &Segment| {
             let middle = [0, 1].map(|i| 0.5 * f64::from(s.a[i] + s.b[i]));
@@ -179,5 +178,30 @@ mod tests {
         for pair in segments.windows(2) {
             assert_eq!(pair[0].b, pair[1].a, "segments hang together");
         }
+    }
+
+    #[test]
+    fn lines_over_a_bulge_do_not_cut_through_it_where_they_look_straight() {
+        // From above an arc in the plane y = 0 is a straight line.
+        let arc: Vec<Point3> = (0..=400)
+            .map(|i| {
+                let t = f64::from(i) / 400.0 * std::f64::consts::PI;
+                Point3::new(-100.0 * t.cos(), 0.0, 100.0 * t.sin())
+            })
+            .collect();
+        let mut scene = Scene::default();
+        let mut layer = LineLayer { width_px: 1.0, opacity: 1.0, ..LineLayer::default() };
+        layer.add(arc.iter(), &scene.origin, [0, 0, 0], 0);
+        scene.lines.push(layer);
+        let size = [400, 400];
+        let camera = Camera::frame(&View::top(&Axes::default()), scene.points(), size);
+        let segments = visible_lines(&scene, &scene.lines[0], &camera, size).segments;
+        assert!(segments.len() < 60, "{} segments", segments.len());
+        let sunk_px = |s: &Segment| {
+            let middle = [0, 2].map(|i| 0.5 * f64::from(s.a[i] + s.b[i]));
+            (100.0 - middle[0].hypot(middle[1])) / camera.mm_per_px()
+        };
+        let worst = segments.iter().map(sunk_px).fold(0.0, f64::max);
+        assert!(worst < DEPTH_DECIMATION_PX, "{worst} px");
     }
 }

@@ -40,7 +40,8 @@ fn backdrop_vertex(@builtin(vertex_index) i: u32) -> Backdrop {
 @fragment
 fn backdrop_fragment(in: Backdrop) -> @location(0) vec4<f32> {
     let c = mix(frame.backdrop_bottom, frame.backdrop_top, in.height);
-    return vec4(linear(c.rgb), c.a);
+    // Opacity says where the model is, until the picture is finished.
+    return vec4(linear(c.rgb), 0.0);
 }
 
 // --- surfaces ---------------------------------------------------------------------------------------------

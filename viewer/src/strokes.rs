@@ -1,9 +1,10 @@
 use claymill_nurbs::{Curve3, Point3, Vector3};
-use claymill_toolpath::{Move, MoveKind, Program};
+use claymill_toolpath::{Move, MoveKind, Program, ToolRecord};
 use rayon::prelude::*;
 
 use crate::palette::{Rgb, stroke_shade};
 use crate::scene::{LegendEntry, LineLayer, Mark, Scene};
+use crate::touch::TriangleTree;
 
 /// How tool paths are drawn.
 #[derive(Debug, Clone, Copy)]
@@ -14,15 +15,17 @@ pub struct StrokeStyle<'a> {
     pub region_colours: Option<&'a [Rgb]>,
     /// Whether rapids are drawn.
     pub rapids: bool,
-    /// Distance between neighbouring passes, mm; `None` measures it.
-    pub spacing_mm: Option<f64>,
+    /// The job's tools. Moves hold the tip, which lies inside the surface on every slope (at 45 degrees by
+    /// 0.3 radii). Moves of these tools are drawn where the ball touches the scene's surfaces; those of other
+    /// tools, and all in a scene without surfaces, at the tip.
+    pub tools: &'a [ToolRecord],
 }
 
 impl StrokeStyle<'_> {
     /// A plain style with this chord tolerance.
     #[must_use]
     pub fn new(chord_mm: f64) -> Self {
-        StrokeStyle { chord_mm, region_colours: None, rapids: true, spacing_mm: None }
+        StrokeStyle { chord_mm, region_colours: None, rapids: true, tools: &[] }
     }
 }
 
@@ -84,9 +87,11 @@ impl Layer {
 
 pub(crate) fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyle<'_>) -> usize {
     let chord_mm = if style.chord_mm > 0.0 { style.chord_mm } else { 1e-3 };
-    let flat: Vec<Option<Vec<Point3>>> =
-        program.moves.par_iter().map(|m| m.curve().ok().map(|curve| flatten(&curve, chord_mm))).collect();
-    let spacing_mm = style.spacing_mm.or_else(|| pass_spacing_mm(&program.moves, &flat));
+    let surfaces = TriangleTree::new(if style.tools.is_empty() { &[] } else { &scene.surfaces });
+    let draw =
+        |m: &Move| m.curve().ok().map(|curve| drawn_points(m, &curve, chord_mm, scene, style, &surfaces));
+    let flat: Vec<Option<Vec<Point3>>> = program.moves.par_iter().map(draw).collect();
+    let pass_numbers = consecutive_passes(&program.moves);
 
     for (layer, width_px, name) in [
         (Layer::Rapid, 1.0, "rapid"),
@@ -100,16 +105,16 @@ pub(crate) fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyl
         let mut lines = LineLayer {
             width_px,
             opacity: if layer == Layer::Rapid { 0.75 } else { 1.0 },
-            spacing_mm: spacing_mm.filter(|_| matches!(layer, Layer::Cut | Layer::Link)),
+            thinned: matches!(layer, Layer::Cut | Layer::Link),
             ..LineLayer::default()
         };
         let mut colour = kind_colour(MoveKind::Cut);
-        for (m, points) in program.moves.iter().zip(&flat) {
+        for ((m, points), &pass) in program.moves.iter().zip(&flat).zip(&pass_numbers) {
             let Some(points) = points.as_ref().filter(|_| Layer::of(m.kind) == layer) else {
                 continue;
             };
             colour = move_colour(m, style);
-            lines.add(points.iter(), &scene.origin, colour, m.pass);
+            lines.add(points.iter(), &scene.origin, colour, pass);
         }
         if lines.strips.is_empty() {
             continue;
@@ -131,44 +136,39 @@ fn move_colour(m: &Move, style: &StrokeStyle<'_>) -> Rgb {
     }
 }
 
-/// Typical distance between neighbouring passes, mm: the median, over samples spread evenly over the
-/// program, of the distance from the middle of a cut to the next pass of the same region and setup.
-fn pass_spacing_mm(moves: &[Move], flat: &[Option<Vec<Point3>>]) -> Option<f64> {
-    const SAMPLES: usize = 200;
-    let cuts: Vec<usize> = (0..moves.len()).filter(|&i| moves[i].kind == MoveKind::Cut).collect();
-    let mut distances = Vec::new();
-    for s in 0..SAMPLES.min(cuts.len()) {
-        let at = s * cuts.len() / SAMPLES.min(cuts.len());
-        let m = &moves[cuts[at]];
-        let Some(points) = &flat[cuts[at]] else { continue };
-        let middle = points[points.len() / 2];
-        let next = |other: &&usize| {
-            let o = &moves[**other];
-            o.region == m.region && o.setup == m.setup && o.pass == m.pass + 1
-        };
-        let nearest = cuts[at..]
-            .iter()
-            .take(64)
-            .filter(next)
-            .filter_map(|&other| flat[other].as_ref())
-            .map(|line| distance_to_polyline(&middle, line))
-            .fold(f64::INFINITY, f64::min);
-        if nearest.is_finite() {
-            distances.push(nearest);
-        }
-    }
-    distances.sort_by(f64::total_cmp);
-    distances.get(distances.len() / 2).copied()
+/// A number for each move that changes wherever the pass does: passes are counted anew in every region.
+fn consecutive_passes(moves: &[Move]) -> Vec<u32> {
+    let pass = |m: &Move| (m.region, m.pass);
+    let mut number = 0;
+    let numbered = moves.iter().enumerate().map(|(i, m)| {
+        let before = i.checked_sub(1).map(|b| &moves[b]);
+        number += u32::from(before.is_some_and(|b| pass(b) != pass(m) || b.setup != m.setup));
+        number
+    });
+    numbered.collect()
 }
 
-fn distance_to_polyline(p: &Point3, line: &[Point3]) -> f64 {
-    let to_segment = |ab: &[Point3]| {
-        let d: Vector3 = ab[1] - ab[0];
-        let length2 = d.norm_squared();
-        let t = if length2 > 0.0 { ((p - ab[0]).dot(&d) / length2).clamp(0.0, 1.0) } else { 0.0 };
-        (p - (ab[0] + d * t)).norm()
+fn drawn_points(
+    m: &Move,
+    curve: &Curve3,
+    chord_mm: f64,
+    scene: &Scene,
+    style: &StrokeStyle<'_>,
+    surfaces: &TriangleTree,
+) -> Vec<Point3> {
+    let mut points = flatten(curve, chord_mm);
+    // Rapids are far from what they could touch.
+    let tool = style.tools.iter().find(|t| t.id == m.tool && m.kind != MoveKind::Rapid);
+    let Some(radius_mm) = tool.map(|t| t.tool.radius_mm()) else {
+        return points;
     };
-    line.windows(2).map(to_segment).fold(f64::INFINITY, f64::min)
+    let last = points.len().saturating_sub(1).max(1) as f64;
+    let (start, end) = (Vector3::from(m.axis_start), Vector3::from(m.axis_end));
+    for (i, p) in points.iter_mut().enumerate() {
+        let axis = start.lerp(&end, i as f64 / last).try_normalize(0.0).unwrap_or(start);
+        *p = surfaces.touched(&(*p - scene.origin.coords), &axis, radius_mm) + scene.origin.coords;
+    }
+    points
 }
 
 #[cfg(test)]
@@ -196,22 +196,20 @@ mod tests {
     }
 
     #[test]
-    fn spacing_is_measured_between_neighbouring_passes() {
-        let cut = |pass: u32| Move {
+    fn passes_of_different_regions_and_setups_are_not_taken_for_one() {
+        let cut = |setup: &str, region: usize, pass: u32| Move {
+            setup: setup.to_owned(),
+            region,
             pass,
             ..Move::straight(
                 MoveKind::Cut,
-                Point3::new(0.0, f64::from(pass) * 2.8, 0.0),
-                Point3::new(500.0, f64::from(pass) * 2.8, 0.0),
+                Point3::origin(),
+                Point3::new(1.0, 0.0, 0.0),
                 Vector3::z(),
                 6000.0,
             )
         };
-        let program = Program { moves: (0..50).map(cut).collect() };
-        let mut scene = Scene::default();
-        assert_eq!(scene.add_paths(&program, &StrokeStyle::new(0.1)), 0);
-        let layer = scene.lines.last().unwrap();
-        approx::assert_abs_diff_eq!(layer.spacing_mm.unwrap(), 2.8, epsilon = 1e-9);
-        assert_eq!(layer.strips.len(), 50);
+        let moves = [cut("A", 0, 1), cut("A", 0, 1), cut("A", 0, 2), cut("A", 1, 2), cut("B", 1, 2)];
+        assert_eq!(consecutive_passes(&moves), [0, 0, 1, 2, 3]);
     }
 }

@@ -2,7 +2,7 @@ use std::path::Path;
 
 use claymill_nurbs::{FaceMesh, MeshOptions, Model, tessellate};
 use claymill_paths::Orientation;
-use claymill_toolpath::{Move, MoveKind, Program};
+use claymill_toolpath::{Job, Move, MoveKind, Program, ToolRecord};
 use claymill_viewer::{
     Axes, Colouring, LegendEntry, Mark, ModelView, PictureOptions, Renderer, ReportPicture, Rgb, Scene,
     StrokeStyle, View, ViewError, region_colours,
@@ -29,6 +29,13 @@ impl From<ViewError> for Failure {
         };
         Failure::problem(error, advice)
     }
+}
+
+/// Tool paths and the tools that run along them.
+#[derive(Clone, Copy)]
+pub(crate) struct Paths<'a> {
+    pub(crate) program: &'a Program,
+    pub(crate) tools: &'a [ToolRecord],
 }
 
 /// A model that is ready to be drawn.
@@ -68,7 +75,7 @@ impl<'a> Album<'a> {
     }
 
     /// The model in region colours, with the tool paths over it when there are any.
-    pub(crate) fn scene(&self, title: &str, program: Option<&Program>) -> Result<Scene, Failure> {
+    pub(crate) fn scene(&self, title: &str, paths: Option<Paths<'_>>) -> Result<Scene, Failure> {
         let colours = self.colours();
         let mut scene = Scene::of_model(&self.view(), Colouring::Region)?;
         let facts = format!("{} faces in {} regions", self.model.faces.len(), colours.len());
@@ -76,9 +83,13 @@ impl<'a> Album<'a> {
         for (region, &colour) in colours.iter().enumerate().take(NAMED_REGIONS) {
             scene.legend.push(LegendEntry { mark: Mark::Area, colour, text: format!("region {region}") });
         }
-        if let Some(program) = program {
-            let style =
-                StrokeStyle { region_colours: Some(&colours), rapids: false, ..StrokeStyle::new(CHORD_MM) };
+        if let Some(Paths { program, tools }) = paths {
+            let style = StrokeStyle {
+                region_colours: Some(&colours),
+                rapids: false,
+                tools,
+                ..StrokeStyle::new(CHORD_MM)
+            };
             // Ways through the air would hide what is cut.
             let on_model = |m: &&Move| matches!(m.kind, MoveKind::Cut | MoveKind::Link);
             let program = Program { moves: program.moves.iter().filter(on_model).cloned().collect() };
@@ -108,14 +119,14 @@ impl<'a> Album<'a> {
         &self,
         console: &Console,
         title: &str,
-        program: &Program,
+        paths: Paths<'_>,
         orientation: Orientation,
         folder: &Path,
     ) -> Result<Vec<ReportPicture>, Failure> {
         let Some(renderer) = renderer(console) else {
             return Ok(Vec::new());
         };
-        let painted = self.scene(title, Some(program))?;
+        let painted = self.scene(title, Some(paths))?;
         let bare = self.scene(title, None)?;
         let axes = axes(orientation);
         let shots = [
@@ -137,6 +148,11 @@ impl<'a> Album<'a> {
         }
         Ok(pictures)
     }
+}
+
+/// Which faces of a job are cut by more than a rim.
+pub(crate) fn cut_faces(job: &Job) -> Vec<bool> {
+    job.faces.iter().map(|f| f.area.cut_mm2 > 0.02 * f.area.total_mm2).collect()
 }
 
 /// The viewer's axes.

@@ -177,9 +177,10 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
 
     console.stage("pictures");
     let title = request.model.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let cut: Vec<bool> = job.faces.iter().map(|f| f.area.cut_mm2 > 0.02 * f.area.total_mm2).collect();
+    let cut = pictures::cut_faces(&job);
     let album = pictures::Album::new(model, &merged.region_of_face, Some(&cut), merged.tolerance.value_mm);
-    let shots = album.save_previews(console, &title, &program, orientation, folder.path())?;
+    let paths = pictures::Paths { program: &program, tools: &job.tools };
+    let shots = album.save_previews(console, &title, paths, orientation, folder.path())?;
 
     job.timings = console.finish();
     job.peak_memory_mb = peak_memory_mb();

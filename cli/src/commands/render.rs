@@ -55,10 +55,13 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
         }
     };
     context.console.stage("drawing");
-    let program = (!args.no_paths && !program.moves.is_empty()).then_some(&program);
+    let tools = job.as_ref().map_or(&[][..], |job| &job.tools);
+    let paths =
+        (!args.no_paths && !program.moves.is_empty()).then_some(pictures::Paths { program: &program, tools });
     let title = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let album = pictures::Album::new(model, &region_of_face, None, tolerance_mm);
-    let scene = album.scene(&title, program)?;
+    let cut = job.as_ref().map(pictures::cut_faces).filter(|cut| cut.len() == model.faces.len());
+    let album = pictures::Album::new(model, &region_of_face, cut.as_deref(), tolerance_mm);
+    let scene = album.scene(&title, paths)?;
     let options = claymill_viewer::PictureOptions { size, ..pictures::options(&axes) };
     claymill_viewer::render_png(&Renderer::new()?, &scene, &view, &options, &args.out)?;
     context.console.finish();

@@ -24,6 +24,7 @@
 
 mod banded;
 mod contact;
+mod crests;
 mod frame;
 mod heights;
 mod order;

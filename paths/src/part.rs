@@ -1,10 +1,11 @@
 //! The passes of one part: what one setup cuts of one region.
 
-use claymill_nurbs::{Curve3, Point2, Point3};
+use claymill_nurbs::{Curve3, FaceId, Point2, Point3};
 use claymill_toolpath::{LengthByKind, LinkStyle, Move, MoveKind, round_to_written};
 use rayon::prelude::*;
 
 use crate::contact::{FlatPart, Stock};
+use crate::crests::{Laid, missing_rows};
 use crate::heights::Heights;
 use crate::order::{Ends, Turn, order};
 use crate::profile::{Chain, Line, follow};
@@ -14,8 +15,12 @@ use crate::refit::{Fit, Written, fit};
 use crate::step_over::row_distance_mm;
 use crate::{Feeds, Frame, RowsAlong};
 
-/// Rapids keep at least this distance above everything within the tool's radius, mm.
+/// Rapids across keep at least this distance above everything within the tool's radius; rapids up and down
+/// end this far above the ball's location, mm.
 pub const CLEARANCE_MM: f64 = 5.0;
+/// Rapids up and down keep this far away from walls, seen in so many directions, mm.
+const ASIDE_MM: f64 = 2.0;
+const ASIDE: u32 = 8;
 /// Passes shorter than this are left out: the neighbouring rows cover them.
 const SHORTEST_PASS_MM: f64 = 1.0;
 /// A stay-down link may be this long in lace, mm; it must also be quicker than lifting over.
@@ -26,6 +31,11 @@ const LINK_STEPS: f64 = 8.0;
 const STOPS_MM: f64 = 40.0;
 /// What a turn between two passes costs, as path length, when a direction is chosen.
 const TURN_MM: f64 = 60.0;
+
+/// A crest higher than this share of the scallop height is worth a further row.
+const TOO_HIGH: f64 = 1.03;
+/// Rounds of laying rows between rows: each halves their distance.
+const ROUNDS: usize = 6;
 
 /// What all parts of a setup share.
 pub(crate) struct SetupContext<'a> {
@@ -39,7 +49,7 @@ pub(crate) struct SetupContext<'a> {
     pub(crate) feeds: Feeds,
 }
 
-/// Moves and totals of a part. The first move starts, and the last one ends, at link height.
+/// Moves and totals of a part, from the start of its first pass to the end of its last one.
 #[derive(Debug, Clone)]
 pub(crate) struct Part {
     pub(crate) moves: Vec<Move>,
@@ -77,10 +87,9 @@ impl Written for DrivePlane<'_> {
 impl SetupContext<'_> {
     /// Plans the part of the region made of `faces`; `None` when this setup cuts nothing of it.
     pub(crate) fn part(&self, faces: &[usize], fates: &[Vec<Fate>]) -> Option<Part> {
-        let (along, rows) = self.rows(faces, fates)?;
-        let followed: Vec<(Vec<Pass>, u64)> = rows.par_iter().map(|row| self.cut_row(row, along)).collect();
-        let lifted = followed.iter().map(|f| f.1).sum();
-        let passes: Vec<Pass> = followed.into_iter().flat_map(|f| f.0).collect();
+        let (along, raster, rows) = self.rows(faces, fates)?;
+        let (laid, lifted) = self.lay(&raster, rows, along, fates);
+        let passes: Vec<Pass> = laid.par_iter().flat_map_iter(|row| self.fit_row(row)).collect();
         if passes.is_empty() {
             return None;
         }
@@ -100,20 +109,21 @@ impl SetupContext<'_> {
     }
 
     /// Rows over the part in the cheaper of the two directions.
-    fn rows(&self, faces: &[usize], fates: &[Vec<Fate>]) -> Option<(RowsAlong, Vec<Row>)> {
+    fn rows(&self, faces: &[usize], fates: &[Vec<Fate>]) -> Option<(RowsAlong, Raster, Vec<Row>)> {
         let cell = (0.5 * crate::step_over::flat_mm(self.stock.radius_mm(), self.scallop_mm)).clamp(0.3, 3.0);
         [RowsAlong::X, RowsAlong::Y]
             .into_par_iter()
             .filter_map(|along| {
                 let patches = self.patches(faces, fates, along);
-                let rows = Raster::new(&patches, cell)?.rows();
+                let raster = Raster::new(&patches, cell)?;
+                let rows = raster.rows();
                 let cost: f64 = rows.iter().flat_map(|r| &r.stretches).map(|(a, b)| b - a + TURN_MM).sum();
-                Some((cost, along, rows))
+                Some((cost, along, raster, rows))
             })
             .collect::<Vec<_>>()
             .into_iter()
             .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, along, rows)| (along, rows))
+            .map(|(_, along, raster, rows)| (along, raster, rows))
     }
 
     fn patches(&self, faces: &[usize], fates: &[Vec<Fate>], along: RowsAlong) -> Vec<Patch> {
@@ -149,25 +159,68 @@ impl SetupContext<'_> {
         patches
     }
 
-    /// The passes over one row, and how many locations rest on a proven bound.
-    fn cut_row(&self, row: &Row, along: RowsAlong) -> (Vec<Pass>, u64) {
-        let line = match along {
-            RowsAlong::X => Line { origin: [0.0, row.q], direction: [1.0, 0.0] },
-            RowsAlong::Y => Line { origin: [row.q, 0.0], direction: [0.0, 1.0] },
-        };
-        let mut passes = Vec::new();
+    /// Follows the rows, and further ones between them until no crest is too high; sorted by position. Also
+    /// tells how many locations rest on a proven bound.
+    fn lay(
+        &self,
+        raster: &Raster,
+        rows: Vec<Row>,
+        along: RowsAlong,
+        fates: &[Vec<Fate>],
+    ) -> (Vec<Laid>, u64) {
+        let mut laid: Vec<Laid> = Vec::new();
         let mut lifted = 0;
-        for &(s0, s1) in &row.stretches {
-            let followed = follow(self.stock, &line, s0, s1);
-            lifted += followed.lifted;
-            for chain in followed.chains {
-                if chain[chain.len() - 1].end().s - chain[0].start().s < SHORTEST_PASS_MM {
-                    continue;
-                }
-                passes.extend(self.fit_chain(&chain, &line));
+        let mut rows = rows;
+        for _ in 0..ROUNDS {
+            let followed: Vec<(Laid, u64)> = rows.par_iter().map(|row| self.follow_row(row, along)).collect();
+            laid.iter_mut().for_each(|row| row.fresh = false);
+            lifted += followed.iter().map(|f| f.1).sum::<u64>();
+            laid.extend(followed.into_iter().map(|f| f.0).filter(|row| !row.chains.is_empty()));
+            laid.sort_by(|a, b| a.q.total_cmp(&b.q));
+            rows = missing_rows(
+                self.stock,
+                raster,
+                &laid,
+                TOO_HIGH * self.scallop_mm,
+                |q| line(along, q),
+                |face, at| self.claims(face, at, fates),
+            );
+            if rows.is_empty() {
+                break;
             }
         }
-        (passes, lifted)
+        (laid, lifted)
+    }
+
+    /// Whether this setup cuts a face at these parameters, or anywhere.
+    fn claims(&self, face: FaceId, at: Option<Point2>, fates: &[Vec<Fate>]) -> bool {
+        let mine = |fate: &Fate| fate.setups & (1 << self.index) != 0;
+        let Some(p) = at else {
+            return fates[face].iter().any(mine);
+        };
+        let mesh = &self.flat.meshes[face];
+        let holds = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|i| mesh.uv[i as usize] - p);
+            let turns = [a.perp(&b), b.perp(&c), c.perp(&a)];
+            turns.iter().all(|t| *t >= 0.0) || turns.iter().all(|t| *t <= 0.0)
+        };
+        mesh.triangles.iter().zip(&fates[face]).any(|(t, fate)| mine(fate) && holds(t))
+    }
+
+    fn follow_row(&self, row: &Row, along: RowsAlong) -> (Laid, u64) {
+        let mut laid = Laid { q: row.q, line: line(along, row.q), chains: Vec::new(), fresh: true };
+        let mut lifted = 0;
+        for &(s0, s1) in &row.stretches {
+            let followed = follow(self.stock, &laid.line, s0, s1);
+            lifted += followed.lifted;
+            laid.chains.extend(followed.chains);
+        }
+        laid.chains.retain(|c| c[c.len() - 1].end().s - c[0].start().s >= SHORTEST_PASS_MM);
+        (laid, lifted)
+    }
+
+    fn fit_row(&self, row: &Laid) -> Vec<Pass> {
+        row.chains.iter().filter_map(|chain| self.fit_chain(chain, &row.line)).collect()
     }
 
     /// Fits a chain: the curves of one pass, end to end; `None` when nothing is left in the written digits.
@@ -204,14 +257,13 @@ impl SetupContext<'_> {
             let pass = &passes[turn.pass];
             let number = k as u32;
             let first = part.moves.len();
-            if k == 0 {
-                let height = self.link_height(pass.start(), pass.start());
-                part.moves.push(self.lead_in(height, pass.start()));
-            } else if let Some(link) = &links[k - 1] {
-                part.moves.extend(link.iter().cloned());
-            } else {
-                part.retracts += 1;
-                part.moves.extend(self.lift_over(passes[turns[k - 1].pass].end(), pass.start()));
+            match k.checked_sub(1).map(|before| &links[before]) {
+                None => {}
+                Some(Some(link)) => part.moves.extend(link.iter().cloned()),
+                Some(None) => {
+                    part.retracts += 1;
+                    part.moves.extend(self.lift_over(passes[turns[k - 1].pass].end(), pass.start()));
+                }
             }
             for curve in &pass.curves {
                 part.moves.push(Move::along(MoveKind::Cut, curve, axis, self.feeds.cut_mm_per_min));
@@ -219,12 +271,6 @@ impl SetupContext<'_> {
             for m in &mut part.moves[first..] {
                 m.pass = number;
             }
-        }
-        if let Some(last) = turns.last() {
-            let end = passes[last.pass].end();
-            let mut out = self.lead_out(end, self.link_height(end, end));
-            out.pass = turns.len() as u32 - 1;
-            part.moves.push(out);
         }
     }
 
@@ -269,9 +315,9 @@ impl SetupContext<'_> {
         let height = self.link_height(from, to);
         let (a, b) = (self.frame.to_setup(&from), self.frame.to_setup(&to));
         let feed = self.feeds.cut_mm_per_min;
-        (2.0 * height - a.z - b.z) * feed / self.feeds.lead_mm_per_min
-            + (b - a).xy().norm() * feed / self.feeds.rapid_mm_per_min
-            + STOPS_MM
+        let lead_mm = (height - a.z).min(CLEARANCE_MM) + (height - b.z).min(CLEARANCE_MM);
+        let rapid_mm = 2.0 * height - a.z - b.z - lead_mm + (b - a).xy().norm();
+        lead_mm * feed / self.feeds.lead_mm_per_min + rapid_mm * feed / self.feeds.rapid_mm_per_min + STOPS_MM
     }
 
     /// Tip height in the setup at which a straight rapid between two places is proven clear.
@@ -284,24 +330,50 @@ impl SetupContext<'_> {
     }
 
     /// Up, across at a proven height, down.
-    pub(crate) fn lift_over(&self, from: Point3, to: Point3) -> [Move; 3] {
+    pub(crate) fn lift_over(&self, from: Point3, to: Point3) -> Vec<Move> {
         let height = self.link_height(from, to);
-        [self.lead_out(from, height), self.rapid(from, to, height), self.lead_in(height, to)]
+        let mut moves = self.retreat(from, height);
+        moves.push(self.rapid(self.at_height(from, height), self.at_height(to, height)));
+        moves.extend(self.approach(to, height));
+        moves
     }
 
-    fn rapid(&self, from: Point3, to: Point3, height: f64) -> Move {
-        let (a, b) = (self.at_height(from, height), self.at_height(to, height));
-        Move::straight(MoveKind::Rapid, a, b, self.frame.axis(), self.feeds.rapid_mm_per_min)
+    /// Down from a tip height to where a pass starts: rapidly as long as the ball is well above the model. The
+    /// column that the tool comes down in is clear, as the ball at `to` was dropped through it.
+    pub(crate) fn approach(&self, to: Point3, height: f64) -> Vec<Move> {
+        let low = self.lead_height(to, height);
+        let near = self.at_height(to, low);
+        let lead = Move::straight(MoveKind::LeadIn, near, to, self.frame.axis(), self.feeds.lead_mm_per_min);
+        let down = (low < height).then(|| self.rapid(self.at_height(to, height), near));
+        down.into_iter().chain([lead]).collect()
     }
 
-    fn lead_in(&self, height: f64, to: Point3) -> Move {
-        let from = self.at_height(to, height);
-        Move::straight(MoveKind::LeadIn, from, to, self.frame.axis(), self.feeds.lead_mm_per_min)
+    /// Up from the end of a pass to a tip height.
+    pub(crate) fn retreat(&self, from: Point3, height: f64) -> Vec<Move> {
+        let low = self.lead_height(from, height);
+        let near = self.at_height(from, low);
+        let feed = self.feeds.lead_mm_per_min;
+        let lead = Move::straight(MoveKind::LeadOut, from, near, self.frame.axis(), feed);
+        let up = (low < height).then(|| self.rapid(near, self.at_height(from, height)));
+        [lead].into_iter().chain(up).collect()
     }
 
-    fn lead_out(&self, from: Point3, height: f64) -> Move {
-        let to = self.at_height(from, height);
-        Move::straight(MoveKind::LeadOut, from, to, self.frame.axis(), self.feeds.lead_mm_per_min)
+    /// Tip height at which a lead begins or ends: a clearance above wherever the ball could rest if it were a
+    /// little aside, so that no rapid runs down along a wall. A rapid shorter than a lead is not worth its
+    /// stop.
+    fn lead_height(&self, p: Point3, height: f64) -> f64 {
+        let at = self.frame.to_setup(&p);
+        let aside = (0..ASIDE).filter_map(|k| {
+            let (sine, cosine) = (std::f64::consts::TAU * f64::from(k) / f64::from(ASIDE)).sin_cos();
+            let rest = self.stock.drop(at.x + ASIDE_MM * cosine, at.y + ASIDE_MM * sine, None)?;
+            Some(rest.centre.z - self.stock.radius_mm())
+        });
+        let low = aside.fold(at.z, f64::max) + CLEARANCE_MM;
+        if height - low < CLEARANCE_MM { height } else { round_to_written(low) }
+    }
+
+    fn rapid(&self, from: Point3, to: Point3) -> Move {
+        Move::straight(MoveKind::Rapid, from, to, self.frame.axis(), self.feeds.rapid_mm_per_min)
     }
 
     fn at_height(&self, p: Point3, height: f64) -> Point3 {
@@ -325,6 +397,14 @@ impl Pass {
         for c in &mut self.curves {
             *c = reversed_from_zero(c);
         }
+    }
+}
+
+/// The line of a row.
+fn line(along: RowsAlong, q: f64) -> Line {
+    match along {
+        RowsAlong::X => Line { origin: [0.0, q], direction: [1.0, 0.0] },
+        RowsAlong::Y => Line { origin: [q, 0.0], direction: [0.0, 1.0] },
     }
 }
 

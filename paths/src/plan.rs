@@ -321,21 +321,17 @@ impl Output {
         let first_move = self.program.moves.len();
         let first_region = self.regions.len();
         for (region, part) in parts {
-            let mut moves = part.moves;
+            let Some(start) = part.moves.first().map(Move::start) else { continue };
             let mut retracts = part.retracts;
-            if self.program.moves.len() > first_move
-                && let (Some(up), Some(down)) = (self.program.moves.pop(), moves.first())
-            {
-                // One way over replaces the retract of the last part and the approach of this one.
-                moves.splice(0..1, context.lift_over(up.start(), down.end()));
-                retracts += 1;
-            }
-            for m in &mut moves {
-                name.clone_into(&mut m.setup);
-                m.region = region;
-                TOOL_ID.clone_into(&mut m.tool);
-            }
-            self.program.moves.extend(moves);
+            let way = match self.program.moves[first_move..].last() {
+                Some(before) => {
+                    retracts += 1;
+                    context.lift_over(before.end(), start)
+                }
+                None => context.approach(start, context.link_height(start, start)),
+            };
+            let moves = way.into_iter().chain(part.moves);
+            self.program.moves.extend(moves.map(|m| Move { region, ..m }));
             self.regions.push(RegionTotals {
                 region,
                 setup: name.to_owned(),
@@ -349,9 +345,17 @@ impl Output {
             });
             self.totals.lifted_locations += part.lifted;
         }
+        if let Some((end, region, pass)) =
+            self.program.moves[first_move..].last().map(|m| (m.end(), m.region, m.pass))
+        {
+            let up = context.retreat(end, context.link_height(end, end));
+            self.program.moves.extend(up.into_iter().map(|m| Move { region, pass, ..m }));
+        }
         let regions = &mut self.regions[first_region..];
         for (seq, m) in self.program.moves.iter_mut().enumerate().skip(first_move) {
             m.seq = seq as u64;
+            name.clone_into(&mut m.setup);
+            TOOL_ID.clone_into(&mut m.tool);
             if let Some(totals) = regions.iter_mut().find(|r| r.region == m.region) {
                 totals.length.add(m.kind, m.length_mm());
                 totals.control_points += m.points.len() as u64;

@@ -77,6 +77,12 @@ impl Profile {
         hermite(&self.samples[i - 1], &self.samples[i], s)
     }
 
+    /// The face whose inside carries the ball at both ends of the interval around `s`.
+    pub(crate) fn face_at(&self, s: f64) -> Option<FaceId> {
+        let i = self.samples.partition_point(|p| p.s <= s).clamp(1, self.samples.len() - 1);
+        self.samples[i - 1].face.filter(|f| self.samples[i].face == Some(*f))
+    }
+
     /// Length along the profile, by its samples.
     pub(crate) fn length_mm(&self) -> f64 {
         self.samples.windows(2).map(|w| (w[1].s - w[0].s).hypot(w[1].z - w[0].z)).sum()

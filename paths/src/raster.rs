@@ -101,6 +101,40 @@ impl Raster {
         Some((centre(first), centre(last)))
     }
 
+    /// Number of columns across the rows.
+    pub(crate) fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// Middle of a column, as a position along the rows.
+    pub(crate) fn middle(&self, column: usize) -> f64 {
+        self.origin[0] + (column as f64 + 0.5) * self.cell
+    }
+
+    /// The middle of what the part claims of a column between two positions across, if anything.
+    pub(crate) fn claimed_between(&self, column: usize, q0: f64, q1: f64) -> Option<f64> {
+        let line = |q: f64| (((q - self.origin[1]) / self.cell).max(0.0) as usize).min(self.lines - 1);
+        let claimed = |j: &usize| self.need[j * self.columns + column].is_finite();
+        let first = (line(q0)..=line(q1)).find(claimed)?;
+        let last = (line(q0)..=line(q1)).rfind(claimed)?;
+        let edge = |j: usize| self.origin[1] + j as f64 * self.cell;
+        let middle = 0.5 * (edge(first).max(q0) + edge(last + 1).min(q1));
+        Some(claymill_toolpath::round_to_written(middle))
+    }
+
+    /// A row over these columns (in ascending order) and one beyond on either side.
+    pub(crate) fn row_over(&self, q: f64, columns: &[usize]) -> Row {
+        let mut stretches: Vec<(f64, f64)> = Vec::new();
+        for &i in columns {
+            let (a, b) = (self.middle(i) - 1.5 * self.cell, self.middle(i) + 1.5 * self.cell);
+            match stretches.last_mut() {
+                Some(open) if a - open.1 <= BRIDGE_MM => open.1 = b,
+                _ => stretches.push((a, b)),
+            }
+        }
+        Row { q, stretches }
+    }
+
     /// Lays rows over the part: main rows at a distance chosen to waste least, and further rows between them
     /// (halving again and again) over the columns that ask for closer ones.
     pub(crate) fn rows(&self) -> Vec<Row> {

@@ -120,6 +120,11 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, track: &Track) -> Vec<Cres
                 continue;
             };
             let normal = if n.dot(&up) < 0.0 { -n } else { n };
+            // A sheet without thickness is finished when one of its sides is.
+            let back = foot.point - normal * scene.scallop_mm();
+            if foot.distance_mm > scene.scallop_mm() && swept.covers(&back, 0.0) {
+                continue;
+            }
             let below = (top - foot.point).dot(&normal) < 0.0;
             crests.push(Crest {
                 height: if below { -foot.distance_mm } else { foot.distance_mm },

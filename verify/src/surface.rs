@@ -10,6 +10,8 @@ use crate::swept::Swept;
 const MEASURED_UP_TO: f64 = 5.0;
 /// Every face gets at least this many samples.
 const SAMPLES_PER_FACE: usize = 4;
+/// A whole model gets at least about this many: small ones are sampled more densely.
+const SAMPLES: f64 = 50_000.0;
 /// The plastic number's powers: the two-dimensional golden ratio (Roberts' R2 sequence).
 const R2: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053_2];
 
@@ -30,15 +32,11 @@ pub(crate) fn measure(
     stage: &Stage<'_>,
 ) -> Vec<FaceSamples> {
     let excluded = excluded_faces(scene);
-    let spots: Vec<(f64, Vec<Point2>)> = scene
-        .model
-        .faces
-        .par_iter()
-        .zip(meshes)
-        .map(|(face, mesh)| {
-            let area = face.area_mm2();
-            let count = (area / scene.options.area_per_sample_mm2).ceil() as usize;
-            let count = count.max(SAMPLES_PER_FACE);
+    let areas: Vec<f64> = scene.model.faces.par_iter().map(Face::area_mm2).collect();
+    let area_per_sample = scene.options.area_per_sample_mm2.min(areas.iter().sum::<f64>() / SAMPLES);
+    let spots: Vec<(f64, Vec<Point2>)> = (scene.model.faces.par_iter().zip(&areas).zip(meshes))
+        .map(|((face, &area), mesh)| {
+            let count = ((area / area_per_sample).ceil() as usize).max(SAMPLES_PER_FACE);
             (area, mesh.as_ref().map_or_else(Vec::new, |m| spread(face, m, count)))
         })
         .collect();

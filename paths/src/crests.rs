@@ -1,0 +1,205 @@
+//! Further rows wherever the exact paths of two neighbours leave too much between them.
+//!
+//! The raster spaces rows by the surface's slope and curvature in the middle of each triangle. Over creases,
+//! tight bends and places where a row ends early that is not the whole truth, so the rows are held against
+//! the model once more: halfway between two neighbours the ball is dropped, which tells where the surface is,
+//! and the cusp that the two leave there is measured from it.
+//!
+//! ```text
+//!      a        m        b      m: exact location halfway
+//!      ●        ○        ●      x: where the balls at a and b meet
+//!       ╲______ x ______╱
+//!     ──────────┴───────────    height of x over m's contact = crest
+//! ```
+
+use std::collections::BTreeMap;
+
+use claymill_nurbs::{FaceId, Point2, Point3, Vector3};
+use rayon::prelude::*;
+
+use crate::contact::{Location, Stock, Support};
+use crate::profile::{Chain, Line, STEEPEST_NZ};
+use crate::raster::{Raster, Row};
+
+/// Neighbouring rows are not parted further below this share of the flat step-over.
+const CLOSEST: f64 = 0.08;
+
+/// A row with its exact path.
+#[derive(Debug, Clone)]
+pub(crate) struct Laid {
+    /// Position across the rows.
+    pub(crate) q: f64,
+    /// The line that the row runs over.
+    pub(crate) line: Line,
+    /// Its exact path; gaps between chains are not cut.
+    pub(crate) chains: Vec<Chain>,
+    /// Laid since the crests were last looked at.
+    pub(crate) fresh: bool,
+}
+
+/// The ball on a row: its centre and the direction it moves in.
+#[derive(Debug, Clone, Copy)]
+struct OnRow {
+    centre: Point3,
+    feed: Vector3,
+    face: Option<FaceId>,
+    q: f64,
+    fresh: bool,
+}
+
+impl Laid {
+    fn at(&self, s: f64) -> Option<OnRow> {
+        let holds = |c: &&Chain| c[0].start().s <= s && s <= c[c.len() - 1].end().s;
+        let chain = self.chains.iter().find(holds)?;
+        let profile = chain.iter().find(|p| s <= p.end().s)?;
+        let (z, slope) = profile.at(s);
+        let [x, y] = self.line.at(s);
+        let [ex, ey] = self.line.direction;
+        Some(OnRow {
+            centre: Point3::new(x, y, z),
+            feed: Vector3::new(ex, ey, slope).normalize(),
+            face: profile.face_at(s),
+            q: self.q,
+            fresh: self.fresh,
+        })
+    }
+}
+
+/// Rows halfway between neighbours in `laid` (sorted by position) where these leave crests higher than
+/// `scallop_mm` on what is the part's own: by the raster, and by `claimed` (a face, and the parameters on it).
+/// Over an edge it counts only where both rows run on the part: beyond its border others cut. Only pairs with
+/// a fresh row are looked at.
+pub(crate) fn missing_rows(
+    stock: &Stock,
+    raster: &Raster,
+    laid: &[Laid],
+    scallop_mm: f64,
+    line: impl Fn(f64) -> Line + Sync,
+    claimed: impl Fn(FaceId, Option<Point2>) -> bool + Sync,
+) -> Vec<Row> {
+    let closest_mm = CLOSEST * crate::step_over::flat_mm(stock.radius_mm(), scallop_mm);
+    let on_part = |a: &OnRow, b: &OnRow, m: &Location| match m.support {
+        Support::Face { u, v } => claimed(m.face, Some(Point2::new(u, v))),
+        Support::Edge | Support::Bound => {
+            claimed(m.face, None) && [a, b].iter().all(|row| row.face.is_none_or(|f| claimed(f, None)))
+        }
+    };
+    let of_column = |column: usize| {
+        let s = raster.middle(column);
+        let mut found = Vec::new();
+        let mut before: Option<OnRow> = None;
+        let mut near: Option<Location> = None;
+        for b in laid.iter().filter_map(|row| row.at(s)) {
+            if let Some(a) = before
+                && (a.fresh || b.fresh)
+                && b.q - a.q > 2.0 * closest_mm
+                && let Some(q) = raster.claimed_between(column, a.q, b.q)
+            {
+                let [x, y] = line(q).at(s);
+                let m = stock.drop(x, y, near.as_ref());
+                near = m.or(near);
+                if m.is_some_and(|m| {
+                    m.normal.z >= STEEPEST_NZ
+                        && left_mm(&a, &b, &m, &line(q), stock.radius_mm()) > scallop_mm
+                        && on_part(&a, &b, &m)
+                }) {
+                    found.push((q, column));
+                }
+            }
+            before = Some(b);
+        }
+        found
+    };
+    let found: Vec<(f64, usize)> = (0..raster.columns()).into_par_iter().flat_map_iter(of_column).collect();
+    let mut columns_at: BTreeMap<u64, (f64, Vec<usize>)> = BTreeMap::new();
+    for (q, column) in found {
+        columns_at.entry(q.to_bits()).or_insert((q, Vec::new())).1.push(column);
+    }
+    let mut rows: Vec<Row> =
+        columns_at.into_values().map(|(q, columns)| raster.row_over(q, &columns)).collect();
+    rows.sort_by(|a, b| a.q.total_cmp(&b.q));
+    rows
+}
+
+/// What the balls that pass at `a` and `b` leave over `m`'s contact, along the normal there.
+fn left_mm(a: &OnRow, b: &OnRow, m: &Location, line: &Line, radius_mm: f64) -> f64 {
+    let [ex, ey] = line.direction;
+    let feed = Vector3::new(ex, ey, m.slope(ex, ey)).normalize();
+    let contact = m.centre - m.normal * radius_mm;
+    let by = |p: &OnRow| {
+        // Where the path crosses the plane through m across the feed.
+        let crossing = p.centre + p.feed * ((m.centre - p.centre).dot(&feed) / p.feed.dot(&feed));
+        let from = contact - crossing;
+        let down = from.dot(&m.normal);
+        let within = down * down - from.norm_squared() + radius_mm * radius_mm;
+        if within >= 0.0 { -down - within.sqrt() } else { f64::INFINITY }
+    };
+    by(a).min(by(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use claymill_nurbs::analytic::{Frame as Placement, plane_patch};
+    use claymill_nurbs::{Face, Model, Source, SurfaceKind};
+
+    use super::*;
+    use crate::contact::FlatPart;
+    use crate::profile::follow;
+    use crate::raster::Patch;
+    use crate::{Frame, Orientation};
+
+    const R: f64 = 10.0;
+    const SCALLOP_MM: f64 = 0.1;
+
+    /// Rows along x over a plane of 200 by 40 mm that rises at `tilt_deg` across them.
+    fn further_rows(tilt_deg: f64, at: &[f64]) -> Vec<f64> {
+        let (sine, cosine) = tilt_deg.to_radians().sin_cos();
+        let normal = Vector3::new(0.0, -sine, cosine);
+        let placement = Placement::new(Point3::origin(), normal, Vector3::x()).unwrap();
+        let surface = plane_patch(&placement, (0.0, 200.0), (0.0, 40.0)).unwrap();
+        let face = Face {
+            surface,
+            loops: Vec::new(),
+            reversed: false,
+            kind: SurfaceKind::Nurbs,
+            source: Source::default(),
+        };
+        let model = Model { faces: vec![face], ..Model::default() };
+        let flat = FlatPart::new(&model).unwrap();
+        let top = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0];
+        let stock = Stock::new(&model, &flat, &top, R);
+        let corners = [[0.0, 0.0], [200.0, 0.0], [200.0, 40.0 * cosine], [0.0, 40.0 * cosine]];
+        let patch = |k: [usize; 3]| Patch { corners: k.map(|i| corners[i]), distance_mm: 2.8 };
+        let raster = Raster::new(&[patch([0, 1, 2]), patch([0, 2, 3])], 1.4).unwrap();
+        let line = |q: f64| Line { origin: [0.0, q], direction: [1.0, 0.0] };
+        let laid: Vec<Laid> = at
+            .iter()
+            .map(|&q| Laid {
+                q,
+                line: line(q),
+                chains: follow(&stock, &line(q), 1.0, 199.0).chains,
+                fresh: true,
+            })
+            .collect();
+        let rows = missing_rows(&stock, &raster, &laid, SCALLOP_MM, line, |_, _| true);
+        for row in &rows {
+            let [(from, to)] = row.stretches[..] else { panic!("{row:?}") };
+            assert!(from < 4.0 && to > 196.0, "{row:?}");
+        }
+        rows.iter().map(|row| row.q).collect()
+    }
+
+    #[test]
+    fn rows_are_added_just_where_the_step_over_formula_says() {
+        // s = 2 √(2 R h − h²) = 2.8213 mm on the surface, times the cosine of its tilt across the rows.
+        for tilt_deg in [0.0, 35.0, 60.0_f64] {
+            let step = crate::step_over::flat_mm(R, SCALLOP_MM) * tilt_deg.to_radians().cos();
+            let close = 5.0 + 0.999 * step;
+            assert_eq!(further_rows(tilt_deg, &[5.0, close]), Vec::<f64>::new(), "{tilt_deg}");
+            let wide = 5.0 + 1.001 * step;
+            let added = further_rows(tilt_deg, &[5.0, wide, wide + 0.9 * step]);
+            assert_eq!(added.len(), 1, "{tilt_deg}");
+            approx::assert_abs_diff_eq!(added[0], 0.5 * (5.0 + wide), epsilon = 1e-3);
+        }
+    }
+}

@@ -10,6 +10,8 @@ const PCURVE_MM: f64 = 1e-5;
 const POLE_MM: f64 = 1e-3;
 /// Halvings of one knot span of the curve before the projection gives up refining.
 const DEEPEST: u32 = 10;
+/// Pieces of one projected curve before it is refined no further: sound curves have a few dozen.
+const MOST_PIECES: usize = 500;
 
 /// The foot of a perpendicular.
 #[derive(Debug, Clone, Copy)]
@@ -138,8 +140,9 @@ impl<'a> Projector<'a> {
     }
 
     /// Projects a whole curve, as a cubic with the curve's own parameter: positions and slopes are exact at
-    /// stations that are added until the pieces between them follow the true feet.
-    pub(crate) fn curve(&self, curve: &Curve3) -> Option<Projected> {
+    /// stations that are added until the pieces between them follow the true feet. A curve that runs farther than
+    /// `limit_mm` from the surface somewhere is given up there.
+    pub(crate) fn curve(&self, curve: &Curve3, limit_mm: f64) -> Option<Projected> {
         let breaks = curve.knots().breaks();
         let kink = |t: f64| curve.knots().multiplicity(t) >= curve.knots().degree();
         // A curve may start on the seam of a closed surface, where both sides are equally near: its middle
@@ -158,8 +161,11 @@ impl<'a> Projector<'a> {
                 Some([_, end]) if !kink(span[0]) => *end,
                 _ => self.station(curve, span[0], span[0] + inset(span[0]), seed),
             };
-            self.refine(curve, start, span[1], inset(span[1]), DEEPEST, &mut pieces);
+            self.refine(curve, start, span[1], inset(span[1]), DEEPEST, limit_mm, &mut pieces);
             seed = pieces.last().map_or(seed, |p| p[1].uv);
+            if pieces.last().is_some_and(|p| p[0].distance_mm.max(p[1].distance_mm) > limit_mm) {
+                break;
+            }
         }
         Some(Projected {
             pcurve: hermite(&pieces)?,
@@ -190,6 +196,7 @@ impl<'a> Projector<'a> {
         end: f64,
         inset: f64,
         depth: u32,
+        limit_mm: f64,
         pieces: &mut Vec<[Station; 2]>,
     ) {
         let length = end - start.t;
@@ -210,14 +217,15 @@ impl<'a> Projector<'a> {
             let on = |q: Point2| self.surface.point(q.x, q.y);
             (on(uv) - on(foot.uv)).norm() <= PCURVE_MM
         };
-        if depth == 0 || [0.25, 0.5, 0.75].into_iter().all(follows) {
+        let away = start.distance_mm.max(last.distance_mm) > limit_mm;
+        if away || depth == 0 || pieces.len() > MOST_PIECES || [0.25, 0.5, 0.75].into_iter().all(follows) {
             pieces.push([start, last]);
             return;
         }
         let middle = start.t + 0.5 * length;
-        self.refine(curve, start, middle, 0.0, depth - 1, pieces);
-        if let Some([_, at_middle]) = pieces.last().copied() {
-            self.refine(curve, at_middle, end, inset, depth - 1, pieces);
+        self.refine(curve, start, middle, 0.0, depth - 1, limit_mm, pieces);
+        if let Some([_, at_middle]) = pieces.last().copied().filter(|p| p[1].distance_mm <= limit_mm) {
+            self.refine(curve, at_middle, end, inset, depth - 1, limit_mm, pieces);
         }
     }
 }

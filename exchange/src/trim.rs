@@ -125,8 +125,9 @@ impl<'a> Trimmer<'a> {
 
     fn projected(&self, curve: &Curve3) -> Result<Curve2, TrimError> {
         let projector = self.projector.get_or_init(|| Projector::new(self.surface));
-        let projected = projector.curve(curve).ok_or(TrimError::Projection)?;
-        if projected.distance_mm > OFF_SURFACE_MM.max(10.0 * self.tolerance_mm) {
+        let limit = OFF_SURFACE_MM.max(10.0 * self.tolerance_mm);
+        let projected = projector.curve(curve, limit).ok_or(TrimError::Projection)?;
+        if projected.distance_mm > limit {
             let distance_mm = projected.distance_mm;
             return Err(TrimError::OffSurface { distance_mm });
         }

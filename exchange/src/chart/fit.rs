@@ -7,6 +7,8 @@ use super::carrier::Carrier;
 
 /// Intervals of a trace are halved this often at most.
 const MOST_HALVINGS: usize = 12;
+/// Pieces of one curve before it is refined no further: sound curves have a few dozen.
+const MOST_PIECES: usize = 500;
 
 /// What is needed to fit on one face.
 pub(crate) struct Fitter<'a> {
@@ -107,7 +109,7 @@ impl Fitter<'_> {
             let t = a.t + fraction * (b.t - a.t);
             self.distance(guess, self.foot(curve, t, guess)) <= self.tolerance
         };
-        if halvings == 0 || [0.5, 0.25, 0.75].into_iter().all(check) {
+        if halvings == 0 || pieces.len() > MOST_PIECES || [0.5, 0.25, 0.75].into_iter().all(check) {
             pieces.push(piece);
             return;
         }

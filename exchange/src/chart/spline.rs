@@ -1,6 +1,6 @@
 //! NURBS carriers: finding parameters of points, and going round more than once.
 
-use std::cell::OnceCell;
+use std::cell::{Cell, OnceCell};
 
 use claymill_nurbs::{KnotVector, NurbsError, NurbsSurface, Point2, Point3};
 use nalgebra::Vector2;
@@ -14,6 +14,8 @@ const MOST_SEEDS: usize = 200;
 /// Newton runs of one global search.
 const STARTS: usize = 8;
 const NEWTON_STEPS: usize = 40;
+/// After so many global searches for nothing a continued foot is believed.
+const MOST_FRUITLESS: u32 = 8;
 
 /// A NURBS surface with its closed directions and poles.
 #[derive(Debug)]
@@ -24,6 +26,8 @@ pub(crate) struct SplineChart {
     poles: [[bool; 2]; 2],
     /// Surface points spread over the domain, made when first needed.
     seeds: OnceCell<Vec<(Point2, Point3)>>,
+    /// Global searches in a row that found nothing better than the foot at hand.
+    fruitless: Cell<u32>,
 }
 
 impl SplineChart {
@@ -53,6 +57,7 @@ impl SplineChart {
                 [column_is_point(0), column_is_point(rows - 1)],
             ],
             seeds: OnceCell::new(),
+            fruitless: Cell::new(0),
             surface,
         }
     }
@@ -91,8 +96,9 @@ impl SplineChart {
         if let Some(near) = near {
             (uv, distance) = self.newton(p, self.wrapped(near));
         }
-        // A continued foot that is off the surface may have stuck on the wrong side of a fold.
-        if distance > 10.0 * size {
+        // A continued foot that is off the surface may have stuck on the wrong side of a fold; or the edge is off.
+        if distance > 10.0 * size && (near.is_none() || self.fruitless.get() < MOST_FRUITLESS) {
+            let before = distance;
             for start in self.starts(p) {
                 let (other, d) = self.newton(p, start);
                 if d < distance {
@@ -102,6 +108,8 @@ impl SplineChart {
                     break;
                 }
             }
+            let found = distance < 0.5 * before;
+            self.fruitless.set(if found { 0 } else { self.fruitless.get() + 1 });
         }
         let jet = self.surface.jet(uv.x, uv.y);
         let ((u0, u1), (v0, v1)) = self.surface.domain();

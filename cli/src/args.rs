@@ -178,6 +178,23 @@ pub(crate) struct RenderArgs {
     /// iso, top, left, right, front or rear.
     #[arg(long, default_value = "iso")]
     pub(crate) view: String,
+    /// Another camera instead: AZIMUTH/ELEVATION in degrees (0/0 in front, 90/0 on the left, 0/90 above), or
+    /// eye and target in mm as X,Y,Z,X,Y,Z.
+    #[arg(long, value_name = "CAMERA", allow_hyphen_values = true, conflicts_with = "view")]
+    pub(crate) camera: Option<String>,
+    /// What is drawn.
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "WHAT",
+          default_values_t = [ShowName::Regions, ShowName::Joints, ShowName::Trims, ShowName::Cut, ShowName::Link])]
+    pub(crate) show: Vec<ShowName>,
+    /// Mirror light and dark stripes in the surfaces, to judge their continuity.
+    #[arg(long)]
+    pub(crate) zebra: bool,
+    /// No backdrop, caption, legend and axes: the model on a transparent ground.
+    #[arg(long)]
+    pub(crate) transparent: bool,
+    /// Draw at twice the size and average: finer lines, four times the work.
+    #[arg(long)]
+    pub(crate) supersample: bool,
     /// Width and height in pixels.
     #[arg(long, default_value = "1920x1080", value_name = "WxH")]
     pub(crate) size: String,
@@ -186,6 +203,26 @@ pub(crate) struct RenderArgs {
     pub(crate) no_paths: bool,
     #[command(flatten)]
     pub(crate) axes: AxisArgs,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ShowName {
+    /// The surfaces, in clay.
+    Model,
+    /// The surfaces, in the colours of their regions.
+    Regions,
+    /// Outlines of regions.
+    Joints,
+    /// Outlines of the patches inside regions.
+    Trims,
+    /// Cutting moves.
+    Cut,
+    /// Moves between passes, down on the model.
+    Link,
+    /// Moves onto and off the model.
+    Lead,
+    /// Rapid moves.
+    Rapid,
 }
 
 #[derive(Debug, Args)]

@@ -43,7 +43,7 @@ fn axis(name: &str) -> Option<Vector3> {
     })
 }
 
-/// From where, and how, the scene is looked at. The camera frames the scene by itself.
+/// From where, and how, the scene is looked at. The camera frames the scene by itself unless it has a stand.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
     /// Name for captions.
@@ -56,6 +56,9 @@ pub struct View {
     pub opening_deg: Option<f64>,
     /// Look only at this box instead of the whole scene.
     pub focus: Option<Aabb>,
+    /// Eye and target of a camera that stands where it is told and frames nothing; the opening is then 40
+    /// degrees unless told.
+    pub stand: Option<[Point3; 2]>,
     /// Free border as a fraction of the picture's shorter side.
     pub margin: f64,
 }
@@ -64,7 +67,27 @@ impl View {
     /// Looks along `direction` with `up` upwards.
     #[must_use]
     pub fn looking(name: &str, direction: Vector3, up: Vector3) -> Self {
-        View { name: name.to_owned(), direction, up, opening_deg: None, focus: None, margin: 0.06 }
+        let name = name.to_owned();
+        View { name, direction, up, opening_deg: None, focus: None, stand: None, margin: 0.06 }
+    }
+
+    /// From `azimuth_deg` around the vehicle (0 in front, 90 on its left) and `elevation_deg` above it,
+    /// with the mild perspective of [`View::iso`].
+    #[must_use]
+    pub fn around(axes: &Axes, azimuth_deg: f64, elevation_deg: f64) -> Self {
+        let (sin, cos) = azimuth_deg.to_radians().sin_cos();
+        let level = axes.forward * cos + axes.left() * sin;
+        let (sin, cos) = elevation_deg.to_radians().sin_cos();
+        // Leaning with the sight, so that it is defined from straight above too.
+        let up = axes.up * cos - level * sin;
+        View { opening_deg: Some(22.0), ..View::looking("camera", -(level * cos + axes.up * sin), up) }
+    }
+
+    /// From `eye` toward `target`, mm; `None` when they are one point.
+    #[must_use]
+    pub fn standing(axes: &Axes, eye: Point3, target: Point3) -> Option<Self> {
+        let direction = (target - eye).try_normalize(1e-6)?;
+        Some(View { stand: Some([eye, target]), ..View::looking("camera", direction, axes.up) })
     }
 
     /// From in front, above and the left, with a mild perspective.
@@ -143,6 +166,9 @@ pub struct Camera {
 /// Smallest extent that is framed, mm: keeps a scene of one point from being magnified without bound.
 const SMALLEST_EXTENT_MM: f64 = 1e-3;
 
+/// Opening angle of a standing camera.
+const STANDING_OPENING_DEG: f64 = 40.0;
+
 impl Camera {
     /// Frames `points` (and clips at their depth range) for a picture of `size` pixels; `points` must not
     /// be empty.
@@ -165,7 +191,7 @@ impl Camera {
         };
         let all = extent(&mut points.clone());
         let framed = view.focus.as_ref().map_or(all, |focus| extent(&mut corners(focus).into_iter()));
-        let centre = framed.centre();
+        let centre = view.stand.map_or_else(|| framed.centre(), |[_, target]| Point3::from(basis(&target)));
         let target = Point3::from(right * centre.x + up * centre.y + forward * centre.z);
 
         let shorter = f64::from(size[0].min(size[1]));
@@ -180,7 +206,7 @@ impl Camera {
         near_mm -= pad;
         far_mm += pad;
         let mut eye_mm = None;
-        if let Some(opening_deg) = view.opening_deg {
+        if let Some(opening_deg) = view.opening_deg.or(view.stand.map(|_| STANDING_OPENING_DEG)) {
             let tan_per_px =
                 (0.5 * opening_deg.clamp(1.0, 120.0).to_radians()).tan() / (0.5 * f64::from(size[1]));
             // The eye stands just far enough back for every framed point to fall inside the border.
@@ -188,13 +214,16 @@ impl Camera {
                 let q = basis(p) - centre.coords;
                 (q.x.abs() / half_px[0]).max(q.y.abs() / half_px[1]) / tan_per_px - q.z
             };
-            let distance = match &view.focus {
-                Some(focus) => corners(focus).iter().map(needed).fold(0.0, f64::max),
-                None => points.map(|p| needed(&p)).fold(0.0, f64::max),
+            let distance = match (&view.stand, &view.focus) {
+                (Some([eye, target]), _) => (target - eye).norm(),
+                (None, Some(focus)) => corners(focus).iter().map(needed).fold(0.0, f64::max),
+                (None, None) => points.map(|p| needed(&p)).fold(0.0, f64::max),
             }
             .max(SMALLEST_EXTENT_MM / tan_per_px / shorter);
             mm_per_px = distance * tan_per_px;
             near_mm = near_mm.max(-0.98 * distance);
+            // Nothing of the scene may be in front of the eye.
+            far_mm = far_mm.max(near_mm + pad);
             eye_mm = Some(distance);
         }
         Camera { right, up, forward, target, eye_mm, mm_per_px, near_mm, far_mm, size }
@@ -391,6 +420,27 @@ mod tests {
                 approx::assert_abs_diff_eq!((a * ndc.z + b) / (c * ndc.z + 1.0), depth, epsilon = 1e-6);
             }
         }
+    }
+
+    #[test]
+    fn cameras_around_and_standing_look_from_where_they_are_told() {
+        let axes = Axes::default();
+        let frame = |view: &View| Camera::frame(view, cube().into_iter(), [640, 480]);
+        for (azimuth, elevation, like) in [(0.0, 0.0, "front"), (90.0, 0.0, "left"), (180.0, 0.0, "rear")] {
+            let named = View::named(like, &axes).unwrap();
+            let around = View::around(&axes, azimuth, elevation);
+            approx::assert_abs_diff_eq!(around.direction, named.direction, epsilon = 1e-12);
+        }
+        let above = frame(&View::around(&axes, 90.0, 90.0));
+        approx::assert_abs_diff_eq!(above.in_picture(&axes.up), Vector3::z(), epsilon = 1e-12);
+        let (eye, target) = (Point3::new(900.0, -400.0, 300.0), Point3::new(1050.0, 0.0, 20.0));
+        let camera = frame(&View::standing(&axes, eye, target).unwrap());
+        let at = camera.project(&target).unwrap();
+        approx::assert_abs_diff_eq!(at[0], 320.0, epsilon = 1e-9);
+        approx::assert_abs_diff_eq!(at[1], 240.0, epsilon = 1e-9);
+        let seen = camera.eye(&Point3::origin());
+        approx::assert_abs_diff_eq!(Point3::new(seen[0], seen[1], seen[2]), eye, epsilon = 1e-9);
+        assert_eq!(View::standing(&axes, eye, eye), None);
     }
 
     #[test]

@@ -46,7 +46,7 @@ pub use picture::Picture;
 pub use render::{Backdrop, PictureOptions, Renderer, render_png};
 pub use report::{ReportError, ReportInput, ReportPicture, report_html, write_report};
 pub use scene::{
-    Colouring, LegendEntry, LineLayer, Mark, ModelView, Scene, Strip, SurfaceMesh, SurfaceVertex,
+    Colouring, LegendEntry, LineKind, LineLayer, Mark, ModelView, Scene, Strip, SurfaceMesh, SurfaceVertex,
     face_colours, region_colours,
 };
 pub use segments::CLOSEST_PASSES_PX;

@@ -36,6 +36,9 @@ pub struct PictureOptions {
     pub occlusion: bool,
     /// What is behind the model.
     pub backdrop: Backdrop,
+    /// Light and dark stripes, level around the model, are mirrored in the surfaces: they jump where the
+    /// surface has an edge, kink where its curvature jumps, and run smoothly where it is smooth.
+    pub reflection_lines: bool,
     /// Caption, legend, scale bar and axes.
     pub annotations: bool,
     /// The model axis that the sky light comes from.
@@ -50,6 +53,7 @@ impl Default for PictureOptions {
             supersampling: false,
             occlusion: true,
             backdrop: Backdrop::Studio,
+            reflection_lines: false,
             annotations: true,
             sky: Vector3::z(),
         }
@@ -333,6 +337,8 @@ fn frame_constants(scene: &Scene, camera: &Camera, options: &PictureOptions, fac
     let reach_px = 0.035 * width.min(height);
     let mm_per_px = camera.mm_per_px() as f32;
     let wide = |v: &Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32, 0.0];
+    let mut sky = wide(&options.sky.try_normalize(0.0).unwrap_or(Vector3::z()));
+    sky[3] = f32::from(u8::from(options.reflection_lines));
     let depth = camera.depth_decode().map(|v| v as f32);
     let backdrop = match options.backdrop {
         Backdrop::Studio => [[0.855, 0.875, 0.9, 1.0], [0.975, 0.975, 0.97, 1.0]],
@@ -342,7 +348,7 @@ fn frame_constants(scene: &Scene, camera: &Camera, options: &PictureOptions, fac
         clip: camera.clip_matrix(&scene.origin).map(|v| v as f32).into(),
         eye: camera.eye(&scene.origin).map(|v| v as f32),
         basis: camera.basis().each_ref().map(wide),
-        sky: wide(&options.sky.try_normalize(0.0).unwrap_or(Vector3::z())),
+        sky,
         viewport: [width, height, factor as f32, mm_per_px],
         depth: [depth[0], depth[1], depth[2], 0.0],
         occlusion: [reach_px * factor as f32, reach_px * mm_per_px, 0.95, 0.0],

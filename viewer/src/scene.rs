@@ -67,9 +67,31 @@ pub struct Strip {
     pub pass: u32,
 }
 
+/// What the lines of a layer are.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum LineKind {
+    /// Lines of the caller's own.
+    #[default]
+    Other,
+    /// Joints between patches of one region.
+    Patches,
+    /// Outlines of regions.
+    Regions,
+    /// Rapid moves.
+    Rapid,
+    /// Moves onto and off the model.
+    Lead,
+    /// Moves between passes, down on the model.
+    Link,
+    /// Cutting moves.
+    Cut,
+}
+
 /// Polylines of one kind. Layers are drawn in order, later ones over earlier ones.
 #[derive(Debug, Clone, Default)]
 pub struct LineLayer {
+    /// What they are.
+    pub kind: LineKind,
     /// Points of all strips relative to [`Scene::origin`], mm.
     pub points: Vec<[f32; 3]>,
     /// The strips.
@@ -178,8 +200,9 @@ impl Scene {
     }
 
     fn add_borders(&mut self, view: &ModelView<'_>) {
-        let layer = |width_px: f32, opacity: f32| LineLayer { width_px, opacity, ..LineLayer::default() };
-        let (mut patch, mut region) = (layer(1.0, 0.28), layer(2.4, 1.0));
+        let layer = |kind, width_px, opacity| LineLayer { kind, width_px, opacity, ..LineLayer::default() };
+        let (mut patch, mut region) =
+            (layer(LineKind::Patches, 1.0, 0.28), layer(LineKind::Regions, 2.4, 1.0));
         for border in classify_borders(view) {
             let (layer, colour) = match border.kind {
                 BorderKind::Patch => (&mut patch, [40, 40, 44]),

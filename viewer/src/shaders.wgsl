@@ -6,7 +6,7 @@ struct Frame {
     right: vec4<f32>,
     up: vec4<f32>,
     back: vec4<f32>,
-    sky: vec4<f32>,        // the model's up
+    sky: vec4<f32>,        // the model's up; w = 1: reflection lines
     viewport: vec4<f32>,   // width px, height px, samples per px, mm per px
     depth: vec4<f32>,      // mm = (x·d + y) / (z·d + 1)
     occlusion: vec4<f32>,  // radius px, radius mm, strength
@@ -82,7 +82,19 @@ fn surface_fragment(in: Surface, @builtin(front_facing) front: bool) -> @locatio
     let rim_light = 0.12 * max(0.0, dot(n, rim));
     let shine = 0.09 * pow(max(0.0, dot(n, normalize(key + e))), 48.0);
     let light = ambient + vec3(1.0, 0.985, 0.96) * key_light + vec3(0.94, 0.97, 1.0) * (fill_light + rim_light);
-    return vec4(in.colour.rgb * light + vec3(shine), in.colour.a);
+    let mirrored = reflect(-e, n);
+    let lines = stripes(acos(clamp(dot(mirrored, frame.sky.xyz), -1.0, 1.0)));
+    let zebra = (0.25 + 0.75 * in.colour.rgb) * mix(0.04, 0.9, lines) * (0.6 + 0.4 * light);
+    return vec4(mix(in.colour.rgb * light + vec3(shine), zebra, frame.sky.w), in.colour.a);
+}
+
+// Stripes of 7.5 degrees, smooth over a pixel, grey where a pixel holds several.
+fn stripes(angle: f32) -> f32 {
+    let phase = angle * 24.0 / 6.2831853;
+    let width = max(fwidth(phase), 1e-5);
+    let ramp = abs(fract(phase) - 0.5) * 2.0 - 0.5;
+    let sharp = clamp(ramp / (2.0 * width) + 0.5, 0.0, 1.0);
+    return mix(sharp, 0.5, smoothstep(0.35, 0.7, width));
 }
 
 // --- ambient occlusion from the depth buffer --------------------------------------------------------------

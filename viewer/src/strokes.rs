@@ -3,7 +3,7 @@ use claymill_toolpath::{Move, MoveKind, Program, ToolRecord};
 use rayon::prelude::*;
 
 use crate::palette::{Rgb, stroke_shade};
-use crate::scene::{LegendEntry, LineLayer, Mark, Scene};
+use crate::scene::{LegendEntry, LineKind, LineLayer, Mark, Scene};
 use crate::touch::TriangleTree;
 
 /// How tool paths are drawn.
@@ -65,23 +65,13 @@ pub fn flatten(curve: &Curve3, chord_mm: f64) -> Vec<Point3> {
     points
 }
 
-/// Flattened moves of one look.
-#[derive(Clone, Copy, PartialEq)]
-enum Layer {
-    Rapid,
-    Lead,
-    Link,
-    Cut,
-}
-
-impl Layer {
-    fn of(kind: MoveKind) -> Self {
-        match kind {
-            MoveKind::Rapid => Layer::Rapid,
-            MoveKind::LeadIn | MoveKind::LeadOut => Layer::Lead,
-            MoveKind::Link => Layer::Link,
-            MoveKind::Cut => Layer::Cut,
-        }
+/// The layer that a move is drawn in.
+fn layer_of(kind: MoveKind) -> LineKind {
+    match kind {
+        MoveKind::Rapid => LineKind::Rapid,
+        MoveKind::LeadIn | MoveKind::LeadOut => LineKind::Lead,
+        MoveKind::Link => LineKind::Link,
+        MoveKind::Cut => LineKind::Cut,
     }
 }
 
@@ -94,23 +84,24 @@ pub(crate) fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyl
     let pass_numbers = consecutive_passes(&program.moves);
 
     for (layer, width_px, name) in [
-        (Layer::Rapid, 1.0, "rapid"),
-        (Layer::Link, 1.4, "link"),
-        (Layer::Lead, 1.4, "lead in and out"),
-        (Layer::Cut, 1.5, "cut"),
+        (LineKind::Rapid, 1.0, "rapid"),
+        (LineKind::Link, 1.4, "link"),
+        (LineKind::Lead, 1.4, "lead in and out"),
+        (LineKind::Cut, 1.5, "cut"),
     ] {
-        if layer == Layer::Rapid && !style.rapids {
+        if layer == LineKind::Rapid && !style.rapids {
             continue;
         }
         let mut lines = LineLayer {
+            kind: layer,
             width_px,
-            opacity: if layer == Layer::Rapid { 0.75 } else { 1.0 },
-            thinned: matches!(layer, Layer::Cut | Layer::Link),
+            opacity: if layer == LineKind::Rapid { 0.75 } else { 1.0 },
+            thinned: matches!(layer, LineKind::Cut | LineKind::Link),
             ..LineLayer::default()
         };
         let mut colour = kind_colour(MoveKind::Cut);
         for ((m, points), &pass) in program.moves.iter().zip(&flat).zip(&pass_numbers) {
-            let Some(points) = points.as_ref().filter(|_| Layer::of(m.kind) == layer) else {
+            let Some(points) = points.as_ref().filter(|_| layer_of(m.kind) == layer) else {
                 continue;
             };
             colour = move_colour(m, style);
@@ -119,7 +110,7 @@ pub(crate) fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyl
         if lines.strips.is_empty() {
             continue;
         }
-        if layer == Layer::Cut && style.region_colours.is_some() {
+        if layer == LineKind::Cut && style.region_colours.is_some() {
             colour = [60, 60, 64];
         }
         scene.legend.push(LegendEntry { mark: Mark::Line(width_px.max(1.5)), colour, text: name.to_owned() });

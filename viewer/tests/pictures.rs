@@ -1,4 +1,6 @@
-//! What the pixels must show, checked without golden pictures. Needs an adapter; a software driver will do.
+//! What the pixels must show, from first principles and (`golden`) as they were. Needs an adapter; a software driver will do.
+
+mod golden;
 
 use claymill_nurbs::{Point3, Vector3};
 use claymill_viewer::{

@@ -2,18 +2,24 @@ use std::path::Path;
 
 use claymill_nurbs::{FaceMesh, MeshOptions, Model, tessellate};
 use claymill_paths::Orientation;
-use claymill_toolpath::{Job, Move, MoveKind, Program, ToolRecord};
+use claymill_toolpath::{Job, MoveKind, Program, ToolRecord};
 use claymill_viewer::{
-    Axes, Colouring, LegendEntry, Mark, ModelView, PictureOptions, Renderer, ReportPicture, Rgb, Scene,
-    StrokeStyle, View, ViewError, region_colours,
+    Axes, Colouring, LegendEntry, LineKind, Mark, ModelView, PictureOptions, Renderer, ReportPicture, Rgb,
+    Scene, StrokeStyle, View, ViewError, region_colours,
 };
 use rayon::prelude::*;
 
+use crate::args::ShowName;
 use crate::console::Console;
 use crate::failure::{Failure, advice_on};
 
 /// Fine enough for pictures of a whole vehicle: half a pixel is about 1 mm there.
 const PICTURE_MESH: MeshOptions = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 60.0 };
+/// Fine enough for reflections, which see the normals between vertices.
+const REFLECTION_MESH: MeshOptions = MeshOptions { deviation_mm: 0.05, longest_edge_mm: 15.0 };
+/// What previews show: ways through the air would hide what is cut.
+const PREVIEWED: [ShowName; 5] =
+    [ShowName::Regions, ShowName::Joints, ShowName::Trims, ShowName::Cut, ShowName::Link];
 /// Drawn lines leave their curves by no more than this, mm.
 const CHORD_MM: f64 = 0.3;
 /// Regions named in the legend.
@@ -54,10 +60,12 @@ impl<'a> Album<'a> {
         cut: Option<&'a [bool]>,
         tolerance_mm: f64,
     ) -> Self {
-        // A face that cannot be triangulated is left out of the picture, not of the job.
-        let mesh = |face| tessellate(face, &PICTURE_MESH).unwrap_or_default();
-        let meshes = model.faces.par_iter().map(mesh).collect();
-        Album { model, meshes, region_of_face, cut, tolerance_mm }
+        Album { model, meshes: meshes(model, &PICTURE_MESH), region_of_face, cut, tolerance_mm }
+    }
+
+    /// The same with triangles fine enough for reflections.
+    pub(crate) fn for_reflections(self) -> Self {
+        Album { meshes: meshes(self.model, &REFLECTION_MESH), ..self }
     }
 
     fn view(&self) -> ModelView<'_> {
@@ -74,26 +82,37 @@ impl<'a> Album<'a> {
         region_colours(&self.view())
     }
 
-    /// The model in region colours, with the tool paths over it when there are any.
-    pub(crate) fn scene(&self, title: &str, paths: Option<Paths<'_>>) -> Result<Scene, Failure> {
+    /// The model with what is to be shown.
+    pub(crate) fn scene(
+        &self,
+        title: &str,
+        paths: Option<Paths<'_>>,
+        show: &[ShowName],
+    ) -> Result<Scene, Failure> {
+        let shown = |what: ShowName| show.contains(&what);
         let colours = self.colours();
-        let mut scene = Scene::of_model(&self.view(), Colouring::Region)?;
+        let colouring = if shown(ShowName::Regions) { Colouring::Region } else { Colouring::Clay };
+        let mut scene = Scene::of_model(&self.view(), colouring)?;
+        scene.lines.retain(|l| match l.kind {
+            LineKind::Patches => shown(ShowName::Trims),
+            LineKind::Regions => shown(ShowName::Joints),
+            _ => true,
+        });
         let facts = format!("{} faces in {} regions", self.model.faces.len(), colours.len());
         scene.caption = vec![title.to_owned(), facts];
-        for (region, &colour) in colours.iter().enumerate().take(NAMED_REGIONS) {
-            scene.legend.push(LegendEntry { mark: Mark::Area, colour, text: format!("region {region}") });
+        if shown(ShowName::Regions) {
+            for (region, &colour) in colours.iter().enumerate().take(NAMED_REGIONS) {
+                scene.legend.push(LegendEntry { mark: Mark::Area, colour, text: format!("region {region}") });
+            }
         }
         if let Some(Paths { program, tools }) = paths {
-            let style = StrokeStyle {
-                region_colours: Some(&colours),
-                rapids: false,
-                tools,
-                ..StrokeStyle::new(CHORD_MM)
-            };
-            // Ways through the air would hide what is cut.
-            let on_model = |m: &&Move| matches!(m.kind, MoveKind::Cut | MoveKind::Link);
-            let program = Program { moves: program.moves.iter().filter(on_model).cloned().collect() };
-            scene.add_paths(&program, &style);
+            let style = StrokeStyle { region_colours: Some(&colours), tools, ..StrokeStyle::new(CHORD_MM) };
+            let moves = program.moves.iter().filter(|m| shown(shown_as(m.kind))).cloned().collect();
+            scene.add_paths(&Program { moves }, &style);
+        }
+        if !shown(ShowName::Regions) && !shown(ShowName::Model) {
+            // Only now: paths are drawn where they touch the surfaces.
+            scene.surfaces.clear();
         }
         Ok(scene)
     }
@@ -108,7 +127,7 @@ impl<'a> Album<'a> {
         let Some(renderer) = renderer(console) else {
             return Ok(());
         };
-        let scene = self.scene("regions", None)?;
+        let scene = self.scene("regions", None, &PREVIEWED)?;
         let axes = axes(orientation);
         renderer.render(&scene, &View::iso(&axes), &options(&axes))?.save(&folder.join("regions.png"))?;
         Ok(())
@@ -126,8 +145,8 @@ impl<'a> Album<'a> {
         let Some(renderer) = renderer(console) else {
             return Ok(Vec::new());
         };
-        let painted = self.scene(title, Some(paths))?;
-        let bare = self.scene(title, None)?;
+        let painted = self.scene(title, Some(paths), &PREVIEWED)?;
+        let bare = self.scene(title, None, &PREVIEWED)?;
         let axes = axes(orientation);
         let shots = [
             ("preview-iso.png", View::iso(&axes), &painted, "Tool paths over the regions"),
@@ -147,6 +166,20 @@ impl<'a> Album<'a> {
             });
         }
         Ok(pictures)
+    }
+}
+
+/// A face that cannot be triangulated is left out of the picture, not of the job.
+fn meshes(model: &Model, options: &MeshOptions) -> Vec<FaceMesh> {
+    model.faces.par_iter().map(|face| tessellate(face, options).unwrap_or_default()).collect()
+}
+
+fn shown_as(kind: MoveKind) -> ShowName {
+    match kind {
+        MoveKind::Cut => ShowName::Cut,
+        MoveKind::Link => ShowName::Link,
+        MoveKind::LeadIn | MoveKind::LeadOut => ShowName::Lead,
+        MoveKind::Rapid => ShowName::Rapid,
     }
 }
 

@@ -1,9 +1,10 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use claymill_nurbs::Point3;
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{Program, read_job, read_moves, read_regions};
-use claymill_viewer::{Renderer, View};
+use claymill_viewer::{Axes, Backdrop, PictureOptions, Renderer, View};
 
 use super::{Context, merge, orientation, pictures};
 use crate::args::{AxisArgs, RenderArgs};
@@ -24,12 +25,15 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
         None => args.axes.clone(),
     };
     let axes = pictures::axes(orientation(context.console, &axes, &loaded.bounds)?);
-    let view = View::named(&args.view, &axes).ok_or_else(|| {
-        Failure::usage(
-            format!("there is no view `{}`", args.view),
-            "There are: iso, top, left, right, front, rear.",
-        )
-    })?;
+    let view = match &args.camera {
+        Some(camera) => parse_camera(camera, &axes)?,
+        None => View::named(&args.view, &axes).ok_or_else(|| {
+            Failure::usage(
+                format!("there is no view `{}`", args.view),
+                "There are: iso, top, left, right, front, rear; --camera gives any other.",
+            )
+        })?,
+    };
 
     context.console.stage("merging");
     let (region_of_face, tolerance_mm, program) = match &job {
@@ -61,8 +65,16 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
     let title = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let cut = job.as_ref().map(pictures::cut_faces).filter(|cut| cut.len() == model.faces.len());
     let album = pictures::Album::new(model, &region_of_face, cut.as_deref(), tolerance_mm);
-    let scene = album.scene(&title, paths)?;
-    let options = claymill_viewer::PictureOptions { size, ..pictures::options(&axes) };
+    let album = if args.zebra { album.for_reflections() } else { album };
+    let scene = album.scene(&title, paths, &args.show)?;
+    let options = PictureOptions {
+        size,
+        supersampling: args.supersample,
+        backdrop: if args.transparent { Backdrop::Transparent } else { Backdrop::Studio },
+        annotations: !args.transparent,
+        reflection_lines: args.zebra,
+        ..pictures::options(&axes)
+    };
     claymill_viewer::render_png(&Renderer::new()?, &scene, &view, &options, &args.out)?;
     context.console.finish();
     context.console.say(args.out.display());
@@ -73,5 +85,27 @@ fn parse_size(text: &str) -> Result<[u32; 2], Failure> {
     let parsed = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     parsed.ok_or_else(|| {
         Failure::usage(format!("`{text}` is not a size"), "Write for example --size 1920x1080.")
+    })
+}
+
+/// `AZIMUTH/ELEVATION` or eye and target as six coordinates.
+fn parse_camera(text: &str, axes: &Axes) -> Result<View, Failure> {
+    let numbers = |separator: char| {
+        let all = text.split(separator).map(|t| t.trim().parse::<f64>().ok().filter(|v| v.is_finite()));
+        all.collect::<Option<Vec<f64>>>()
+    };
+    let view = match (numbers('/').as_deref(), numbers(',').as_deref()) {
+        (Some(&[azimuth, elevation]), _) if elevation.abs() <= 90.0 => {
+            Some(View::around(axes, azimuth, elevation))
+        }
+        (_, Some(&[x, y, z, u, v, w])) => View::standing(axes, Point3::new(x, y, z), Point3::new(u, v, w)),
+        _ => None,
+    };
+    view.ok_or_else(|| {
+        Failure::usage(
+            format!("`{text}` is not a camera"),
+            "Write --camera AZIMUTH/ELEVATION in degrees, for example 30/20 (elevation -90 to 90), or eye and \
+             target in mm, for example 3000,-4000,2000,0,0,500.",
+        )
     })
 }

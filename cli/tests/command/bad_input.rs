@@ -159,6 +159,10 @@ fn wrong_options() {
     refused(folder, &["sample", "lorry", "-o", "lorry.igs"], 2, &["`lorry`", "roadster, panel"]);
     refused(folder, &["sample", "panel", "--patches", "3", "-o", "new/panel.igs"], 2, &["3 patches"]);
     refused(folder, &["render", "flat.igs", "--view", "below", "-o", "new.png"], 2, &["`below`"]);
+    for camera in ["30", "30/95", "1,2,3", "nan/0", "1,2,3,1,2,3"] {
+        refused(folder, &["render", "flat.igs", "--camera", camera, "-o", "new.png"], 2, &[camera]);
+    }
+    refused(folder, &["render", "flat.igs", "--show", "dreams", "-o", "new.png"], 2, &["dreams"]);
     let unknown = run(folder, ["plan", "flat.igs", "-o", "job", "--depth", "3"]);
     assert_eq!(unknown.code, Some(2));
     assert!(unknown.stderr.contains("--depth"));

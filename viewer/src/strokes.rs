@@ -75,12 +75,15 @@ fn layer_of(kind: MoveKind) -> LineKind {
     }
 }
 
+/// A contact that moves by more than this, in ball radii, and by more than twice what the tip moves, jumps.
+const JUMP_RADII: f64 = 0.3;
+
 pub(crate) fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyle<'_>) -> usize {
     let chord_mm = if style.chord_mm > 0.0 { style.chord_mm } else { 1e-3 };
     let surfaces = TriangleTree::new(if style.tools.is_empty() { &[] } else { &scene.surfaces });
     let draw =
         |m: &Move| m.curve().ok().map(|curve| drawn_points(m, &curve, chord_mm, scene, style, &surfaces));
-    let flat: Vec<Option<Vec<Point3>>> = program.moves.par_iter().map(draw).collect();
+    let flat: Vec<Option<Vec<Vec<Point3>>>> = program.moves.par_iter().map(draw).collect();
     let pass_numbers = consecutive_passes(&program.moves);
 
     for (layer, width_px, name) in [
@@ -100,12 +103,14 @@ pub(crate) fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyl
             ..LineLayer::default()
         };
         let mut colour = kind_colour(MoveKind::Cut);
-        for ((m, points), &pass) in program.moves.iter().zip(&flat).zip(&pass_numbers) {
-            let Some(points) = points.as_ref().filter(|_| layer_of(m.kind) == layer) else {
+        for ((m, parts), &pass) in program.moves.iter().zip(&flat).zip(&pass_numbers) {
+            let Some(parts) = parts.as_ref().filter(|_| layer_of(m.kind) == layer) else {
                 continue;
             };
             colour = move_colour(m, style);
-            lines.add(points.iter(), &scene.origin, colour, pass);
+            for points in parts {
+                lines.add(points.iter(), &scene.origin, colour, pass);
+            }
         }
         if lines.strips.is_empty() {
             continue;
@@ -146,20 +151,30 @@ fn drawn_points(
     scene: &Scene,
     style: &StrokeStyle<'_>,
     surfaces: &TriangleTree,
-) -> Vec<Point3> {
-    let mut points = flatten(curve, chord_mm);
+) -> Vec<Vec<Point3>> {
+    let points = flatten(curve, chord_mm);
     // Rapids are far from what they could touch.
     let tool = style.tools.iter().find(|t| t.id == m.tool && m.kind != MoveKind::Rapid);
     let Some(radius_mm) = tool.map(|t| t.tool.radius_mm()) else {
-        return points;
+        return vec![points];
     };
     let last = points.len().saturating_sub(1).max(1) as f64;
     let (start, end) = (Vector3::from(m.axis_start), Vector3::from(m.axis_end));
-    for (i, p) in points.iter_mut().enumerate() {
+    let mut parts: Vec<Vec<Point3>> = vec![Vec::new()];
+    for (i, tip) in points.iter().enumerate() {
         let axis = start.lerp(&end, i as f64 / last).try_normalize(0.0).unwrap_or(start);
-        *p = surfaces.touched(&(*p - scene.origin.coords), &axis, radius_mm) + scene.origin.coords;
+        let drawn = surfaces.touched(&(tip - scene.origin.coords), &axis, radius_mm) + scene.origin.coords;
+        // In a corner the contact jumps from one wall to the other: nothing is cut in between.
+        let step = |parts: &[Vec<Point3>]| Some((drawn - parts.last()?.last()?).norm());
+        let moved_mm = i.checked_sub(1).map_or(0.0, |before| (tip - points[before]).norm());
+        if step(&parts).is_some_and(|mm| mm > 2.0 * moved_mm + JUMP_RADII * radius_mm) {
+            parts.push(Vec::new());
+        }
+        if let Some(part) = parts.last_mut() {
+            part.push(drawn);
+        }
     }
-    points
+    parts
 }
 
 #[cfg(test)]

@@ -162,10 +162,12 @@ fn wrong_options() {
     for camera in ["30", "30/95", "1,2,3", "nan/0", "1,2,3,1,2,3"] {
         refused(folder, &["render", "flat.igs", "--camera", camera, "-o", "new.png"], 2, &[camera]);
     }
-    refused(folder, &["render", "flat.igs", "--show", "dreams", "-o", "new.png"], 2, &["dreams"]);
     let unknown = run(folder, ["plan", "flat.igs", "-o", "job", "--depth", "3"]);
     assert_eq!(unknown.code, Some(2));
     assert!(unknown.stderr.contains("--depth"));
+    let unknown = run(folder, ["render", "flat.igs", "--show", "dreams", "-o", "new.png"]);
+    assert_eq!(unknown.code, Some(2));
+    assert!(unknown.stderr.contains("dreams") && !folder.join("new.png").exists());
 }
 
 #[test]

@@ -29,6 +29,7 @@
 
 pub mod analytic;
 mod arc;
+mod area;
 mod bernstein;
 mod boundary;
 mod closest;

@@ -1,13 +1,11 @@
 use crate::arc::Arc;
+use crate::area::enclosed_mm2;
 use crate::curvedness::Curvedness;
 use crate::mesh::rectangle;
 use crate::mesh::sampling::{Limits, sample};
-use crate::quadrature::integral;
 use crate::rings::{Ring, rings};
 use crate::{Aabb, Face, MeshOptions, NurbsSurface, Point2, tessellate};
 
-/// Relative accuracy asked of the quadrature; the error estimate is far on the safe side.
-const AREA_ACCURACY: f64 = 1e-8;
 /// Accuracy of the box, mm.
 const BOX_MM: f64 = 1e-4;
 /// Deviation of the first triangles of a trimmed face, as a share of its size.
@@ -18,8 +16,7 @@ const DEEPEST: u32 = 24;
 impl Face {
     /// Area of the trimmed face, mm², to a relative accuracy of 1e-7 or better.
     ///
-    /// By Green's theorem: `∬ |Su × Sv| du dv = ∮ F dv` along the exact trim curves, with
-    /// `F(u, v) = ∫ |Su × Sv| du`. Where damaged loops cross each other the overlap counts with its winding
+    /// Integrated between the exact trim curves by Green's theorem. Where damaged loops cross each other the overlap counts with its winding
     /// number.
     #[must_use]
     pub fn area_mm2(&self) -> f64 {
@@ -33,7 +30,7 @@ impl Face {
             vec![side(b.y, a.y, a.x), side(a.y, b.y, b.x)]
         });
         let arcs = sides.unwrap_or_else(|| rings.into_iter().flat_map(|r| r.arcs).collect());
-        green(surface, &arcs)
+        enclosed_mm2(surface, &arcs)
     }
 
     /// Box around the trimmed face, within 1e-4 mm of the smallest one.
@@ -109,47 +106,4 @@ fn stick_out(
             stick_out(surface, curved, part, hull, bounds, depth - 1);
         }
     }
-}
-
-/// `∮ F dv` along closed chains of arcs (level ones may be left out).
-fn green(surface: &NurbsSurface, arcs: &[Arc]) -> f64 {
-    let (breaks_u, breaks_v) = (surface.knots_u().breaks(), surface.knots_v().breaks());
-    // Closed chains may start F anywhere; starting at the left keeps it small.
-    let start = arcs.iter().flat_map(Arc::control_points).map(|p| p.x).fold(f64::INFINITY, f64::min);
-    // The integrand is smooth between knots only.
-    let mut pieces: Vec<Arc> = arcs.iter().flat_map(|a| a.monotone()).collect();
-    for (axis, breaks) in [(0, &breaks_u), (1, &breaks_v)] {
-        for &knot in breaks {
-            let cut = |a: Arc| match a.crossing(axis, knot) {
-                Some(t) => {
-                    let (x, y) = a.split(t);
-                    vec![x, y]
-                }
-                None => vec![a],
-            };
-            pieces = pieces.into_iter().flat_map(cut).collect();
-        }
-    }
-    pieces.retain(|a| a.start().y != a.end().y);
-    let inner = |p: Point2, tolerance: f64| -> f64 {
-        let element = &mut |u: f64| {
-            let jet = surface.jet(u, p.y);
-            jet.su.cross(&jet.sv).norm()
-        };
-        let ends = std::iter::once(start).chain(breaks_u.iter().copied().filter(|&k| start < k && k < p.x));
-        let ends: Vec<f64> = ends.chain([p.x]).collect();
-        ends.windows(2).map(|w| integral((w[0], w[1]), tolerance, element)).sum()
-    };
-    let outer = |tolerance: f64| -> f64 {
-        let along = |a: &Arc| {
-            let height = (a.end().y - a.start().y).abs();
-            integral((0.0, 1.0), tolerance, &mut |t| {
-                let (p, slope) = a.jet(t);
-                inner(p, tolerance / height) * slope.y
-            })
-        };
-        pieces.iter().map(along).sum::<f64>()
-    };
-    let rough = outer(f64::INFINITY).abs();
-    outer(rough * AREA_ACCURACY / pieces.len().max(1) as f64)
 }

@@ -15,6 +15,8 @@ const EIGHT: [(f64, f64); 4] = [
 
 /// Halvings at most: beyond them the integrand is not smooth, and what is left is below rounding.
 const DEEPEST: u32 = 24;
+/// Differences below this part of the integral are rounding.
+const ROUNDING: f64 = 1e-13;
 
 fn rule(half: &[(f64, f64)], (a, b): (f64, f64), f: &mut impl FnMut(f64) -> f64) -> f64 {
     let (middle, reach) = (0.5 * (a + b), 0.5 * (b - a));
@@ -32,7 +34,7 @@ pub(crate) fn integral(range: (f64, f64), tolerance: f64, f: &mut impl FnMut(f64
 
 fn adaptive((a, b): (f64, f64), tolerance: f64, depth: u32, f: &mut impl FnMut(f64) -> f64) -> f64 {
     let fine = rule(&EIGHT, (a, b), f);
-    if depth == 0 || (fine - rule(&FIVE, (a, b), f)).abs() <= tolerance.max(1e-14 * fine.abs()) {
+    if depth == 0 || (fine - rule(&FIVE, (a, b), f)).abs() <= tolerance.max(ROUNDING * fine.abs()) {
         return fine;
     }
     let middle = 0.5 * (a + b);

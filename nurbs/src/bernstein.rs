@@ -18,6 +18,17 @@ impl<const N: usize> Bernstein<N> {
         &self.coefficients
     }
 
+    pub(crate) fn degrees(&self) -> [usize; 2] {
+        self.degrees
+    }
+
+    /// The same polynomial by its coefficients for higher degrees.
+    pub(crate) fn raised_to(&self, degrees: [usize; 2]) -> Self {
+        let by = [0, 1].map(|axis| degrees[axis] - self.degrees[axis]);
+        let one = Bernstein::new(by, vec![SVector::from([1.0]); (by[0] + 1) * (by[1] + 1)]);
+        self.times(&one)
+    }
+
     /// Partial derivative along `axis` (0 is `u`); that of a constant is a constant.
     pub(crate) fn derivative(&self, axis: usize) -> Self {
         let [p, q] = self.degrees;

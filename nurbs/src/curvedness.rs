@@ -11,6 +11,8 @@ pub(crate) struct Bounds {
     pub(crate) uu: f64,
     pub(crate) uv: f64,
     pub(crate) vv: f64,
+    /// The same of the second derivatives' coordinates: `uu`, `uv`, `vv`.
+    coordinates: [Vector3; 3],
 }
 
 impl Bounds {
@@ -21,6 +23,7 @@ impl Bounds {
             uu: self.uu.max(o.uu),
             uv: self.uv.max(o.uv),
             vv: self.vv.max(o.vv),
+            coordinates: std::array::from_fn(|k| self.coordinates[k].sup(&o.coordinates[k])),
         }
     }
 
@@ -29,6 +32,12 @@ impl Bounds {
     /// it holds for all because the variance of three numbers is at most a quarter of their range squared).
     pub(crate) fn deviation_mm(&self, hu: f64, hv: f64) -> f64 {
         0.125 * (hu * hu * self.uu + 2.0 * hu * hv * self.uv + hv * hv * self.vv)
+    }
+
+    /// The same for each coordinate of the surface by itself.
+    pub(crate) fn deviations_mm(&self, hu: f64, hv: f64) -> Vector3 {
+        let [uu, uv, vv] = self.coordinates;
+        (uu * (hu * hu) + uv * (2.0 * hu * hv) + vv * (hv * hv)) * 0.125
     }
 }
 
@@ -86,20 +95,25 @@ fn nets(piece: &NurbsSurface) -> (Bernstein<3>, Bernstein<1>) {
 }
 
 /// From bounds for parameters that run over the unit square to those of the piece's own.
-fn on_domain(piece: &NurbsSurface, [u, v, uu, uv, vv]: [f64; 5]) -> Bounds {
+fn on_domain(piece: &NurbsSurface, [u, v]: [f64; 2], second: [(f64, Vector3); 3]) -> Bounds {
     let ((u0, u1), (v0, v1)) = piece.domain();
     let (wu, wv) = (u1 - u0, v1 - v0);
-    Bounds { u: u / wu, v: v / wv, uu: uu / (wu * wu), uv: uv / (wu * wv), vv: vv / (wv * wv) }
+    let [uu, uv, vv] = [(second[0], wu * wu), (second[1], wu * wv), (second[2], wv * wv)]
+        .map(|((length, coordinates), w)| (length / w, coordinates / w));
+    Bounds { u: u / wu, v: v / wv, uu: uu.0, uv: uv.0, vv: vv.0, coordinates: [uu.1, uv.1, vv.1] }
+}
+
+/// Largest length, and largest absolute value of each coordinate, of some vectors.
+fn largest(vectors: impl Iterator<Item = Vector3>) -> (f64, Vector3) {
+    vectors.fold((0.0, Vector3::zeros()), |(l, c), x| (l.max(x.norm()), c.sup(&x.abs())))
 }
 
 /// The derivatives are Bézier patches themselves and lie in the hulls of their control points.
 fn polynomial_bounds(piece: &NurbsSurface) -> Bounds {
     let (s, _) = nets(piece);
     let (u, v) = (s.derivative(0), s.derivative(1));
-    let nets = [u.derivative(0), u.derivative(1), v.derivative(1)];
-    let longest = |net: &Bernstein<3>| net.coefficients().iter().map(|c| c.norm()).fold(0.0, f64::max);
-    let [uu, uv, vv] = nets.each_ref().map(longest);
-    on_domain(piece, [longest(&u), longest(&v), uu, uv, vv])
+    let of = |net: &Bernstein<3>| largest(net.coefficients().iter().copied());
+    on_domain(piece, [of(&u).0, of(&v).0], [of(&u.derivative(0)), of(&u.derivative(1)), of(&v.derivative(1))])
 }
 
 /// The bounds of a rational piece, tightened by cutting it in four.
@@ -124,20 +138,12 @@ fn rational_bounds(piece: &NurbsSurface) -> Bounds {
     let second = [derive(&u, 2.0, 0), derive(&u, 2.0, 1), derive(&v, 2.0, 1)];
     let w2 = w.times(&w);
     let w3 = w2.times(&w);
-    let longest = |above: &Bernstein<3>, below: &Bernstein<1>| {
-        let quotients = above.coefficients().iter().zip(below.coefficients());
-        quotients.map(|(a, b)| a.norm() / b.x).fold(0.0, f64::max)
+    let of = |above: &Bernstein<3>, below: &Bernstein<1>| {
+        // Coefficients only pair up in one basis.
+        let above = above.raised_to(below.degrees());
+        largest(above.coefficients().iter().zip(below.coefficients()).map(|(a, b)| a / b.x))
     };
-    on_domain(
-        piece,
-        [
-            longest(&u, &w2),
-            longest(&v, &w2),
-            longest(&second[0], &w3),
-            longest(&second[1], &w3),
-            longest(&second[2], &w3),
-        ],
-    )
+    on_domain(piece, [of(&u, &w2).0, of(&v, &w2).0], second.each_ref().map(|x| of(x, &w3)))
 }
 
 #[cfg(test)]
@@ -160,6 +166,7 @@ mod tests {
                     uu: jet.suu.norm(),
                     uv: jet.suv.norm(),
                     vv: jet.svv.norm(),
+                    coordinates: [jet.suu, jet.suv, jet.svv].map(|x| x.abs()),
                 };
                 let at = Point2::new(u, v);
                 assert_eq!(curved.over(at, at).max(&here), {
@@ -170,6 +177,9 @@ mod tests {
                     slack(&mut b.uu, here.uu);
                     slack(&mut b.uv, here.uv);
                     slack(&mut b.vv, here.vv);
+                    for k in 0..9 {
+                        slack(&mut b.coordinates[k / 3][k % 3], here.coordinates[k / 3][k % 3]);
+                    }
                     b
                 });
                 seen = seen.max(&here);

@@ -80,7 +80,7 @@ impl Face {
     }
 }
 
-/// Grows `bounds` by what a parameter triangle adds to it: where its corners and the bound on its facet error
+/// Grows `bounds` by what a parameter triangle adds to it: where its corners and the bounds on its facet error
 /// reach beyond (but never beyond `hull`), it is cut in four.
 fn stick_out(
     surface: &NurbsSurface,
@@ -93,8 +93,9 @@ fn stick_out(
     let corners = uv.map(|p| surface.point(p.x, p.y));
     corners.iter().for_each(|p| bounds.add(p));
     let (low, high) = (uv[0].inf(&uv[1]).inf(&uv[2]), uv[0].sup(&uv[1]).sup(&uv[2]));
-    let facet = curved.over(low, high).deviation_mm(high.x - low.x, high.y - low.y);
-    let reach = Aabb::of(&corners).inflated(facet);
+    let facet = curved.over(low, high).deviations_mm(high.x - low.x, high.y - low.y);
+    let flat = Aabb::of(&corners);
+    let reach = Aabb { min: flat.min - facet, max: flat.max + facet };
     let out = |k: usize| {
         reach.max[k].min(hull.max[k]) > bounds.max[k] + BOX_MM
             || reach.min[k].max(hull.min[k]) < bounds.min[k] - BOX_MM

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-/// Freeform surface machining of whole vehicles: from an IGES or STEP file to verified NURBS tool paths.
+/// Freeform surface machining of whole vehicles: from an IGES, STEP or Rhino file to verified NURBS tool paths.
 #[derive(Debug, Parser)]
 #[command(name = "claymill", version, arg_required_else_help = true)]
 pub(crate) struct Cli {
@@ -42,7 +42,7 @@ pub(crate) enum Command {
 
 #[derive(Debug, Args)]
 pub(crate) struct ModelArgs {
-    /// IGES or STEP file.
+    /// IGES, STEP or Rhino 3dm file.
     pub(crate) model: PathBuf,
 }
 
@@ -67,7 +67,7 @@ pub(crate) struct DemoArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct MergeArgs {
-    /// IGES or STEP file.
+    /// IGES, STEP or Rhino 3dm file.
     pub(crate) model: PathBuf,
     /// Folder for regions.json and the picture.
     #[arg(short, long, value_name = "DIR")]
@@ -81,7 +81,7 @@ pub(crate) struct MergeArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct PlanArgs {
-    /// IGES or STEP file.
+    /// IGES, STEP or Rhino 3dm file.
     pub(crate) model: PathBuf,
     /// Job folder to write.
     #[arg(short, long, value_name = "DIR")]

@@ -22,8 +22,8 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
     },
-    /// Neither IGES nor STEP, whatever the extension says.
-    #[error("{}: not an IGES or STEP file; it looks like {found}", path.display())]
+    /// Neither IGES nor STEP nor 3dm, whatever the extension says.
+    #[error("{}: not an IGES, STEP or 3dm file; it looks like {found}", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
@@ -87,7 +87,8 @@ impl ReadError {
             ReadError::NoFaces { report, .. } => match report.skipped.first() {
                 Some(first) => format!("Every face was skipped; for the first one: {}", first.advice),
                 None => {
-                    "Export surfaces (IGES 144, 128 or B-rep; STEP shells), not wireframe or a mesh.".into()
+                    "Export surfaces (IGES 144, 128 or B-rep; STEP shells; Rhino polysurfaces), not wireframe or a mesh."
+                        .into()
                 }
             },
         }

@@ -1,5 +1,7 @@
 use serde::{Deserialize, Serialize};
 
+use crate::threedm;
+
 /// A model file format that can be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -8,11 +10,12 @@ pub enum Format {
     Iges,
     /// STEP Part 21: AP203, AP214, AP242.
     Step,
+    /// Rhino 3dm (openNURBS archive), versions 2 to 8.
+    Rhino3dm,
 }
 
 /// Beginnings of files that people hand over by mistake, and what they are.
-const KNOWN_STRANGERS: [(&[u8], &str); 9] = [
-    (b"3D Geometry File Format", "a Rhino 3dm file"),
+const KNOWN_STRANGERS: [(&[u8], &str); 8] = [
     (b"glTF", "a binary glTF mesh"),
     (b"solid", "an STL mesh"),
     (b"PK\x03\x04", "a zip archive"),
@@ -30,6 +33,9 @@ impl Format {
         let text = text.trim_ascii_start();
         if text.starts_with(b"ISO-10303-21") {
             return Ok(Format::Step);
+        }
+        if bytes.starts_with(threedm::MAGIC) {
+            return Ok(Format::Rhino3dm);
         }
         if is_iges(bytes) {
             return Ok(Format::Iges);
@@ -68,6 +74,7 @@ mod tests {
         assert_eq!(Format::of(start.as_bytes()), Ok(Format::Iges));
         assert_eq!(Format::of(b"\xef\xbb\xbf ISO-10303-21;\nHEADER;"), Ok(Format::Step));
         assert_eq!(Format::of(b"/* made by */ ISO-10303-21;"), Ok(Format::Step));
+        assert_eq!(Format::of(b"3D Geometry File Format        4\x01"), Ok(Format::Rhino3dm));
         assert_eq!(Format::of(b"hello, this is a text"), Err("some other text".into()));
         assert_eq!(Format::of(b"solid cube\nfacet"), Err("an STL mesh".into()));
         assert_eq!(Format::of(&[0, 1, 2, 250]), Err("binary data".into()));

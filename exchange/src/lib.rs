@@ -1,8 +1,9 @@
 //! Reading and writing model files.
 //!
 //! ```text
-//!   bytes ─ format? ─┬─ iges ─┐
-//!                    └─ step ─┴─► Import = Model (faces, mm) + ImportReport (what was read, what not, why)
+//!                    ┌─ iges ────┐
+//!   bytes ─ format? ─┼─ step ────┼─► Import = Model (faces, mm) + ImportReport (what was read, what not, why)
+//!                    └─ threedm ─┘
 //!
 //!   Model + groups ─► write_iges
 //! ```
@@ -33,6 +34,7 @@ mod nesting;
 mod offset;
 mod step;
 mod subcurve;
+mod threedm;
 mod trim;
 
 use std::path::Path;
@@ -66,6 +68,7 @@ pub fn read_bytes(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
     let import = match Format::of(bytes) {
         Ok(Format::Iges) => iges::read(bytes, path),
         Ok(Format::Step) => step::read(bytes, path),
+        Ok(Format::Rhino3dm) => threedm::read(bytes, path),
         Err(found) => Err(ReadError::UnknownFormat { path: path.into(), found }),
     }?;
     if import.model.faces.is_empty() {

@@ -1,4 +1,5 @@
-//! Which trim loops are outer loops, which are holes, and which say nothing at all.
+//! Which trim loops are outer loops, which are holes, and which say nothing at all; and surfaces that enclose
+//! nothing.
 
 use claymill_nurbs::{NurbsSurface, Point2, TrimEdge, TrimLoop};
 
@@ -93,4 +94,17 @@ pub(crate) fn is_natural(surface: &NurbsSurface, loops: &[TrimLoop]) -> bool {
     // Edges on the sides and the area of the rectangle: the loop goes once round.
     let whole = (u1 - u0) * (v1 - v0);
     only.edges.iter().all(on_side) && (signed_area(only).abs() - whole).abs() <= 1e-6 * whole
+}
+
+/// Whether the control net, and with it the surface, encloses no area.
+pub(crate) fn has_no_area(surface: &NurbsSurface) -> bool {
+    let (nu, nv) = surface.size();
+    let cell = |i: usize, j: usize| {
+        let p = |i, j| surface.control_point(i, j);
+        let (a, b) = (p(i + 1, j + 1) - p(i, j), p(i, j + 1) - p(i + 1, j));
+        a.cross(&b).norm()
+    };
+    let cells = (0..nu - 1).flat_map(|i| (0..nv - 1).map(move |j| (i, j)));
+    let area: f64 = cells.map(|(i, j)| 0.5 * cell(i, j)).sum();
+    area < crate::DEGENERATE_MM2
 }

@@ -51,7 +51,7 @@ fn files_that_are_no_models() {
     for (name, what) in [
         ("missing.igs", "No such file"),
         ("empty.igs", "is empty"),
-        ("letter.igs", "not an IGES or STEP file"),
+        ("letter.igs", "not an IGES, STEP or 3dm file"),
         ("lines.igs", "no usable face"),
         (".", "directory"),
     ] {

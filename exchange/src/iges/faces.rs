@@ -137,7 +137,7 @@ impl FaceReader<'_> {
             Carrier::Plane(frame) => (plane_under(&frame, &mut raw)?, SurfaceKind::Plane, None),
             Carrier::Chart { carrier, kind } => return self.on_chart(&carrier, kind, raw, source),
         };
-        if has_no_area(&surface) {
+        if nesting::has_no_area(&surface) {
             return Err(Fault::NoArea);
         }
         match self.on_rectangle(&surface, &raw, whole, window) {
@@ -269,17 +269,4 @@ fn rectangle(((u0, u1), (v0, v1)): Window) -> TrimLoop {
     let corners = [(u0, v0), (u1, v0), (u1, v1), (u0, v1)].map(|(u, v)| Point2::new(u, v));
     let edge = |i: usize| TrimEdge { pcurve: Curve2::line(corners[i], corners[(i + 1) % 4]), shared: None };
     TrimLoop { edges: (0..4).map(edge).collect() }
-}
-
-/// Whether the control net, and with it the surface, encloses no area.
-fn has_no_area(surface: &NurbsSurface) -> bool {
-    let (nu, nv) = surface.size();
-    let cell = |i: usize, j: usize| {
-        let p = |i, j| surface.control_point(i, j);
-        let (a, b) = (p(i + 1, j + 1) - p(i, j), p(i, j + 1) - p(i + 1, j));
-        a.cross(&b).norm()
-    };
-    let cells = (0..nu - 1).flat_map(|i| (0..nv - 1).map(move |j| (i, j)));
-    let area: f64 = cells.map(|(i, j)| 0.5 * cell(i, j)).sum();
-    area < crate::DEGENERATE_MM2
 }

@@ -94,14 +94,14 @@ fn specimen(path: &Path) -> Vec<u8> {
 
 fn damaged(sound: &[u8], random: &mut ChaCha8Rng, variant: usize) -> Vec<u8> {
     let mut bytes = sound.to_vec();
-    if variant % 3 == 0 {
+    if variant.is_multiple_of(3) {
         bytes.truncate(random.random_range(0..bytes.len()));
     }
     let flips = match variant % 4 {
         0 => 1,
         1 => random.random_range(2..20),
         2 => 1 + bytes.len() / 2000,
-        _ if variant % 3 == 0 => 0,
+        _ if variant.is_multiple_of(3) => 0,
         _ => random.random_range(20..200),
     };
     for _ in 0..flips.min(bytes.len()) {

@@ -38,6 +38,7 @@
 mod account;
 mod chord_tree;
 mod continuity;
+pub mod defects;
 mod disjoint_sets;
 mod edge;
 mod gaps;

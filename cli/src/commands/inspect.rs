@@ -2,7 +2,9 @@ use std::collections::BTreeMap;
 use std::process::ExitCode;
 
 use claymill_exchange::{ImportReport, Skipped};
-use claymill_nurbs::SurfaceKind;
+use claymill_nurbs::{Face, SurfaceKind};
+use claymill_surface_merge::defects::{Defect, defects};
+use claymill_surface_merge::{BoundaryAccount, Preset, Tolerance};
 use serde::Serialize;
 
 use super::{Context, box_mm};
@@ -27,12 +29,25 @@ struct Inspection<'a> {
     degrees: BTreeMap<String, usize>,
     rational: usize,
     trimmed: usize,
+    /// Length of the boundaries of all faces and where it goes.
+    boundary: BoundaryAccount,
+    /// Length of edges that no other face shares, mm.
+    free_boundary_mm: f64,
+    /// How near neighbours had to be, with the histogram of gaps.
+    gaps: Tolerance,
+    /// How many defects there are of each code.
+    defect_counts: BTreeMap<&'static str, usize>,
+    defects: Vec<Defect>,
     report: &'a ImportReport,
 }
 
 /// `claymill inspect`.
 pub(crate) fn inspect(context: &Context, args: &ModelArgs) -> Result<ExitCode, Failure> {
     let loaded = context.load(&args.model)?;
+    let model = &loaded.import.model;
+    context.console.stage("looking for defects");
+    let merged = super::merge::regions(model, &Preset::Clay.options())?;
+    let defects = defects(model, &merged, &loaded.face_area_mm2);
     context.console.finish();
     let (faces, report) = (&loaded.import.model.faces, &loaded.import.report);
     let mut surface_kinds = BTreeMap::new();
@@ -41,6 +56,10 @@ pub(crate) fn inspect(context: &Context, args: &ModelArgs) -> Result<ExitCode, F
         *surface_kinds.entry(f.kind).or_default() += 1;
         let (p, q) = (f.surface.knots_u().degree(), f.surface.knots_v().degree());
         *degrees.entry(format!("{}x{}", p.min(q), p.max(q))).or_default() += 1;
+    }
+    let mut defect_counts = BTreeMap::new();
+    for defect in &defects {
+        *defect_counts.entry(defect.code.code()).or_default() += 1;
     }
     let found = Inspection {
         file: args.model.display().to_string(),
@@ -57,12 +76,19 @@ pub(crate) fn inspect(context: &Context, args: &ModelArgs) -> Result<ExitCode, F
         degrees,
         rational: faces.iter().filter(|f| f.surface.is_rational()).count(),
         trimmed: faces.iter().filter(|f| !f.loops.is_empty()).count(),
+        boundary: merged.account,
+        free_boundary_mm: merged.account.naked_mm,
+        gaps: merged.tolerance,
+        defect_counts,
+        defects,
         report,
     };
     if context.json {
         context.print_json(&found)?;
     } else {
         print(&found);
+        print_borders(&found);
+        print_defects(&found, faces);
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -96,5 +122,49 @@ fn print(found: &Inspection) {
     }
     if found.report.repairs.len() > super::LISTED {
         outln!("  mended      ... and {} more", found.report.repairs.len() - super::LISTED);
+    }
+}
+
+/// The free boundary and the gaps of what is joined, decade by decade.
+fn print_borders(found: &Inspection) {
+    outln!(
+        "  boundary    {:.1} mm, free {:.1} mm, more than two faces {:.1} mm",
+        found.boundary.total_mm,
+        found.free_boundary_mm,
+        found.boundary.non_manifold_mm
+    );
+    let mut decades: BTreeMap<i32, f64> = BTreeMap::new();
+    for bin in found.gaps.histogram.iter().filter(|b| b.length_mm > 0.0) {
+        *decades.entry(bin.gap_mm.log10().ceil() as i32).or_default() += bin.length_mm;
+    }
+    for (decade, length) in decades {
+        outln!("  gaps        up to {} mm: {length:.1} mm", 10.0_f64.powi(decade));
+    }
+}
+
+/// The worst defects of each code.
+fn print_defects(found: &Inspection, faces: &[Face]) {
+    if found.defects.is_empty() {
+        outln!("  defects     none");
+    }
+    for of_code in found.defects.chunk_by(|a, b| a.code == b.code) {
+        let code = of_code[0].code;
+        outln!("  defect      {} × {}: {}", of_code.len(), code.code(), code.words());
+        for defect in of_code.iter().take(super::LISTED) {
+            let named = defect.faces.iter().map(|id| format!("face {id} ({})", faces[*id].source.entity));
+            let named: Vec<_> = named.collect();
+            let at = defect.at;
+            outln!(
+                "              {:.4} at {:.3} {:.3} {:.3}: {}",
+                defect.size,
+                at.x,
+                at.y,
+                at.z,
+                named.join(", ")
+            );
+        }
+        if of_code.len() > super::LISTED {
+            outln!("              ... and {} more; --json lists all", of_code.len() - super::LISTED);
+        }
     }
 }

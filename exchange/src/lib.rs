@@ -5,7 +5,7 @@
 //!   bytes ─ format? ─┼─ step ────┼─► Import = Model (faces, mm) + ImportReport (what was read, what not, why)
 //!                    └─ threedm ─┘
 //!
-//!   Model + groups ─► write_iges
+//!   Model + groups ─► write_iges, write_step, write_glb
 //! ```
 //!
 //! Every face of a file is accounted for: it is in the model, or it is listed in the report with its entity,
@@ -24,6 +24,7 @@ mod arc_length;
 mod bezier;
 mod chart;
 mod error;
+mod export;
 mod foot;
 mod format;
 mod hermite;
@@ -40,9 +41,11 @@ mod trim;
 use std::path::Path;
 
 pub use error::ReadError;
+pub use export::{Group, WriteError};
 pub use format::Format;
-pub use iges::{Group, WriteError, write_iges};
+pub use iges::write_iges;
 pub use import::{EntityCount, Import, ImportReport, Repair, Skipped, Units};
+pub use step::write_step;
 
 /// A face smaller than this is degenerate, mm².
 pub(crate) const DEGENERATE_MM2: f64 = 1e-6;

@@ -6,7 +6,7 @@ use claymill_nurbs::{NurbsSurface, Point2, TrimEdge, TrimLoop};
 use crate::trim::{TrimError, pace};
 
 /// A loop this near to the sides of the domain is the natural boundary, mm.
-const NATURAL_MM: f64 = 1e-4;
+const NATURAL_MM: f64 = 1e-6;
 /// Chords per knot span when areas are compared.
 const SAMPLES: usize = 6;
 

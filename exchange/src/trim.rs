@@ -15,6 +15,8 @@ const AGREE_MM: f64 = 0.01;
 const OFF_SURFACE_MM: f64 = 0.5;
 /// Ends closer than this are moved together without a word, mm.
 const SNAPPED_MM: f64 = 1e-4;
+/// Points that miss the domain by no more than this are put on its side, mm.
+const ROUNDING_MM: f64 = 1e-6;
 /// Gaps up to this (or ten times the file's tolerance) are bridged and reported, mm.
 const BRIDGED_MM: f64 = 0.5;
 /// ... but never more than this part of the loop's length.
@@ -178,16 +180,19 @@ impl<'a> Trimmer<'a> {
     /// Puts control points that miss the domain by rounding onto its side.
     fn snapped_to_domain(&self, pcurve: Curve2) -> Curve2 {
         let ((u0, u1), (v0, v1)) = self.surface.domain();
-        let snap = |x: f64, limit: f64, pace: f64, size: f64| {
-            let near = (x - limit).abs() * pace <= SNAPPED_MM && (x - limit).abs() <= 1e-3 * size;
-            if near { limit } else { x }
+        let snap = |x: f64, (low, high): (f64, f64), pace: f64| {
+            let size = high - low;
+            // Points inside stay where the file has them, but for rounding.
+            let reach =
+                |inside: bool| if inside { 1e-12 * size } else { (ROUNDING_MM / pace).min(1e-3 * size) };
+            match x {
+                x if (x - low).abs() <= reach(x > low) => low,
+                x if (x - high).abs() <= reach(x < high) => high,
+                x => x,
+            }
         };
         let points = (pcurve.points().iter())
-            .map(|p| {
-                let u = snap(snap(p.x, u0, self.pace[0], u1 - u0), u1, self.pace[0], u1 - u0);
-                let v = snap(snap(p.y, v0, self.pace[1], v1 - v0), v1, self.pace[1], v1 - v0);
-                Point2::new(u, v)
-            })
+            .map(|p| Point2::new(snap(p.x, (u0, u1), self.pace[0]), snap(p.y, (v0, v1), self.pace[1])))
             .collect();
         let weights = pcurve.weights().map(<[f64]>::to_vec);
         Curve2::new(pcurve.knots().clone(), points, weights).unwrap_or(pcurve)

@@ -1,6 +1,8 @@
 //! What is written reads back as the same model.
 
-use claymill_exchange::{Group, read, write_iges};
+use std::path::Path;
+
+use claymill_exchange::{Group, WriteError, read, write_iges, write_step};
 use claymill_nurbs::{
     Curve2, Face, KnotVector, Model, NurbsSurface, Point2, Point3, Source, SurfaceKind, TrimEdge, TrimLoop,
 };
@@ -68,6 +70,147 @@ fn sample() -> (Model, Vec<Group>) {
     let group = |name: &str, colour, faces| Group { name: name.into(), colour, faces };
     let groups = vec![group("upper", Some([255, 128, 3]), vec![0, 2]), group("lower", None, vec![1])];
     (model, groups)
+}
+
+type Write = fn(&Path, &Model, &[Group]) -> Result<(), WriteError>;
+const WRITERS: [(&str, Write); 2] = [("sample.igs", write_iges), ("sample.stp", write_step)];
+
+/// A point of an edge, by the share of its parameter.
+fn on_edge(face: &Face, pcurve: &Curve2, share: f64) -> Point3 {
+    let (a, b) = pcurve.domain();
+    let p = pcurve.point(a + (b - a) * share);
+    face.surface.point(p.x, p.y)
+}
+
+/// Distance of a point from an edge: samples, then the best interval narrowed down.
+fn distance_to_edge(face: &Face, pcurve: &Curve2, p: &Point3) -> f64 {
+    let steps = 24 * pcurve.knots().breaks().len() as u32;
+    let distance = |share: f64| (on_edge(face, pcurve, share) - p).norm();
+    let best = (0..=steps).min_by(|i, j| {
+        distance(f64::from(*i) / f64::from(steps)).total_cmp(&distance(f64::from(*j) / f64::from(steps)))
+    });
+    let (at, step) = (f64::from(best.unwrap()) / f64::from(steps), 1.0 / f64::from(steps));
+    let (mut low, mut high) = ((at - step).max(0.0), (at + step).min(1.0));
+    for _ in 0..90 {
+        let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+        if distance(a) < distance(b) { high = b } else { low = a }
+    }
+    [at, low, high].map(distance).into_iter().fold(f64::INFINITY, f64::min)
+}
+
+/// Largest distance of the boundary of `a`, at some of its points, from that of `b`.
+fn boundaries_apart(a: &Face, b: &Face) -> f64 {
+    let there = b.boundary();
+    let distance = |p: Point3| {
+        let edges = there.iter().flat_map(|l| &l.edges);
+        edges.map(|e| distance_to_edge(b, &e.pcurve, &p)).fold(f64::INFINITY, f64::min)
+    };
+    let here = a.boundary();
+    let points = here.iter().flat_map(|l| &l.edges);
+    let points = points.flat_map(|e| [0.0, 0.3, 0.7].map(|x| on_edge(a, &e.pcurve, x)));
+    points.map(distance).fold(0.0, f64::max)
+}
+
+#[test]
+fn models_of_the_corpus_come_back_the_same() {
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/corpus");
+    let corpus = std::env::var_os("CLAYMILL_CORPUS").map_or_else(|| beside.into(), std::path::PathBuf::from);
+    let folder = tempfile::tempdir().unwrap();
+    let mut worst = 0.0_f64;
+    for name in [
+        "prismatic_ctc01.stp",
+        "race_car_nose_141.stp",
+        "airliner_272.stp",
+        "bracket_inch.iges",
+        "ship_hull_55.iges",
+        "helmet_928.igs",
+    ] {
+        let Ok(first) = read(&corpus.join(name)) else {
+            eprintln!("skipped: no {name} in {}", corpus.display());
+            continue;
+        };
+        for (copy, write) in WRITERS {
+            let path = folder.path().join(copy);
+            write(&path, &first.model, &[]).unwrap();
+            let second = read(&path).unwrap();
+            assert_eq!(second.report.skipped, [], "{name} as {copy}");
+            assert_eq!(second.model.faces.len(), first.model.faces.len(), "{name} as {copy}");
+            let size = first.model.faces.iter().flat_map(|f| f.surface.net()).map(|h| (h / h.w).xyz().norm());
+            let size = size.fold(0.0, f64::max);
+            let (mut surfaces, mut boundaries) = (0.0_f64, 0.0_f64);
+            for (a, b) in first.model.faces.iter().zip(&second.model.faces) {
+                let ((u0, u1), (v0, v1)) = a.surface.domain();
+                let turned = copy == "sample.igs" && a.reversed;
+                for k in 0..25 {
+                    let (x, y) = (f64::from(k % 5) / 4.0, f64::from(k / 5) / 4.0);
+                    let (u, v) = (u0 + (u1 - u0) * x, v0 + (v1 - v0) * y);
+                    let back = if turned { u0 + u1 - u } else { u };
+                    surfaces = surfaces.max((a.surface.point(u, v) - b.surface.point(back, v)).norm());
+                }
+                if !(a.loops.is_empty() && b.loops.is_empty()) {
+                    let apart = boundaries_apart(a, b);
+                    if apart > 1e-9 * size {
+                        eprintln!("   {} {:?}: {apart:.1e}", a.source.entity, a.kind);
+                    }
+                    boundaries = boundaries.max(apart);
+                }
+                assert_eq!(a.reversed != turned, b.reversed, "{name} as {copy}");
+            }
+            eprintln!(
+                "{name} as {copy}: surfaces {surfaces:.1e}, boundaries {boundaries:.1e} of {size:.0} mm"
+            );
+            worst = worst.max(surfaces / size).max(boundaries / size);
+        }
+    }
+    assert!(worst <= 1e-9, "{worst:.1e}");
+}
+
+#[test]
+fn shells_are_sewn_where_the_model_knows_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sewn.stp");
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/corpus");
+    let corpus = std::env::var_os("CLAYMILL_CORPUS").map_or_else(|| beside.into(), std::path::PathBuf::from);
+    let Ok(first) = read(&corpus.join("prismatic_ctc01.stp")) else {
+        eprintln!("skipped: no corpus at {}", corpus.display());
+        return;
+    };
+    write_step(&path, &first.model, &[]).unwrap();
+    let second = read(&path).unwrap();
+    let uses = |model: &Model| {
+        let mut uses = std::collections::BTreeMap::new();
+        for id in model.faces.iter().flat_map(|f| &f.loops).flat_map(|l| &l.edges).filter_map(|e| e.shared) {
+            *uses.entry(id).or_insert(0_usize) += 1;
+        }
+        (uses.len(), uses.values().filter(|n| **n == 2).count())
+    };
+    let (edges, double) = uses(&first.model);
+    assert!(double > 100 && double == edges, "{edges} {double}");
+    assert_eq!(uses(&second.model).1, double);
+}
+
+#[test]
+fn geometry_names_colours_and_layers_survive_in_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sample.stp");
+    let (model, groups) = sample();
+    write_step(&path, &model, &groups).unwrap();
+    let import = read(&path).unwrap();
+    assert_eq!(import.report.skipped, []);
+    assert_eq!(import.report.warnings, Vec::<String>::new());
+    assert_eq!(import.model.tolerance_mm, 0.002);
+    // Shells come in the order of their groups.
+    let found: Vec<_> = import.model.faces.iter().map(|f| f.source.name.as_deref().unwrap()).collect();
+    assert_eq!(found, ["roof; left, front", "door", "dôme", "flap"]);
+    let colours: Vec<_> = import.model.faces.iter().map(|f| f.source.colour).collect();
+    assert_eq!(colours, [Some([255, 128, 3]), Some([255, 128, 3]), None, None]);
+    for (b, id) in import.model.faces.iter().zip([0, 2, 1, 3]) {
+        let a = &model.faces[id];
+        assert_eq!(b.source.layer.as_deref(), Some("7"));
+        assert_eq!(a.reversed, b.reversed);
+        assert!(boundaries_apart(a, b) < 1e-9 && boundaries_apart(b, a) < 1e-9);
+        approx::assert_relative_eq!(a.area_mm2(), b.area_mm2(), max_relative = 1e-9);
+    }
 }
 
 #[test]

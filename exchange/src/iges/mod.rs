@@ -32,7 +32,7 @@ use rayon::prelude::*;
 
 use crate::{Format, Import, ImportReport, ReadError, Skipped, Units};
 
-pub use writer::{Group, WriteError, write_iges};
+pub use writer::write_iges;
 
 use cards::Cards;
 use faces::FaceReader;

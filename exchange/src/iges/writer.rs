@@ -1,57 +1,14 @@
 //! Writing faces and groups as IGES 5.3.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use claymill_nurbs::{Curve2, Curve3, Face, FaceId, KnotVector, Model, NurbsError, NurbsSurface, Point2};
+use claymill_nurbs::{Curve2, Curve3, Face, KnotVector, Model, NurbsError, NurbsSurface, Point2};
 use claymill_nurbs::{TrimEdge, TrimLoop};
-use thiserror::Error;
 
+use crate::export::{Group, WriteError, group_of_face, write_whole};
 use crate::lift::lifted;
 
 use super::deck::{Deck, Draft, Parameters};
-
-/// Faces that belong together under one name and colour, as a region does.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Group {
-    /// Its name.
-    pub name: String,
-    /// Red, green, blue; faces of the group are written in it.
-    pub colour: Option<[u8; 3]>,
-    /// Indices into [`Model::faces`].
-    pub faces: Vec<FaceId>,
-}
-
-/// Why a file could not be written. The file at the path given is then as it was before.
-#[derive(Debug, Error)]
-pub enum WriteError {
-    /// The operating system refuses.
-    #[error("{}: cannot be written: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system says.
-        source: std::io::Error,
-    },
-    /// A group names a face that the model does not have.
-    #[error("group `{group}` names face {face}, but the model has {count} faces")]
-    UnknownFace {
-        /// The group.
-        group: String,
-        /// The index.
-        face: FaceId,
-        /// Number of faces.
-        count: usize,
-    },
-    /// A trim curve could not be lifted into space.
-    #[error("face {face}: {source}")]
-    Face {
-        /// The face.
-        face: FaceId,
-        /// What is wrong.
-        source: NurbsError,
-    },
-}
 
 /// Writes `model` as IGES: untrimmed faces as B-spline surfaces (128), trimmed ones as trimmed surfaces (144) with
 /// curves in the parameter plane and in space, each group as a group (402) with its name and a colour
@@ -63,32 +20,15 @@ pub enum WriteError {
 /// See [`WriteError`].
 pub fn write_iges(path: &Path, model: &Model, groups: &[Group]) -> Result<(), WriteError> {
     let text = compose(path, model, groups)?;
-    let io = |source| WriteError::Io { path: path.into(), source };
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".partial");
-    let written = fs::write(&beside, text).and_then(|()| fs::rename(&beside, path));
-    written.map_err(|source| {
-        // What is half-written is of no use; that it cannot be removed either adds nothing to the message.
-        let _ = fs::remove_file(&beside);
-        io(source)
-    })
+    write_whole(path, text.as_bytes())
 }
 
 fn compose(path: &Path, model: &Model, groups: &[Group]) -> Result<String, WriteError> {
     let mut deck = Deck::new();
-    let mut group_of = vec![None; model.faces.len()];
-    for group in groups {
-        for &face in &group.faces {
-            *group_of.get_mut(face).ok_or_else(|| WriteError::UnknownFace {
-                group: group.name.clone(),
-                face,
-                count: model.faces.len(),
-            })? = Some(group);
-        }
-    }
+    let group_of = group_of_face(model, groups)?;
     let mut pointers = Vec::with_capacity(model.faces.len());
     for (id, face) in model.faces.iter().enumerate() {
-        let colour = group_of[id].and_then(|g| g.colour).or(face.source.colour);
+        let colour = group_of[id].and_then(|g| groups[g].colour).or(face.source.colour);
         let written = add_face(&mut deck, face, colour);
         pointers.push(written.map_err(|source| WriteError::Face { face: id, source })?);
     }

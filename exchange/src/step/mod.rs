@@ -13,10 +13,12 @@ mod error;
 mod faces;
 mod part21;
 mod placement;
+mod script;
 mod styles;
 mod surfaces;
 mod units;
 mod value;
+mod writer;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -31,6 +33,7 @@ use error::StepError;
 use faces::BuiltFace;
 use part21::Part21;
 use styles::Styles;
+pub use writer::write_step;
 
 /// Units and tolerances of a representation. Geometry is built in the file's unit of length.
 #[derive(Debug, Clone, PartialEq)]

@@ -366,3 +366,32 @@ fn trimmed_cylinder_near_its_axis() {
         assert!(inside(d.u + 1e-9 * (1.5 - d.u).signum().min(0.0), d.v) || d.on_boundary, "query {k}");
     }
 }
+
+#[test]
+fn a_knot_interval_of_rounding_size_adds_nothing_outside_the_trims() {
+    // The triangle right of x = 0 and above the line from (0, 4) to (10, 0), with a rim along the sliver.
+    let knots_u = KnotVector::new(1, vec![-5e-17, -5e-17, 0.0, 10.0, 10.0]).unwrap();
+    let knots_v = KnotVector::new(1, vec![0.0, 0.0, 10.0, 10.0]).unwrap();
+    let net: Vec<Point3> =
+        [-5e-17, 0.0, 10.0].iter().flat_map(|&x| [0.0, 10.0].map(|y| Point3::new(x, y, 0.0))).collect();
+    let surface = NurbsSurface::new(knots_u, knots_v, net, None).unwrap();
+    let corners =
+        [(-5e-17, 4.0), (10.0, 0.0), (10.0, 10.0), (-1.6e-17, 10.0)].map(|(u, v)| Point2::new(u, v));
+    let edge = |k: usize| {
+        let knots = KnotVector::new(1, vec![0.0, 0.0, 1.0, 1.0]).unwrap();
+        let pcurve = Curve2::new(knots, vec![corners[k], corners[(k + 1) % 4]], None).unwrap();
+        TrimEdge { pcurve, shared: None }
+    };
+    let trimmed = Face { loops: vec![TrimLoop { edges: (0..4).map(edge).collect() }], ..face(surface) };
+    let model = Model { faces: vec![trimmed], ..Model::default() };
+    let index = ClosestPoints::new(&model);
+    // Normal form of the slanted edge: 4 x + 10 y = 40.
+    for (x, y) in [(0.0, 1.0), (0.0, 3.0), (-2.0, 2.0), (1.0, 0.5)] {
+        let p = Point3::new(x, y, 3.0);
+        let aside = (40.0 - 4.0 * x - 10.0 * y) / 116.0_f64.sqrt();
+        let along = (x * 10.0 - (y - 4.0) * 4.0) / 116.0_f64.sqrt();
+        let expected = if along < 0.0 { (p - Point3::new(0.0, 4.0, 0.0)).norm() } else { aside.hypot(3.0) };
+        let foot = index.closest(&p, f64::INFINITY).unwrap();
+        assert!((foot.distance_mm - expected).abs() < EXACT_MM, "({x}, {y}): {foot:?}, not {expected}");
+    }
+}

@@ -1,6 +1,6 @@
 //! The patch under a face, cut from its carrier, and the closed trim loops on it.
 
-use claymill_nurbs::{Curve2, NurbsSurface, Point2, TrimEdge, TrimLoop};
+use claymill_nurbs::{Curve2, KnotVector, NurbsSurface, Point2, TrimEdge, TrimLoop};
 
 use super::carrier::{Carrier, Range};
 use super::closing::{close, contains};
@@ -156,24 +156,20 @@ fn cut_to(patch: NurbsSurface, loops: &[TrimLoop]) -> NurbsSurface {
 }
 
 fn cut(mut patch: NurbsSurface, range: &Range) -> NurbsSurface {
-    let (u, v) = patch.domain();
-    // Slivers stay: a cut next to an end would leave a knot interval of rounding size.
-    let worth = |at: f64, (low, high): (f64, f64)| {
-        at > low + SLIVER * (high - low) && at < high - SLIVER * (high - low)
-    };
-    if worth(range.min.x, u) {
-        patch = patch.split_u(range.min.x).map_or(patch, |(_, above)| above);
-    }
-    if worth(range.max.x, u) {
-        patch = patch.split_u(range.max.x).map_or(patch, |(below, _)| below);
-    }
-    if worth(range.min.y, v) {
-        patch = patch.split_v(range.min.y).map_or(patch, |(_, above)| above);
-    }
-    if worth(range.max.y, v) {
-        patch = patch.split_v(range.max.y).map_or(patch, |(below, _)| below);
-    }
-    patch
+    let (u, v) =
+        (ends(patch.knots_u(), range.min.x, range.max.x), ends(patch.knots_v(), range.min.y, range.max.y));
+    patch = patch.split_u(u.0).map_or(patch, |(_, above)| above);
+    patch = patch.split_u(u.1).map_or(patch, |(below, _)| below);
+    patch = patch.split_v(v.0).map_or(patch, |(_, above)| above);
+    patch.split_v(v.1).map_or(patch, |(below, _)| below)
+}
+
+/// Where to cut for a range. Slivers stay: a cut next to a knot would leave an interval of rounding size.
+fn ends(knots: &KnotVector, low: f64, high: f64) -> (f64, f64) {
+    let (first, last) = knots.domain();
+    let sliver = SLIVER * (last - first);
+    let snapped = |at: f64| knots.breaks().into_iter().find(|k| (k - at).abs() <= sliver).unwrap_or(at);
+    (snapped(low), snapped(high))
 }
 
 /// Gives loops at even depth (outer boundaries) an anticlockwise run and those at odd depth (holes) a clockwise

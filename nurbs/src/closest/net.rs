@@ -3,6 +3,9 @@ use nalgebra::Vector4;
 use super::interval::Interval;
 use crate::{NurbsSurface, Point3, Vector3};
 
+/// Knot intervals shorter than this share of the domain are rounding errors.
+const SLIVER: f64 = 1e-12;
+
 /// One Bézier piece of a surface in Bernstein form, homogeneous `(w·x, w·y, w·z, w)`, row-major in `u`.
 #[derive(Debug, Clone)]
 pub(super) struct Net {
@@ -34,7 +37,13 @@ pub(super) struct JetRange {
 
 impl Net {
     /// The Bézier pieces of `surface`.
+    ///
+    /// Knot intervals of rounding size are left out: their neighbours end there, and the middle of one is on
+    /// no certain side of a trim curve along it.
     pub(super) fn pieces(surface: &NurbsSurface) -> Vec<Net> {
+        let ((u0, u1), (v0, v1)) = surface.domain();
+        let sound =
+            |net: &Net| net.u.1 - net.u.0 > SLIVER * (u1 - u0) && net.v.1 - net.v.0 > SLIVER * (v1 - v0);
         let piece = |s: &NurbsSurface| {
             let (u, v) = s.domain();
             Net {
@@ -45,7 +54,7 @@ impl Net {
                 points: s.net().to_vec(),
             }
         };
-        surface.bezier_pieces().iter().map(piece).collect()
+        surface.bezier_pieces().iter().map(piece).filter(sound).collect()
     }
 
     /// Homogeneous control point.

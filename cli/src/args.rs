@@ -25,7 +25,7 @@ pub(crate) enum Command {
     /// The built-in vehicle through the whole pipeline.
     Demo(DemoArgs),
     /// What is in a file: faces, units, area, box, defects.
-    Inspect(ModelArgs),
+    Inspect(InspectArgs),
     /// Find the joints between faces and sew smooth ones into regions.
     Merge(MergeArgs),
     /// The main job: regions, setups, tool paths, verification, pictures, report.
@@ -41,9 +41,12 @@ pub(crate) enum Command {
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct ModelArgs {
-    /// IGES, STEP or Rhino 3dm file.
+pub(crate) struct InspectArgs {
+    /// IGES, STEP or Rhino 3dm file; or an obstacle mesh: STL, OBJ, glTF.
     pub(crate) model: PathBuf,
+    /// Millimetres in one unit of a mesh whose format has no unit (STL, OBJ).
+    #[arg(long, default_value_t = 1.0, value_name = "MM")]
+    pub(crate) mesh_unit: f64,
 }
 
 #[derive(Debug, Args)]

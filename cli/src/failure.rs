@@ -59,6 +59,12 @@ impl From<claymill_exchange::ReadError> for Failure {
     }
 }
 
+impl From<claymill_exchange::MeshError> for Failure {
+    fn from(error: claymill_exchange::MeshError) -> Self {
+        Failure::problem(&error, error.advice())
+    }
+}
+
 impl From<claymill_toolpath::FolderError> for Failure {
     fn from(error: claymill_toolpath::FolderError) -> Self {
         use claymill_toolpath::FolderError as E;

@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use crate::threedm;
+use crate::{MeshFormat, threedm};
 
 /// A model file format that can be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -15,9 +15,7 @@ pub enum Format {
 }
 
 /// Beginnings of files that people hand over by mistake, and what they are.
-const KNOWN_STRANGERS: [(&[u8], &str); 8] = [
-    (b"glTF", "a binary glTF mesh"),
-    (b"solid", "an STL mesh"),
+const KNOWN_STRANGERS: [(&[u8], &str); 6] = [
     (b"PK\x03\x04", "a zip archive"),
     (b"\x1f\x8b", "a gzip archive"),
     (b"ISO-10303-28", "STEP in XML"),
@@ -39,6 +37,9 @@ impl Format {
         }
         if is_iges(bytes) {
             return Ok(Format::Iges);
+        }
+        if let Some(mesh) = MeshFormat::of(bytes) {
+            return Err(mesh.words().into());
         }
         if let Some((_, name)) = KNOWN_STRANGERS.iter().find(|(magic, _)| text.starts_with(magic)) {
             return Err((*name).into());
@@ -76,7 +77,7 @@ mod tests {
         assert_eq!(Format::of(b"/* made by */ ISO-10303-21;"), Ok(Format::Step));
         assert_eq!(Format::of(b"3D Geometry File Format        4\x01"), Ok(Format::Rhino3dm));
         assert_eq!(Format::of(b"hello, this is a text"), Err("some other text".into()));
-        assert_eq!(Format::of(b"solid cube\nfacet"), Err("an STL mesh".into()));
+        assert_eq!(Format::of(b"solid cube\nfacet normal"), Err("an STL mesh".into()));
         assert_eq!(Format::of(&[0, 1, 2, 250]), Err("binary data".into()));
     }
 }

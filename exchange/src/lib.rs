@@ -6,6 +6,8 @@
 //!                    └─ threedm ─┘
 //!
 //!   Model + groups ─► write_iges, write_step, write_glb
+//!
+//!   bytes ─ STL, OBJ, glTF? ─► ObstacleMesh (triangles, mm): never machined
 //! ```
 //!
 //! Every face of a file is accounted for: it is in the model, or it is listed in the report with its entity,
@@ -31,6 +33,7 @@ mod hermite;
 mod iges;
 mod import;
 mod lift;
+mod mesh_file;
 mod nesting;
 mod offset;
 mod step;
@@ -45,6 +48,7 @@ pub use export::{Group, WriteError};
 pub use format::Format;
 pub use iges::write_iges;
 pub use import::{EntityCount, Import, ImportReport, Repair, Skipped, Units};
+pub use mesh_file::{MeshError, MeshFault, MeshFormat, ObstacleMesh, read_mesh, read_mesh_bytes};
 pub use step::write_step;
 
 /// A face smaller than this is degenerate, mm².

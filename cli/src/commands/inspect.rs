@@ -7,8 +7,9 @@ use claymill_surface_merge::defects::{Defect, defects};
 use claymill_surface_merge::{BoundaryAccount, Preset, Tolerance};
 use serde::Serialize;
 
+use super::inspect_mesh::{inspect_mesh, is_mesh};
 use super::{Context, box_mm};
-use crate::args::ModelArgs;
+use crate::args::InspectArgs;
 use crate::console::outln;
 use crate::failure::Failure;
 
@@ -42,7 +43,10 @@ struct Inspection<'a> {
 }
 
 /// `claymill inspect`.
-pub(crate) fn inspect(context: &Context, args: &ModelArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn inspect(context: &Context, args: &InspectArgs) -> Result<ExitCode, Failure> {
+    if is_mesh(args) {
+        return inspect_mesh(context, args);
+    }
     let loaded = context.load(&args.model)?;
     let model = &loaded.import.model;
     context.console.stage("looking for defects");

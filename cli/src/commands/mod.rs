@@ -2,6 +2,7 @@
 
 mod demo;
 mod inspect;
+mod inspect_mesh;
 mod merge;
 mod pictures;
 mod plan;

@@ -4,6 +4,7 @@ mod bad_input;
 mod corpus;
 #[path = "../../../exchange/tests/iges_text/mod.rs"]
 mod iges_text;
+mod other_formats;
 mod roadster;
 mod run;
 mod whole_job;

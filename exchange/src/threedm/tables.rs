@@ -141,7 +141,9 @@ impl<'a> Tables<'a> {
 
     fn setting(&mut self, mut chunk: Chunk) -> Result<(), Fault> {
         if chunk.code == UNITS {
-            self.units = Units::read(&mut chunk.content)?;
+            let units = Units::read(&mut chunk.content)?;
+            chunk.content.finish()?;
+            self.units = units;
         }
         Ok(())
     }
@@ -213,7 +215,10 @@ fn record(mut r: Reader) -> Result<(Object, Attributes), Fault> {
     while r.left() > 0 {
         let mut chunk = r.chunk()?;
         match chunk.code {
-            OBJECT_ATTRIBUTES => attributes = Some(Attributes::read(&mut chunk.content)?),
+            OBJECT_ATTRIBUTES => {
+                attributes = Some(Attributes::read(&mut chunk.content)?);
+                chunk.content.finish()?;
+            }
             OBJECT_END => break,
             _ => {}
         }

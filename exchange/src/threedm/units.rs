@@ -57,8 +57,10 @@ impl Units {
         let number = r.integer()?;
         let [tolerance, _angle, _relative] = r.reals()?;
         let mut custom = None;
+        if version >= 101 {
+            let _display = r.take(8)?;
+        }
         if version >= 102 {
-            r.take(8)?;
             custom = Some((r.real()?, r.text()?));
         }
         let known = UNITS.iter().find(|(n, ..)| *n == number).map(|(_, name, mm)| ((*name).into(), *mm));

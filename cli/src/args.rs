@@ -75,6 +75,9 @@ pub(crate) struct MergeArgs {
     /// Folder for regions.json and the picture.
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    /// Model file to write, with each region as a group in its colour: .igs, .stp or .glb.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) export: Option<PathBuf>,
     /// Merge preset.
     #[arg(long, value_enum, default_value_t = PresetName::Clay)]
     pub(crate) preset: PresetName,
@@ -175,7 +178,7 @@ pub(crate) struct VerifyArgs {
 pub(crate) struct RenderArgs {
     /// Job folder or model file.
     pub(crate) what: PathBuf,
-    /// PNG file to write.
+    /// PNG file to write; or a model file with the regions, and as .glb with the tool paths too (.igs, .stp, .glb).
     #[arg(short, long, value_name = "PNG")]
     pub(crate) out: PathBuf,
     /// iso, top, left, right, front or rear.

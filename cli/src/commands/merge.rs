@@ -2,9 +2,12 @@ use std::process::ExitCode;
 
 use claymill_nurbs::Model;
 use claymill_surface_merge::{Merge, MergeOptions, Preset, merge as find_regions};
-use claymill_toolpath::{FORMAT_VERSION, FolderWriter, JointRecord, REGIONS_FILE, RegionRecord, RegionsFile};
+use claymill_toolpath::{
+    FORMAT_VERSION, FolderWriter, JointRecord, Program, REGIONS_FILE, RegionRecord, RegionsFile,
+};
 use serde::Serialize;
 
+use super::export::{ExportFormat, export};
 use super::{Context, box_mm, orientation, pictures};
 use crate::args::{MergeArgs, PresetName};
 use crate::console::outln;
@@ -29,6 +32,7 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
     if let Some(folder) = &folder {
         interrupt::remove_on_interrupt(folder.path().to_owned());
     }
+    let format = args.export.as_deref().map(ExportFormat::of).transpose()?;
     let loaded = context.load(&args.model)?;
     let model = &loaded.import.model;
     context.console.stage("merging");
@@ -42,6 +46,11 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
         let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
         album.save_regions(context.console, axes, folder.path())?;
         folder.finish()?;
+    }
+    if let Some((path, format)) = args.export.as_deref().zip(format) {
+        context.console.stage("exporting");
+        let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
+        export(path, format, model, &album, &merged.region_of_face, &Program::default())?;
     }
     context.console.finish();
     if context.json {

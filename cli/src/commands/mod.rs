@@ -1,6 +1,7 @@
 //! One file a command.
 
 mod demo;
+mod export;
 mod inspect;
 mod inspect_mesh;
 mod merge;

@@ -6,6 +6,7 @@ use claymill_surface_merge::Preset;
 use claymill_toolpath::{Program, read_job, read_moves, read_regions};
 use claymill_viewer::{Axes, Backdrop, PictureOptions, Renderer, View};
 
+use super::export::{ExportFormat, export};
 use super::{Context, merge, orientation, pictures};
 use crate::args::{AxisArgs, RenderArgs};
 use crate::failure::Failure;
@@ -65,6 +66,14 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
     let title = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let cut = job.as_ref().map(pictures::cut_faces).filter(|cut| cut.len() == model.faces.len());
     let album = pictures::Album::new(model, &region_of_face, cut.as_deref(), tolerance_mm);
+    // Anything but a model format is a picture, as ever.
+    if let Ok(format) = ExportFormat::of(&args.out) {
+        context.console.stage("exporting");
+        export(&args.out, format, model, &album, &region_of_face, &program)?;
+        context.console.finish();
+        context.console.say(args.out.display());
+        return Ok(ExitCode::SUCCESS);
+    }
     let album = if args.zebra { album.for_reflections() } else { album };
     let scene = album.scene(&title, paths, &args.show)?;
     let options = PictureOptions {

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod corpus;
+mod export;
 #[path = "../../../exchange/tests/iges_text/mod.rs"]
 mod iges_text;
 mod other_formats;

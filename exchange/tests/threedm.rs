@@ -178,7 +178,7 @@ fn the_bottle_agrees_with_its_display_meshes() {
     assert_eq!((import.report.faces_read, import.report.skipped.len()), (260, 0));
     let area: f64 = import.model.faces.iter().map(Face::area_mm2).sum();
     assert!((area / 110_435.79 - 1.0).abs() < 1e-3, "{area}");
-    assert!((area / 110_484.582 - 1.0).abs() < 1e-7, "{area}");
+    assert!((area / 110_484.611 - 1.0).abs() < 1e-7, "{area}");
 }
 
 /// The teapot has none. Its largest trimmed plane, a disc with twenty holes, has an area of 470.892 365 mm² by
@@ -192,6 +192,11 @@ fn the_teapot_agrees_with_its_edges_in_space() {
     let largest = planes.iter().map(|f| f.area_mm2()).fold(0.0, f64::max);
     assert!((largest / 470.892_364_5 - 1.0).abs() < 1e-6, "{largest}");
     assert_eq!(import.model.faces.iter().filter(|f| f.kind == SurfaceKind::Revolution).count(), 6);
+    // One edge strays from its surface, a ring of revolution of 257.958 mm², by a hundredth of a millimetre. The
+    // trim does not: the face is no larger than the surface.
+    let ring = import.model.faces.iter().find(|f| (257.0..259.0).contains(&f.area_mm2())).unwrap();
+    let whole = Face { loops: Vec::new(), ..ring.clone() }.area_mm2();
+    assert!(ring.area_mm2() <= whole && ring.area_mm2() > whole - 0.1, "{} of {whole}", ring.area_mm2());
     let layers: std::collections::BTreeSet<_> =
         import.model.faces.iter().filter_map(|f| f.source.layer.clone()).collect();
     assert_eq!(layers.into_iter().collect::<Vec<_>>(), ["Lids", "Logos", "Pots"]);

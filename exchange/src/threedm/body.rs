@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use claymill_nurbs::{Curve2, Curve3};
+use claymill_nurbs::Curve2;
 
 use super::class::{Class, Object};
 use super::fault::Fault;
@@ -57,10 +57,9 @@ pub(super) struct RawFace {
 /// One edge of a loop.
 #[derive(Debug, Clone)]
 pub(super) struct Trim {
-    /// In the archive's parameters of the surface.
+    /// In the archive's parameters of the surface. It alone says where the face ends: the curve in space is only
+    /// near it, within the file's tolerance.
     pub(super) pcurve: Curve2,
-    /// In space, file units, in whatever direction; none at seams, where it could belong to either side.
-    pub(super) curve: Option<Curve3>,
     /// The edge among those of the body.
     pub(super) edge: Option<usize>,
 }
@@ -85,7 +84,6 @@ impl Body {
         let surface = self.surfaces.get(face.surface).and_then(|s| s.as_ref().ok());
         let net = surface.map_or(0, |s| s.surface.net().len());
         let trims = face.loops.iter().flatten();
-        let points = |t: &Trim| t.pcurve.points().len() + t.curve.as_ref().map_or(0, |c| c.points().len());
-        net + trims.map(points).sum::<usize>()
+        net + trims.map(|t| t.pcurve.points().len()).sum::<usize>()
     }
 }

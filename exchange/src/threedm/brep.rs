@@ -8,24 +8,15 @@ use super::curves::{self, Native};
 use super::fault::Fault;
 use super::surfaces;
 
-/// Trim types.
-const SEAM: i32 = 3;
 /// Loop types beyond this are curves and points on a face.
 const SLIT: i32 = 3;
 /// Stated by bodies whose faces look inwards.
 const INSIDE_OUT: i32 = 2;
 
-struct Edge {
-    curve: i32,
-    /// The part of the curve, in its own parameters.
-    domain: [f64; 2],
-}
-
 struct RawTrim {
     curve: i32,
     domain: [f64; 2],
     edge: i32,
-    kind: i32,
     owner: i32,
     backwards: bool,
 }
@@ -47,8 +38,7 @@ struct RawFaceRecord {
 struct Parts<'a> {
     context: &'a Context,
     pcurves: Vec<Result<Native, Fault>>,
-    curves: Vec<Result<Native, Fault>>,
-    edges: Vec<Edge>,
+    edges: usize,
     trims: Vec<RawTrim>,
     loops: Vec<Loop>,
 }
@@ -60,10 +50,10 @@ pub(super) fn read(mut r: Reader, context: &Context) -> Result<Body, Fault> {
         (version, _) => return Err(Fault::Version { what: "a polysurface", version }),
     };
     let pcurves = objects(&mut r, curves::read, "the parameter curves")?;
-    let space = objects(&mut r, curves::read, "the curves")?;
+    let _curves = r.chunk_of(ANONYMOUS, "the curves")?;
     let surfaces = objects(&mut r, |o| surfaces::read(o, context), "the surfaces")?;
     let _vertices = r.chunk_of(ANONYMOUS, "the vertices")?;
-    let edges = array(&mut r, "the edges", 48, |r| edge(r, context.legacy_edges))?;
+    let edges = array(&mut r, "the edges", 48, |r| edge(r, context.legacy_edges))?.len();
     let trims = array(&mut r, "the trims", 132, trim)?;
     let loops = array(&mut r, "the loops", 16, trim_loop)?;
     let faces = faces(&mut r)?;
@@ -81,7 +71,7 @@ pub(super) fn read(mut r: Reader, context: &Context) -> Result<Body, Fault> {
     }
     r.finish()?;
 
-    let parts = Parts { context, pcurves, curves: space, edges, trims, loops };
+    let parts = Parts { context, pcurves, edges, trims, loops };
     let faces = faces
         .iter()
         .enumerate()
@@ -129,18 +119,16 @@ fn array<T>(
     Ok(items)
 }
 
-fn edge(r: &mut Reader, legacy: bool) -> Result<Edge, Fault> {
-    let _index = r.integer()?;
-    let curve = r.integer()?;
-    let _backwards = r.integer()?;
-    let domain = r.reals()?;
+fn edge(r: &mut Reader, legacy: bool) -> Result<(), Fault> {
+    let _index_curve_sense = r.take(12)?;
+    let _part_of_curve = r.reals::<2>()?;
     let _vertices = r.take(8)?;
     let _trims = r.integers()?;
     let _tolerance = r.real()?;
     if !legacy {
         let _domain = r.reals::<2>()?;
     }
-    Ok(Edge { curve, domain })
+    Ok(())
 }
 
 fn trim(r: &mut Reader) -> Result<RawTrim, Fault> {
@@ -150,8 +138,7 @@ fn trim(r: &mut Reader) -> Result<RawTrim, Fault> {
     let edge = r.integer()?;
     let _vertices = r.take(8)?;
     let _edge_backwards = r.integer()?;
-    let kind = r.integer()?;
-    let _iso = r.integer()?;
+    let _type_and_iso = r.take(8)?;
     let owner = r.integer()?;
     let _tolerances = r.reals::<2>()?;
     // In archives before toolkit 200206180 these 48 bytes are two points, written as zeros.
@@ -159,7 +146,7 @@ fn trim(r: &mut Reader) -> Result<RawTrim, Fault> {
     let backwards = r.byte()? == 1;
     r.take(31)?;
     let _legacy_tolerances = r.reals::<2>()?;
-    Ok(RawTrim { curve, domain, edge, kind, owner, backwards })
+    Ok(RawTrim { curve, domain, edge, owner, backwards })
 }
 
 fn trim_loop(r: &mut Reader) -> Result<Loop, Fault> {
@@ -223,17 +210,9 @@ impl Parts<'_> {
         let native = at("parameter curve", trim.curve, &self.pcurves)?;
         self.context.spend(native.curve.points().len())?;
         let pcurve = native.part((trim.domain[0], trim.domain[1])).and_then(|c| curves::flat(&c))?;
-        let edge = usize::try_from(trim.edge).ok().and_then(|i| Some((i, self.edges.get(i)?)));
-        // A damaged curve in space is no loss: the pcurve says the same.
-        let space = edge.filter(|_| trim.kind != SEAM).and_then(|(_, e)| {
-            let native = at("curve", e.curve, &self.curves).ok()?;
-            self.context.spend(native.curve.points().len()).ok()?;
-            native.part((e.domain[0], e.domain[1])).ok()
-        });
         Ok(Trim {
             pcurve: if trim.backwards { pcurve.reversed() } else { pcurve },
-            curve: space,
-            edge: edge.map(|(i, _)| i),
+            edge: usize::try_from(trim.edge).ok().filter(|i| *i < self.edges),
         })
     }
 }

@@ -117,7 +117,7 @@ impl End {
             for p in pcurve.points() {
                 (low, high) = (low.inf(p), high.sup(p));
             }
-            loops.push(vec![Trim { pcurve, curve: None, edge: None }]);
+            loops.push(vec![Trim { pcurve, edge: None }]);
         }
         let surface = analytic::plane_patch(&self.plane, (low.x, high.x), (low.y, high.y))?;
         Ok((Carrier::plain(surface, SurfaceKind::Plane), loops))

@@ -1,11 +1,10 @@
 //! One face: its surface in place, in millimetres, and its trim loops.
 
-use claymill_nurbs::{Curve3, Face, NurbsSurface, Point3, Source};
+use claymill_nurbs::{Face, NurbsSurface, Point3, Source};
 use nalgebra::Matrix4;
 
 use crate::import::Repair;
 use crate::nesting;
-use crate::subcurve::mapped;
 use crate::trim::{RawEdge, Trimmer};
 
 use super::body::{Body, RawFace};
@@ -45,7 +44,7 @@ impl Site<'_> {
                 .iter()
                 .map(|trim| {
                     Ok(RawEdge {
-                        curve: trim.curve.as_ref().map(|c| self.curve(c)).transpose()?,
+                        curve: None,
                         pcurve: Some(warp::pcurve(&surface, &carrier.warps, trim.pcurve.clone())?),
                         shared: trim.edge.map(|e| self.first_edge + e as u64),
                     })
@@ -83,9 +82,5 @@ impl Site<'_> {
         let weights = surface.is_rational().then(|| net.iter().map(|h| h.w).collect());
         let (u, v) = (surface.knots_u().clone(), surface.knots_v().clone());
         Ok(NurbsSurface::new(u, v, points, weights)?)
-    }
-
-    fn curve(&self, curve: &Curve3) -> Result<Curve3, Fault> {
-        Ok(mapped(curve, |p| self.point(p))?)
     }
 }

@@ -1,6 +1,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use claymill_models::Flaw;
 use serde::{Deserialize, Serialize};
 
 /// Freeform surface machining of whole vehicles: from an IGES, STEP or Rhino file to verified NURBS tool paths.
@@ -233,7 +234,7 @@ pub(crate) enum ShowName {
 
 #[derive(Debug, Args)]
 pub(crate) struct SampleArgs {
-    /// Which model: roadster.
+    /// Which model: roadster, panel or ribbon.
     pub(crate) name: String,
     /// File to write (.igs); the answers go beside it as NAME.answers.json.
     #[arg(short, long, value_name = "FILE")]
@@ -247,4 +248,8 @@ pub(crate) struct SampleArgs {
     /// Scale.
     #[arg(long, default_value_t = 1.0)]
     pub(crate) scale: f64,
+    /// Plant a flaw of known size; may be repeated. Into any model: duplicate:N, lap:N, flip:N, delete:N,
+    /// round:DIGITS. Into the ribbon also: gap:MM, shift:MM, kink:DEG, curvature:PER_MM, t-junctions.
+    #[arg(long = "flaw", value_name = "KIND:SIZE")]
+    pub(crate) flaws: Vec<Flaw>,
 }

@@ -1,6 +1,8 @@
 use claymill_nurbs::FaceId;
 use serde::{Deserialize, Serialize};
 
+use crate::flaw::PlantedFlaw;
+
 /// What is known about a generated model by construction: the answers that its readers are to find.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Answers {
@@ -16,6 +18,9 @@ pub struct Answers {
     pub region_of_face: Vec<usize>,
     /// All joints between patches, ordered by faces.
     pub joints: Vec<Joint>,
+    /// The flaws planted on request.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub flaws: Vec<PlantedFlaw>,
 }
 
 /// Totals of a generated model.
@@ -53,7 +58,7 @@ pub struct Joint {
     pub faces: [FaceId; 2],
     /// Length, mm.
     pub length_mm: f64,
-    /// How smooth it is.
+    /// How smooth it is, a gap or shift aside.
     pub class: Continuity,
     /// Largest angle between the faces' tangent planes along it, degrees; 0 where they agree.
     pub angle_deg: f64,

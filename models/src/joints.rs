@@ -182,7 +182,7 @@ fn class_at(knots: &KnotVector, t: f64) -> Continuity {
 }
 
 /// Index pairs of intervals of the two subdivisions that overlap, with the overlap.
-fn overlaps(a: &[f64], b: &[f64]) -> Vec<(usize, usize, (f64, f64))> {
+pub(crate) fn overlaps(a: &[f64], b: &[f64]) -> Vec<(usize, usize, (f64, f64))> {
     let (mut i, mut j, mut found) = (0, 0, Vec::new());
     while i + 1 < a.len() && j + 1 < b.len() {
         let (low, high) = (a[i].max(b[j]), a[i + 1].min(b[j + 1]));
@@ -199,7 +199,7 @@ fn overlaps(a: &[f64], b: &[f64]) -> Vec<(usize, usize, (f64, f64))> {
 }
 
 /// Integral over `[a, b]` by the five-point Gauss rule on four pieces.
-fn gauss((a, b): (f64, f64), f: impl Fn(f64) -> f64) -> f64 {
+pub(crate) fn gauss((a, b): (f64, f64), f: impl Fn(f64) -> f64) -> f64 {
     const NODES: [(f64, f64); 5] = [
         (0.0, 0.568_888_888_888_888_9),
         (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),

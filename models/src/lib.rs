@@ -1,5 +1,7 @@
 //! Generated models whose answers are known by construction.
 //!
+//! On request flaws of known size are planted ([`Flaw`]).
+//!
 //! ```text
 //!   feature lines ─► sheets (one for each smooth region) ─► cut into patches ─► shuffled ─► model
 //!                                                               └─► joints, regions ─► answers
@@ -16,10 +18,13 @@
 //! ```
 
 mod answers;
+mod damage;
+mod flaw;
 mod joints;
 mod layout;
 mod network;
 mod panel;
+mod ribbon;
 mod roadster;
 mod sheet;
 mod shuffle;
@@ -29,7 +34,9 @@ mod write;
 use claymill_nurbs::Model;
 
 pub use answers::{Answers, Continuity, Joint, Region, Totals};
+pub use flaw::{Flaw, FlawError, PlantedFlaw};
 pub use panel::panel;
+pub use ribbon::ribbon;
 pub use roadster::{RoadsterOptions, roadster};
 pub use write::{SAMPLES, SampleError, generate, write_sample};
 

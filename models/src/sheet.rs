@@ -173,7 +173,7 @@ fn mix(a: Point3, b: Point3, share: f64) -> Vector3 {
     a.coords * (1.0 - share) + b.coords * share
 }
 
-fn surface(knots_u: Vec<f64>, knots_v: Vec<f64>, net: Vec<Point3>) -> NurbsSurface {
+pub(crate) fn surface(knots_u: Vec<f64>, knots_v: Vec<f64>, net: Vec<Point3>) -> NurbsSurface {
     let knots = |k| KnotVector::new(3, k).expect("feature curves have sound knots");
     NurbsSurface::new(knots(knots_u), knots(knots_v), net, None).expect("one point for each pair of knots")
 }

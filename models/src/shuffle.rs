@@ -67,12 +67,13 @@ pub(crate) fn shuffled(name: &str, sheets: &[Sheet], count: usize, seed: u64) ->
         regions: sheets.iter().enumerate().map(region).collect(),
         region_of_face,
         joints,
+        flaws: Vec::new(),
     };
     Sample { model, answers }
 }
 
 /// The part of `surface` over a box of its domain, by knot insertion.
-fn cut_out(surface: &NurbsSurface, u: (f64, f64), v: (f64, f64)) -> NurbsSurface {
+pub(crate) fn cut_out(surface: &NurbsSurface, u: (f64, f64), v: (f64, f64)) -> NurbsSurface {
     let mut part = surface.clone();
     if let Some((below, _)) = part.split_u(u.1) {
         part = below;
@@ -91,7 +92,7 @@ fn cut_out(surface: &NurbsSurface, u: (f64, f64), v: (f64, f64)) -> NurbsSurface
 
 /// The same surface with other parameters: a knot range of its own in each direction, run either way, `u`
 /// and `v` exchanged or not.
-fn disguised(part: NurbsSurface, rng: &mut ChaCha8Rng) -> NurbsSurface {
+pub(crate) fn disguised(part: NurbsSurface, rng: &mut ChaCha8Rng) -> NurbsSurface {
     let mut part = part;
     for _ in 0..2 {
         if rng.random_bool(0.5) {

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use claymill_exchange::{WriteError, write_iges};
 use thiserror::Error;
 
-use crate::{RoadsterOptions, Sample, panel, roadster};
+use crate::{Flaw, FlawError, RoadsterOptions, Sample, panel, ribbon, roadster};
 
 /// The names that [`write_sample`] knows.
-pub const SAMPLES: [&str; 2] = ["roadster", "panel"];
+pub const SAMPLES: [&str; 3] = ["roadster", "panel", "ribbon"];
 
 /// Why a sample could not be written.
 #[derive(Debug, Error)]
@@ -18,6 +18,9 @@ pub enum SampleError {
         /// The name asked for.
         name: String,
     },
+    /// A flaw cannot be planted.
+    #[error(transparent)]
+    Flaw(#[from] FlawError),
     /// The model could not be written.
     #[error(transparent)]
     Model(#[from] WriteError),
@@ -31,14 +34,15 @@ pub enum SampleError {
     },
 }
 
-/// Generates the sample `name`.
+/// Generates the sample `name` with flaws planted.
 ///
 /// # Errors
-/// There is no such sample.
-pub fn generate(name: &str, options: &RoadsterOptions) -> Result<Sample, SampleError> {
+/// There is no such sample, or a flaw cannot be planted into it.
+pub fn generate(name: &str, options: &RoadsterOptions, flaws: &[Flaw]) -> Result<Sample, SampleError> {
     match name {
-        "roadster" => Ok(roadster(options)),
-        "panel" => Ok(panel(options.patches, options.seed)),
+        "roadster" => Ok(roadster(options).damaged(flaws, options.seed)?),
+        "panel" => Ok(panel(options.patches, options.seed).damaged(flaws, options.seed)?),
+        "ribbon" => Ok(ribbon(options.patches, options.seed, flaws)?),
         _ => Err(SampleError::Unknown { name: name.to_owned() }),
     }
 }
@@ -48,7 +52,7 @@ pub fn generate(name: &str, options: &RoadsterOptions) -> Result<Sample, SampleE
 /// # Errors
 /// As [`generate`] and [`Sample::write`].
 pub fn write_sample(name: &str, options: &RoadsterOptions, path: &Path) -> Result<Sample, SampleError> {
-    let sample = generate(name, options)?;
+    let sample = generate(name, options, &[])?;
     sample.write(path)?;
     Ok(sample)
 }
@@ -75,6 +79,15 @@ impl Sample {
             joint.length_mm *= factor;
         }
         self.answers.totals.joint_length_mm *= factor;
+        for planted in &mut self.answers.flaws {
+            planted.length_mm *= factor;
+            planted.size *= match planted.flaw.parse() {
+                Ok(Flaw::Gap(_) | Flaw::Shift(_) | Flaw::Round(_)) => factor,
+                Ok(Flaw::Curvature(_)) => 1.0 / factor,
+                _ => 1.0,
+            };
+        }
+        self.model.coordinate_step_mm *= factor;
         self
     }
 }

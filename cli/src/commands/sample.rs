@@ -1,7 +1,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use claymill_models::{RoadsterOptions, SAMPLES, Sample, generate};
+use claymill_models::{Flaw, RoadsterOptions, SAMPLES, Sample, SampleError, generate};
 
 use super::Context;
 use crate::args::SampleArgs;
@@ -10,7 +10,7 @@ use crate::failure::Failure;
 /// `claymill sample`.
 pub(crate) fn sample(context: &Context, args: &SampleArgs) -> Result<ExitCode, Failure> {
     context.console.stage("generating");
-    let made = write(&args.name, args.patches, args.seed, args.scale, &args.out)?;
+    let made = write(&args.name, args.patches, args.seed, args.scale, &args.flaws, &args.out)?;
     context.console.finish();
     let totals = &made.answers.totals;
     if context.json {
@@ -20,6 +20,10 @@ pub(crate) fn sample(context: &Context, args: &SampleArgs) -> Result<ExitCode, F
         context
             .console
             .say(format!("{}: {faces} patches in {regions} regions; answers beside it", args.out.display()));
+        for planted in &made.answers.flaws {
+            let (joints, metres) = (planted.joints.len(), 1e-3 * planted.length_mm);
+            context.console.say(format!("planted {}: {joints} joints, {metres:.3} m", planted.flaw));
+        }
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -30,6 +34,7 @@ pub(crate) fn write(
     patches: usize,
     seed: u64,
     scale: f64,
+    flaws: &[Flaw],
     path: &Path,
 ) -> Result<Sample, Failure> {
     if !(200..=100_000).contains(&patches) {
@@ -50,7 +55,11 @@ pub(crate) fn write(
             .map_err(|e| Failure::problem(format!("{}: {e}", parent.display()), advice))?;
     }
     let problem = |e| Failure::problem(e, advice);
-    let sample = generate(name, &RoadsterOptions { patches, seed }).map_err(problem)?.scaled(scale);
+    let sample = generate(name, &RoadsterOptions { patches, seed }, flaws).map_err(|e| match e {
+        SampleError::Flaw(flaw) => Failure::usage(flaw, "See `claymill sample --help`."),
+        other => problem(other),
+    })?;
+    let sample = sample.scaled(scale);
     sample.write(path).map_err(problem)?;
     Ok(sample)
 }

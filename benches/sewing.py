@@ -1,0 +1,120 @@
+#!/usr/bin/env python3
+"""CPU time and peak memory of sewing a model and classing every joint: claymill against Open CASCADE.
+
+    python3 benches/sewing.py [CORPUS [MODEL …]]
+
+Open CASCADE sews (BRepBuilderAPI_Sewing, tolerance as claymill finds it for these models) and asks
+LocalAnalysis_SurfaceContinuity at the middle of every shared edge; claymill measures gap, angle and curvature along
+the whole of every joint and grows the regions. Reading the file is timed apart and left out on both sides. Shares the
+virtual environment of readers.py (cadquery-ocp from PyPI). One run each. Exits with 1 when claymill takes more than a
+third of Open CASCADE's CPU time or more memory.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+ENVIRONMENT = Path(os.environ.get("CLAYMILL_BENCH_VENV", ROOT / "target" / "bench-venv"))
+OCP = "cadquery-ocp==7.9.3.1.1"
+MODELS = ["sports_car_1399.igs", "sports_car_6300.igs", "sports_car_25200.igs"]
+BAR = 1 / 3
+
+OCC = """
+import json, resource, sys, time
+from OCP.BRep import BRep_Tool
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Sewing
+from OCP.GeomAbs import GeomAbs_G2
+from OCP.IGESControl import IGESControl_Reader
+from OCP.LocalAnalysis import LocalAnalysis_SurfaceContinuity
+from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE
+from OCP.TopExp import TopExp
+from OCP.TopTools import TopTools_IndexedDataMapOfShapeListOfShape
+from OCP.TopoDS import TopoDS
+
+reader = IGESControl_Reader()
+reader.ReadFile(sys.argv[1])
+reader.TransferRoots()
+shape = reader.OneShape()
+
+start = time.process_time()
+sewing = BRepBuilderAPI_Sewing(0.02)
+sewing.Add(shape)
+sewing.Perform()
+sewn = sewing.SewedShape()
+sew_s = time.process_time() - start
+
+start = time.process_time()
+faces = TopTools_IndexedDataMapOfShapeListOfShape()
+TopExp.MapShapesAndAncestors_s(sewn, TopAbs_EDGE, TopAbs_FACE, faces)
+classes = {"C0": 0, "G1": 0, "G2": 0, "failed": 0}
+for i in range(1, faces.Extent() + 1):
+    both = list(faces.FindFromIndex(i))
+    if len(both) != 2:
+        continue
+    edge = TopoDS.Edge_s(faces.FindKey(i))
+    first, second = (TopoDS.Face_s(face) for face in both)
+    c1 = BRep_Tool.CurveOnSurface_s(edge, first, 0.0, 0.0)
+    c2 = BRep_Tool.CurveOnSurface_s(edge, second, 0.0, 0.0)
+    middle = 0.5 * sum(BRep_Tool.Range_s(edge))
+    found = LocalAnalysis_SurfaceContinuity(
+        c1, c2, middle, BRep_Tool.Surface_s(first), BRep_Tool.Surface_s(second), GeomAbs_G2,
+        0.001, 0.02, 0.001, 0.001, 0.00873, 0.1, 0.01)
+    if not found.IsDone():
+        classes["failed"] += 1
+    elif found.IsG2():
+        classes["G2"] += 1
+    elif found.IsG1():
+        classes["G1"] += 1
+    else:
+        classes["C0"] += 1
+judge_s = time.process_time() - start
+peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+print(json.dumps({"sew": sew_s, "judge": judge_s, "mib": peak, "joints": sum(classes.values()), "classes": classes}))
+"""
+
+
+def measured(command):
+    """CPU seconds (user and system, all threads), peak resident MiB and output of a command."""
+    process = subprocess.Popen(command, stdout=subprocess.PIPE)
+    output = process.stdout.read()
+    _, status, usage = os.wait4(process.pid, 0)
+    if status != 0:
+        sys.exit(f"{' '.join(map(str, command))}: exit status {status}")
+    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, output
+
+
+def main():
+    corpus = Path(sys.argv[1] if len(sys.argv) > 1 else os.environ.get("CLAYMILL_CORPUS", ROOT / "../shared/corpus"))
+    if not corpus.is_dir():
+        sys.exit(f"no corpus at {corpus}")
+    python = ENVIRONMENT / "bin" / "python"
+    if not python.exists():
+        venv.create(ENVIRONMENT, with_pip=True)
+        subprocess.run([python, "-m", "pip", "install", "--quiet", OCP], check=True)
+    cargo = ["cargo", "build", "--release", "--quiet"]
+    subprocess.run([*cargo, "-p", "claymill-exchange", "--example", "read"], cwd=ROOT, check=True)
+    subprocess.run([*cargo, "-p", "claymill-surface-merge", "--example", "count"], cwd=ROOT, check=True)
+    examples = ROOT / "target" / "release" / "examples"
+    print(f"{'model':24} {'OCC sew s':>10} {'judge s':>8} {'joints':>7} {'MiB':>6} "
+          f"{'claymill s':>11} {'joints':>7} {'MiB':>6} {'ratio':>7}")
+    passed = True
+    for model in sys.argv[2:] or MODELS:
+        path = corpus / model
+        occ = json.loads(measured([python, "-c", OCC, path])[2].splitlines()[-1])
+        reading, _, _ = measured([examples / "read", path])
+        whole, own_mib, output = measured([examples / "count", path])
+        own, joints = whole - reading, int(output.split()[0])
+        ratio = own / (occ["sew"] + occ["judge"])
+        print(f"{model:24} {occ['sew']:10.2f} {occ['judge']:8.2f} {occ['joints']:7} {occ['mib']:6.0f} "
+              f"{own:11.2f} {joints:7} {own_mib:6.0f} {ratio:7.3f}", flush=True)
+        print(f"{'':24} Open CASCADE at mid-points: {occ['classes']}; claymill: {output.decode().strip()}", flush=True)
+        passed &= ratio <= BAR and own_mib < occ["mib"]
+    sys.exit(0 if passed else 1)
+
+
+if __name__ == "__main__":
+    main()

@@ -82,6 +82,14 @@ pub(crate) struct MergeArgs {
     /// Merge preset.
     #[arg(long, value_enum, default_value_t = PresetName::Clay)]
     pub(crate) preset: PresetName,
+    /// Say of the N longest joints that were not merged what is missing, and how many regions there would
+    /// be if they had been.
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "20")]
+    pub(crate) why: Option<usize>,
+    /// Count the regions for a range of limits on angle and curvature; with --out also as sweep.json and
+    /// sweep.svg. With --json the merge trees are printed instead of the regions.
+    #[arg(long)]
+    pub(crate) sweep: bool,
     #[command(flatten)]
     pub(crate) axes: AxisArgs,
 }

@@ -1,4 +1,4 @@
-//! Who covers what: every stretch of every edge is matched, non-manifold or naked.
+//! Who covers what: every stretch of every edge is matched, lapped, non-manifold or naked.
 
 use claymill_nurbs::Point3;
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ pub struct BoundaryAccount {
     pub total_mm: f64,
     /// Matched with exactly one other edge, mm (both sides of a joint count).
     pub matched_mm: f64,
-    /// Lying on the inside of another face, mm. Not looked for yet: such length counts as naked.
+    /// Lying on the inside of another face, mm; the boundaries of copies of faces count here.
     pub lapped_mm: f64,
     /// With no neighbour, mm.
     pub naked_mm: f64,
@@ -31,6 +31,14 @@ pub struct NakedStretch {
     pub length_mm: f64,
     /// Its two ends, mm.
     pub ends: [Point3; 2],
+}
+
+/// A stretch of an edge without a neighbouring edge, as lengths from its start, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Bare {
+    pub(crate) edge: usize,
+    pub(crate) from: f64,
+    pub(crate) to: f64,
 }
 
 /// The runs on each edge as intervals of arc length.
@@ -73,15 +81,27 @@ impl Coverage {
         rivals
     }
 
-    /// Sums up all edges, and lists the naked stretches longer than `tolerance_mm`.
+    /// Sums up all edges, those of copies as lapped, and lists the stretches longer than `tolerance_mm` that
+    /// no edge runs along. What of these is lapped is still to be told: it counts as naked here.
     pub(crate) fn account(
         &self,
         edges: &[Edge<'_>],
+        is_copy: &[bool],
         tolerance_mm: f64,
-    ) -> (BoundaryAccount, Vec<NakedStretch>) {
+    ) -> (BoundaryAccount, Vec<Bare>) {
         let mut account = BoundaryAccount::default();
-        let mut naked = Vec::new();
-        for (edge, intervals) in edges.iter().zip(&self.by_edge) {
+        let mut bare = Vec::new();
+        for (id, (edge, intervals)) in edges.iter().zip(&self.by_edge).enumerate() {
+            if is_copy[edge.face] {
+                account.total_mm += edge.length_mm();
+                account.lapped_mm += edge.length_mm();
+                continue;
+            }
+            let mut list = |from: f64, to: f64| {
+                if to - from > tolerance_mm {
+                    bare.push(Bare { edge: id, from, to });
+                }
+            };
             let mut cuts = vec![0.0, edge.length_mm()];
             cuts.extend(intervals.iter().flat_map(|i| [i.from, i.to]));
             cuts.sort_by(f64::total_cmp);
@@ -99,27 +119,23 @@ impl Coverage {
                 if covers == 0 {
                     open.get_or_insert(w[0]);
                 } else if let Some(from) = open.take() {
-                    naked.extend(naked_stretch(edge, from, w[0], tolerance_mm));
+                    list(from, w[0]);
                 }
             }
             if let Some(from) = open {
-                naked.extend(naked_stretch(edge, from, edge.length_mm(), tolerance_mm));
+                list(from, edge.length_mm());
             }
         }
-        (account, naked)
+        (account, bare)
     }
 }
 
-fn naked_stretch(edge: &Edge<'_>, s0: f64, s1: f64, tolerance_mm: f64) -> Option<NakedStretch> {
-    if s1 - s0 <= tolerance_mm {
-        return None;
+impl Bare {
+    pub(crate) fn naked(&self, edges: &[Edge<'_>]) -> NakedStretch {
+        let edge = &edges[self.edge];
+        let on = [self.from, self.to].map(|s| edge.at_length(s));
+        NakedStretch { stretch: edge.stretch(on), length_mm: self.to - self.from, ends: edge.points(on) }
     }
-    let (from, to) = (edge.at_length(s0), edge.at_length(s1));
-    Some(NakedStretch {
-        stretch: edge.stretch([from, to]),
-        length_mm: s1 - s0,
-        ends: edge.points([from, to]),
-    })
 }
 
 /// Cuts runs where another run on the same edge begins or ends, so that on each elementary run the same

@@ -87,6 +87,9 @@ pub(crate) fn measure(
         // Growing decides.
         verdict: Verdict::Merged,
         why: String::new(),
+        outdone: false,
+        failing: None,
+        regions_if_merged: None,
     }
 }
 

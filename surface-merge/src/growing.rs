@@ -5,39 +5,97 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 use crate::disjoint_sets::DisjointSets;
+use crate::duplicates::Duplicate;
 use crate::joint::Joint;
 use crate::options::MergeOptions;
+use crate::quotient::Quotient;
 use crate::verdict::Standing;
 
 /// Length that must be within the low limits for two faces to join at once.
-const STRONG_SHARE: f64 = 0.98;
+pub(crate) const STRONG_SHARE: f64 = 0.98;
 /// Length of a joint that must be within the high limits for the joint to be weak.
 const WEAK_SHARE: f64 = 0.95;
 /// Length of a border that weak joints must make up for two regions to join.
 const BORDER_SHARE: f64 = 0.9;
 
-/// The region of each face (named by its smallest face) and the standing of each joint. `rivals` lists for
-/// each joint the others on the same edges.
+/// The region of each face (named by its smallest face) and the standing of each joint.
 pub(crate) fn grow(
     faces: usize,
     joints: &[Joint],
-    rivals: &[Vec<usize>],
+    duplicates: &[Duplicate],
     options: &MergeOptions,
 ) -> (Vec<usize>, Vec<Standing>) {
-    let shares: Vec<[f64; 2]> =
-        joints.iter().map(|j| [&options.low, &options.high].map(|l| options.share_within(l, j))).collect();
+    let shares = shares(joints, options);
+    let mut sets = partition(faces, joints, &shares, duplicates);
+    let regions: Vec<usize> = (0..faces).map(|f| sets.root(f)).collect();
+    let mut quotient = Quotient::new(&regions);
+    for (joint, shares) in joints.iter().zip(&shares).filter(|(j, _)| joins(j)) {
+        let border = joint.sides.map(|s| regions[s.face]);
+        quotient.add(border, joint.length_mm, shares[1] >= WEAK_SHARE);
+    }
+    let mut if_united: BTreeMap<[usize; 2], usize> = BTreeMap::new();
+    let mut standing = |(joint, shares): (&Joint, &[f64; 2])| {
+        let border = ordered(joint.sides.map(|s| regions[s.face]));
+        let together = border[0] == border[1];
+        let mut count = || quotient.regions_if_united(border, BORDER_SHARE);
+        Standing {
+            outdone: joint.outdone,
+            together,
+            strong: shares[0] >= STRONG_SHARE,
+            weak: shares[1] >= WEAK_SHARE,
+            smooth_border: [quotient.smooth_share(border), BORDER_SHARE],
+            regions_if_merged: (!together).then(|| *if_united.entry(border).or_insert_with(&mut count)),
+        }
+    };
+    let standings = joints.iter().zip(&shares).map(&mut standing).collect();
+    (regions, standings)
+}
+
+/// Number of regions that `options` make of joints measured already.
+pub(crate) fn count(
+    faces: usize,
+    joints: &[Joint],
+    duplicates: &[Duplicate],
+    options: &MergeOptions,
+) -> usize {
+    let mut sets = partition(faces, joints, &shares(joints, options), duplicates);
+    (0..faces).filter(|&f| sets.root(f) == f).count()
+}
+
+/// Marks joints that a smoother one on the same edge outdoes; `rivals` lists for each the others on its edges.
+pub(crate) fn mark_outdone(joints: &mut [Joint], rivals: &[Vec<usize>]) {
     let outdone: Vec<bool> = (0..joints.len()).map(|i| is_outdone(joints, i, &rivals[i])).collect();
-    let usable = |i: &usize| !outdone[*i] && joints[*i].sides[0].face != joints[*i].sides[1].face;
+    joints.iter_mut().zip(outdone).for_each(|(joint, outdone)| joint.outdone = outdone);
+}
+
+/// Whether a joint can join faces at all.
+pub(crate) fn joins(joint: &Joint) -> bool {
+    !joint.outdone && joint.sides[0].face != joint.sides[1].face
+}
+
+/// Shares of the length of each joint within the low and the high limits.
+fn shares(joints: &[Joint], options: &MergeOptions) -> Vec<[f64; 2]> {
+    let of = |joint: &Joint| [&options.low, &options.high].map(|l| options.share_within(l, joint));
+    joints.par_iter().map(of).collect()
+}
+
+fn partition(faces: usize, joints: &[Joint], shares: &[[f64; 2]], duplicates: &[Duplicate]) -> DisjointSets {
+    let usable = || joints.iter().zip(shares).filter(|(joint, _)| joins(joint));
+    let mut sets = DisjointSets::new(faces);
+    for d in duplicates {
+        sets.join(d.original, d.copy);
+    }
 
     // Strong: all joints between two faces taken together.
     let mut between: BTreeMap<[usize; 2], [f64; 2]> = BTreeMap::new();
-    for i in (0..joints.len()).filter(usable) {
-        let sums = between.entry(ordered(joints[i].sides.map(|s| s.face))).or_default();
-        sums[0] += joints[i].length_mm;
-        sums[1] += joints[i].length_mm * shares[i][0];
+    for (joint, shares) in usable() {
+        let sums = between.entry(ordered(joint.sides.map(|s| s.face))).or_default();
+        sums[0] += joint.length_mm;
+        sums[1] += joint.length_mm * shares[0];
     }
-    let mut sets = DisjointSets::new(faces);
     for ([a, b], [length, within]) in between {
         if within >= STRONG_SHARE * length {
             sets.join(a, b);
@@ -47,12 +105,12 @@ pub(crate) fn grow(
     // Weak: all joints between two regions taken together, until nothing changes.
     loop {
         let mut borders: BTreeMap<[usize; 2], [f64; 2]> = BTreeMap::new();
-        for i in (0..joints.len()).filter(usable) {
-            let regions = ordered(joints[i].sides.map(|s| sets.root(s.face)));
+        for (joint, shares) in usable() {
+            let regions = ordered(joint.sides.map(|s| sets.root(s.face)));
             if regions[0] != regions[1] {
                 let sums = borders.entry(regions).or_default();
-                sums[0] += joints[i].length_mm;
-                sums[1] += if shares[i][1] >= WEAK_SHARE { joints[i].length_mm } else { 0.0 };
+                sums[0] += joint.length_mm;
+                sums[1] += if shares[1] >= WEAK_SHARE { joint.length_mm } else { 0.0 };
             }
         }
         let mut changed = false;
@@ -60,20 +118,9 @@ pub(crate) fn grow(
             changed |= weak >= BORDER_SHARE * length && sets.join(a, b);
         }
         if !changed {
-            break;
+            return sets;
         }
     }
-
-    let regions: Vec<usize> = (0..faces).map(|f| sets.root(f)).collect();
-    let standing = (0..joints.len())
-        .map(|i| Standing {
-            outdone: outdone[i],
-            together: regions[joints[i].sides[0].face] == regions[joints[i].sides[1].face],
-            strong: shares[i][0] >= STRONG_SHARE,
-            weak: shares[i][1] >= WEAK_SHARE,
-        })
-        .collect();
-    (regions, standing)
 }
 
 /// Whether a rival on the same edge is smoother. Of equally smooth ones all stay: neither is better.
@@ -83,6 +130,6 @@ fn is_outdone(joints: &[Joint], i: usize, rivals: &[usize]) -> bool {
     rivals.iter().any(|&r| roughness(&joints[r]) + 1e-6 < roughness(&joints[i]))
 }
 
-fn ordered([a, b]: [usize; 2]) -> [usize; 2] {
+pub(crate) fn ordered([a, b]: [usize; 2]) -> [usize; 2] {
     [a.min(b), a.max(b)]
 }

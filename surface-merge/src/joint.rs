@@ -55,6 +55,47 @@ pub struct Joint {
     pub verdict: Verdict,
     /// The verdict in words, with its figures.
     pub why: String,
+    /// Another joint on the same edge is smoother: this one joins nothing.
+    pub outdone: bool,
+    /// Why the joint is not merged, in figures; `None` where it is, or where a smoother one is in its place.
+    pub failing: Option<Failing>,
+    /// Number of regions of the model if this joint had been merged: the two regions become one, and others
+    /// may follow whose borders with the two together are smooth enough. `None` where it is merged, or where
+    /// its faces are in one region anyway.
+    pub regions_if_merged: Option<usize>,
+}
+
+/// What keeps a joint from being merged.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Failing {
+    /// What is measured.
+    pub measure: Measure,
+    /// Its worst value on the joint.
+    pub value: f64,
+    /// The largest value allowed; for [`Measure::SmoothBorder`] the least.
+    pub limit: f64,
+    /// Share of the joint's length on which some limit is exceeded.
+    pub share_over: f64,
+    /// Where it is worst, mm.
+    pub at: Point3,
+}
+
+/// What a limit is set for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Measure {
+    /// Gap along the normal, mm.
+    GapNormal,
+    /// Gap in the tangent plane, mm.
+    GapLateral,
+    /// Angle between the normals, degrees.
+    Angle,
+    /// `R·|κA − κB|`.
+    CurvatureMachining,
+    /// `|κA − κB| / (|κA| + |κB| + 2κ₀)`.
+    CurvatureRelative,
+    /// Share of the border between the two regions that is smooth enough.
+    SmoothBorder,
 }
 
 /// How smoothly two faces meet, judged along the whole joint.

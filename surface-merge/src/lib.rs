@@ -40,25 +40,35 @@ mod chord_tree;
 mod continuity;
 pub mod defects;
 mod disjoint_sets;
+mod duplicates;
 mod edge;
 mod gaps;
 mod growing;
 mod joint;
+mod laps;
+mod lone;
 mod matching;
 mod options;
+mod quotient;
 mod region;
+mod sweep;
 mod tolerance;
 mod verdict;
+
+use std::sync::OnceLock;
 
 use claymill_nurbs::{FaceId, Model};
 use rayon::prelude::*;
 use thiserror::Error;
 
 pub use account::{BoundaryAccount, NakedStretch};
+pub use duplicates::Duplicate;
 pub use gaps::{GapBin, Tolerance, ToleranceOrigin};
-pub use joint::{Continuity, EdgeStretch, Joint, JointSample, Spread};
+pub use joint::{Continuity, EdgeStretch, Failing, Joint, JointSample, Measure, Spread};
+pub use laps::Lap;
 pub use options::{CurvatureLimit, Judged, Limits, MergeOptions, Preset};
 pub use region::Region;
+pub use sweep::{Join, MergeTree, Step, SweptLimit, sweep};
 pub use verdict::Verdict;
 
 /// The regions of a model, and why they are what they are.
@@ -74,6 +84,10 @@ pub struct Merge {
     pub account: BoundaryAccount,
     /// Stretches without a neighbour, longer than the tolerance.
     pub naked: Vec<NakedStretch>,
+    /// Stretches that lie on the inside of another face, longer than the tolerance.
+    pub laps: Vec<Lap>,
+    /// Faces that are there twice.
+    pub duplicates: Vec<Duplicate>,
     /// How near neighbours had to be.
     pub tolerance: Tolerance,
 }
@@ -115,22 +129,35 @@ pub fn merge(model: &Model, options: &MergeOptions) -> Result<Merge, MergeError>
     let pairs = matching::pairs(&edges, radius_mm);
     let tolerance = Tolerance::find(&edges, &pairs, options.tolerance_mm, model.tolerance_mm, radius_mm);
     let tolerance_mm = tolerance.value_mm;
-    let runs: Vec<_> =
+    let mut runs: Vec<_> =
         pairs.par_iter().flat_map_iter(|pair| matching::runs(&edges, pair, tolerance_mm)).collect();
+    let cells: Vec<OnceLock<Model>> = model.faces.iter().map(|_| OnceLock::new()).collect();
+    let lone = lone::LoneFaces::new(model, &cells);
+    let duplicates = duplicates::find(model, &edges, &runs, &lone, tolerance_mm);
+    let mut is_copy = vec![false; model.faces.len()];
+    duplicates.iter().for_each(|d| is_copy[d.copy] = true);
+    runs.retain(|r| !is_copy[edges[r.a].face] && !is_copy[edges[r.b].face]);
     let runs = account::imprint(&edges, &runs, tolerance_mm);
     let coverage = account::Coverage::new(&edges, &runs);
     let rivals = coverage.rivals(runs.len(), tolerance_mm);
-    let (account, naked) = coverage.account(&edges, tolerance_mm);
+    let (mut account, bare) = coverage.account(&edges, &is_copy, tolerance_mm);
+    let (laps, bare) = laps::find(&edges, &bare, &lone, &is_copy, tolerance_mm);
+    let lapped_mm: f64 = laps.iter().map(|l| l.length_mm).sum();
+    account.lapped_mm += lapped_mm;
+    account.naked_mm -= lapped_mm;
+    let naked: Vec<NakedStretch> = bare.iter().map(|b| b.naked(&edges)).collect();
     let mut joints: Vec<Joint> = runs
         .par_iter()
         .zip(&rivals)
         .map(|(run, rivals)| continuity::measure(model, &edges, run, !rivals.is_empty(), options))
         .collect();
-    let (labels, standings) = growing::grow(model.faces.len(), &joints, &rivals, options);
+    growing::mark_outdone(&mut joints, &rivals);
+    let (labels, standings) = growing::grow(model.faces.len(), &joints, &duplicates, options);
     joints
         .par_iter_mut()
         .zip(standings)
         .for_each(|(joint, standing)| verdict::judge(joint, standing, options));
-    let (regions, region_of_face) = region::regions(model, &edges, &labels, &joints, &naked, tolerance_mm);
-    Ok(Merge { joints, regions, region_of_face, account, naked, tolerance })
+    let borders = region::Borders { joints: &joints, naked: &naked, laps: &laps, duplicates: &duplicates };
+    let (regions, region_of_face) = region::regions(model, &edges, &labels, &borders, tolerance_mm);
+    Ok(Merge { joints, regions, region_of_face, account, naked, laps, duplicates, tolerance })
 }

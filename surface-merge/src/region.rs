@@ -6,8 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::account::NakedStretch;
 use crate::disjoint_sets::DisjointSets;
+use crate::duplicates::Duplicate;
 use crate::edge::Edge;
 use crate::joint::Joint;
+use crate::laps::Lap;
 
 /// Faces that are cut as one surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,6 +33,14 @@ pub struct Region {
     pub bounds: Aabb,
 }
 
+/// What lies between and around regions.
+pub(crate) struct Borders<'a> {
+    pub(crate) joints: &'a [Joint],
+    pub(crate) naked: &'a [NakedStretch],
+    pub(crate) laps: &'a [Lap],
+    pub(crate) duplicates: &'a [Duplicate],
+}
+
 /// What is measured once per face.
 struct FaceFacts {
     area_mm2: f64,
@@ -46,15 +56,16 @@ pub(crate) fn regions(
     model: &Model,
     edges: &[Edge<'_>],
     labels: &[usize],
-    joints: &[Joint],
-    naked: &[NakedStretch],
+    borders: &Borders<'_>,
     tolerance_mm: f64,
 ) -> (Vec<Region>, Vec<usize>) {
     let mut facts: Vec<FaceFacts> = model.faces.par_iter().map(FaceFacts::new).collect();
+    // What is there twice counts once.
+    borders.duplicates.iter().for_each(|d| facts[d.copy].area_mm2 = 0.0);
     for edge in edges {
         edge.stations.iter().for_each(|s| facts[edge.face].bounds.add(&s.point));
     }
-    let flips = flips(labels, joints, &facts);
+    let flips = flips(labels, borders, &facts);
     let mut members: Vec<Vec<FaceId>> = vec![Vec::new(); labels.len()];
     for (face, &label) in labels.iter().enumerate() {
         members[label].push(face);
@@ -81,7 +92,7 @@ pub(crate) fn regions(
         region.id = id;
         region.faces.iter().for_each(|&f| of_face[f] = id);
     }
-    count_loops(&mut regions, &of_face, joints, naked, tolerance_mm);
+    count_loops(&mut regions, &of_face, borders, tolerance_mm);
     (regions, of_face)
 }
 
@@ -141,13 +152,17 @@ fn largest(faces: &[FaceId], facts: &[FaceFacts]) -> FaceId {
 
 /// Whether `Su × Sv` of each face points to the other side of its region than that of the region's largest
 /// face, carried from face to face over the joints inside.
-fn flips(labels: &[usize], joints: &[Joint], facts: &[FaceFacts]) -> Vec<bool> {
+fn flips(labels: &[usize], borders: &Borders<'_>, facts: &[FaceFacts]) -> Vec<bool> {
     let mut neighbours: Vec<Vec<(FaceId, bool)>> = vec![Vec::new(); labels.len()];
     let mut members: Vec<Vec<FaceId>> = vec![Vec::new(); labels.len()];
     for (face, &label) in labels.iter().enumerate() {
         members[label].push(face);
     }
-    for joint in joints.iter().filter(|j| j.verdict.is_merged()) {
+    for d in borders.duplicates {
+        neighbours[d.original].push((d.copy, !d.normals_agree));
+        neighbours[d.copy].push((d.original, !d.normals_agree));
+    }
+    for joint in borders.joints.iter().filter(|j| j.verdict.is_merged()) {
         let [a, b] = joint.sides.map(|s| s.face);
         if labels[a] == labels[b] {
             neighbours[a].push((b, !joint.normals_agree));
@@ -194,18 +209,16 @@ fn normal_cone(normals: &[Vector3]) -> (Vector3, f64) {
 }
 
 /// Counts the connected pieces of each region's border: stretches that share an end belong together.
-fn count_loops(
-    regions: &mut [Region],
-    of_face: &[usize],
-    joints: &[Joint],
-    naked: &[NakedStretch],
-    tolerance_mm: f64,
-) {
+fn count_loops(regions: &mut [Region], of_face: &[usize], borders: &Borders<'_>, tolerance_mm: f64) {
+    let Borders { joints, naked, laps, .. } = borders;
     let mut borders: Vec<Vec<[Point3; 2]>> = vec![Vec::new(); regions.len()];
-    for stretch in naked {
+    for stretch in *naked {
         borders[of_face[stretch.stretch.face]].push(stretch.ends);
     }
-    for joint in joints {
+    for lap in *laps {
+        borders[of_face[lap.stretch.face]].push(lap.ends);
+    }
+    for joint in *joints {
         let [a, b] = joint.sides.map(|s| of_face[s.face]);
         if a != b {
             borders[a].push(joint.ends[0]);

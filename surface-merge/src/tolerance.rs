@@ -18,6 +18,8 @@ pub(crate) const USUAL_TOLERANCE_MM: f64 = 0.02;
 pub(crate) const LARGEST_TOLERANCE_MM: f64 = 0.1;
 /// Edges farther apart than this are never one joint, mm, unless the file's tolerance is coarse.
 pub(crate) const SEARCH_RADIUS_MM: f64 = 0.5;
+/// Laps are looked for at places this far apart, mm.
+pub(crate) const LAP_STEP_MM: f64 = 5.0;
 /// Longest chord of an edge's polyline, mm.
 pub(crate) const LONGEST_CHORD_MM: f64 = 50.0;
 /// Largest turn of an edge within one chord, radians.

@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use crate::joint::{Joint, JointSample};
+use crate::joint::{Failing, Joint, JointSample, Measure};
 use crate::options::{CurvatureLimit, Judged, Limits, MergeOptions};
 
 /// What became of a joint.
@@ -101,6 +101,9 @@ pub(crate) struct Standing {
     pub(crate) together: bool,
     pub(crate) strong: bool,
     pub(crate) weak: bool,
+    /// Share of the border between its regions that is smooth enough, and the least that would do.
+    pub(crate) smooth_border: [f64; 2],
+    pub(crate) regions_if_merged: Option<usize>,
 }
 
 /// Writes the verdict and its reason into the joint.
@@ -120,6 +123,10 @@ pub(crate) fn judge(joint: &mut Joint, standing: Standing, options: &MergeOption
             Excess::Curvature => Verdict::SplitCurvature,
         },
     };
+    if !joint.verdict.is_merged() {
+        joint.failing = failing(joint, standing, options);
+        joint.regions_if_merged = standing.regions_if_merged;
+    }
     joint.why = reason(joint, options);
 }
 
@@ -142,45 +149,79 @@ fn reason(joint: &Joint, options: &MergeOptions) -> String {
             format!("not smooth itself ({}), but its faces are joined around it", excess(joint, options))
         }
         Verdict::SplitNeighbours => {
-            format!("smooth itself ({:.3}°), but the border of the two regions is not", joint.angle_deg.p95)
+            format!(
+                "smooth itself ({:.3}°), but only {:.0} % of the border of the two regions is",
+                joint.angle_deg.p95,
+                100.0 * joint.failing.map_or(0.0, |f| f.value)
+            )
         }
         Verdict::SplitNonManifold => "three or more faces meet here; a smoother pair was joined".to_owned(),
         Verdict::SplitGap | Verdict::SplitAngle | Verdict::SplitCurvature => excess(joint, options),
     }
 }
 
-/// The limit exceeded, by how much, on how much of the joint, and where it is worst.
-fn excess(joint: &Joint, options: &MergeOptions) -> String {
-    let high = &options.high;
-    let share = 100.0 * (1.0 - options.share_within(high, joint));
-    let (figure, worst): (String, &dyn Fn(&JointSample) -> f64) = match options.main_excess(joint) {
-        Excess::Gap => (
-            format!(
-                "gap {:.4} mm along the normal (limit {} mm), {:.4} mm across (limit {} mm)",
-                joint.gap_normal_mm.max, high.gap_normal_mm, joint.gap_lateral_mm.max, high.gap_lateral_mm
-            ),
-            &|s| s.gap_normal_mm,
-        ),
-        Excess::Angle => (format!("angle {:.3}° (limit {}°)", joint.angle_deg.max, high.angle_deg), &|s| {
-            s.angle_deg.abs()
+/// What keeps a joint that is not merged from being so.
+fn failing(joint: &Joint, standing: Standing, options: &MergeOptions) -> Option<Failing> {
+    match joint.verdict {
+        Verdict::SplitNonManifold => None,
+        Verdict::SplitNeighbours => Some(Failing {
+            measure: Measure::SmoothBorder,
+            value: standing.smooth_border[0],
+            limit: standing.smooth_border[1],
+            share_over: 0.0,
+            at: joint.mid.point,
         }),
-        Excess::Curvature => (
-            match high.curvature {
-                CurvatureLimit::Relative(limit) => format!(
-                    "relative curvature difference {:.3} (limit {limit})",
-                    joint.curvature_relative.max
-                ),
-                CurvatureLimit::Machining(limit) => {
-                    format!("R·|Δκ| = {:.3} (limit {limit})", joint.curvature_machining.max)
-                }
-                CurvatureLimit::Any => String::new(),
-            },
-            &|s| s.curvature_jump_per_mm(),
-        ),
+        _ => exceeded(joint, options),
+    }
+}
+
+/// The limit exceeded, by how much, on how much of the joint, and where it is worst.
+fn exceeded(joint: &Joint, options: &MergeOptions) -> Option<Failing> {
+    let high = &options.high;
+    let gaps = joint.gap_normal_mm.max * high.gap_lateral_mm >= joint.gap_lateral_mm.max * high.gap_normal_mm;
+    let (measure, limit) = match (options.main_excess(joint), high.curvature) {
+        (Excess::Gap, _) if gaps => (Measure::GapNormal, high.gap_normal_mm),
+        (Excess::Gap, _) => (Measure::GapLateral, high.gap_lateral_mm),
+        (Excess::Angle, _) => (Measure::Angle, high.angle_deg),
+        (Excess::Curvature, CurvatureLimit::Machining(limit)) => (Measure::CurvatureMachining, limit),
+        (Excess::Curvature, CurvatureLimit::Relative(limit)) => (Measure::CurvatureRelative, limit),
+        (Excess::Curvature, CurvatureLimit::Any) => return None,
     };
-    let place = joint.samples.iter().fold(&joint.mid, |m, s| if worst(s) > worst(m) { s } else { m }).point;
+    let value = |s: &JointSample| match measure {
+        Measure::GapNormal => s.gap_normal_mm,
+        Measure::GapLateral => s.gap_lateral_mm,
+        Measure::Angle => s.angle_deg.abs(),
+        Measure::CurvatureMachining => options.ball_radius_mm * s.curvature_jump_per_mm(),
+        Measure::CurvatureRelative => s.curvature_relative(joint.curvature_floor_per_mm),
+        Measure::SmoothBorder => 0.0,
+    };
+    let along = match options.judged {
+        Judged::Along => &joint.samples[..],
+        Judged::MidPoint => &[],
+    };
+    let worst = along.iter().fold(&joint.mid, |m, s| if value(s) > value(m) { s } else { m });
+    let share_over = 1.0 - options.share_within(high, joint);
+    Some(Failing { measure, value: value(worst), limit, share_over, at: worst.point })
+}
+
+fn excess(joint: &Joint, options: &MergeOptions) -> String {
+    let Some(Failing { measure, value, limit, share_over, at }) = exceeded(joint, options) else {
+        return String::new();
+    };
+    let figure = match measure {
+        Measure::GapNormal => format!("gap {value:.4} mm along the normal (limit {limit} mm)"),
+        Measure::GapLateral => format!("gap {value:.4} mm in the tangent plane (limit {limit} mm)"),
+        Measure::Angle => format!("angle {value:.3}° (limit {limit}°)"),
+        Measure::CurvatureMachining => format!("R·|Δκ| = {value:.3} (limit {limit})"),
+        Measure::CurvatureRelative => format!("relative curvature difference {value:.3} (limit {limit})"),
+        Measure::SmoothBorder => String::new(),
+    };
     format!(
-        "{figure} on {share:.0} % of {:.1} mm, worst at ({:.1}, {:.1}, {:.1})",
-        joint.length_mm, place.x, place.y, place.z
+        "{figure} on {:.0} % of {:.1} mm, worst at ({:.1}, {:.1}, {:.1})",
+        100.0 * share_over,
+        joint.length_mm,
+        at.x,
+        at.y,
+        at.z
     )
 }

@@ -5,10 +5,26 @@ use std::path::PathBuf;
 use claymill_nurbs::Model;
 use claymill_surface_merge::{Continuity, Merge, MergeOptions, merge};
 
-fn corpus(file: &str) -> Option<Model> {
+fn folder() -> PathBuf {
     let default = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/corpus");
-    let folder = std::env::var("CLAYMILL_CORPUS").unwrap_or_else(|_| default.into());
-    let path = PathBuf::from(folder).join(file);
+    std::env::var("CLAYMILL_CORPUS").map_or_else(|_| default.into(), PathBuf::from)
+}
+
+/// The names of all models that are there.
+fn models() -> Vec<String> {
+    let Ok(entries) = std::fs::read_dir(folder()) else {
+        eprintln!("skipped: {} is not here", folder().display());
+        return Vec::new();
+    };
+    let names = entries.map(|e| e.unwrap().file_name().into_string().unwrap());
+    let is_model = |n: &String| [".igs", ".iges", ".stp", ".3dm"].iter().any(|end| n.ends_with(end));
+    let mut models: Vec<String> = names.filter(is_model).collect();
+    models.sort();
+    models
+}
+
+fn corpus(file: &str) -> Option<Model> {
+    let path = folder().join(file);
     if !path.exists() {
         eprintln!("skipped: {} is not here", path.display());
         return None;
@@ -26,6 +42,23 @@ fn merged(model: &Model) -> Merge {
 
 fn count(m: &Merge, class: Continuity) -> usize {
     m.joints.iter().filter(|j| j.continuity == class).count()
+}
+
+#[test]
+fn the_boundary_of_every_model_is_accounted_for() {
+    for file in models() {
+        let Some(model) = corpus(&file) else { return };
+        let m = merged(&model);
+        let tolerance_mm = m.tolerance.value_mm;
+        let naked: f64 = m.naked.iter().map(|n| n.length_mm).sum();
+        // Slivers shorter than the tolerance are counted, but not listed.
+        assert!(naked <= m.account.naked_mm * (1.0 + 1e-9), "{file}");
+        let slivers = m.account.naked_mm - naked;
+        assert!(slivers <= tolerance_mm * 20.0 * model.faces.len() as f64, "{file}: {slivers} mm of slivers");
+        let laps: f64 = m.laps.iter().map(|l| l.length_mm).sum();
+        assert!(laps <= m.account.lapped_mm * (1.0 + 1e-9), "{file}");
+        assert!(m.laps.iter().all(|l| l.gap_mm <= tolerance_mm && l.onto != l.stretch.face), "{file}");
+    }
 }
 
 #[test]

@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use claymill_models::{Flaw, PlantedFlaw, RoadsterOptions, Sample, ribbon, roadster};
-use claymill_surface_merge::{Joint, Merge, MergeOptions, merge};
+use claymill_nurbs::Model;
+use claymill_surface_merge::{Joint, Limits, Measure, Merge, MergeOptions, SweptLimit, merge, sweep};
 
 fn merged(sample: &Sample) -> Merge {
     let m = merge(&sample.model, &MergeOptions::default()).unwrap();
@@ -22,29 +23,29 @@ fn faces(joint: &Joint) -> [usize; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// The joints found, by faces; every planted one is there with its length, and no other.
-fn one_for_one<'m>(sample: &Sample, m: &'m Merge) -> BTreeMap<[usize; 2], Vec<&'m Joint>> {
+type ByFaces<'m> = BTreeMap<[usize; 2], Vec<&'m Joint>>;
+
+/// The joints found, by faces: those planted and no others.
+fn one_for_one<'m>(sample: &Sample, m: &'m Merge) -> ByFaces<'m> {
+    let planted: BTreeSet<[usize; 2]> = sample.answers.joints.iter().map(|j| j.faces).collect();
+    let mut found = ByFaces::new();
+    for joint in &m.joints {
+        found.entry(faces(joint)).or_default().push(joint);
+    }
+    assert!(found.keys().eq(planted.iter()), "{} found, {} planted", found.len(), planted.len());
+    found
+}
+
+fn assert_lengths(sample: &Sample, m: &Merge, found: &ByFaces<'_>) {
     let mut planted: BTreeMap<[usize; 2], f64> = BTreeMap::new();
     for joint in &sample.answers.joints {
         *planted.entry(joint.faces).or_default() += joint.length_mm;
     }
-    let mut found: BTreeMap<[usize; 2], Vec<&Joint>> = BTreeMap::new();
-    for joint in &m.joints {
-        found.entry(faces(joint)).or_default().push(joint);
-    }
-    assert!(found.keys().eq(planted.keys()), "{} found, {} planted", found.len(), planted.len());
-    for (faces, joints) in &found {
+    for (faces, joints) in found {
         let length: f64 = joints.iter().map(|j| j.length_mm).sum();
         // Ends within the tolerance of a corner count as the corner.
-        let ends = 2.0 * m.tolerance.value_mm * joints.len() as f64;
-        assert!(
-            (length - planted[faces]).abs() <= ends,
-            "{faces:?}: {length}, {} in {}",
-            planted[faces],
-            joints.len()
-        );
+        assert_abs_diff_eq!(length, planted[faces], epsilon = 2.0 * m.tolerance.value_mm);
     }
-    found
 }
 
 fn assert_planted_partition(sample: &Sample, m: &Merge) {
@@ -66,7 +67,9 @@ fn measured(flaw: &PlantedFlaw, joint: &Joint) -> [f64; 3] {
     [spread.max / unit, spread.rms / unit, spread.mid / unit]
 }
 
-fn assert_sizes(sample: &Sample, found: &BTreeMap<[usize; 2], Vec<&Joint>>) {
+fn assert_sizes(sample: &Sample, m: &Merge) {
+    let found = one_for_one(sample, m);
+    assert_lengths(sample, m, &found);
     let mut flawed = BTreeSet::new();
     for flaw in sample.answers.flaws.iter().filter(|f| f.flaw.parse::<Flaw>().unwrap().is_on_a_line()) {
         assert!(!flaw.joints.is_empty());
@@ -105,7 +108,7 @@ fn flaws_on_lines_are_found_with_their_size() {
         }
         let sample = ribbon(400, seed, &flaws).unwrap();
         let m = merged(&sample);
-        assert_sizes(&sample, &one_for_one(&sample, &m));
+        assert_sizes(&sample, &m);
         assert_planted_partition(&sample, &m);
         assert_eq!(m.regions.len(), 3);
     }
@@ -117,7 +120,7 @@ fn two_thousand_patches_with_every_flaw_on_a_line() {
     flaws.push(Flaw::TJunctions);
     let sample = ribbon(2000, 7, &flaws).unwrap();
     let m = merged(&sample);
-    assert_sizes(&sample, &one_for_one(&sample, &m));
+    assert_sizes(&sample, &m);
     assert_planted_partition(&sample, &m);
     // A patch of a staggered row meets up to two patches on each side that is not cut in line.
     assert!(sample.answers.joints.len() > 2 * sample.model.faces.len());
@@ -175,6 +178,36 @@ fn coordinates_of_few_digits_change_neither_joints_nor_regions() {
 }
 
 #[test]
+fn copies_and_laps_are_told_from_joints() {
+    for seed in 0..3 {
+        let flaws = [Flaw::TJunctions, Flaw::Kink(5.0), Flaw::Duplicate(4), Flaw::Lap(3)];
+        let sample = ribbon(150, seed, &flaws).unwrap();
+        let m = merged(&sample);
+        one_for_one(&sample, &m);
+        assert_planted_partition(&sample, &m);
+        let planted = |kind: &str| -> BTreeSet<[usize; 2]> {
+            let of = sample.answers.flaws.iter().filter(|f| f.flaw.starts_with(kind));
+            of.map(|f| [f.faces[0], f.faces[1]]).collect()
+        };
+        let copies: BTreeSet<_> = m.duplicates.iter().map(|d| [d.original, d.copy]).collect();
+        assert_eq!(copies, planted("duplicate"));
+        let laps: BTreeSet<_> = m.laps.iter().map(|l| [l.stretch.face, l.onto]).collect();
+        assert_eq!(laps, planted("lap"));
+        let boundary = |face: usize| {
+            let lone = Model { faces: vec![sample.model.faces[face].clone()], ..Model::default() };
+            merge(&lone, &MergeOptions::default()).unwrap().account.total_mm
+        };
+        let listed: f64 = m.laps.iter().map(|l| l.length_mm).sum();
+        let whole: f64 = laps.iter().map(|l| boundary(l[0])).sum();
+        assert_abs_diff_eq!(listed, whole, epsilon = 1e-5);
+        let of_copies: f64 = copies.iter().map(|c| boundary(c[1])).sum();
+        assert_abs_diff_eq!(m.account.lapped_mm, listed + of_copies, epsilon = 1e-5);
+        let naked: f64 = m.naked.iter().map(|n| n.length_mm).sum();
+        assert_abs_diff_eq!(naked, m.account.naked_mm, epsilon = 1e-2);
+    }
+}
+
+#[test]
 fn flaws_can_be_planted_into_the_roadster() {
     let whole = roadster(&RoadsterOptions { patches: 500, seed: 2 });
     let faces = whole.model.faces.len();
@@ -184,4 +217,58 @@ fn flaws_can_be_planted_into_the_roadster() {
     one_for_one(&sample, &m);
     assert_planted_partition(&sample, &m);
     assert!(whole.damaged(&[Flaw::Kink(1.0)], 2).is_err());
+}
+
+#[test]
+fn a_sweep_tells_the_regions_at_every_limit() {
+    let kinks = [0.15, 0.7, 0.7, 3.0, 12.0];
+    let mut flaws: Vec<Flaw> = kinks.iter().map(|&deg| Flaw::Kink(deg)).collect();
+    flaws.extend([Flaw::Curvature(1e-3), Flaw::Duplicate(2)]);
+    let sample = ribbon(300, 11, &flaws).unwrap();
+    let (m, options) = (merged(&sample), MergeOptions::default());
+    let limits = [0.1, 0.5, 1.0, 2.0, 4.0, 20.0];
+    let tree = sweep(&m, &options, SweptLimit::Angle, &limits);
+    for limit in limits {
+        let expected = 1 + kinks.iter().filter(|&&k| k > limit).count();
+        assert_eq!(tree.regions_at(limit), expected, "{limit}");
+        let narrow = Limits { angle_deg: limit, ..options.low };
+        let strong = MergeOptions { low: narrow, high: narrow, ..options.clone() };
+        let again = merge(&sample.model, &strong).unwrap();
+        assert_eq!(again.regions.len(), expected);
+        let mut of_tree: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        tree.regions_of_faces(limit)
+            .iter()
+            .enumerate()
+            .for_each(|(f, &r)| of_tree.entry(r).or_default().push(f));
+        let of_merge: BTreeSet<_> = again.regions.iter().map(|r| r.faces.clone()).collect();
+        assert_eq!(of_tree.into_values().collect::<BTreeSet<_>>(), of_merge);
+    }
+    // Weak borders reach twice as far as the limit.
+    let grown: Vec<usize> = tree.grown.iter().map(|s| s.regions).collect();
+    assert_eq!(grown, [5, 3, 3, 2, 2, 1]);
+    assert_eq!(tree.grown[1].regions, m.regions.len());
+    assert!(tree.curve().is_sorted_by(|a, b| a.at < b.at && a.regions > b.regions));
+    assert_eq!(tree.curve().last().unwrap().regions, 1);
+    // The jump of 0.001 per mm counts 0.01 for a ball of 10 mm; four kinks are above the low limit anyway.
+    let tree = sweep(&m, &options, SweptLimit::CurvatureMachining, &[]);
+    assert_eq!((tree.regions_at(0.0099), tree.regions_at(0.0101)), (6, 5));
+}
+
+#[test]
+fn a_joint_that_is_not_merged_tells_what_is_missing() {
+    let sample = ribbon(200, 3, &[Flaw::Kink(2.0), Flaw::Gap(0.006), Flaw::Kink(7.0)]).unwrap();
+    let m = merged(&sample);
+    assert_eq!(m.regions.len(), 3);
+    for joint in &m.joints {
+        let kink = sample.answers.joints.iter().find(|j| j.faces == faces(joint)).unwrap().angle_deg;
+        let Some(failing) = joint.failing else {
+            assert!(kink == 0.0 && joint.regions_if_merged.is_none());
+            continue;
+        };
+        assert_eq!((failing.measure, failing.limit), (Measure::Angle, 1.0));
+        assert_relative_eq!(failing.value, kink, max_relative = 1e-6);
+        assert_abs_diff_eq!(failing.share_over, 1.0, epsilon = 1e-12);
+        assert_eq!(joint.regions_if_merged, Some(2));
+    }
+    assert_eq!(m.joints.iter().filter(|j| j.failing.is_some()).count(), sample.answers.totals.joints_c0);
 }

@@ -247,3 +247,38 @@ fn options_that_make_no_sense_are_refused() {
     };
     assert!(merge(&model(Vec::new()), &none).unwrap().regions.is_empty());
 }
+
+#[test]
+fn a_wall_on_a_floor_and_an_overlap_are_laps() {
+    // A wall across the middle of the floor: its foot lies on the floor's inside, half of it beyond the edge.
+    let upright = frame([5.0, 10.0, 0.0], Vector3::x(), Vector3::y());
+    let wall = plane_patch(&upright, (0.0, 20.0), (0.0, 15.0)).unwrap();
+    let m = merged(vec![plate((0.0, 10.0), (0.0, 20.0), 0.0), wall]);
+    assert!(m.joints.is_empty() && m.duplicates.is_empty());
+    assert_eq!(m.laps.len(), 1);
+    assert_eq!((m.laps[0].stretch.face, m.laps[0].onto), (1, 0));
+    assert_abs_diff_eq!(m.laps[0].length_mm, 10.0, epsilon = 1e-5);
+    assert_abs_diff_eq!(m.account.lapped_mm, 10.0, epsilon = 1e-5);
+    assert_account_closes(&m);
+    // Two plates that overlap by 3 mm at 0.01 mm distance: either ends on the other.
+    let m = merged(vec![plate((0.0, 10.0), (0.0, 20.0), 0.0), plate((7.0, 30.0), (1.0, 19.0), 0.01)]);
+    let laps: f64 = m.laps.iter().map(|l| l.length_mm).sum();
+    assert_abs_diff_eq!(laps, 18.0 + 18.0 + 2.0 * 3.0, epsilon = 1e-4);
+    assert!(m.laps.iter().all(|l| (l.gap_mm - 0.01).abs() < 1e-9));
+    assert_eq!(m.regions.len(), 2);
+    assert_account_closes(&m);
+}
+
+#[test]
+fn the_halves_of_a_lens_are_no_copies() {
+    let z = frame([0.0; 3], Vector3::z(), Vector3::x());
+    let half = |from: f64| sphere(&z, 25.0, (0.0, 2.0 * PI), (from, from + FRAC_PI_2)).unwrap();
+    let lens = merged(vec![half(0.0), half(-FRAC_PI_2)]);
+    assert!(lens.duplicates.is_empty());
+    let twice = merged(vec![half(0.0), half(0.0).transposed()]);
+    assert_eq!(twice.duplicates.len(), 1);
+    assert!(!twice.duplicates[0].normals_agree);
+    assert_eq!(twice.regions.len(), 1);
+    assert_eq!(twice.regions[0].flipped, [false, true]);
+    assert_account_closes(&twice);
+}

@@ -18,10 +18,34 @@ pub struct RegionsFile {
     pub boundary_total_mm: f64,
     /// Length matched with one other face, mm.
     pub boundary_matched_mm: f64,
+    /// Length lying on the inside of another face, mm; the boundaries of copies count here.
+    #[serde(default)]
+    pub boundary_lapped_mm: f64,
     /// Length with no neighbour, mm.
     pub boundary_naked_mm: f64,
     /// Length where more than two faces meet, mm.
     pub boundary_non_manifold_mm: f64,
+    /// Stretches of boundary that lie on the inside of another face.
+    #[serde(default)]
+    pub laps: Vec<LapRecord>,
+    /// Faces that are there twice: the one that counts, and its copy.
+    #[serde(default)]
+    pub duplicates: Vec<[usize; 2]>,
+}
+
+/// A stretch of a face's boundary that lies on the inside of another face.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LapRecord {
+    /// The face that ends there.
+    pub face: usize,
+    /// The face under it.
+    pub onto: usize,
+    /// Length, mm.
+    pub length_mm: f64,
+    /// Largest distance between the two, mm.
+    pub gap_mm: f64,
+    /// First and last point, mm.
+    pub ends_mm: [[f64; 3]; 2],
 }
 
 /// A region: faces that are cut as one surface.
@@ -80,4 +104,26 @@ pub struct JointRecord {
     pub curvature_mid: f64,
     /// Largest relative curvature difference `|κA−κB| / (|κA|+|κB|+2κ₀)`.
     pub curvature_relative_max: f64,
+    /// What keeps the joint from being merged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub failing: Option<FailingRecord>,
+    /// Number of regions of the model if this joint had been merged, borders that would follow included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub regions_if_merged: Option<usize>,
+}
+
+/// What keeps a joint from being merged.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FailingRecord {
+    /// `gap_normal`, `gap_lateral` (mm), `angle` (degrees), `curvature_machining`, `curvature_relative` (no
+    /// unit) or `smooth_border` (share of the border between the two regions that is smooth).
+    pub measure: String,
+    /// Worst value on the joint.
+    pub value: f64,
+    /// The largest value allowed; of `smooth_border` the least.
+    pub limit: f64,
+    /// Share of the joint's length on which a limit is exceeded.
+    pub share_over: f64,
+    /// Where it is worst, mm.
+    pub at_mm: [f64; 3],
 }

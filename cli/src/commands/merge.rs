@@ -3,12 +3,13 @@ use std::process::ExitCode;
 use claymill_nurbs::Model;
 use claymill_surface_merge::{Merge, MergeOptions, Preset, merge as find_regions};
 use claymill_toolpath::{
-    FORMAT_VERSION, FolderWriter, JointRecord, Program, REGIONS_FILE, RegionRecord, RegionsFile,
+    FORMAT_VERSION, FailingRecord, FolderWriter, JointRecord, LapRecord, Program, REGIONS_FILE, RegionRecord,
+    RegionsFile,
 };
 use serde::Serialize;
 
 use super::export::{ExportFormat, export};
-use super::{Context, box_mm, orientation, pictures};
+use super::{Context, box_mm, orientation, pictures, sweep, why};
 use crate::args::{MergeArgs, PresetName};
 use crate::console::outln;
 use crate::failure::Failure;
@@ -25,6 +26,9 @@ impl From<PresetName> for Preset {
     }
 }
 
+/// Lines printed of a list that may be long.
+const SHOWN: usize = 10;
+
 /// `claymill merge`.
 pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Failure> {
     let folder =
@@ -38,9 +42,13 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
     context.console.stage("merging");
     let preset = Preset::from(args.preset);
     let merged = regions(model, &preset.options())?;
+    let trees = if args.sweep { sweep::trees(&merged, &preset.options()) } else { Vec::new() };
     let record = record(&merged, preset);
     if let Some(folder) = folder {
         folder.json(REGIONS_FILE, &record)?;
+        if args.sweep {
+            sweep::save(&folder, &trees)?;
+        }
         let axes = orientation(context.console, &args.axes, &loaded.bounds)?;
         context.console.stage("pictures");
         let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
@@ -53,10 +61,16 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
         export(path, format, model, &album, &merged.region_of_face, &Program::default())?;
     }
     context.console.finish();
-    if context.json {
+    if context.json && args.sweep {
+        context.print_json(&trees)?;
+    } else if context.json {
         context.print_json(&record)?;
     } else {
         print(&record);
+        if let Some(count) = args.why {
+            why::print(&record, count);
+        }
+        trees.iter().for_each(sweep::print);
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -97,6 +111,21 @@ pub(crate) fn record(merged: &Merge, preset: Preset) -> RegionsFile {
         curvature_rms: j.curvature_machining.rms,
         curvature_mid: j.curvature_machining.mid,
         curvature_relative_max: j.curvature_relative.max,
+        failing: j.failing.map(|f| FailingRecord {
+            measure: name(&f.measure),
+            value: f.value,
+            limit: f.limit,
+            share_over: f.share_over,
+            at_mm: f.at.into(),
+        }),
+        regions_if_merged: j.regions_if_merged,
+    };
+    let lap = |l: &claymill_surface_merge::Lap| LapRecord {
+        face: l.stretch.face,
+        onto: l.onto,
+        length_mm: l.length_mm,
+        gap_mm: l.gap_mm,
+        ends_mm: l.ends.map(Into::into),
     };
     RegionsFile {
         format_version: FORMAT_VERSION,
@@ -106,8 +135,11 @@ pub(crate) fn record(merged: &Merge, preset: Preset) -> RegionsFile {
         joints: merged.joints.iter().map(joint).collect(),
         boundary_total_mm: merged.account.total_mm,
         boundary_matched_mm: merged.account.matched_mm,
+        boundary_lapped_mm: merged.account.lapped_mm,
         boundary_naked_mm: merged.account.naked_mm,
         boundary_non_manifold_mm: merged.account.non_manifold_mm,
+        laps: merged.laps.iter().map(lap).collect(),
+        duplicates: merged.duplicates.iter().map(|d| [d.original, d.copy]).collect(),
     }
 }
 
@@ -129,12 +161,30 @@ fn print(record: &RegionsFile) {
     );
     let metres = |mm: f64| mm / 1000.0;
     outln!(
-        "edges: {:.3} m, matched {:.3} m, naked {:.3} m, non-manifold {:.3} m",
+        "edges: {:.3} m, matched {:.3} m, lapped {:.3} m, naked {:.3} m, non-manifold {:.3} m",
         metres(record.boundary_total_mm),
         metres(record.boundary_matched_mm),
+        metres(record.boundary_lapped_mm),
         metres(record.boundary_naked_mm),
         metres(record.boundary_non_manifold_mm)
     );
+    for [original, copy] in record.duplicates.iter().take(SHOWN) {
+        outln!("face {copy} is a copy of face {original} and does not count");
+    }
+    if record.duplicates.len() > SHOWN {
+        outln!("and {} more copies: see --json", record.duplicates.len() - SHOWN);
+    }
+    let mut laps = std::collections::BTreeMap::<(usize, usize), f64>::new();
+    for l in &record.laps {
+        *laps.entry((l.face, l.onto)).or_default() += l.length_mm;
+    }
+    let pairs = laps.len();
+    for ((face, onto), length_mm) in laps.into_iter().take(SHOWN) {
+        outln!("face {face} ends on the inside of face {onto} along {length_mm:.1} mm");
+    }
+    if pairs > SHOWN {
+        outln!("and {} more pairs of faces that lap: see --json", pairs - SHOWN);
+    }
     let mut verdicts = std::collections::BTreeMap::<(&str, &str), usize>::new();
     for j in &record.joints {
         *verdicts.entry((&j.verdict, &j.class)).or_default() += 1;

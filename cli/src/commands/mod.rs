@@ -9,7 +9,10 @@ mod pictures;
 mod plan;
 mod render;
 mod sample;
+mod sweep;
+mod sweep_plot;
 mod verify;
+mod why;
 
 use std::path::Path;
 use std::process::ExitCode;

@@ -5,7 +5,7 @@ mod scene;
 use std::collections::{BTreeMap, BTreeSet};
 
 use approx::assert_abs_diff_eq;
-use claymill_nurbs::{Model, NurbsSurface, Vector3};
+use claymill_nurbs::{KnotVector, Model, NurbsSurface, Vector3};
 use claymill_surface_merge::{Continuity, Merge, MergeOptions, merge};
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
@@ -59,6 +59,19 @@ fn neighbours(layout: &Layout) -> BTreeSet<[usize; 2]> {
     pairs
 }
 
+/// The same surface over other knot ranges.
+fn restretched(s: &NurbsSurface, rng: &mut ChaCha8Rng) -> NurbsSurface {
+    let mut knots = |k: &KnotVector| {
+        let ((a, b), start, length) =
+            (k.domain(), rng.random_range(-40.0..40.0), rng.random_range(0.01..300.0));
+        let moved = k.as_slice().iter().map(|t| start + (t - a) / (b - a) * length).collect();
+        KnotVector::new(k.degree(), moved).unwrap()
+    };
+    let (u, v) = (knots(s.knots_u()), knots(s.knots_v()));
+    let points = s.net().iter().map(|h| claymill_nurbs::Point3::from(h.xyz() / h.w)).collect();
+    NurbsSurface::new(u, v, points, Some(s.net().iter().map(|h| h.w).collect())).unwrap()
+}
+
 /// The same patches in another order, each with its parameters run another way. `order[k]` is the patch
 /// that became face `k`.
 fn shuffled(surfaces: &[NurbsSurface], rng: &mut ChaCha8Rng) -> (Model, Vec<usize>) {
@@ -72,7 +85,10 @@ fn shuffled(surfaces: &[NurbsSurface], rng: &mut ChaCha8Rng) -> (Model, Vec<usiz
         if rng.random() {
             s = s.reversed_u();
         }
-        if rng.random() { s.transposed() } else { s }
+        if rng.random() {
+            s = s.transposed();
+        }
+        restretched(&s, rng)
     });
     (model(disguised.collect()), order)
 }

@@ -62,7 +62,7 @@ for i in range(1, faces.Extent() + 1):
     middle = 0.5 * sum(BRep_Tool.Range_s(edge))
     found = LocalAnalysis_SurfaceContinuity(
         c1, c2, middle, BRep_Tool.Surface_s(first), BRep_Tool.Surface_s(second), GeomAbs_G2,
-        0.001, 0.02, 0.001, 0.001, 0.00873, 0.1, 0.01)
+        0.001, 0.02, 0.001, 0.001, 0.00873, 0.1)
     if not found.IsDone():
         classes["failed"] += 1
     elif found.IsG2():

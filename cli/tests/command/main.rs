@@ -3,6 +3,7 @@
 mod bad_input;
 mod corpus;
 mod export;
+mod flaws;
 #[path = "../../../exchange/tests/iges_text/mod.rs"]
 mod iges_text;
 mod other_formats;

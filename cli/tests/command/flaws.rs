@@ -1,0 +1,57 @@
+//! Planted flaws through files: found again, explained and swept.
+
+use serde_json::Value;
+
+use crate::run::run;
+use crate::scratch;
+
+#[test]
+fn flaws_planted_into_a_file_are_found_explained_and_swept() {
+    let folder = scratch();
+    let sample = ["sample", "ribbon", "--patches", "200", "-o", "ribbon.igs"];
+    let flaws = ["--flaw", "kink:0.7", "--flaw", "kink:4", "--flaw", "duplicate:1", "--flaw", "lap:1"];
+    let made = run(folder.path(), sample.iter().chain(&flaws));
+    assert_eq!(made.code, Some(0), "{made:?}");
+    let answers = std::fs::read(folder.path().join("ribbon.answers.json")).unwrap();
+    let answers: Value = serde_json::from_slice(&answers).unwrap();
+
+    let merged = run(folder.path(), ["merge", "ribbon.igs", "--json"]).json();
+    let flaw =
+        |kind: &str| answers["flaws"].as_array().unwrap().iter().find(|f| f["flaw"] == kind).unwrap().clone();
+    assert_eq!(merged["duplicates"], Value::from(vec![flaw("duplicate:1")["faces"].clone()]));
+    let lap = flaw("lap:1")["faces"].clone();
+    let laps = merged["laps"].as_array().unwrap();
+    assert!(!laps.is_empty() && laps.iter().all(|l| l["face"] == lap[0] && l["onto"] == lap[1]));
+    let parts = ["matched", "lapped", "naked", "non_manifold"];
+    let length = |part: &str| merged[format!("boundary_{part}_mm")].as_f64().unwrap();
+    let sum: f64 = parts.into_iter().map(length).sum();
+    assert!((sum - length("total")).abs() < 1e-9 * sum);
+    // The kink of 0.7° is weak, that of 4° splits; the lap is a region of its own.
+    assert_eq!(merged["regions"].as_array().unwrap().len(), 3);
+    let split: Vec<&Value> =
+        merged["joints"].as_array().unwrap().iter().filter(|j| j["failing"].is_object()).collect();
+    assert_eq!(split.len(), flaw("kink:4")["joints"].as_array().unwrap().len());
+    for joint in split {
+        assert_eq!(joint["failing"]["measure"], "angle");
+        assert!((joint["failing"]["value"].as_f64().unwrap() - 4.0).abs() < 1e-6);
+        assert_eq!(joint["regions_if_merged"], 2);
+    }
+
+    let swept = run(folder.path(), ["merge", "ribbon.igs", "--sweep", "--why", "3", "-o", "out"]);
+    assert_eq!(swept.code, Some(0), "{swept:?}");
+    assert!(swept.stdout.contains("regions by angle: 4 at 0.02°"), "{}", swept.stdout);
+    assert!(swept.stdout.contains("angle 4.000° (limit 1°)"), "{}", swept.stdout);
+    let trees: Value =
+        serde_json::from_slice(&std::fs::read(folder.path().join("out/sweep.json")).unwrap()).unwrap();
+    let last = trees[0]["curve"].as_array().unwrap().last().unwrap();
+    assert_eq!(last["regions"], 2);
+    assert!((last["at"].as_f64().unwrap() - 4.0).abs() < 1e-6);
+    let plot = std::fs::read_to_string(folder.path().join("out/sweep.svg")).unwrap();
+    assert!(plot.starts_with("<svg") && plot.ends_with("</svg>\n"));
+
+    for (flaw, says) in [("kink:0", "above 0"), ("dent:3", "no flaw"), ("delete:5000", "faces only")] {
+        let refused = run(folder.path(), ["sample", "ribbon", "-o", "x.igs", "--flaw", flaw]);
+        assert_ne!(refused.code, Some(0));
+        assert!(refused.stderr.contains(says), "{}", refused.stderr);
+    }
+}

@@ -77,6 +77,10 @@ pub(super) fn section(regions: &RegionsFile) -> Markup {
             caption { "Face boundaries, " (length(regions.boundary_total_mm)) " in all" }
             tbody {
                 tr { th scope="row" { "with one neighbour" } td.n { (boundary(regions.boundary_matched_mm)) } }
+                @if regions.boundary_lapped_mm > 0.0 {
+                    tr { th scope="row" { "on the inside of another face" }
+                        td.n { (boundary(regions.boundary_lapped_mm)) } }
+                }
                 tr { th scope="row" { "free" } td.n { (boundary(regions.boundary_naked_mm)) } }
                 tr { th scope="row" { "with several neighbours" } td.n { (boundary(regions.boundary_non_manifold_mm)) } }
             }

@@ -1,3 +1,5 @@
+use std::collections::HashSet;
+
 use claymill_nurbs::{
     Aabb, Curve2, Domain, Face, FaceId, FaceMesh, MeshOptions, Model, NurbsError, NurbsSurface, Point2,
     Point3, tessellate,
@@ -29,6 +31,13 @@ const DEVIATION_MARGIN: f64 = 1.5;
 const DEVIATION_FLOOR_MM: f64 = 1e-4;
 /// Normals on both sides of a knot that differ by more than this (0.1°) make a crease.
 const CREASE_SINE: f64 = 1.7e-3;
+/// A ball that touches the inside of a face this near to the rim rests on the rim as well, but for `d² / 2R`:
+/// a tenth of a micrometre for a ball of 2 mm, mm.
+const AT_RIM_MM: f64 = 0.02;
+/// So far inside, as a share of the way to the middle, a triangle's corners are judged.
+const CORNER_INSET: f64 = 0.02;
+/// Triangles cut this often that are outside the trims in four places are outside.
+const SLIVER_LEVEL: u32 = 3;
 /// Deepest subdivision of a triangle; its deviation shrinks by 4 at each level.
 const DEEPEST: u32 = 12;
 
@@ -42,6 +51,9 @@ pub(crate) struct FlatPart {
     /// Per face and triangle: smallest and largest normal curvature there and on the triangles around it, for
     /// the normal `Su × Sv`, 1/mm.
     curvature: Vec<Vec<[f32; 2]>>,
+    /// Per face and triangle: whether a side is a chord of a trim curve, so that part of the triangle may lie
+    /// outside the trims.
+    rimmed: Vec<Vec<bool>>,
     edges: Vec<EdgePiece>,
 }
 
@@ -66,8 +78,9 @@ impl FlatPart {
             .collect::<Result<_, _>>()?;
         let curvature = model.faces.par_iter().zip(&meshes).map(|(f, m)| curvature_ranges(f, m)).collect();
         let deviation_mm = model.faces.par_iter().zip(&meshes).map(|(f, m)| deviations(f, m)).collect();
+        let rimmed = model.faces.par_iter().zip(&meshes).map(|(f, m)| rimmed(f, m)).collect();
         let edges = model.faces.par_iter().enumerate().flat_map_iter(|(id, f)| edge_pieces(id, f)).collect();
-        Ok(FlatPart { meshes, deviation_mm, curvature, edges })
+        Ok(FlatPart { meshes, deviation_mm, curvature, rimmed, edges })
     }
 }
 
@@ -88,6 +101,18 @@ fn deviations(face: &Face, mesh: &FaceMesh) -> Vec<f32> {
         (most * DEVIATION_MARGIN + DEVIATION_FLOOR_MM) as f32
     };
     mesh.triangles.iter().map(of).collect()
+}
+
+/// Marks the triangles with a side on the boundary of a trimmed face.
+fn rimmed(face: &Face, mesh: &FaceMesh) -> Vec<bool> {
+    if face.loops.is_empty() {
+        return vec![false; mesh.triangles.len()];
+    }
+    let closed = |ring: &Vec<u32>| ring.iter().copied().zip(ring.iter().copied().cycle().skip(1)).collect();
+    let pairs: Vec<Vec<(u32, u32)>> = mesh.rings.iter().map(closed).collect();
+    let rim: HashSet<(u32, u32)> = pairs.into_iter().flatten().map(|(a, b)| (a.min(b), a.max(b))).collect();
+    let on_rim = |a: u32, b: u32| rim.contains(&(a.min(b), a.max(b)));
+    mesh.triangles.iter().map(|&[a, b, c]| on_rim(a, b) || on_rim(b, c) || on_rim(c, a)).collect()
 }
 
 /// Range of normal curvature over each triangle and those around it, from their corners and middles.
@@ -214,6 +239,7 @@ struct Triangle {
     index: u32,
     deviation_mm: f32,
     tight: bool,
+    rimmed: bool,
 }
 
 impl<'a> Stock<'a> {
@@ -245,6 +271,7 @@ impl<'a> Stock<'a> {
                         index: index as u32,
                         deviation_mm: deviation[index],
                         tight: f64::from(kappa) * radius_mm > TIGHT,
+                        rimmed: flat.rimmed[face][index],
                     }
                 })
             })
@@ -391,7 +418,18 @@ impl Search<'_> {
             return;
         }
         let low = on_triangle(&p, &n, self.x, self.y, r);
-        if level >= DEEPEST || low.is_some_and(|low| high.z - low.z < CONTACT_EPSILON_MM) {
+        let mut fine = low.is_some_and(|low| high.z - low.z < CONTACT_EPSILON_MM);
+        // Where a trim curve bends inwards its chord takes in a sliver that is not the face's. Edges are met
+        // on their own.
+        if t.rimmed && (fine || level >= SLIVER_LEVEL) {
+            let inside = self.share_inside(t, &uv);
+            let size = (0..3).map(|i| (p[(i + 1) % 3] - p[i]).norm()).fold(0.0, f64::max);
+            if inside == 0.0 && level >= SLIVER_LEVEL || inside < 1.0 && size < AT_RIM_MM {
+                return;
+            }
+            fine &= inside == 1.0;
+        }
+        if level >= DEEPEST || fine {
             let at = Point3::from((0..3).map(|i| p[i].coords * high.at[i]).sum::<claymill_nurbs::Vector3>());
             let centre = Point3::new(self.x, self.y, high.z);
             let normal = (centre - at).normalize();
@@ -412,6 +450,18 @@ impl Search<'_> {
         for (uv, p) in quarters {
             self.subdivide(t, uv, p, 0.25 * delta, level + 1);
         }
+    }
+
+    /// How many of four places in a triangle, its middle and close to its corners, belong to the face, as a
+    /// share. The corners themselves may be on a trim curve.
+    fn share_inside(&self, t: &Triangle, uv: &[Point2; 3]) -> f64 {
+        let Some(domain) = &self.stock.faces[t.face as usize].domain else {
+            return 1.0;
+        };
+        let middle = Point2::from((uv[0].coords + uv[1].coords + uv[2].coords) / 3.0);
+        let places = [0, 1, 2].map(|i| uv[i] + (middle - uv[i]) * CORNER_INSET);
+        let inside = |p: &&Point2| domain.contains(p.x, p.y);
+        places.iter().chain([&middle]).filter(inside).count() as f64 / 4.0
     }
 
     fn edge(&mut self, e: &EdgePiece) {

@@ -1,6 +1,7 @@
 use nalgebra::Vector3;
 
-use crate::{Curve2, MAX_DEGREE, Point2, Vector2};
+use crate::knots::for_degree;
+use crate::{Curve2, Point2, Vector2};
 
 /// A rational Bézier arc in the parameter plane, on `t ∈ [0, 1]`: control points `(w·u, w·v, w)`.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,7 +71,11 @@ impl Arc {
 
     /// Point and first derivative at `t`.
     pub(crate) fn jet(&self, t: f64) -> (Point2, Vector2) {
-        let mut d = [Vector3::zeros(); MAX_DEGREE + 1];
+        for_degree!(self.net.len() - 1, self.jet_sized(t))
+    }
+
+    fn jet_sized<const N: usize>(&self, t: f64) -> (Point2, Vector2) {
+        let mut d = [Vector3::zeros(); N];
         let degree = self.net.len() - 1;
         d[..=degree].copy_from_slice(&self.net);
         for level in 1..degree {

@@ -106,7 +106,8 @@ impl Monotone {
     #[cold]
     fn crossed_within_hull(&self, p: Point2) -> i32 {
         let (mut low, mut high) = ((0.0, self.arc.start()), (1.0, self.arc.end()));
-        for _ in 0..64 {
+        // Parameters closer than the last digit give the same point.
+        while high.0 - low.0 > f64::EPSILON * high.0 {
             if p.x < low.1.x.min(high.1.x) {
                 return self.sign;
             }

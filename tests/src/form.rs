@@ -1,5 +1,6 @@
 use std::collections::BTreeMap;
 
+use claymill_nurbs::{Point3, Vector3};
 use claymill_toolpath::{Job, Move, MoveKind, Program};
 
 /// Ends and starts of consecutive moves agree within this, mm.
@@ -30,14 +31,15 @@ pub fn check_form(job: &Job, program: &Program) -> Result<(), String> {
         if m.axis_start != setup.axis || m.axis_end != setup.axis {
             find("leaves its setup's axis");
         }
-        let height = |p: &[f64; 3]| -> f64 { (0..3).map(|k| p[k] * setup.axis[k]).sum() };
-        let (low, high) = m
-            .points
-            .iter()
-            .map(height)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)));
-        if m.kind == MoveKind::Rapid && high - low > JOINED_MM {
-            find("is rapid and not level");
+        // Controls move the axes of a rapid each at its own pace: only across or only up and down is certain.
+        let axis = Vector3::from(setup.axis);
+        let off = |along: bool| {
+            let way = |p: &[f64; 3]| Point3::from(*p) - m.start();
+            let part = |d: Vector3| if along { d - axis * d.dot(&axis) } else { axis * d.dot(&axis) };
+            m.points.iter().map(|p| part(way(p)).norm()).fold(0.0, f64::max)
+        };
+        if m.kind == MoveKind::Rapid && off(true).min(off(false)) > JOINED_MM {
+            find("is rapid and neither level nor along the axis");
         }
         if let Some(b) = before.filter(|b| b.setup == m.setup)
             && (b.end() - m.start()).norm() > JOINED_MM

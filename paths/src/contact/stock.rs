@@ -311,18 +311,22 @@ impl<'a> Stock<'a> {
     /// Drops the ball at `(x, y)` on everything; `near` is a location close by, which makes it faster.
     /// `None` where nothing is below.
     pub(crate) fn drop(&self, x: f64, y: f64, near: Option<&Location>) -> Option<Location> {
-        let mut search = Search { stock: self, x, y, best: None };
+        let mut search = Search { stock: self, x, y, best: None, rims: Vec::new() };
         if let Some(&Location { face, support: Support::Face { u, v }, .. }) = near {
             search.try_face(face, (u, v));
         }
         let floor = search.floor();
         self.tree.descend(x, y, self.radius_mm, floor, |item| {
             match self.triangles.get(item as usize) {
-                Some(t) => search.triangle(t),
+                Some(t) => search.triangle(t, item as usize),
                 None => search.edge(&self.edges[item as usize - self.triangles.len()]),
             }
             search.floor()
         });
+        for (index, uv) in std::mem::take(&mut search.rims) {
+            let t = &self.triangles[index];
+            search.subdivide(t, uv, t.p, f64::from(t.deviation_mm), 0);
+        }
         search.best
     }
 }
@@ -341,6 +345,8 @@ struct Search<'a> {
     x: f64,
     y: f64,
     best: Option<Location>,
+    /// Triangles on rims that wait to be subdivided until the rims themselves are met: most fall below these.
+    rims: Vec<(usize, [Point2; 3])>,
 }
 
 impl Search<'_> {
@@ -366,7 +372,7 @@ impl Search<'_> {
         polished
     }
 
-    fn triangle(&mut self, t: &Triangle) {
+    fn triangle(&mut self, t: &Triangle, index: usize) {
         let delta = f64::from(t.deviation_mm);
         let (r, floor) = (self.stock.radius_mm, self.floor());
         if box_height(&t.p, self.x, self.y, r + delta) <= floor {
@@ -401,8 +407,10 @@ impl Search<'_> {
             Polished::Contact { u, v, .. } | Polished::Outside { u, v } => here(u, v),
             Polished::Failed => false,
         };
-        if !proven {
-            self.subdivide(t, uv, t.p, delta, 0);
+        match (proven, t.rimmed) {
+            (true, _) => {}
+            (false, true) => self.rims.push((index, uv)),
+            (false, false) => self.subdivide(t, uv, t.p, delta, 0),
         }
     }
 

@@ -27,6 +27,7 @@ mod contact;
 mod crests;
 mod frame;
 mod heights;
+mod leads;
 mod order;
 mod part;
 mod plan;

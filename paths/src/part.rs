@@ -18,9 +18,6 @@ use crate::{Feeds, Frame, RowsAlong};
 /// Rapids across keep at least this distance above everything within the tool's radius; rapids up and down
 /// end this far above the ball's location, mm.
 pub const CLEARANCE_MM: f64 = 5.0;
-/// Rapids up and down keep this far away from walls, seen in so many directions, mm.
-const ASIDE_MM: f64 = 2.0;
-const ASIDE: u32 = 8;
 /// Passes shorter than this are left out: the neighbouring rows cover them.
 const SHORTEST_PASS_MM: f64 = 1.0;
 /// A stay-down link may be this long in lace, mm; it must also be quicker than lifting over.
@@ -327,58 +324,6 @@ impl SetupContext<'_> {
         let height = top.max(a.z).max(b.z) + CLEARANCE_MM;
         // Rounded up, so that what is written is not below what is proven.
         round_to_written((height * 10.0).ceil() / 10.0)
-    }
-
-    /// Up, across at a proven height, down.
-    pub(crate) fn lift_over(&self, from: Point3, to: Point3) -> Vec<Move> {
-        let height = self.link_height(from, to);
-        let mut moves = self.retreat(from, height);
-        moves.push(self.rapid(self.at_height(from, height), self.at_height(to, height)));
-        moves.extend(self.approach(to, height));
-        moves
-    }
-
-    /// Down from a tip height to where a pass starts: rapidly as long as the ball is well above the model. The
-    /// column that the tool comes down in is clear, as the ball at `to` was dropped through it.
-    pub(crate) fn approach(&self, to: Point3, height: f64) -> Vec<Move> {
-        let low = self.lead_height(to, height);
-        let near = self.at_height(to, low);
-        let lead = Move::straight(MoveKind::LeadIn, near, to, self.frame.axis(), self.feeds.lead_mm_per_min);
-        let down = (low < height).then(|| self.rapid(self.at_height(to, height), near));
-        down.into_iter().chain([lead]).collect()
-    }
-
-    /// Up from the end of a pass to a tip height.
-    pub(crate) fn retreat(&self, from: Point3, height: f64) -> Vec<Move> {
-        let low = self.lead_height(from, height);
-        let near = self.at_height(from, low);
-        let feed = self.feeds.lead_mm_per_min;
-        let lead = Move::straight(MoveKind::LeadOut, from, near, self.frame.axis(), feed);
-        let up = (low < height).then(|| self.rapid(near, self.at_height(from, height)));
-        [lead].into_iter().chain(up).collect()
-    }
-
-    /// Tip height at which a lead begins or ends: a clearance above wherever the ball could rest if it were a
-    /// little aside, so that no rapid runs down along a wall. A rapid shorter than a lead is not worth its
-    /// stop.
-    fn lead_height(&self, p: Point3, height: f64) -> f64 {
-        let at = self.frame.to_setup(&p);
-        let aside = (0..ASIDE).filter_map(|k| {
-            let (sine, cosine) = (std::f64::consts::TAU * f64::from(k) / f64::from(ASIDE)).sin_cos();
-            let rest = self.stock.drop(at.x + ASIDE_MM * cosine, at.y + ASIDE_MM * sine, None)?;
-            Some(rest.centre.z - self.stock.radius_mm())
-        });
-        let low = aside.fold(at.z, f64::max) + CLEARANCE_MM;
-        if height - low < CLEARANCE_MM { height } else { round_to_written(low) }
-    }
-
-    fn rapid(&self, from: Point3, to: Point3) -> Move {
-        Move::straight(MoveKind::Rapid, from, to, self.frame.axis(), self.feeds.rapid_mm_per_min)
-    }
-
-    fn at_height(&self, p: Point3, height: f64) -> Point3 {
-        let q = self.frame.to_setup(&p);
-        self.frame.to_model(&Point3::new(q.x, q.y, height))
     }
 }
 

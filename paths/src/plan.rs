@@ -328,7 +328,7 @@ impl Output {
                     retracts += 1;
                     context.lift_over(before.end(), start)
                 }
-                None => context.approach(start, context.link_height(start, start)),
+                None => context.approach(start),
             };
             let moves = way.into_iter().chain(part.moves);
             self.program.moves.extend(moves.map(|m| Move { region, ..m }));
@@ -348,7 +348,7 @@ impl Output {
         if let Some((end, region, pass)) =
             self.program.moves[first_move..].last().map(|m| (m.end(), m.region, m.pass))
         {
-            let up = context.retreat(end, context.link_height(end, end));
+            let up = context.retreat(end);
             self.program.moves.extend(up.into_iter().map(|m| Move { region, pass, ..m }));
         }
         let regions = &mut self.regions[first_region..];

@@ -148,7 +148,8 @@ fn box_links_cut_one_way() {
     let (on, back) = along("box");
     assert!(on == 0 || back == 0, "{on} passes one way, {back} the other");
     let (on, back) = along("lace");
-    assert!(on.abs_diff(back) <= 2, "{on} passes one way, {back} the other");
+    // Short rows between others are taken from whichever end is nearer.
+    assert!(20 * on.abs_diff(back) <= on + back, "{on} passes one way, {back} the other");
 }
 
 #[test]

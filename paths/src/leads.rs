@@ -1,0 +1,134 @@
+//! Ways down to the start of a pass, up from its end, and over from one to the other.
+//!
+//! ```text
+//!      ┌──────── rapid, above everything ────────┐
+//!      │ rapid                             rapid │
+//!      ○ clear within 2 mm                       ○
+//!       ╲ lead out                       lead in │
+//!   wall │●═══════ pass ═══ … ═══ next pass ════●
+//! ```
+//!
+//! A pass often ends beside a wall, where no rapid may run down. The rapid then runs down a little aside, where
+//! it is clear, and the lead slants from there.
+
+use claymill_nurbs::Point3;
+use claymill_toolpath::{Move, MoveKind, round_to_written};
+
+use crate::part::{CLEARANCE_MM, SetupContext};
+use crate::profile::{Line, follow};
+
+/// Rapids up and down keep this far away from walls, seen in so many directions, mm.
+const ASIDE_MM: f64 = 2.0;
+const DIRECTIONS: u32 = 8;
+/// A slanted lead is this wide, mm.
+const SLANT_MM: f64 = 2.0 * ASIDE_MM;
+/// Parts of a slanted lead over which the ball's path is not known may be this long, mm.
+const GAP_MM: f64 = 0.1;
+/// A slanted lead starts on the model: rounding may be this much, mm.
+const TOUCHING_MM: f64 = 1e-3;
+/// Leads are slanted where that saves this much of their height, mm.
+const WORTH_MM: f64 = 2.0 * CLEARANCE_MM;
+
+impl SetupContext<'_> {
+    /// Up, across at a proven height, down.
+    pub(crate) fn lift_over(&self, from: Point3, to: Point3) -> Vec<Move> {
+        let (a, b) = (self.lead_place(from), self.lead_place(to));
+        let height = self.link_height(a, b);
+        let mut moves = self.up(from, a, height);
+        moves.push(self.rapid(self.at_height(a, height), self.at_height(b, height)));
+        moves.extend(self.down(b, to, height));
+        moves
+    }
+
+    /// Down to where a pass starts.
+    pub(crate) fn approach(&self, to: Point3) -> Vec<Move> {
+        let place = self.lead_place(to);
+        self.down(place, to, self.link_height(place, place))
+    }
+
+    /// Up from the end of a pass.
+    pub(crate) fn retreat(&self, from: Point3) -> Vec<Move> {
+        let place = self.lead_place(from);
+        self.up(from, place, self.link_height(place, place))
+    }
+
+    fn down(&self, place: Point3, to: Point3, height: f64) -> Vec<Move> {
+        let feed = self.feeds.lead_mm_per_min;
+        let lead = Move::straight(MoveKind::LeadIn, place, to, self.frame.axis(), feed);
+        vec![self.rapid(self.at_height(place, height), place), lead]
+    }
+
+    fn up(&self, from: Point3, place: Point3, height: f64) -> Vec<Move> {
+        let feed = self.feeds.lead_mm_per_min;
+        let lead = Move::straight(MoveKind::LeadOut, from, place, self.frame.axis(), feed);
+        vec![lead, self.rapid(place, self.at_height(place, height))]
+    }
+
+    /// Where the lead to `p` begins: straight above it, or aside where that is much lower and the slanted way
+    /// is clear. The columns of both are clear: the ball was dropped through them.
+    fn lead_place(&self, p: Point3) -> Point3 {
+        let at = self.frame.to_setup(&p);
+        let above = Point3::new(at.x, at.y, self.clear_height(&at));
+        let worth = |q: &Point3| q.z < above.z - WORTH_MM && self.is_clear(q, &at);
+        let aside = around(at.x, at.y, SLANT_MM).map(|(x, y)| {
+            let foot = Point3::new(round_to_written(x), round_to_written(y), at.z);
+            Point3::new(foot.x, foot.y, self.clear_height(&foot))
+        });
+        // Without a wall in sight there is nothing to be saved.
+        let low = at.z + CLEARANCE_MM + SLANT_MM;
+        let best = if above.z < low + WORTH_MM {
+            None
+        } else {
+            aside.filter(worth).min_by(|a, b| a.z.total_cmp(&b.z))
+        };
+        self.frame.to_model(&best.unwrap_or(above))
+    }
+
+    /// Tip height a clearance above `foot` and wherever the ball could rest there or a little aside.
+    fn clear_height(&self, foot: &Point3) -> f64 {
+        let places = around(foot.x, foot.y, ASIDE_MM).chain([(foot.x, foot.y)]);
+        let rests = places.filter_map(|(x, y)| self.rest(x, y));
+        round_to_written(rests.fold(foot.z, f64::max) + CLEARANCE_MM)
+    }
+
+    /// Whether the straight way from the location `at` up to `place` stays above the exact path of the ball
+    /// over it, which must be known all the way.
+    fn is_clear(&self, place: &Point3, at: &Point3) -> bool {
+        let (way, radius) = ((place - at).xy(), self.stock.radius_mm());
+        let length = way.norm();
+        let line = Line { origin: [at.x, at.y], direction: [way.x / length, way.y / length] };
+        let followed = follow(self.stock, &line, 0.0, length);
+        let Some((first, last)) = followed.chains.first().zip(followed.chains.last()) else {
+            return false;
+        };
+        let rise = (place.z - at.z) / length;
+        let profiles = followed.chains.iter().flatten();
+        let gaps = followed.chains.windows(2).map(|w| w[1][0].start().s - w[0][w[0].len() - 1].end().s);
+        first[0].start().s <= GAP_MM
+            && last[last.len() - 1].end().s >= length - GAP_MM
+            && gaps.fold(0.0, f64::max) <= GAP_MM
+            && profiles.flat_map(|p| &p.samples).all(|m| m.z - radius <= at.z + rise * m.s + TOUCHING_MM)
+    }
+
+    /// Tip height at which the ball comes to rest.
+    fn rest(&self, x: f64, y: f64) -> Option<f64> {
+        self.stock.drop(x, y, None).map(|l| l.centre.z - self.stock.radius_mm())
+    }
+
+    fn rapid(&self, from: Point3, to: Point3) -> Move {
+        Move::straight(MoveKind::Rapid, from, to, self.frame.axis(), self.feeds.rapid_mm_per_min)
+    }
+
+    fn at_height(&self, p: Point3, height: f64) -> Point3 {
+        let q = self.frame.to_setup(&p);
+        self.frame.to_model(&Point3::new(q.x, q.y, height))
+    }
+}
+
+/// Places on a circle.
+fn around(x: f64, y: f64, radius: f64) -> impl Iterator<Item = (f64, f64)> {
+    (0..DIRECTIONS).map(move |k| {
+        let (sine, cosine) = (std::f64::consts::TAU * f64::from(k) / f64::from(DIRECTIONS)).sin_cos();
+        (x + radius * cosine, y + radius * sine)
+    })
+}

@@ -1,9 +1,8 @@
 //! Face count, area and box of every IGES and STEP file of the corpus against `answers.json`.
 
-use std::path::PathBuf;
-
 use claymill_exchange::read;
 use claymill_nurbs::Aabb;
+use claymill_tests::corpus;
 use rayon::prelude::*;
 
 /// Relative difference of areas.
@@ -21,12 +20,7 @@ const DISSENT: [(&str, f64, f64, &str); 1] = [(
 
 #[test]
 fn counts_areas_and_boxes() {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/corpus");
-    let folder = std::env::var_os("CLAYMILL_CORPUS").map_or_else(|| beside.into(), PathBuf::from);
-    if !folder.is_dir() {
-        eprintln!("skipped: no corpus at {}", folder.display());
-        return;
-    }
+    let Some(folder) = corpus() else { return };
     let answers = std::fs::read_to_string(folder.join("answers.json")).unwrap();
     let answers: serde_json::Value = serde_json::from_str(&answers).unwrap();
     let mut wrong = Vec::new();

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use claymill_exchange::read_bytes;
+use claymill_tests::corpus;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -17,16 +18,6 @@ const VARIANTS: usize = 135;
 const TIMES: u32 = 3;
 /// ... but clocks and neighbours on the machine are no better than this.
 const CLOCK: Duration = Duration::from_millis(60);
-
-fn corpus() -> Option<PathBuf> {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/corpus");
-    let folder = std::env::var_os("CLAYMILL_CORPUS").map_or_else(|| beside.into(), PathBuf::from);
-    if !folder.is_dir() {
-        eprintln!("skipped: no corpus at {}", folder.display());
-        return None;
-    }
-    Some(folder)
-}
 
 /// The first directory entries of an IGES file with their parameters.
 fn cut_iges(text: &str) -> String {

@@ -1,21 +1,9 @@
 //! Every IGES file of the corpus against the second opinion of its `answers.json`.
 
-use std::path::PathBuf;
-
 use claymill_exchange::{Import, read};
 use claymill_nurbs::{Aabb, Face, NurbsSurface, Point2};
+use claymill_tests::corpus;
 use rayon::prelude::*;
-
-/// Where the corpus lies, or `None` with a message.
-fn corpus() -> Option<PathBuf> {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/corpus");
-    let folder = std::env::var_os("CLAYMILL_CORPUS").map_or_else(|| beside.into(), PathBuf::from);
-    if !folder.is_dir() {
-        eprintln!("skipped: no corpus at {}", folder.display());
-        return None;
-    }
-    Some(folder)
-}
 
 fn import(path: &std::path::Path) -> Import {
     let import = read(path).unwrap_or_else(|e| panic!("{e}"));

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use claymill_exchange::{Format, Import, ReadError, read, read_bytes};
 use claymill_nurbs::{Face, SurfaceKind};
+use claymill_tests::corpus;
 
 fn fixture(name: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/threedm")).join(name)
@@ -155,17 +156,6 @@ fn a_changed_byte_is_caught_by_the_checksum() {
     let import = read_bytes(&bytes, Path::new("body.3dm")).unwrap();
     let caught = import.report.skipped.iter().find(|s| s.reason.contains("checksum")).unwrap();
     assert!(face.source.entity.starts_with(&caught.entity), "{caught:?}");
-}
-
-/// Where the corpus lies, or `None` with a message.
-fn corpus() -> Option<PathBuf> {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/corpus");
-    let folder = std::env::var_os("CLAYMILL_CORPUS").map_or_else(|| beside.into(), PathBuf::from);
-    if !folder.is_dir() {
-        eprintln!("skipped: no corpus at {}", folder.display());
-        return None;
-    }
-    Some(folder)
 }
 
 /// The bottle was saved with the display meshes of its faces: their area, added up from the file by McNeel's

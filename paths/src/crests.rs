@@ -3,7 +3,7 @@
 //! The raster spaces rows by the surface's slope and curvature in the middle of each triangle. Over creases,
 //! tight bends and places where a row ends early that is not the whole truth, so the rows are held against
 //! the model once more: halfway between two neighbours the ball is dropped, which tells where the surface is,
-//! and the cusp that the two leave there is measured from it.
+//! and what the two leave over that contact is measured along the normal there.
 //!
 //! ```text
 //!      a        m        b      m: exact location halfway

@@ -2,7 +2,7 @@
 //! nothing with planner and verifier beyond the kernel's closest point.
 //!
 //! ```text
-//!   toolpaths.jsonl ─┬─ form ──── clamped cubics, head to tail, level rapids
+//!   toolpaths.jsonl ─┬─ form ──── clamped cubics, head to tail, rapids across or along the axis
 //!                    └─ ball ──── points along the curves ─ closest point ─► depth, excess, clearance
 //! ```
 

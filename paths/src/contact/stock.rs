@@ -318,13 +318,12 @@ impl<'a> Stock<'a> {
         let floor = search.floor();
         self.tree.descend(x, y, self.radius_mm, floor, |item| {
             match self.triangles.get(item as usize) {
-                Some(t) => search.triangle(t, item as usize),
+                Some(t) => search.triangle(t),
                 None => search.edge(&self.edges[item as usize - self.triangles.len()]),
             }
             search.floor()
         });
-        for (index, uv) in std::mem::take(&mut search.rims) {
-            let t = &self.triangles[index];
+        for (t, uv) in std::mem::take(&mut search.rims) {
             search.subdivide(t, uv, t.p, f64::from(t.deviation_mm), 0);
         }
         search.best
@@ -346,10 +345,10 @@ struct Search<'a> {
     y: f64,
     best: Option<Location>,
     /// Triangles on rims that wait to be subdivided until the rims themselves are met: most fall below these.
-    rims: Vec<(usize, [Point2; 3])>,
+    rims: Vec<(&'a Triangle, [Point2; 3])>,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
     fn floor(&self) -> f64 {
         self.best.map_or(f64::NEG_INFINITY, |b| b.centre.z + CONTACT_EPSILON_MM)
     }
@@ -372,7 +371,7 @@ impl Search<'_> {
         polished
     }
 
-    fn triangle(&mut self, t: &Triangle, index: usize) {
+    fn triangle(&mut self, t: &'a Triangle) {
         let delta = f64::from(t.deviation_mm);
         let (r, floor) = (self.stock.radius_mm, self.floor());
         if box_height(&t.p, self.x, self.y, r + delta) <= floor {
@@ -409,7 +408,7 @@ impl Search<'_> {
         };
         match (proven, t.rimmed) {
             (true, _) => {}
-            (false, true) => self.rims.push((index, uv)),
+            (false, true) => self.rims.push((t, uv)),
             (false, false) => self.subdivide(t, uv, t.p, delta, 0),
         }
     }

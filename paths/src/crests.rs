@@ -18,7 +18,8 @@ use claymill_nurbs::{FaceId, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::contact::{Location, Stock, Support};
-use crate::profile::{Chain, Line, STEEPEST_NZ};
+use crate::guide::Guide;
+use crate::profile::{Chain, STEEPEST_NZ};
 use crate::raster::{Raster, Row};
 
 /// Neighbouring rows are not parted further below this share of the flat step-over.
@@ -29,8 +30,8 @@ const CLOSEST: f64 = 0.08;
 pub(crate) struct Laid {
     /// Position across the rows.
     pub(crate) q: f64,
-    /// The line that the row runs over.
-    pub(crate) line: Line,
+    /// What the row runs over.
+    pub(crate) guide: Guide,
     /// Its exact path; gaps between chains are not cut.
     pub(crate) chains: Vec<Chain>,
     /// Laid since the crests were last looked at.
@@ -53,8 +54,8 @@ impl Laid {
         let chain = self.chains.iter().find(holds)?;
         let profile = chain.iter().find(|p| s <= p.end().s)?;
         let (z, slope) = profile.at(s);
-        let [x, y] = self.line.at(s);
-        let [ex, ey] = self.line.direction;
+        let [x, y] = self.guide.at(s);
+        let [ex, ey] = self.guide.direction(s);
         Some(OnRow {
             centre: Point3::new(x, y, z),
             feed: Vector3::new(ex, ey, slope).normalize(),
@@ -74,7 +75,7 @@ pub(crate) fn missing_rows(
     raster: &Raster,
     laid: &[Laid],
     scallop_mm: f64,
-    line: impl Fn(f64) -> Line + Sync,
+    guide: impl Fn(f64) -> Guide + Sync,
     claimed: impl Fn(FaceId, Option<Point2>) -> bool + Sync,
 ) -> Vec<Row> {
     let closest_mm = CLOSEST * crate::step_over::flat_mm(stock.radius_mm(), scallop_mm);
@@ -95,12 +96,12 @@ pub(crate) fn missing_rows(
                 && b.q - a.q > 2.0 * closest_mm
                 && let Some(q) = raster.claimed_between(column, a.q, b.q)
             {
-                let [x, y] = line(q).at(s);
+                let [x, y] = guide(q).at(s);
                 let m = stock.drop(x, y, near.as_ref());
                 near = m.or(near);
                 if m.is_some_and(|m| {
                     m.normal.z >= STEEPEST_NZ
-                        && left_mm(&a, &b, &m, &line(q), stock.radius_mm()) > scallop_mm
+                        && left_mm(&a, &b, &m, guide(q).direction(s), stock.radius_mm()) > scallop_mm
                         && on_part(&a, &b, &m)
                 }) {
                     found.push((q, column));
@@ -122,8 +123,7 @@ pub(crate) fn missing_rows(
 }
 
 /// What the balls that pass at `a` and `b` leave over `m`'s contact, along the normal there.
-fn left_mm(a: &OnRow, b: &OnRow, m: &Location, line: &Line, radius_mm: f64) -> f64 {
-    let [ex, ey] = line.direction;
+fn left_mm(a: &OnRow, b: &OnRow, m: &Location, [ex, ey]: [f64; 2], radius_mm: f64) -> f64 {
     let feed = Vector3::new(ex, ey, m.slope(ex, ey)).normalize();
     let contact = m.centre - m.normal * radius_mm;
     let by = |p: &OnRow| {
@@ -144,6 +144,7 @@ mod tests {
 
     use super::*;
     use crate::contact::FlatPart;
+    use crate::guide::Line;
     use crate::profile::follow;
     use crate::raster::Patch;
     use crate::{Frame, Orientation};
@@ -171,17 +172,17 @@ mod tests {
         let corners = [[0.0, 0.0], [200.0, 0.0], [200.0, 40.0 * cosine], [0.0, 40.0 * cosine]];
         let patch = |k: [usize; 3]| Patch { corners: k.map(|i| corners[i]), distance_mm: 2.8 };
         let raster = Raster::new(&[patch([0, 1, 2]), patch([0, 2, 3])], 1.4).unwrap();
-        let line = |q: f64| Line { origin: [0.0, q], direction: [1.0, 0.0] };
+        let guide = |q: f64| Guide::Straight(Line { origin: [0.0, q], direction: [1.0, 0.0] });
         let laid: Vec<Laid> = at
             .iter()
             .map(|&q| Laid {
                 q,
-                line: line(q),
-                chains: follow(&stock, &line(q), 1.0, 199.0).chains,
+                guide: guide(q),
+                chains: follow(&stock, &guide(q), 1.0, 199.0).chains,
                 fresh: true,
             })
             .collect();
-        let rows = missing_rows(&stock, &raster, &laid, SCALLOP_MM, line, |_, _| true);
+        let rows = missing_rows(&stock, &raster, &laid, SCALLOP_MM, guide, |_, _| true);
         for row in &rows {
             let [(from, to)] = row.stretches[..] else { panic!("{row:?}") };
             assert!(from < 4.0 && to > 196.0, "{row:?}");

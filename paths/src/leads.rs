@@ -14,8 +14,9 @@
 use claymill_nurbs::Point3;
 use claymill_toolpath::{Move, MoveKind, round_to_written};
 
+use crate::guide::{Guide, Line};
 use crate::part::{CLEARANCE_MM, SetupContext};
-use crate::profile::{Line, follow};
+use crate::profile::follow;
 
 /// Rapids up and down keep this far away from walls, seen in so many directions, mm.
 const ASIDE_MM: f64 = 2.0;
@@ -96,8 +97,9 @@ impl SetupContext<'_> {
     fn is_clear(&self, place: &Point3, at: &Point3) -> bool {
         let (way, radius) = ((place - at).xy(), self.stock.radius_mm());
         let length = way.norm();
-        let line = Line { origin: [at.x, at.y], direction: [way.x / length, way.y / length] };
-        let followed = follow(self.stock, &line, 0.0, length);
+        let guide =
+            Guide::Straight(Line { origin: [at.x, at.y], direction: [way.x / length, way.y / length] });
+        let followed = follow(self.stock, &guide, 0.0, length);
         let Some((first, last)) = followed.chains.first().zip(followed.chains.last()) else {
             return false;
         };

@@ -26,6 +26,7 @@ mod banded;
 mod contact;
 mod crests;
 mod frame;
+mod guide;
 mod heights;
 mod leads;
 mod order;

@@ -6,12 +6,13 @@ use rayon::prelude::*;
 
 use crate::contact::{FlatPart, Stock};
 use crate::crests::{Laid, missing_rows};
+use crate::guide::{Guide, Line};
 use crate::heights::Heights;
 use crate::order::{Ends, Turn, order};
-use crate::profile::{Chain, Line, follow};
+use crate::profile::{Chain, follow};
 use crate::raster::{Patch, Raster, Row};
 use crate::reach::Fate;
-use crate::refit::{Fit, Written, fit};
+use crate::refit::{Fit, Over, fit};
 use crate::step_over::row_distance_mm;
 use crate::{Feeds, Frame, RowsAlong};
 
@@ -60,25 +61,6 @@ pub(crate) struct Part {
 /// The curves of one pass, in order.
 struct Pass {
     curves: Vec<Curve3>,
-}
-
-/// A line's drive plane in the setup, written in model coordinates.
-struct DrivePlane<'a> {
-    frame: &'a Frame,
-    line: Line,
-    radius_mm: f64,
-}
-
-impl Written for DrivePlane<'_> {
-    fn tip(&self, s: f64, z: f64) -> Point3 {
-        let [x, y] = self.line.at(s);
-        self.frame.to_model(&Point3::new(x, y, z - self.radius_mm))
-    }
-
-    fn drive_plane(&self, tip: &Point3) -> (f64, f64) {
-        let p = self.frame.to_setup(tip);
-        (self.line.along(p.x, p.y), p.z + self.radius_mm)
-    }
 }
 
 impl SetupContext<'_> {
@@ -179,7 +161,7 @@ impl SetupContext<'_> {
                 raster,
                 &laid,
                 TOO_HIGH * self.scallop_mm,
-                |q| line(along, q),
+                |q| row_guide(along, q),
                 |face, at| self.claims(face, at, fates),
             );
             if rows.is_empty() {
@@ -205,10 +187,10 @@ impl SetupContext<'_> {
     }
 
     fn follow_row(&self, row: &Row, along: RowsAlong) -> (Laid, u64) {
-        let mut laid = Laid { q: row.q, line: line(along, row.q), chains: Vec::new(), fresh: true };
+        let mut laid = Laid { q: row.q, guide: row_guide(along, row.q), chains: Vec::new(), fresh: true };
         let mut lifted = 0;
         for &(s0, s1) in &row.stretches {
-            let followed = follow(self.stock, &laid.line, s0, s1);
+            let followed = follow(self.stock, &laid.guide, s0, s1);
             lifted += followed.lifted;
             laid.chains.extend(followed.chains);
         }
@@ -217,14 +199,14 @@ impl SetupContext<'_> {
     }
 
     fn fit_row(&self, row: &Laid) -> Vec<Pass> {
-        row.chains.iter().filter_map(|chain| self.fit_chain(chain, &row.line)).collect()
+        row.chains.iter().filter_map(|chain| self.fit_chain(chain, &row.guide)).collect()
     }
 
     /// Fits a chain: the curves of one pass, end to end; `None` when nothing is left in the written digits.
-    fn fit_chain(&self, chain: &Chain, line: &Line) -> Option<Pass> {
-        let plane = DrivePlane { frame: &self.frame, line: *line, radius_mm: self.stock.radius_mm() };
+    fn fit_chain(&self, chain: &Chain, guide: &Guide) -> Option<Pass> {
+        let over = Over { guide, frame: &self.frame, radius_mm: self.stock.radius_mm() };
         let mut curves: Vec<Curve3> = Vec::new();
-        for Fit { mut curve, .. } in chain.iter().flat_map(|profile| fit(profile, &plane)) {
+        for Fit { mut curve, .. } in chain.iter().flat_map(|profile| fit(profile, &over)) {
             join(curves.last_mut(), &mut curve);
             curves.push(curve);
         }
@@ -290,8 +272,8 @@ impl SetupContext<'_> {
             return ((b - a).norm() < 0.05)
                 .then(|| vec![Move::straight(MoveKind::Link, from, to, axis, feed)]);
         }
-        let line = Line { origin: [a.x, a.y], direction: [dx / length, dy / length] };
-        let followed = follow(self.stock, &line, 0.0, length);
+        let guide = Guide::Straight(Line { origin: [a.x, a.y], direction: [dx / length, dy / length] });
+        let followed = follow(self.stock, &guide, 0.0, length);
         let [chain] = followed.chains.as_slice() else {
             return None;
         };
@@ -300,7 +282,7 @@ impl SetupContext<'_> {
         if !whole || path_mm > self.retract_mm(from, to) {
             return None;
         }
-        let mut curves = self.fit_chain(chain, &line)?.curves;
+        let mut curves = self.fit_chain(chain, &guide)?.curves;
         let last = curves.len() - 1;
         move_end(&mut curves[0], false, from);
         move_end(&mut curves[last], true, to);
@@ -345,12 +327,12 @@ impl Pass {
     }
 }
 
-/// The line of a row.
-fn line(along: RowsAlong, q: f64) -> Line {
-    match along {
+/// The guide of a straight row.
+fn row_guide(along: RowsAlong, q: f64) -> Guide {
+    Guide::Straight(match along {
         RowsAlong::X => Line { origin: [0.0, q], direction: [1.0, 0.0] },
         RowsAlong::Y => Line { origin: [q, 0.0], direction: [0.0, 1.0] },
-    }
+    })
 }
 
 /// Reversing mirrors the knots; rounding them again keeps the written digits.

@@ -1,8 +1,9 @@
-use claymill_nurbs::FaceId;
+use claymill_nurbs::{FaceId, Vector3};
 
 use crate::contact::{Location, Stock, Support};
+use crate::guide::Guide;
 
-/// Samples along a line are at most this far apart, mm along the profile; a location halfway between each
+/// Samples along a guide are at most this far apart, mm along the profile; a location halfway between each
 /// two is checked too. A bump of the locations' surface is at least a ball wide at its foot, so one that hides
 /// between checks is lower than (¼ mm)² / 2R.
 const STRIDE_MM: f64 = 1.0;
@@ -17,41 +18,26 @@ const NARROWEST_MM: f64 = 1e-4;
 /// well enough for any way of interpolating between them.
 const SHARPEST_TURN: f64 = 0.12;
 const CLOSEST_MM: f64 = 0.01;
-/// Where a line ends is narrowed down to this, mm.
+/// Where a pass ends is narrowed down to this, mm.
 const END_MM: f64 = 0.05;
 /// Tangents that turn by more than this between two sides of a corner make a break, degrees.
 const CORNER_DEG: f64 = 2.0;
-/// Steeper than this (`n·axis` of the contact normal) a line ends: the ball's side would cut.
+/// Steeper than this (`n·axis` of the contact normal) a pass ends: the ball's side would cut.
 pub(crate) const STEEPEST_NZ: f64 = 0.12;
 
-/// A horizontal line in the setup: `origin + s·direction`.
+/// A point of a profile: height of the ball's centre over the guide, with its slope.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Line {
-    pub(crate) origin: [f64; 2],
-    pub(crate) direction: [f64; 2],
-}
-
-impl Line {
-    pub(crate) fn at(&self, s: f64) -> [f64; 2] {
-        [0, 1].map(|k| self.origin[k] + s * self.direction[k])
-    }
-
-    pub(crate) fn along(&self, x: f64, y: f64) -> f64 {
-        (x - self.origin[0]) * self.direction[0] + (y - self.origin[1]) * self.direction[1]
-    }
-}
-
-/// A point of a profile: height of the ball's centre over the line, with its slope.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Sample {
     pub(crate) s: f64,
     pub(crate) z: f64,
     pub(crate) slope: f64,
+    /// Unit vector in which the pass is raised to stay clear; see [`Guide::lift`].
+    pub(crate) lift: Vector3,
     /// The face whose inside carries the ball.
     pub(crate) face: Option<FaceId>,
 }
 
-/// A smooth stretch of the exact path of the ball's centre over a line: heights are exact at the samples and
+/// A smooth stretch of the exact path of the ball's centre over a guide: heights are exact at the samples and
 /// within [`HERMITE_MM`] between them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Profile {
@@ -61,7 +47,7 @@ pub(crate) struct Profile {
 /// Smooth stretches that join end to end at corners.
 pub(crate) type Chain = Vec<Profile>;
 
-/// What [`follow`] found over a line.
+/// What [`follow`] found over a guide.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Followed {
     /// The chains, in order.
@@ -75,6 +61,22 @@ impl Profile {
     pub(crate) fn at(&self, s: f64) -> (f64, f64) {
         let i = self.samples.partition_point(|p| p.s <= s).clamp(1, self.samples.len() - 1);
         hermite(&self.samples[i - 1], &self.samples[i], s)
+    }
+
+    /// Height, slope and direction of lift at `s`; beyond the ends the profile goes on straight.
+    pub(crate) fn lifted_at(&self, s: f64, guide: &Guide) -> (f64, Vector3) {
+        let beyond = |end: Sample| (end.z + end.slope * (s - end.s), end.lift);
+        if s <= self.start().s {
+            return beyond(self.start());
+        }
+        if s >= self.end().s {
+            return beyond(self.end());
+        }
+        let i = self.samples.partition_point(|p| p.s <= s).clamp(1, self.samples.len() - 1);
+        let (a, b) = (&self.samples[i - 1], &self.samples[i]);
+        let (z, slope) = hermite(a, b, s);
+        let between = a.lift + (b.lift - a.lift) * ((s - a.s) / (b.s - a.s));
+        (z, guide.lift(slope, &between.normalize()))
     }
 
     /// The face whose inside carries the ball at both ends of the interval around `s`.
@@ -117,17 +119,17 @@ fn hermite(a: &Sample, b: &Sample, s: f64) -> (f64, f64) {
     (z, slope)
 }
 
-/// Drops the ball along `line` from `s0` to `s1` and returns the chains of the exact profile. A chain ends
+/// Drops the ball along `guide` from `s0` to `s1` and returns the chains of the exact profile. A chain ends
 /// where nothing is below, where the contact becomes steep, and where the height jumps.
-pub(crate) fn follow(stock: &Stock, line: &Line, s0: f64, s1: f64) -> Followed {
-    let mut walk = Walk { stock, line, chains: Vec::new(), lifted: 0, near: None };
+pub(crate) fn follow(stock: &Stock, guide: &Guide, s0: f64, s1: f64) -> Followed {
+    let mut walk = Walk { stock, guide, chains: Vec::new(), lifted: 0, near: None };
     let mut here = walk.sample(s0);
     if let Some(a) = here {
         walk.begin(a);
     }
     let mut s = s0;
     while s < s1 {
-        // The stride is along the profile: steep ground needs smaller steps on the line.
+        // The stride is along the profile: steep ground needs smaller steps on the guide.
         let step = here.map_or(STRIDE_MM, |a| STRIDE_MM / (1.0 + a.slope * a.slope).sqrt());
         let next = if s + 1.5 * step >= s1 { s1 } else { s + step };
         let there = walk.sample(next);
@@ -144,7 +146,7 @@ pub(crate) fn follow(stock: &Stock, line: &Line, s0: f64, s1: f64) -> Followed {
 
 struct Walk<'a> {
     stock: &'a Stock<'a>,
-    line: &'a Line,
+    guide: &'a Guide,
     chains: Vec<Chain>,
     lifted: u64,
     near: Option<Location>,
@@ -152,7 +154,7 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     fn drop(&mut self, s: f64) -> Option<Location> {
-        let [x, y] = self.line.at(s);
+        let [x, y] = self.guide.at(s);
         let location = self.stock.drop(x, y, self.near.as_ref())?;
         self.near = Some(location);
         Some(location)
@@ -163,7 +165,7 @@ impl Walk<'_> {
         if location.normal.z < STEEPEST_NZ {
             return None;
         }
-        let [ex, ey] = self.line.direction;
+        let [ex, ey] = self.guide.direction(s);
         let (z, mut slope) = (location.centre.z, location.slope(ex, ey));
         let face = match location.support {
             Support::Face { .. } => Some(location.face),
@@ -177,7 +179,7 @@ impl Walk<'_> {
                 None
             }
         };
-        Some(Sample { s, z, slope, face })
+        Some(Sample { s, z, slope, lift: self.guide.lift(slope, &location.normal), face })
     }
 
     fn begin(&mut self, first: Sample) {
@@ -235,9 +237,9 @@ impl Walk<'_> {
         let meet = (b.z - a.z + a.slope * a.s - b.slope * b.s) / (a.slope - b.slope);
         let s = if meet > a.s && meet < b.s { meet } else { 0.5 * (a.s + b.s) };
         let z = (a.z + a.slope * (s - a.s)).max(b.z + b.slope * (s - b.s));
-        self.push(Sample { s, z, slope: a.slope, face: None });
+        self.push(Sample { s, z, face: None, ..a });
         if let Some(chain) = self.chains.last_mut() {
-            chain.push(Profile { samples: vec![Sample { s, z, slope: b.slope, face: None }, b] });
+            chain.push(Profile { samples: vec![Sample { s, z, face: None, ..b }, b] });
         }
     }
 

@@ -1,8 +1,10 @@
-use claymill_nurbs::{Curve3, KnotVector, Point2, Point3};
+use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
 use claymill_toolpath::{WRITTEN_STEP_MM, round_to_written};
 
+use crate::Frame;
 use crate::banded::solve_banded;
-use crate::profile::Profile;
+use crate::guide::Guide;
+use crate::profile::{Profile, Sample};
 
 /// Passes are fitted this far above the exact locations, so that the fit cannot gouge, mm.
 pub const FIT_BIAS_MM: f64 = 2.3e-3;
@@ -19,14 +21,28 @@ const ROUNDS: usize = 12;
 const DATA_PER_SPAN: usize = 8;
 const DATA_MM: f64 = 0.5;
 const LONGEST_SPAN_MM: f64 = 400.0;
+/// Beside its guide a pass slides along the surface of ball centres, which is harmless: so much of it counts.
+const ASIDE_SHARE: f64 = 0.25;
 /// The written error is checked at points this far apart, mm, and at least eight a span.
 const CHECK_MM: f64 = 0.25;
 
-/// Maps a point of the drive plane (position on the line, height of the ball's centre) to the tip in model
-/// coordinates and back.
-pub(crate) trait Written {
-    fn tip(&self, s: f64, z: f64) -> Point3;
-    fn drive_plane(&self, tip: &Point3) -> (f64, f64);
+/// The places that a profile is about, and how they are written.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Over<'a> {
+    pub(crate) guide: &'a Guide,
+    pub(crate) frame: &'a Frame,
+    pub(crate) radius_mm: f64,
+}
+
+impl Over<'_> {
+    fn tip(&self, centre: &Point3) -> Point3 {
+        self.frame.to_model(&Point3::new(centre.x, centre.y, centre.z - self.radius_mm)).map(round_to_written)
+    }
+
+    fn centre(&self, tip: &Point3) -> Point3 {
+        let p = self.frame.to_setup(tip);
+        Point3::new(p.x, p.y, p.z + self.radius_mm)
+    }
 }
 
 /// A fitted stretch.
@@ -38,25 +54,29 @@ pub(crate) struct Fit {
     pub(crate) error_mm: (f64, f64),
 }
 
-/// The biased path by arc length: position, height and unit tangent.
+/// The biased path by arc length: position and unit tangent.
 struct Target {
     t: Vec<f64>,
-    p: Vec<Point2>,
-    angle: Vec<f64>,
+    p: Vec<Point3>,
+    tangent: Vec<Vector3>,
 }
 
 impl Target {
-    fn new(profile: &Profile) -> Self {
-        let angle: Vec<f64> = profile.samples.iter().map(|q| q.slope.atan()).collect();
-        let lift = |(q, a): (&crate::profile::Sample, &f64)| {
-            Point2::new(q.s - a.sin() * FIT_BIAS_MM, q.z + a.cos() * FIT_BIAS_MM)
+    fn new(profile: &Profile, guide: &Guide) -> Self {
+        let biased = |q: &Sample| {
+            let [x, y] = guide.at(q.s);
+            Point3::new(x, y, q.z) + q.lift * FIT_BIAS_MM
         };
-        let p: Vec<Point2> = profile.samples.iter().zip(&angle).map(lift).collect();
+        let p: Vec<Point3> = profile.samples.iter().map(biased).collect();
+        let tangent = |q: &Sample| {
+            let [ex, ey] = guide.direction(q.s);
+            Vector3::new(ex, ey, q.slope).normalize()
+        };
         let mut t = vec![0.0; p.len()];
         for i in 1..p.len() {
             t[i] = t[i - 1] + (p[i] - p[i - 1]).norm();
         }
-        Target { t, p, angle }
+        Target { t, p, tangent: profile.samples.iter().map(tangent).collect() }
     }
 
     fn length(&self) -> f64 {
@@ -64,7 +84,7 @@ impl Target {
     }
 
     /// Position by cubic Hermite interpolation in arc length.
-    fn at(&self, t: f64) -> Point2 {
+    fn at(&self, t: f64) -> Point3 {
         let i = self.t.partition_point(|&k| k <= t).clamp(1, self.t.len() - 1);
         let h = self.t[i] - self.t[i - 1];
         if h <= 0.0 {
@@ -72,8 +92,8 @@ impl Target {
         }
         let x = (t - self.t[i - 1]) / h;
         let (x2, x3) = (x * x, x * x * x);
-        let tangent = |k: usize| nalgebra::Vector2::new(self.angle[k].cos(), self.angle[k].sin()) * h;
-        Point2::from(
+        let tangent = |k: usize| self.tangent[k] * h;
+        Point3::from(
             self.p[i - 1].coords * (2.0 * x3 - 3.0 * x2 + 1.0)
                 + tangent(i - 1) * (x3 - 2.0 * x2 + x)
                 + self.p[i].coords * (3.0 * x2 - 2.0 * x3)
@@ -81,15 +101,15 @@ impl Target {
         )
     }
 
-    fn angle_at(&self, t: f64) -> f64 {
+    fn tangent_at(&self, t: f64) -> Vector3 {
         let i = self.t.partition_point(|&k| k <= t).clamp(1, self.t.len() - 1);
         let h = self.t[i] - self.t[i - 1];
         let x = if h > 0.0 { (t - self.t[i - 1]) / h } else { 0.0 };
-        self.angle[i - 1] * (1.0 - x) + self.angle[i] * x
+        self.tangent[i - 1] * (1.0 - x) + self.tangent[i] * x
     }
 
     /// First knots: spans of length `(384 ε / |f⁗|)^¼` (geometry.md §7.3), with `f⁗` from third
-    /// differences of the tangent's angle.
+    /// differences of the tangent.
     fn first_breaks(&self, length: f64) -> Vec<f64> {
         let cells = ((length / 2.0).ceil() as usize).clamp(4, 4000);
         let step = (length / 8.0).min(4.0);
@@ -97,8 +117,8 @@ impl Target {
         for i in 0..cells {
             let t = (i as f64 + 0.5) / cells as f64 * length;
             let middle = t.clamp(1.5 * step, length - 1.5 * step);
-            let a = [-1.5, -0.5, 0.5, 1.5].map(|k| self.angle_at(middle + k * step));
-            let fourth = (a[3] - 3.0 * a[2] + 3.0 * a[1] - a[0]).abs() / step.powi(3);
+            let a = [-1.5, -0.5, 0.5, 1.5].map(|k| self.tangent_at(middle + k * step));
+            let fourth = (a[3] - a[2] * 3.0 + a[1] * 3.0 - a[0]).norm() / step.powi(3);
             let density = (fourth / (384.0 * AIM_MM)).powf(0.25).max(1.0 / LONGEST_SPAN_MM);
             sums.push(sums[i] + density * length / cells as f64);
         }
@@ -120,34 +140,34 @@ impl Target {
 /// Fits a smooth stretch by as few curves as can be: one, unless it resists (see [`fit_one`]); then it is
 /// halved, in the end into straight pieces between neighbouring samples, lifted clear of the exact locations.
 /// Stretches below the written digits vanish.
-pub(crate) fn fit(profile: &Profile, written: &impl Written) -> Vec<Fit> {
-    if let Some(whole) = fit_one(profile, written) {
+pub(crate) fn fit(profile: &Profile, over: &Over) -> Vec<Fit> {
+    if let Some(whole) = fit_one(profile, over) {
         return vec![whole];
     }
     let count = profile.samples.len();
     if count <= 2 {
-        return straight(profile, written).into_iter().collect();
+        return straight(profile, over).into_iter().collect();
     }
-    let half = |samples: &[crate::profile::Sample]| fit(&Profile { samples: samples.to_vec() }, written);
+    let half = |samples: &[Sample]| fit(&Profile { samples: samples.to_vec() }, over);
     let mut parts = half(&profile.samples[..=count / 2]);
     parts.extend(half(&profile.samples[count / 2..]));
     parts
 }
 
 /// The straight piece between the ends, raised until it is on the safe side.
-fn straight(profile: &Profile, written: &impl Written) -> Option<Fit> {
-    let target = Target::new(profile);
+fn straight(profile: &Profile, over: &Over) -> Option<Fit> {
+    let target = Target::new(profile, over.guide);
     let breaks = [0.0, round_to_written(target.length())];
     if breaks[1] < SHORTEST_MM {
         return None;
     }
     let (a, b) = (target.p[0], target.p[1]);
     let line = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|x| a + (b - a) * x);
-    let curve = round(&line, &breaks, written)?;
-    let low = span_errors(&curve, &breaks, profile, written)[0].0;
-    let raised = line.map(|p| Point2::new(p.x, p.y + (FIT_BIAS_MM - low).max(0.0)));
-    let curve = round(&raised, &breaks, written)?;
-    let error_mm = span_errors(&curve, &breaks, profile, written)[0];
+    let curve = round(&line, &breaks, over)?;
+    let low = span_errors(&curve, &breaks, profile, over)[0].0;
+    let raised = line.map(|p| Point3::new(p.x, p.y, p.z + (FIT_BIAS_MM - low).max(0.0)));
+    let curve = round(&raised, &breaks, over)?;
+    let error_mm = span_errors(&curve, &breaks, profile, over)[0];
     Some(Fit { curve, error_mm })
 }
 
@@ -155,8 +175,8 @@ fn straight(profile: &Profile, written: &impl Written) -> Option<Fit> {
 /// arc length, spans split where the error is too large, rounded to the written digits, then measured again.
 ///
 /// `None` when the stretch is shorter than the written digits can show, or does not come within tolerance.
-fn fit_one(profile: &Profile, written: &impl Written) -> Option<Fit> {
-    let target = Target::new(profile);
+fn fit_one(profile: &Profile, over: &Over) -> Option<Fit> {
+    let target = Target::new(profile, over.guide);
     let length = round_to_written(target.length());
     if length < SHORTEST_MM {
         return None;
@@ -164,8 +184,8 @@ fn fit_one(profile: &Profile, written: &impl Written) -> Option<Fit> {
     let mut breaks = target.first_breaks(length);
     for _ in 0..ROUNDS {
         let points = least_squares(&target, &breaks, length)?;
-        let curve = round(&points, &breaks, written)?;
-        let errors = span_errors(&curve, &breaks, profile, written);
+        let curve = round(&points, &breaks, over)?;
+        let errors = span_errors(&curve, &breaks, profile, over);
         let worst = |e: &(f64, f64)| (FIT_BIAS_MM - e.0).max(e.1 - FIT_BIAS_MM);
         if errors.iter().all(|e| worst(e) <= FIT_TOLERANCE_MM) {
             let low = errors.iter().map(|e| e.0).fold(f64::INFINITY, f64::min);
@@ -201,14 +221,14 @@ fn knot_vector(breaks: &[f64]) -> Option<KnotVector> {
 
 /// Control points of the least-squares cubic whose ends are the target's ends. Normal equations are banded
 /// (half bandwidth 3).
-fn least_squares(target: &Target, breaks: &[f64], length: f64) -> Option<Vec<Point2>> {
+fn least_squares(target: &Target, breaks: &[f64], length: f64) -> Option<Vec<Point3>> {
     let knots = knot_vector(breaks)?;
     let n = knots.point_count();
     let scale = target.length() / length;
     let (first, last) = (target.p[0], target.p[target.p.len() - 1]);
     let inner = n - 2;
     let mut a = vec![[0.0; DEGREE + 1]; inner];
-    let mut b = vec![[0.0; 2]; inner];
+    let mut b = vec![[0.0; 3]; inner];
     for span in breaks.windows(2) {
         let width = span[1] - span[0];
         let count = ((width / DATA_MM).ceil() as usize).max(DATA_PER_SPAN);
@@ -231,6 +251,7 @@ fn least_squares(target: &Target, breaks: &[f64], length: f64) -> Option<Vec<Poi
                 }
                 b[row - 1][0] += weight * wi * rest.x;
                 b[row - 1][1] += weight * wi * rest.y;
+                b[row - 1][2] += weight * wi * rest.z;
                 for (j, &wj) in values.iter().enumerate().skip(i) {
                     if start + j < n - 1 {
                         a[row - 1][j - i] += weight * wi * wj;
@@ -240,36 +261,33 @@ fn least_squares(target: &Target, breaks: &[f64], length: f64) -> Option<Vec<Poi
         }
     }
     solve_banded(&mut a, &mut b)?;
-    let middle = b.into_iter().map(|[x, y]| Point2::new(x, y));
+    let middle = b.into_iter().map(Point3::from);
     Some(std::iter::once(first).chain(middle).chain(std::iter::once(last)).collect())
 }
 
-fn round(points: &[Point2], breaks: &[f64], written: &impl Written) -> Option<Curve3> {
-    let tips = points.iter().map(|p| written.tip(p.x, p.y).map(round_to_written)).collect();
+fn round(points: &[Point3], breaks: &[f64], over: &Over) -> Option<Curve3> {
+    let tips = points.iter().map(|p| over.tip(p)).collect();
     Curve3::new(knot_vector(breaks)?, tips, None).ok()
 }
 
 /// Lowest and highest distance of the written curve from the exact profile, span by span, along the
-/// profile's normal. Points beyond the profile's ends are compared with its end tangents.
-fn span_errors(curve: &Curve3, breaks: &[f64], profile: &Profile, written: &impl Written) -> Vec<(f64, f64)> {
-    let (first, last) = (profile.start(), profile.end());
+/// direction of lift. Points beyond the profile's ends are compared with its end tangents.
+fn span_errors(curve: &Curve3, breaks: &[f64], profile: &Profile, over: &Over) -> Vec<(f64, f64)> {
+    let mut near = profile.start().s;
     breaks
         .windows(2)
         .map(|span| {
             let count = (((span[1] - span[0]) / CHECK_MM).ceil() as usize).max(8);
             let mut range = (f64::INFINITY, f64::NEG_INFINITY);
             for k in 0..=count {
-                let t = span[0] + (span[1] - span[0]) * k as f64 / count as f64;
-                let (s, z) = written.drive_plane(&curve.point(t));
-                let (exact, slope) = if s <= first.s {
-                    (first.z + first.slope * (s - first.s), first.slope)
-                } else if s >= last.s {
-                    (last.z + last.slope * (s - last.s), last.slope)
-                } else {
-                    profile.at(s)
-                };
-                let e = (z - exact) / (1.0 + slope * slope).sqrt();
-                range = (range.0.min(e), range.1.max(e));
+                let c = over.centre(&curve.point(span[0] + (span[1] - span[0]) * k as f64 / count as f64));
+                near = over.guide.nearest(c.x, c.y, near);
+                let [x, y] = over.guide.at(near);
+                let (z, lift) = profile.lifted_at(near, over.guide);
+                let off = c - Point3::new(x, y, z);
+                let e = off.dot(&lift);
+                let aside = ASIDE_SHARE * off.xy().norm();
+                range = (range.0.min(e).min(FIT_BIAS_MM - aside), range.1.max(e).max(FIT_BIAS_MM + aside));
             }
             range
         })
@@ -279,18 +297,21 @@ fn span_errors(curve: &Curve3, breaks: &[f64], profile: &Profile, written: &impl
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::profile::Sample;
+    use crate::Orientation;
+    use crate::guide::Line;
 
-    struct Plain;
+    const ALONG_X: Guide = Guide::Straight(Line { origin: [0.0, 0.0], direction: [1.0, 0.0] });
 
-    impl Written for Plain {
-        fn tip(&self, s: f64, z: f64) -> Point3 {
-            Point3::new(s, 0.0, z)
-        }
+    fn top() -> Frame {
+        Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0]
+    }
 
-        fn drive_plane(&self, tip: &Point3) -> (f64, f64) {
-            (tip.x, tip.z)
-        }
+    fn sample(s: f64, z: f64, slope: f64) -> Sample {
+        Sample { s, z, slope, lift: ALONG_X.lift(slope, &Vector3::z()), face: None }
+    }
+
+    fn fit_along_x(profile: &Profile) -> Fit {
+        fit_one(profile, &Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0 }).unwrap()
     }
 
     fn sampled(from: f64, to: f64, f: impl Fn(f64) -> (f64, f64)) -> Profile {
@@ -298,14 +319,14 @@ mod tests {
         let at = |i: usize| {
             let s = from + (to - from) * i as f64 / count as f64;
             let (z, slope) = f(s);
-            Sample { s, z, slope, face: None }
+            sample(s, z, slope)
         };
         Profile { samples: (0..=count).map(at).collect() }
     }
 
     #[test]
     fn a_straight_pass_needs_four_control_points() {
-        let fit = fit_one(&sampled(0.0, 300.0, |s| (2.0 + 0.25 * s, 0.25)), &Plain).unwrap();
+        let fit = fit_along_x(&sampled(0.0, 300.0, |s| (2.0 + 0.25 * s, 0.25)));
         assert_eq!(fit.curve.points().len(), 4);
         assert!(fit.error_mm.0 > 0.0 && fit.error_mm.1 < 5e-3, "{:?}", fit.error_mm);
     }
@@ -315,7 +336,7 @@ mod tests {
         for radius in [100.0f64, 1000.0, 4000.0] {
             let half = 0.35 * radius;
             let exact = |s: f64| ((radius * radius - s * s).sqrt(), -s / (radius * radius - s * s).sqrt());
-            let fit = fit_one(&sampled(-half, half, exact), &Plain).unwrap();
+            let fit = fit_along_x(&sampled(-half, half, exact));
             // An independent, denser look at the written curve.
             let (t0, t1) = fit.curve.domain();
             for i in 0..=20_000 {
@@ -332,8 +353,9 @@ mod tests {
     #[test]
     fn a_straight_piece_is_raised_above_a_bulge() {
         let ends = [(0.0, 0.1), (0.5, -0.1)];
-        let samples = ends.map(|(s, slope)| Sample { s, z: 0.0, slope, face: None }).to_vec();
-        let piece = straight(&Profile { samples }, &Plain).unwrap();
+        let samples = ends.map(|(s, slope)| sample(s, 0.0, slope)).to_vec();
+        let piece =
+            straight(&Profile { samples }, &Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0 }).unwrap();
         assert!(piece.error_mm.0 > 0.0, "{:?}", piece.error_mm);
         // The Hermite arc rises by h·slope/4 = 12.5 µm in the middle.
         approx::assert_abs_diff_eq!(piece.curve.point(0.25).z, 0.0125 + FIT_BIAS_MM, epsilon = 2e-4);
@@ -345,7 +367,7 @@ mod tests {
         let exact = |s: f64| {
             if s <= 0.0 { (0.0, 0.0) } else { (40.0 - (1600.0 - s * s).sqrt(), s / (1600.0 - s * s).sqrt()) }
         };
-        let fit = fit_one(&sampled(-100.0, 25.0, exact), &Plain).unwrap();
+        let fit = fit_along_x(&sampled(-100.0, 25.0, exact));
         assert!(fit.error_mm.0 > 0.0 && fit.error_mm.1 < 5e-3, "{:?}", fit.error_mm);
     }
 }

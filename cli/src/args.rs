@@ -164,7 +164,10 @@ pub(crate) enum PresetName {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum StrategyName {
+    /// Parallel rows over whole regions.
     Planar,
+    /// Parameter lines of every patch by itself.
+    IsoPatch,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]

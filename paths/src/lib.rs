@@ -23,20 +23,28 @@
 //! ```
 
 mod banded;
+mod claims;
 mod contact;
 mod crests;
 mod frame;
 mod guide;
 mod heights;
 mod leads;
+mod levels;
+mod near;
 mod order;
 mod part;
+mod patch_levels;
 mod plan;
+mod plan_curve;
 mod profile;
 mod raster;
 mod reach;
 mod refit;
+mod rows;
+mod spline;
 mod step_over;
+mod strategy;
 
 pub use contact::{Location, Support};
 pub use frame::{Axis, AxisError, Frame, Orientation, ParallelAxes, RowsAlong};
@@ -44,3 +52,4 @@ pub use part::CLEARANCE_MM;
 pub use plan::{Feeds, Plan, PlanError, PlanOptions, Progress, Regions, TOOL_ID, plan};
 pub use refit::{FIT_BIAS_MM, FIT_TOLERANCE_MM};
 pub use step_over::flat_mm;
+pub use strategy::Strategy;

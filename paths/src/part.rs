@@ -1,26 +1,27 @@
 //! The passes of one part: what one setup cuts of one region.
 
-use claymill_nurbs::{Curve3, FaceId, Point2, Point3};
+use claymill_nurbs::{Curve3, Model, Point3};
 use claymill_toolpath::{LengthByKind, LinkStyle, Move, MoveKind, round_to_written};
 use rayon::prelude::*;
 
+use crate::claims::Claims;
 use crate::contact::{FlatPart, Stock};
-use crate::crests::{Laid, missing_rows};
+use crate::crests::Laid;
 use crate::guide::{Guide, Line};
 use crate::heights::Heights;
+use crate::levels::Levels;
 use crate::order::{Ends, Turn, order};
+use crate::patch_levels::PatchLevels;
 use crate::profile::{Chain, follow};
-use crate::raster::{Patch, Raster, Row};
 use crate::reach::Fate;
 use crate::refit::{Fit, Over, fit};
-use crate::step_over::row_distance_mm;
-use crate::{Feeds, Frame, RowsAlong};
+use crate::{Feeds, Frame, RowsAlong, Strategy};
 
 /// Rapids across keep at least this distance above everything within the tool's radius; rapids up and down
 /// end this far above the ball's location, mm.
 pub const CLEARANCE_MM: f64 = 5.0;
 /// Passes shorter than this are left out: the neighbouring rows cover them.
-const SHORTEST_PASS_MM: f64 = 1.0;
+pub(crate) const SHORTEST_PASS_MM: f64 = 1.0;
 /// A stay-down link may be this long in lace, mm; it must also be quicker than lifting over.
 const LONGEST_LINK_MM: f64 = 250.0;
 /// One-way passes are linked down on the model only over this many flat step-overs.
@@ -28,20 +29,22 @@ const LINK_STEPS: f64 = 8.0;
 /// What the stops of a retract cost, as path length.
 const STOPS_MM: f64 = 40.0;
 /// What a turn between two passes costs, as path length, when a direction is chosen.
-const TURN_MM: f64 = 60.0;
+pub(crate) const TURN_MM: f64 = 60.0;
 
 /// A crest higher than this share of the scallop height is worth a further row.
-const TOO_HIGH: f64 = 1.03;
+pub(crate) const TOO_HIGH: f64 = 1.03;
 /// Rounds of laying rows between rows: each halves their distance.
-const ROUNDS: usize = 6;
+pub(crate) const ROUNDS: usize = 6;
 
 /// What all parts of a setup share.
 pub(crate) struct SetupContext<'a> {
+    pub(crate) model: &'a Model,
     pub(crate) flat: &'a FlatPart,
     pub(crate) frame: Frame,
     pub(crate) index: usize,
     pub(crate) stock: &'a Stock<'a>,
     pub(crate) heights: &'a Heights,
+    pub(crate) strategy: Strategy,
     pub(crate) scallop_mm: f64,
     pub(crate) link: LinkStyle,
     pub(crate) feeds: Feeds,
@@ -51,7 +54,8 @@ pub(crate) struct SetupContext<'a> {
 #[derive(Debug, Clone)]
 pub(crate) struct Part {
     pub(crate) moves: Vec<Move>,
-    pub(crate) along: RowsAlong,
+    /// Direction of straight rows.
+    pub(crate) along: Option<RowsAlong>,
     pub(crate) passes: u32,
     pub(crate) retracts: u32,
     pub(crate) length: LengthByKind,
@@ -66,8 +70,21 @@ struct Pass {
 impl SetupContext<'_> {
     /// Plans the part of the region made of `faces`; `None` when this setup cuts nothing of it.
     pub(crate) fn part(&self, faces: &[usize], fates: &[Vec<Fate>]) -> Option<Part> {
-        let (along, raster, rows) = self.rows(faces, fates)?;
-        let (laid, lifted) = self.lay(&raster, rows, along, fates);
+        let claims = Claims::new(self.flat, fates, self.index);
+        let (laid, lifted, along) = match self.strategy {
+            Strategy::Planar => {
+                let (along, raster, rows) = self.rows(faces, fates)?;
+                let (laid, lifted) = self.lay_rows(&raster, rows, along, &claims);
+                (laid, lifted, Some(along))
+            }
+            Strategy::IsoPatch => {
+                let whole = faces.iter().filter(|&&f| claims.any(f));
+                let patches: Vec<Box<dyn Levels + '_>> =
+                    whole.map(|&f| Box::new(PatchLevels::new(f, &self.model.faces[f])) as _).collect();
+                let (laid, lifted) = self.lay_levels(&patches, &claims);
+                (laid, lifted, None)
+            }
+        };
         let passes: Vec<Pass> = laid.par_iter().flat_map_iter(|row| self.fit_row(row)).collect();
         if passes.is_empty() {
             return None;
@@ -85,117 +102,6 @@ impl SetupContext<'_> {
             part.length.add(m.kind, m.length_mm());
         }
         Some(part)
-    }
-
-    /// Rows over the part in the cheaper of the two directions.
-    fn rows(&self, faces: &[usize], fates: &[Vec<Fate>]) -> Option<(RowsAlong, Raster, Vec<Row>)> {
-        let cell = (0.5 * crate::step_over::flat_mm(self.stock.radius_mm(), self.scallop_mm)).clamp(0.3, 3.0);
-        [RowsAlong::X, RowsAlong::Y]
-            .into_par_iter()
-            .filter_map(|along| {
-                let patches = self.patches(faces, fates, along);
-                let raster = Raster::new(&patches, cell)?;
-                let rows = raster.rows();
-                let cost: f64 = rows.iter().flat_map(|r| &r.stretches).map(|(a, b)| b - a + TURN_MM).sum();
-                Some((cost, along, raster, rows))
-            })
-            .collect::<Vec<_>>()
-            .into_iter()
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, along, raster, rows)| (along, raster, rows))
-    }
-
-    fn patches(&self, faces: &[usize], fates: &[Vec<Fate>], along: RowsAlong) -> Vec<Patch> {
-        let r = self.stock.radius_mm();
-        let pick = |p: &Point3| {
-            if along == RowsAlong::X { [p.x, p.y] } else { [p.y, p.x] }
-        };
-        let mut patches = Vec::new();
-        for &face in faces {
-            let mesh = &self.flat.meshes[face];
-            let surface = self.stock.surface(face);
-            // Centre of the ball that touches the surface's upper side at these parameters.
-            let centre = |uv: Point2| {
-                let (n, _) = surface.normal(uv.x, uv.y)?;
-                Some(surface.point(uv.x, uv.y) + n * (r * if n.z < 0.0 { -1.0 } else { 1.0 }))
-            };
-            for (t, fate) in mesh.triangles.iter().zip(&fates[face]) {
-                if fate.setups & (1 << self.index) == 0 {
-                    continue;
-                }
-                let uv = t.map(|i| mesh.uv[i as usize]);
-                let Some(c) = uv.map(centre).into_iter().collect::<Option<Vec<_>>>() else {
-                    continue;
-                };
-                let middle = (uv[0].coords + uv[1].coords + uv[2].coords) / 3.0;
-                let jet = surface.jet(middle.x, middle.y);
-                let Some(distance_mm) = row_distance_mm(&jet, along, r, self.scallop_mm) else {
-                    continue;
-                };
-                patches.push(Patch { corners: [pick(&c[0]), pick(&c[1]), pick(&c[2])], distance_mm });
-            }
-        }
-        patches
-    }
-
-    /// Follows the rows, and further ones between them until no crest is too high; sorted by position. Also
-    /// tells how many locations rest on a proven bound.
-    fn lay(
-        &self,
-        raster: &Raster,
-        rows: Vec<Row>,
-        along: RowsAlong,
-        fates: &[Vec<Fate>],
-    ) -> (Vec<Laid>, u64) {
-        let mut laid: Vec<Laid> = Vec::new();
-        let mut lifted = 0;
-        let mut rows = rows;
-        for _ in 0..ROUNDS {
-            let followed: Vec<(Laid, u64)> = rows.par_iter().map(|row| self.follow_row(row, along)).collect();
-            laid.iter_mut().for_each(|row| row.fresh = false);
-            lifted += followed.iter().map(|f| f.1).sum::<u64>();
-            laid.extend(followed.into_iter().map(|f| f.0).filter(|row| !row.chains.is_empty()));
-            laid.sort_by(|a, b| a.q.total_cmp(&b.q));
-            rows = missing_rows(
-                self.stock,
-                raster,
-                &laid,
-                TOO_HIGH * self.scallop_mm,
-                |q| row_guide(along, q),
-                |face, at| self.claims(face, at, fates),
-            );
-            if rows.is_empty() {
-                break;
-            }
-        }
-        (laid, lifted)
-    }
-
-    /// Whether this setup cuts a face at these parameters, or anywhere.
-    fn claims(&self, face: FaceId, at: Option<Point2>, fates: &[Vec<Fate>]) -> bool {
-        let mine = |fate: &Fate| fate.setups & (1 << self.index) != 0;
-        let Some(p) = at else {
-            return fates[face].iter().any(mine);
-        };
-        let mesh = &self.flat.meshes[face];
-        let holds = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|i| mesh.uv[i as usize] - p);
-            let turns = [a.perp(&b), b.perp(&c), c.perp(&a)];
-            turns.iter().all(|t| *t >= 0.0) || turns.iter().all(|t| *t <= 0.0)
-        };
-        mesh.triangles.iter().zip(&fates[face]).any(|(t, fate)| mine(fate) && holds(t))
-    }
-
-    fn follow_row(&self, row: &Row, along: RowsAlong) -> (Laid, u64) {
-        let mut laid = Laid { q: row.q, guide: row_guide(along, row.q), chains: Vec::new(), fresh: true };
-        let mut lifted = 0;
-        for &(s0, s1) in &row.stretches {
-            let followed = follow(self.stock, &laid.guide, s0, s1);
-            lifted += followed.lifted;
-            laid.chains.extend(followed.chains);
-        }
-        laid.chains.retain(|c| c[c.len() - 1].end().s - c[0].start().s >= SHORTEST_PASS_MM);
-        (laid, lifted)
     }
 
     fn fit_row(&self, row: &Laid) -> Vec<Pass> {
@@ -325,14 +231,6 @@ impl Pass {
             *c = reversed_from_zero(c);
         }
     }
-}
-
-/// The guide of a straight row.
-fn row_guide(along: RowsAlong, q: f64) -> Guide {
-    Guide::Straight(match along {
-        RowsAlong::X => Line { origin: [0.0, q], direction: [1.0, 0.0] },
-        RowsAlong::Y => Line { origin: [q, 0.0], direction: [0.0, 1.0] },
-    })
 }
 
 /// Reversing mirrors the knots; rounding them again keeps the written digits.

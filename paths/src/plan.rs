@@ -12,7 +12,7 @@ use crate::heights::Heights;
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
 use crate::reach::{Fate, assign};
 use crate::refit::{FIT_BIAS_MM, FIT_TOLERANCE_MM};
-use crate::{Frame, Orientation};
+use crate::{Frame, Orientation, Strategy};
 
 /// What to cut and how.
 #[derive(Debug, Clone)]
@@ -21,6 +21,8 @@ pub struct PlanOptions {
     pub tool: Tool,
     /// Scallop height, mm.
     pub scallop_mm: f64,
+    /// Where passes run.
+    pub strategy: Strategy,
     /// How passes are joined.
     pub link: LinkStyle,
     /// How the vehicle lies in its file.
@@ -162,11 +164,13 @@ pub fn plan(
     for (index, frame) in frames.iter().enumerate() {
         let heights = Heights::new(&stocks[index]);
         let context = SetupContext {
+            model,
             flat: &flat,
             frame: *frame,
             index,
             stock: &stocks[index],
             heights: &heights,
+            strategy: options.strategy,
             scallop_mm: options.scallop_mm,
             link: options.link,
             feeds: options.feeds,
@@ -336,7 +340,7 @@ impl Output {
                 region,
                 setup: name.to_owned(),
                 area_mm2: account.region_setup_mm2[region][context.index],
-                pass_direction: context.frame.direction(part.along).into(),
+                pass_direction: part.along.map(|along| context.frame.direction(along).into()),
                 passes: part.passes,
                 retracts,
                 length: LengthByKind::default(),

@@ -206,7 +206,7 @@ fn parts_for(need: f32, step: f64) -> u32 {
 }
 
 /// The row distance with the least path per advance: `Σ parts / step` over the columns; of equals the widest.
-fn cheapest_step(needs: &[f32], widest: f64) -> f64 {
+pub(crate) fn cheapest_step(needs: &[f32], widest: f64) -> f64 {
     let mut sorted: Vec<f32> = needs.iter().copied().filter(|n| n.is_finite()).collect();
     if sorted.is_empty() {
         return widest;

@@ -1,10 +1,10 @@
-use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
+use claymill_nurbs::{Curve3, Point3, Vector3};
 use claymill_toolpath::{WRITTEN_STEP_MM, round_to_written};
 
 use crate::Frame;
-use crate::banded::solve_banded;
 use crate::guide::Guide;
 use crate::profile::{Profile, Sample};
+use crate::spline::{Datum, knot_vector, least_squares};
 
 /// Passes are fitted this far above the exact locations, so that the fit cannot gouge, mm.
 pub const FIT_BIAS_MM: f64 = 2.3e-3;
@@ -15,7 +15,6 @@ pub const FIT_TOLERANCE_MM: f64 = 2.1e-3;
 const AIM_MM: f64 = FIT_TOLERANCE_MM - 2.0 * WRITTEN_STEP_MM;
 /// Shorter stretches cannot be told from a point in the written digits, mm.
 const SHORTEST_MM: f64 = 20.0 * WRITTEN_STEP_MM;
-const DEGREE: usize = 3;
 const ROUNDS: usize = 12;
 /// Data points per span, at least; and their largest distance, mm.
 const DATA_PER_SPAN: usize = 8;
@@ -183,7 +182,7 @@ fn fit_one(profile: &Profile, over: &Over) -> Option<Fit> {
     }
     let mut breaks = target.first_breaks(length);
     for _ in 0..ROUNDS {
-        let points = least_squares(&target, &breaks, length)?;
+        let points = closest_cubic(&target, &breaks, length)?;
         let curve = round(&points, &breaks, over)?;
         let errors = span_errors(&curve, &breaks, profile, over);
         let worst = |e: &(f64, f64)| (FIT_BIAS_MM - e.0).max(e.1 - FIT_BIAS_MM);
@@ -211,58 +210,19 @@ fn fit_one(profile: &Profile, over: &Over) -> Option<Fit> {
     None
 }
 
-fn knot_vector(breaks: &[f64]) -> Option<KnotVector> {
-    let (first, last) = (breaks[0], breaks[breaks.len() - 1]);
-    let mut knots = vec![first; DEGREE];
-    knots.extend_from_slice(breaks);
-    knots.extend([last; DEGREE]);
-    KnotVector::new(DEGREE, knots).ok()
-}
-
-/// Control points of the least-squares cubic whose ends are the target's ends. Normal equations are banded
-/// (half bandwidth 3).
-fn least_squares(target: &Target, breaks: &[f64], length: f64) -> Option<Vec<Point3>> {
-    let knots = knot_vector(breaks)?;
-    let n = knots.point_count();
+/// Control points of the least-squares cubic whose ends are the target's ends.
+fn closest_cubic(target: &Target, breaks: &[f64], length: f64) -> Option<Vec<Point3>> {
     let scale = target.length() / length;
-    let (first, last) = (target.p[0], target.p[target.p.len() - 1]);
-    let inner = n - 2;
-    let mut a = vec![[0.0; DEGREE + 1]; inner];
-    let mut b = vec![[0.0; 3]; inner];
-    for span in breaks.windows(2) {
+    let data = breaks.windows(2).flat_map(|span| {
         let width = span[1] - span[0];
         let count = ((width / DATA_MM).ceil() as usize).max(DATA_PER_SPAN);
-        for k in 0..count {
+        (0..count).map(move |k| {
             let t = span[0] + width * (k as f64 + 0.5) / count as f64;
-            let weight = width / count as f64;
-            let (start, values) = knots.basis_functions(t);
-            let mut rest = target.at(t * scale).coords;
-            for (i, &w) in values.iter().enumerate() {
-                match start + i {
-                    0 => rest -= first.coords * w,
-                    j if j == n - 1 => rest -= last.coords * w,
-                    _ => {}
-                }
-            }
-            for (i, &wi) in values.iter().enumerate() {
-                let row = start + i;
-                if row == 0 || row == n - 1 {
-                    continue;
-                }
-                b[row - 1][0] += weight * wi * rest.x;
-                b[row - 1][1] += weight * wi * rest.y;
-                b[row - 1][2] += weight * wi * rest.z;
-                for (j, &wj) in values.iter().enumerate().skip(i) {
-                    if start + j < n - 1 {
-                        a[row - 1][j - i] += weight * wi * wj;
-                    }
-                }
-            }
-        }
-    }
-    solve_banded(&mut a, &mut b)?;
-    let middle = b.into_iter().map(Point3::from);
-    Some(std::iter::once(first).chain(middle).chain(std::iter::once(last)).collect())
+            Datum { t, weight: width / count as f64, p: target.at(t * scale) }
+        })
+    });
+    let ends = (target.p[0], target.p[target.p.len() - 1]);
+    least_squares(&knot_vector(breaks)?, ends, data)
 }
 
 fn round(points: &[Point3], breaks: &[f64], over: &Over) -> Option<Curve3> {

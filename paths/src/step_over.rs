@@ -1,6 +1,6 @@
 //! Step-over from the scallop height (geometry.md §5.1).
 
-use claymill_nurbs::Jet;
+use claymill_nurbs::{Jet, Vector3};
 
 use crate::RowsAlong;
 
@@ -29,8 +29,8 @@ pub(crate) fn row_distance_mm(jet: &Jet, along: RowsAlong, radius_mm: f64, scall
         n = -n;
     }
     let plane = match along {
-        RowsAlong::X => claymill_nurbs::Vector3::y(),
-        RowsAlong::Y => claymill_nurbs::Vector3::x(),
+        RowsAlong::X => Vector3::y(),
+        RowsAlong::Y => Vector3::x(),
     };
     let feed = plane.cross(&n);
     let sine = feed.norm();
@@ -41,10 +41,24 @@ pub(crate) fn row_distance_mm(jet: &Jet, along: RowsAlong, radius_mm: f64, scall
     (distance.is_finite() && distance > 0.0).then_some(distance)
 }
 
+/// Step-over on the surface, across `across` (any length, along the surface), that keeps the scallop height:
+/// `√(8 h R / (1 − κ⁺R))`.
+pub(crate) fn on_contact_mm(
+    jet: &Jet,
+    across: &Vector3,
+    normal: &Vector3,
+    radius_mm: f64,
+    scallop_mm: f64,
+) -> Option<f64> {
+    let kappa = jet.normal_curvature(&across.try_normalize(0.0)?, normal)?;
+    let bend = (1.0 - kappa * radius_mm).max(CLOSEST * CLOSEST);
+    Some(flat_mm(radius_mm, scallop_mm) / bend.sqrt() * MARGIN)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use claymill_nurbs::{Point3, Vector3};
+    use claymill_nurbs::Point3;
 
     fn jet(su: Vector3, sv: Vector3, svv: Vector3) -> Jet {
         let zero = Vector3::zeros();

@@ -143,8 +143,8 @@ pub struct RegionTotals {
     pub setup: String,
     /// Area cut, mm².
     pub area_mm2: f64,
-    /// Direction of the passes in the setup (unit, model coordinates).
-    pub pass_direction: [f64; 3],
+    /// Direction of the passes in the setup (unit, model coordinates), where they are parallel.
+    pub pass_direction: Option<[f64; 3]>,
     /// Number of passes.
     pub passes: u32,
     /// Retracts between passes.

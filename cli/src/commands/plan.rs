@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use claymill_paths::{Feeds, Plan, PlanError, PlanOptions, Regions};
+use claymill_paths::{Feeds, Plan, PlanError, PlanOptions, Regions, Strategy};
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
     FORMAT_VERSION, FolderWriter, JOB_FILE, Job, LinkStyle, ModelFacts, REGIONS_FILE, REPORT_FILE,
@@ -25,6 +25,7 @@ pub(crate) struct Request {
     options: JobOptions,
     tool: Tool,
     scallop_mm: f64,
+    strategy: StrategyName,
     link: LinkStyle,
     preset: PresetName,
     feed_mm_per_min: f64,
@@ -95,6 +96,7 @@ impl Request {
             model: model.to_owned(),
             tool,
             scallop_mm,
+            strategy: options.strategy.unwrap_or(StrategyName::Planar),
             link: match options.link {
                 Some(LinkName::Box) => LinkStyle::Box,
                 Some(LinkName::Lace) | None => LinkStyle::Lace,
@@ -113,6 +115,15 @@ impl Request {
             out.join(JOB_TOML).display(),
             out.display()
         )
+    }
+}
+
+impl From<StrategyName> for Strategy {
+    fn from(name: StrategyName) -> Self {
+        match name {
+            StrategyName::Planar => Strategy::Planar,
+            StrategyName::IsoPatch => Strategy::IsoPatch,
+        }
     }
 }
 
@@ -146,6 +157,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     let plan_options = PlanOptions {
         tool: request.tool,
         scallop_mm: request.scallop_mm,
+        strategy: request.strategy.into(),
         link: request.link,
         orientation,
         feeds: Feeds { cut_mm_per_min: request.feed_mm_per_min, ..Feeds::default() },
@@ -242,7 +254,7 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
         request: claymill_toolpath::Request {
             tool: request.tool,
             scallop_mm: request.scallop_mm,
-            strategy: "planar".to_owned(),
+            strategy: options.strategy.to_string(),
             link: request.link,
             preset: merge::name(&request.preset),
             up: options.orientation.up.to_string(),
@@ -269,7 +281,7 @@ fn write_job_file(folder: &FolderWriter, request: &Request, options: &PlanOption
     let whole = JobOptions {
         tool: Some(request.tool.to_string()),
         scallop: Some(request.scallop_mm),
-        strategy: Some(StrategyName::Planar),
+        strategy: Some(request.strategy),
         link: Some(match request.link {
             LinkStyle::Lace => LinkName::Lace,
             LinkStyle::Box => LinkName::Box,

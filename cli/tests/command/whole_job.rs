@@ -138,7 +138,7 @@ fn box_links_cut_one_way() {
     let job = check_job(folder, "box");
     assert_eq!(job.request.link, LinkStyle::Box);
     let along = |out: &str| {
-        let direction = Vector3::from(job.regions[0].pass_direction);
+        let direction = Vector3::from(job.regions[0].pass_direction.unwrap());
         let moves = read_moves(&folder.join(out)).unwrap().moves;
         let cuts = moves.iter().filter(|m| m.kind == MoveKind::Cut);
         let (on, back): (Vec<_>, Vec<_>) =

@@ -1,0 +1,318 @@
+//! Passes along the level curves of a function on the part: parameter lines of patches, sweeps of fields.
+//!
+//! ```text
+//!   level ──lines──► places on the faces ──R·n──► places of the ball's centre ──smooth──► guide
+//!                                                            guide ──follow──► exact path
+//! ```
+//!
+//! A pattern only says where passes run. Halfway between neighbouring levels the model is looked at again:
+//! where the passes laid so far leave too much, the level halfway is laid over that stretch, and so on.
+
+use claymill_nurbs::{FaceId, Point2, Point3, Vector3};
+use rayon::prelude::*;
+
+use crate::claims::Claims;
+use crate::contact::{Location, Support};
+use crate::crests::Laid;
+use crate::near::LaidNear;
+use crate::part::{ROUNDS, SHORTEST_PASS_MM, SetupContext, TOO_HIGH};
+use crate::plan_curve::{Drawn, through};
+use crate::profile::follow;
+use crate::raster::cheapest_step;
+use crate::reach::LEAST_FACING;
+use crate::step_over::on_contact_mm;
+
+/// Levels at which the step-over is asked for before the first passes are laid.
+const ASKED: usize = 48;
+/// Gaps in what a setup claims of a line are crossed when they are no longer than this, mm.
+const BRIDGE_MM: f64 = 30.0;
+/// Places between which the model is looked at are at least this share of the flat step-over apart.
+const LOOK: f64 = 0.5;
+/// Passes are not laid closer together than this share of the flat step-over.
+const CLOSEST: f64 = 0.08;
+
+/// A place on a level curve.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Spot {
+    pub(crate) face: FaceId,
+    pub(crate) u: f64,
+    pub(crate) v: f64,
+    /// How far the curves lie apart here for a unit of level, mm on the surface.
+    pub(crate) per_level_mm: f64,
+}
+
+/// A function on faces, by its level curves.
+pub(crate) trait Levels: Sync {
+    /// Lowest and highest level.
+    fn range(&self) -> (f64, f64);
+    /// The curves at a level, each as places that follow each other closely.
+    fn lines(&self, level: f64) -> Vec<Vec<Spot>>;
+}
+
+/// A place where the ball should touch.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    spot: Spot,
+    point: Point3,
+    normal: Vector3,
+    centre: Point3,
+    claimed: bool,
+}
+
+/// A guide with the places that it is made of.
+struct Stroke {
+    drawn: Drawn,
+    places: Vec<Place>,
+}
+
+/// What was laid at a level halfway: paths, and how many of their locations rest on a proven bound.
+struct Further {
+    pattern: usize,
+    level: f64,
+    found: Vec<(Laid, u64)>,
+}
+
+impl SetupContext<'_> {
+    /// Lays passes along the levels of all patterns; also tells how many locations rest on a proven bound.
+    pub(crate) fn lay_levels(&self, patterns: &[Box<dyn Levels + '_>], claims: &Claims) -> (Vec<Laid>, u64) {
+        let mut levels: Vec<Vec<(f64, bool)>> = patterns
+            .par_iter()
+            .map(|p| self.first_levels(p.as_ref(), claims).into_iter().map(|l| (l, true)).collect())
+            .collect();
+        let first: Vec<(usize, f64)> = of_each(&levels, |levels| levels.iter().map(|l| l.0).collect());
+        let whole = |(pattern, level): &(usize, f64)| {
+            let strokes = self.strokes(patterns[*pattern].as_ref(), *level, claims);
+            strokes.into_iter().map(|k| self.lay_stroke(&k, *level, None)).collect::<Vec<_>>()
+        };
+        let mut lifted = 0;
+        let mut laid: Vec<Laid> = Vec::new();
+        let mut take = |found: Vec<(Laid, u64)>, laid: &mut Vec<Laid>| {
+            lifted += found.iter().map(|f| f.1).sum::<u64>();
+            laid.extend(found.into_iter().map(|f| f.0).filter(|l| !l.chains.is_empty()));
+        };
+        take(first.par_iter().flat_map_iter(whole).collect(), &mut laid);
+        for round in 0..ROUNDS {
+            let between: Vec<(usize, (f64, f64))> =
+                of_each(&levels.iter().zip(patterns).collect::<Vec<_>>(), |(levels, pattern)| {
+                    let ends = (round == 0).then(|| pattern.range());
+                    halfway(levels, ends)
+                });
+            let near = LaidNear::new(&laid, self.flat_step_mm());
+            let further: Vec<Further> = between
+                .par_iter()
+                .map(|&(pattern, (level, gap))| {
+                    let strokes = self.strokes(patterns[pattern].as_ref(), level, claims);
+                    let lay = |k: Stroke| {
+                        let missing = self.missing(&k, gap, &near);
+                        missing.into_iter().map(|s| self.lay_stroke(&k, level, Some(s))).collect::<Vec<_>>()
+                    };
+                    Further { pattern, level, found: strokes.into_iter().flat_map(lay).collect() }
+                })
+                .collect();
+            levels.iter_mut().flatten().for_each(|l| l.1 = false);
+            let mut more = false;
+            for Further { pattern, level, found } in further {
+                if found.iter().any(|f| !f.0.chains.is_empty()) {
+                    more = true;
+                    levels[pattern].push((level, true));
+                }
+                take(found, &mut laid);
+            }
+            if !more {
+                break;
+            }
+            levels.iter_mut().for_each(|l| l.sort_by(|a, b| a.0.total_cmp(&b.0)));
+        }
+        (laid, lifted)
+    }
+
+    fn flat_step_mm(&self) -> f64 {
+        crate::step_over::flat_mm(self.stock.radius_mm(), self.scallop_mm)
+    }
+
+    /// Levels at a distance that wastes least: their density is asked for all over the range.
+    fn first_levels(&self, pattern: &dyn Levels, claims: &Claims) -> Vec<f64> {
+        let (low, high) = pattern.range();
+        let width = (high - low) / ASKED as f64;
+        let density = |k: usize| {
+            let level = low + (k as f64 + 0.5) * width;
+            let needs: Vec<f32> =
+                pattern.lines(level).iter().flat_map(|line| self.needs(line, claims)).collect();
+            let widest = f64::from(needs.iter().copied().fold(0.0f32, f32::max));
+            if widest > 0.0 { 1.0 / cheapest_step(&needs, widest) } else { 0.0 }
+        };
+        let density: Vec<f64> = (0..ASKED).map(density).collect();
+        let mut sums = vec![0.0];
+        for d in &density {
+            sums.push(sums[sums.len() - 1] + d * width);
+        }
+        let total = sums[ASKED];
+        let count = total.ceil() as usize;
+        (0..count)
+            .map(|k| {
+                let wanted = total * (k as f64 + 0.5) / count as f64;
+                let cell = sums.partition_point(|&s| s <= wanted).clamp(1, ASKED) - 1;
+                low + width * (cell as f64 + (wanted - sums[cell]) / (sums[cell + 1] - sums[cell]))
+            })
+            .collect()
+    }
+
+    /// For the claimed places of a line, how far in level the next line may be.
+    fn needs(&self, line: &[Spot], claims: &Claims) -> Vec<f32> {
+        let places = self.places(line, claims);
+        let mut needs = Vec::new();
+        for (a, b) in places.iter().zip(places.iter().skip(1)) {
+            let (Some(a), Some(b)) = (a, b) else { continue };
+            if !a.claimed || a.spot.per_level_mm <= 0.0 {
+                continue;
+            }
+            let jet = self.stock.surface(a.spot.face).jet(a.spot.u, a.spot.v);
+            let across = a.normal.cross(&(b.point - a.point));
+            let step = on_contact_mm(&jet, &across, &a.normal, self.stock.radius_mm(), self.scallop_mm);
+            if let Some(step) = step {
+                needs.push((step / a.spot.per_level_mm) as f32);
+            }
+        }
+        needs
+    }
+
+    /// Where the ball is when it touches the spots, `None` where they lean too far.
+    fn places(&self, line: &[Spot], claims: &Claims) -> Vec<Option<Place>> {
+        let place = |&spot: &Spot| {
+            let surface = self.stock.surface(spot.face);
+            let (n, _) = surface.normal(spot.u, spot.v)?;
+            let normal = if n.z < 0.0 { -n } else { n };
+            let point = surface.point(spot.u, spot.v);
+            (normal.z >= LEAST_FACING).then(|| Place {
+                spot,
+                point,
+                normal,
+                centre: point + normal * self.stock.radius_mm(),
+                claimed: claims.holds(spot.face, Point2::new(spot.u, spot.v)),
+            })
+        };
+        line.iter().map(place).collect()
+    }
+
+    fn strokes(&self, pattern: &dyn Levels, level: f64, claims: &Claims) -> Vec<Stroke> {
+        let mut strokes = Vec::new();
+        for line in pattern.lines(level) {
+            for run in runs(&self.places(&line, claims)) {
+                let plan: Vec<Point2> = run.iter().map(|p| p.centre.xy()).collect();
+                strokes.extend(through(&plan).into_iter().map(|drawn| Stroke { drawn, places: run.clone() }));
+            }
+        }
+        strokes
+    }
+
+    /// Follows a stroke, or one stretch of it.
+    fn lay_stroke(&self, stroke: &Stroke, level: f64, stretch: Option<(f64, f64)>) -> (Laid, u64) {
+        let at = &stroke.drawn.at;
+        let (s0, s1) = stretch.unwrap_or((at[0].1, at[at.len() - 1].1));
+        let followed = follow(self.stock, &stroke.drawn.guide, s0, s1);
+        let mut chains = followed.chains;
+        chains.retain(|c| c[c.len() - 1].end().s - c[0].start().s >= SHORTEST_PASS_MM);
+        (Laid { q: level, guide: stroke.drawn.guide.clone(), chains, fresh: true }, followed.lifted)
+    }
+
+    /// Stretches of a stroke on which the passes laid so far leave too much that the ball could cut, the next
+    /// ones being `gap` away in level.
+    fn missing(&self, stroke: &Stroke, gap: f64, near: &LaidNear) -> Vec<(f64, f64)> {
+        let look_mm = LOOK * self.flat_step_mm();
+        let limit_mm = TOO_HIGH * self.scallop_mm;
+        let mut found: Vec<(f64, f64)> = Vec::new();
+        let mut looked = f64::NEG_INFINITY;
+        for &(i, s) in &stroke.drawn.at {
+            let place = &stroke.places[i];
+            let gap_mm = gap * place.spot.per_level_mm;
+            if s - looked < look_mm || !place.claimed || gap_mm < CLOSEST * self.flat_step_mm() {
+                continue;
+            }
+            looked = s;
+            let Spot { face, u, v, .. } = place.spot;
+            let touch = Location {
+                centre: place.centre,
+                normal: place.normal,
+                face,
+                support: Support::Face { u, v },
+            };
+            let Some(rest) = self.stock.drop(place.centre.x, place.centre.y, Some(&touch)) else { continue };
+            let held_up_mm = (rest.centre.z - place.centre.z) * place.normal.z;
+            if held_up_mm > 0.5 * self.scallop_mm {
+                continue;
+            }
+            let [ex, ey] = stroke.drawn.guide.direction(s);
+            let slope = -(place.normal.x * ex + place.normal.y * ey) / place.normal.z;
+            let feed = Vector3::new(ex, ey, slope).normalize();
+            let left =
+                near.left_mm(&place.point, &place.normal, &place.centre, &feed, self.stock.radius_mm());
+            if left <= limit_mm {
+                continue;
+            }
+            let (a, b) = (s - 1.5 * look_mm, s + 1.5 * look_mm);
+            match found.last_mut() {
+                Some(open) if a - open.1 <= BRIDGE_MM => open.1 = b,
+                _ => found.push((a, b)),
+            }
+        }
+        let end = stroke.drawn.at[stroke.drawn.at.len() - 1].1;
+        for stretch in &mut found {
+            *stretch = (stretch.0.max(0.0), stretch.1.min(end));
+        }
+        found
+    }
+}
+
+/// Levels halfway between neighbours of which one is new, and how far away these are; with `ends` also beside
+/// the first and the last.
+fn halfway(levels: &[(f64, bool)], ends: Option<(f64, f64)>) -> Vec<(f64, f64)> {
+    /// Curves at the ends themselves may be points or lie on the border.
+    const INSIDE: f64 = 1e-3;
+    let between = |w: &[(f64, bool)]| (0.5 * (w[0].0 + w[1].0), 0.5 * (w[1].0 - w[0].0));
+    let mut found: Vec<(f64, f64)> = levels.windows(2).filter(|w| w[0].1 || w[1].1).map(between).collect();
+    if let Some((low, high)) = ends {
+        let inside = INSIDE * (high - low);
+        found.extend([low + inside, high - inside].map(|level| (level, f64::INFINITY)));
+    }
+    found
+}
+
+fn of_each<T, L>(all: &[T], levels: impl Fn(&T) -> Vec<L>) -> Vec<(usize, L)> {
+    all.iter().enumerate().flat_map(|(k, t)| levels(t).into_iter().map(move |l| (k, l))).collect()
+}
+
+/// Claimed stretches of a line, over short gaps.
+fn runs(places: &[Option<Place>]) -> Vec<Vec<Place>> {
+    let mut runs: Vec<Vec<Place>> = Vec::new();
+    let mut open: Vec<Place> = Vec::new();
+    let mut claimed = 0;
+    let mut close = |open: &mut Vec<Place>, claimed: &mut usize| {
+        open.truncate(*claimed);
+        *claimed = 0;
+        if open.len() > 1 {
+            runs.push(std::mem::take(open));
+        }
+        open.clear();
+    };
+    for place in places {
+        let Some(place) = place else {
+            close(&mut open, &mut claimed);
+            continue;
+        };
+        if open.is_empty() && !place.claimed {
+            continue;
+        }
+        if claimed > 0 && (place.point - open[claimed - 1].point).norm() > BRIDGE_MM {
+            close(&mut open, &mut claimed);
+            if !place.claimed {
+                continue;
+            }
+        }
+        open.push(*place);
+        if place.claimed {
+            claimed = open.len();
+        }
+    }
+    close(&mut open, &mut claimed);
+    runs
+}

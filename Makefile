@@ -6,7 +6,7 @@ BIN := target/release/claymill
 # Mesa complains on stderr when this is unset.
 export XDG_RUNTIME_DIR ?= $(shell mktemp -d)
 
-.PHONY: demo test lint setup build bench clean
+.PHONY: demo test lint setup build bench fuzz clean
 
 demo: build
 	$(BIN) demo -o out/demo
@@ -26,6 +26,16 @@ build: setup
 
 bench: setup
 	$(CARGO) bench --workspace
+
+# Half an hour of coverage-guided fuzzing for each reader, one after the other; `make test` has a short run of the
+# same. Needs a nightly compiler (rustup toolchain install nightly) and `cargo install cargo-fuzz`. What it finds is in
+# fuzz/artifacts; once mended, the file joins fuzz/seeds as a test.
+FUZZ_SECONDS ?= 1800
+FUZZ_TARGETS ?= iges step threedm stl gltf obj
+fuzz:
+	@cd fuzz && for target in $(FUZZ_TARGETS); do mkdir -p corpus/$$target && \
+	    RAYON_NUM_THREADS=1 $(CARGO) +nightly fuzz run -s none $$target corpus/$$target seeds/$$target -- \
+	    -max_total_time=$(FUZZ_SECONDS) -timeout=10 -rss_limit_mb=2048 -max_len=40000 || exit 1; done
 
 setup:
 	@bash scripts/setup.sh

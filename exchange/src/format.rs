@@ -25,8 +25,11 @@ const KNOWN_STRANGERS: [(&[u8], &str); 6] = [
 ];
 
 impl Format {
-    /// Recognises the format by content, or says in words what the bytes look like instead.
-    pub(crate) fn of(bytes: &[u8]) -> Result<Format, String> {
+    /// Recognises the format by content.
+    ///
+    /// # Errors
+    /// The bytes are of no model format: what they look like instead, in words (`a zip archive`).
+    pub fn of(bytes: &[u8]) -> Result<Format, String> {
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let text = text.trim_ascii_start();
         if text.starts_with(b"ISO-10303-21") {

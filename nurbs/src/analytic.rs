@@ -64,8 +64,9 @@ pub struct ArcParameter {
     count: usize,
 }
 
-/// More turns than this in one arc are refused as damaged data.
-const MOST_TURNS: f64 = 16.0;
+/// More turns than this in one arc are refused as damaged data: faces run round once at most, and one that is laid
+/// out across a seam reaches a part of a turn further.
+const MOST_TURNS: f64 = 2.0;
 
 impl ArcParameter {
     /// The arc from angle `from` to angle `to`, radians, `from < to`.

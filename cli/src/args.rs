@@ -31,6 +31,8 @@ pub(crate) enum Command {
     Merge(MergeArgs),
     /// The main job: regions, setups, tool paths, verification, pictures, report.
     Plan(PlanArgs),
+    /// The same job by several strategies, scallop heights and tools, side by side.
+    Compare(CompareArgs),
     /// Check a job folder against its model.
     Verify(VerifyArgs),
     /// Pictures of a model or a job folder.
@@ -107,6 +109,42 @@ pub(crate) struct PlanArgs {
     pub(crate) job_file: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) job: JobOptions,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompareArgs {
+    /// IGES, STEP or Rhino 3dm file.
+    pub(crate) model: PathBuf,
+    /// Folder for the comparison and one job folder for each combination.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Strategies to compare.
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "NAMES",
+          default_values_t = [StrategyName::Planar, StrategyName::IsoPatch])]
+    pub(crate) strategies: Vec<StrategyName>,
+    /// Scallop heights, mm.
+    #[arg(long, value_delimiter = ',', value_name = "MM", default_values_t = [0.1])]
+    pub(crate) scallop: Vec<f64>,
+    /// Tools: `ball:R` with the radius in mm.
+    #[arg(long, value_delimiter = ',', value_name = "SHAPE:SIZE", default_values_t = ["ball:10".to_owned()])]
+    pub(crate) tool: Vec<String>,
+    /// How passes are joined.
+    #[arg(long, value_enum, default_value_t = LinkName::Lace)]
+    pub(crate) link: LinkName,
+    /// Merge preset.
+    #[arg(long, value_enum, default_value_t = PresetName::Clay)]
+    pub(crate) preset: PresetName,
+    /// Cut only these: `region:3`, `layer:NAME`, `face:17`, `face:10-20`; may be repeated.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    pub(crate) only: Vec<String>,
+    /// Leave these out; same forms as --only.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    pub(crate) skip: Vec<String>,
+    /// Cutting feed, mm/min [default: 6000].
+    #[arg(long, value_name = "MM_PER_MIN")]
+    pub(crate) feed: Option<f64>,
+    #[command(flatten)]
+    pub(crate) axes: AxisArgs,
 }
 
 /// Options of a job; also the content of a job file.

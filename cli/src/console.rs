@@ -39,6 +39,15 @@ impl Console {
         Console { quiet, bar, stages: Mutex::new(Vec::new()) }
     }
 
+    /// A console for a job of its own: with its own stages.
+    pub(crate) fn for_job(&self) -> Self {
+        Console::new(self.quiet)
+    }
+
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.quiet
+    }
+
     /// Starts a stage; the one before it ends.
     pub(crate) fn stage(&self, name: &str) {
         if let Ok(mut stages) = self.stages.lock() {

@@ -40,6 +40,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Inspect(args) => commands::inspect(&context, args),
         Command::Merge(args) => commands::merge(&context, args),
         Command::Plan(args) => commands::plan(&context, args),
+        Command::Compare(args) => commands::compare(&context, args),
         Command::Verify(args) => commands::verify(&context, args),
         Command::Render(args) => commands::render(&context, args),
         Command::Sample(args) => commands::sample(&context, args),

@@ -1,3 +1,4 @@
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 use claymill_nurbs::{Hint, Point3, Vector3};
@@ -6,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::distribution::Distribution;
 use crate::reach::Reach;
-use crate::report::{Crests, Place, SurfaceState};
+use crate::report::{CrestSample, Crests, HISTOGRAM_BIN, HISTOGRAM_BINS, Place, RegionCrests, SurfaceState};
 use crate::scene::{Scene, Stage};
 use crate::swept::{Piece, Swept};
 use crate::track::Track;
@@ -18,6 +19,9 @@ const REACH_STEPS: f64 = 3.0;
 const CUT_AWAY_MM: f64 = 1e-3;
 /// Neighbours nearer than this run on the same line, mm.
 const SAME_LINE_MM: f64 = 1e-3;
+
+/// Crests within these shares of the height asked for count as even.
+const EVEN: (f64, f64) = (0.90, 1.05);
 
 /// A crest between two passes.
 struct Crest {
@@ -39,11 +43,16 @@ struct Crest {
 ///         ╲  ╲  ╱  ╱
 ///     ─────╲__x___╱─────       height of x over the faces = scallop
 /// ```
-pub(crate) fn measure(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, stage: &Stage<'_>) -> Crests {
+pub(crate) fn measure(
+    scene: &Scene<'_>,
+    swept: &Swept<'_>,
+    reach: &Reach<'_>,
+    stage: &Stage<'_>,
+) -> (Crests, Vec<CrestSample>) {
     let passes: Vec<&Track> = scene.tracks.iter().filter(|t| t.kind == MoveKind::Cut).collect();
     let limit = scene.options.scallop_limit * scene.scallop_mm();
     let spare = limit - scene.scallop_mm();
-    let found: Vec<(Vec<Crest>, u64)> = passes
+    let found: Vec<(usize, Vec<Crest>, u64)> = passes
         .par_iter()
         .map(|track| {
             let mut crests = crests_along(scene, swept, track);
@@ -54,31 +63,50 @@ pub(crate) fn measure(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, s
             });
             let out_of_reach = (all - crests.len()) as u64;
             stage.step(passes.len());
-            (crests, out_of_reach)
+            (track.region, crests, out_of_reach)
         })
         .collect();
 
     let mut heights = Distribution::default();
+    let mut by_region: BTreeMap<usize, Distribution> = BTreeMap::new();
     let mut highest: Option<(f64, Place)> = None;
+    let mut samples = Vec::with_capacity(found.iter().map(|f| f.1.len()).sum());
     let mut out_of_reach = 0;
-    for (crests, beyond) in found {
+    for (region, crests, beyond) in found {
         out_of_reach += beyond;
+        let regional = by_region.entry(region).or_default();
         for c in crests {
             heights.add(c.height, c.weight);
+            regional.add(c.height, c.weight);
+            samples.push(CrestSample { foot: c.foot, height_mm: c.height });
             if highest.as_ref().is_none_or(|h| c.height > h.0) {
                 let at = Place { point_mm: c.top.into(), ..c.place };
                 highest = Some((c.height, at));
             }
         }
     }
-    Crests {
+    let asked = scene.scallop_mm();
+    let bin = |v: f64| ((v.max(0.0) / (HISTOGRAM_BIN * asked)) as usize).min(HISTOGRAM_BINS - 1);
+    let regional = |(region, heights): (usize, Distribution)| RegionCrests {
+        region,
+        max_mm: heights.max(),
+        p99_mm: heights.percentile(0.99),
+        p95_mm: heights.percentile(0.95),
+        mean_mm: heights.mean(),
+    };
+    let crests = Crests {
         samples: heights.count(),
         max_mm: highest.as_ref().map_or(0.0, |h| h.0),
         max_at: highest.map(|h| h.1),
         p99_mm: heights.percentile(0.99),
+        p95_mm: heights.percentile(0.95),
         mean_mm: heights.mean(),
+        even_share: heights.share(|v| (EVEN.0 * asked..=EVEN.1 * asked).contains(&v)),
+        histogram: heights.shares(HISTOGRAM_BINS, bin),
         out_of_reach,
-    }
+        by_region: by_region.into_iter().filter(|r| r.1.count() > 0).map(regional).collect(),
+    };
+    (crests, samples)
 }
 
 fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, track: &Track) -> Vec<Crest> {

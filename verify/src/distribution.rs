@@ -40,6 +40,24 @@ impl Distribution {
         if weight > 0.0 { part / weight } else { 0.0 }
     }
 
+    /// Largest value; 0 without values.
+    pub(crate) fn max(&self) -> f64 {
+        self.samples.iter().map(|s| f64::from(s.0)).fold(f64::NEG_INFINITY, f64::max).max(0.0)
+    }
+
+    /// Shares of the weight by bin; zeros without values.
+    pub(crate) fn shares(&self, bins: usize, bin: impl Fn(f64) -> usize) -> Vec<f64> {
+        let mut sums = vec![0.0; bins];
+        for &(value, weight) in &self.samples {
+            sums[bin(f64::from(value))] += f64::from(weight);
+        }
+        let total: f64 = sums.iter().sum();
+        if total > 0.0 {
+            sums.iter_mut().for_each(|s| *s /= total);
+        }
+        sums
+    }
+
     /// The smallest value that at least `share` of the weight does not exceed; 0 without values.
     pub(crate) fn percentile(&self, share: f64) -> f64 {
         let mut sorted = self.samples.clone();
@@ -69,6 +87,8 @@ mod tests {
         assert_eq!(d.percentile(0.99), 99.0);
         assert_eq!(d.mean(), 50.5);
         assert_eq!(d.share(|v| v > 90.0), 0.1);
+        assert_eq!(d.max(), 100.0);
+        assert_eq!(d.shares(2, |v| usize::from(v > 90.0)), [0.9, 0.1]);
         d.add(1000.0, 100.0);
         assert_eq!(d.percentile(0.99), 1000.0);
         assert_eq!(Distribution::default().percentile(0.5), 0.0);

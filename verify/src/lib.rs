@@ -49,8 +49,8 @@ use claymill_toolpath::{FORMAT_VERSION, JOB_FILE, Job, Program, read_job, read_m
 pub use error::VerifyError;
 pub use options::{Progress, VerifyOptions};
 pub use report::{
-    AreaAt, Contact, Coverage, Crests, FaceCoverage, Gouge, Place, Rapids, ResidualSample, Scallop,
-    SurfaceResidual, SurfaceState, Verification,
+    AreaAt, Contact, Coverage, CrestSample, Crests, FaceCoverage, Gouge, HISTOGRAM_BIN, HISTOGRAM_BINS,
+    Place, Rapids, RegionCrests, ResidualSample, Scallop, SurfaceResidual, SurfaceState, Verification,
 };
 pub use verdict::{Finding, FindingCode, Severity, Verdict};
 
@@ -99,6 +99,20 @@ pub fn verify_program(
     options: &VerifyOptions,
     progress: Progress<'_>,
 ) -> Result<Verification, VerifyError> {
+    Ok(verify_with_crests(model, job, program, options, progress)?.0)
+}
+
+/// As [`verify_program`], and the crests that were measured, along the passes: the data of a scallop map.
+///
+/// # Errors
+/// As [`verify_program`].
+pub fn verify_with_crests(
+    model: &Model,
+    job: &Job,
+    program: &Program,
+    options: &VerifyOptions,
+    progress: Progress<'_>,
+) -> Result<(Verification, Vec<CrestSample>), VerifyError> {
     let bench = Bench::new(model, job, program, options, progress)?;
     let scene = &bench.scene;
     let swept = swept::Swept::new(&scene.tracks, options.chord_mm);
@@ -108,7 +122,7 @@ pub fn verify_program(
     let stage = |name| scene::Stage::begin(name, progress);
     let (gouge, contact) = contact::measure(scene, &stage("gouge and contact"));
     let rapids = rapids::measure(scene, &reach, &stage("rapids"));
-    let crests = crest::measure(scene, &swept, &reach, &stage("scallop crests"));
+    let (crests, samples) = crest::measure(scene, &swept, &reach, &stage("scallop crests"));
     let faces = surface::measure(scene, &bench.meshes, &swept, &reach, &stage("coverage"));
     let coverage = coverage::account(scene, &faces);
     let scallop = Scallop { crests, surface: coverage::residual_on_cut_area(scene, &faces) };
@@ -123,7 +137,7 @@ pub fn verify_program(
             coverage: &coverage,
         },
     );
-    Ok(Verification {
+    let found = Verification {
         format_version: FORMAT_VERSION,
         scallop_mm: job.request.scallop_mm,
         gouge,
@@ -132,7 +146,8 @@ pub fn verify_program(
         scallop,
         coverage,
         verdict,
-    })
+    };
+    Ok((found, samples))
 }
 
 /// What the swept balls leave on points spread evenly over all faces, face by face: the data of a residual

@@ -114,10 +114,43 @@ pub struct Crests {
     pub max_at: Option<Place>,
     /// 99th percentile, mm.
     pub p99_mm: f64,
+    /// 95th percentile, mm.
+    #[serde(default)]
+    pub p95_mm: f64,
     /// Mean, mm.
     pub mean_mm: f64,
+    /// Share that lies between 0.90 and 1.05 of the height asked for: how evenly the passes are spread.
+    #[serde(default)]
+    pub even_share: f64,
+    /// How the heights are spread: shares of the length with heights in bins of [`HISTOGRAM_BIN`] of the height
+    /// asked for, from 0; the last bin holds all that is higher.
+    #[serde(default)]
+    pub histogram: Vec<f64>,
     /// Crests left out because the ball cannot reach the surface under them.
     pub out_of_reach: u64,
+    /// The same by region.
+    #[serde(default)]
+    pub by_region: Vec<RegionCrests>,
+}
+
+/// Width of the bins of [`Crests::histogram`], as a share of the height asked for.
+pub const HISTOGRAM_BIN: f64 = 0.05;
+/// Number of bins of [`Crests::histogram`].
+pub const HISTOGRAM_BINS: usize = 40;
+
+/// Heights of crests beside the passes of one region.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RegionCrests {
+    /// Region id.
+    pub region: usize,
+    /// Highest crest, mm.
+    pub max_mm: f64,
+    /// 99th percentile, mm.
+    pub p99_mm: f64,
+    /// 95th percentile, mm.
+    pub p95_mm: f64,
+    /// Mean, mm.
+    pub mean_mm: f64,
 }
 
 /// Material left along the surface normal, weighted by area, on the area that counts as cut.
@@ -185,6 +218,15 @@ pub struct FaceCoverage {
     pub area_mm2: f64,
     /// Area by state, mm²; states without area are left out.
     pub by_state_mm2: BTreeMap<SurfaceState, f64>,
+}
+
+/// A place on a scallop crest: what a scallop map is coloured by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CrestSample {
+    /// The surface under the crest, mm.
+    pub foot: claymill_nurbs::Point3,
+    /// Height over it, mm.
+    pub height_mm: f64,
 }
 
 /// The material left on one point of the surface: what a residual map is coloured by.

@@ -10,6 +10,7 @@ use crate::VerifyError;
 pub(crate) struct Track {
     pub(crate) seq: u64,
     pub(crate) kind: MoveKind,
+    pub(crate) region: usize,
     /// Index in the job's setups.
     pub(crate) setup: usize,
     /// Number of the pass in the whole job: moves of one pass, region and setup share it.
@@ -40,6 +41,7 @@ impl Track {
         Ok(Track {
             seq: m.seq,
             kind: m.kind,
+            region: m.region,
             setup: setup.ok_or_else(|| unknown("setup", &m.setup))?,
             pass,
             radius_mm: tool.ok_or_else(|| unknown("tool", &m.tool))?.tool.radius_mm(),

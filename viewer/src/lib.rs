@@ -25,6 +25,7 @@ mod adapter;
 mod borders;
 mod camera;
 mod error;
+mod heat;
 mod lettering;
 mod overlay;
 mod palette;
@@ -41,6 +42,7 @@ mod touch;
 
 pub use camera::{Axes, Camera, View};
 pub use error::ViewError;
+pub use heat::{HeatScale, heat_colour};
 pub use palette::{CLAY, NOT_CUT, RegionExtent, Rgb, colour_regions, region_palette, stroke_shade};
 pub use picture::Picture;
 pub use render::{Backdrop, PictureOptions, Renderer, render_png};

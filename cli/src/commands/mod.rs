@@ -1,5 +1,7 @@
 //! One file a command.
 
+mod compare;
+mod compare_plot;
 mod demo;
 mod export;
 mod inspect;
@@ -28,6 +30,7 @@ use crate::console::Console;
 use crate::console::outln;
 use crate::failure::Failure;
 
+pub(crate) use compare::compare;
 pub(crate) use demo::demo;
 pub(crate) use inspect::inspect;
 pub(crate) use merge::merge;

@@ -1,11 +1,12 @@
 use std::path::Path;
 
-use claymill_nurbs::{FaceMesh, MeshOptions, Model, tessellate};
+use claymill_nurbs::{FaceMesh, MeshOptions, Model, Point3, tessellate};
 use claymill_paths::Orientation;
 use claymill_toolpath::{Job, MoveKind, Program, ToolRecord};
+use claymill_verify::CrestSample;
 use claymill_viewer::{
-    Axes, Colouring, LegendEntry, LineKind, Mark, ModelView, PictureOptions, Renderer, ReportPicture, Rgb,
-    Scene, StrokeStyle, View, ViewError, region_colours,
+    Axes, Colouring, HeatScale, LegendEntry, LineKind, Mark, ModelView, PictureOptions, Renderer,
+    ReportPicture, Rgb, Scene, StrokeStyle, View, ViewError, region_colours,
 };
 use rayon::prelude::*;
 
@@ -17,6 +18,9 @@ use crate::failure::{Failure, advice_on};
 const PICTURE_MESH: MeshOptions = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 60.0 };
 /// Fine enough for reflections, which see the normals between vertices.
 const REFLECTION_MESH: MeshOptions = MeshOptions { deviation_mm: 0.05, longest_edge_mm: 15.0 };
+/// Fine enough for a map of heights, and the cells in which the highest crest counts.
+const MAP_MESH: MeshOptions = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 12.0 };
+const MAP_CELL_MM: f64 = 8.0;
 /// What previews show: ways through the air would hide what is cut.
 const PREVIEWED: [ShowName; 5] =
     [ShowName::Regions, ShowName::Joints, ShowName::Trims, ShowName::Cut, ShowName::Link];
@@ -117,6 +121,17 @@ impl<'a> Album<'a> {
         Ok(scene)
     }
 
+    /// The model painted by the height of the scallop crests on it.
+    fn scallop_map(&self, title: &str, crests: &[CrestSample], scallop_mm: f64) -> Result<Scene, Failure> {
+        let meshes = meshes(self.model, &MAP_MESH);
+        let mut scene = Scene::of_model(&ModelView { meshes: &meshes, ..self.view() }, Colouring::Clay)?;
+        scene.lines.retain(|l| l.kind == LineKind::Regions);
+        scene.caption = vec![title.to_owned(), format!("scallop height, {scallop_mm} mm asked for")];
+        let heights: Vec<(Point3, f64)> = crests.iter().map(|c| (c.foot, c.height_mm)).collect();
+        scene.paint_heights(&heights, &HeatScale { asked_mm: scallop_mm, cell_mm: MAP_CELL_MM });
+        Ok(scene)
+    }
+
     /// One picture of the regions alone.
     pub(crate) fn save_regions(
         &self,
@@ -139,6 +154,7 @@ impl<'a> Album<'a> {
         console: &Console,
         title: &str,
         paths: Paths<'_>,
+        (crests, scallop_mm): (&[CrestSample], f64),
         orientation: Orientation,
         folder: &Path,
     ) -> Result<Vec<ReportPicture>, Failure> {
@@ -147,16 +163,18 @@ impl<'a> Album<'a> {
         };
         let painted = self.scene(title, Some(paths), &PREVIEWED)?;
         let bare = self.scene(title, None, &PREVIEWED)?;
+        let heights = self.scallop_map(title, crests, scallop_mm)?;
         let axes = axes(orientation);
         let shots = [
             ("preview-iso.png", View::iso(&axes), &painted, "Tool paths over the regions"),
             ("preview-top.png", View::top(&axes), &painted, "Tool paths from above"),
             ("preview-side.png", View::left(&axes), &painted, "Tool paths from the left"),
             ("regions-iso.png", View::iso(&axes), &bare, "Regions: each colour is cut as one surface"),
+            ("scallop-iso.png", View::iso(&axes), &heights, "Scallop height as measured"),
         ];
         let mut pictures = Vec::new();
         for (k, (file, view, scene, caption)) in shots.into_iter().enumerate() {
-            console.at("pictures", k as f64 / 4.0);
+            console.at("pictures", k as f64 / 5.0);
             let picture = renderer.render(scene, &view, &options(&axes))?;
             picture.save(&folder.join(file))?;
             pictures.push(ReportPicture {

@@ -4,10 +4,10 @@ use std::process::ExitCode;
 use claymill_paths::{Feeds, Plan, PlanError, PlanOptions, Regions, Strategy};
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
-    FORMAT_VERSION, FolderWriter, JOB_FILE, Job, LinkStyle, ModelFacts, REGIONS_FILE, REPORT_FILE,
+    FORMAT_VERSION, FolderWriter, JOB_FILE, Job, LinkStyle, ModelFacts, Program, REGIONS_FILE, REPORT_FILE,
     RegionsFile, Skipped, Tool, ToolRecord, VERIFY_FILE, read_moves, sha256_of,
 };
-use claymill_verify::{VerifyOptions, verify_program};
+use claymill_verify::{Verification, VerifyOptions, verify_with_crests};
 use claymill_viewer::{ReportError, ReportInput, write_report};
 
 use super::{Context, Loaded, box_mm, merge, orientation, pictures, verify};
@@ -35,6 +35,9 @@ pub(crate) struct Request {
 pub(crate) struct Done {
     pub(crate) region_of_face: Vec<usize>,
     pub(crate) exit: ExitCode,
+    pub(crate) job: Job,
+    pub(crate) program: Program,
+    pub(crate) found: Verification,
 }
 
 /// `claymill plan`.
@@ -181,9 +184,8 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
 
     console.stage("verifying");
     let program = read_moves(folder.path())?;
-    let found = verify_program(model, &job, &program, &VerifyOptions::default(), &|stage, share| {
-        console.at(stage, share);
-    })?;
+    let at = |stage: &str, share: f64| console.at(stage, share);
+    let (found, crests) = verify_with_crests(model, &job, &program, &VerifyOptions::default(), &at)?;
     folder.json(VERIFY_FILE, &found)?;
     verify::say(context, &found);
 
@@ -192,7 +194,14 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     let cut = pictures::cut_faces(&job);
     let album = pictures::Album::new(model, &merged.region_of_face, Some(&cut), merged.tolerance.value_mm);
     let paths = pictures::Paths { program: &program, tools: &job.tools };
-    let shots = album.save_previews(console, &title, paths, orientation, folder.path())?;
+    let shots = album.save_previews(
+        console,
+        &title,
+        paths,
+        (&crests, request.scallop_mm),
+        orientation,
+        folder.path(),
+    )?;
 
     job.timings = console.finish();
     job.peak_memory_mb = peak_memory_mb();
@@ -204,7 +213,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     if context.json {
         context.print_json(&job.totals)?;
     }
-    Ok(Done { exit: verify::exit_code(&found), region_of_face: merged.region_of_face })
+    Ok(Done { exit: verify::exit_code(&found), region_of_face: merged.region_of_face, job, program, found })
 }
 
 fn report(

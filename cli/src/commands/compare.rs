@@ -1,0 +1,328 @@
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::ExitCode;
+
+use claymill_paths::FIT_TOLERANCE_MM;
+use claymill_toolpath::{Job, LengthByKind, MoveKind, Program, Tool};
+use claymill_verify::{HISTOGRAM_BIN, SurfaceState, Verification};
+use claymill_viewer::flatten;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::plan::{Done, Request, run};
+use super::{Context, compare_plot, merge};
+use crate::args::{CompareArgs, JobOptions, StrategyName};
+use crate::console::outln;
+use crate::failure::{Failure, advice_on};
+
+/// The comparison as data, as a table for spreadsheets and as a diagram.
+const JSON: &str = "compare.json";
+const CSV: &str = "compare.csv";
+const SVG: &str = "compare.svg";
+
+/// The whole comparison.
+#[derive(Debug, Serialize)]
+pub(super) struct Comparison {
+    model: String,
+    /// Width of the histograms' bins, as a share of the scallop height asked for.
+    histogram_bin: f64,
+    pub(super) entries: Vec<Entry>,
+}
+
+/// One combination of strategy, tool and scallop height.
+#[derive(Debug, Serialize)]
+pub(super) struct Entry {
+    /// Its job folder inside the comparison's.
+    pub(super) name: String,
+    pub(super) strategy: String,
+    tool: Tool,
+    pub(super) scallop_mm: f64,
+    passed: bool,
+    #[serde(flatten)]
+    all: Figures,
+    /// Share of the area within reach that no pass cut.
+    never_cut_share: f64,
+    /// Largest gouge, mm.
+    gouge_mm: f64,
+    /// Share of the crests between 0.90 and 1.05 of the scallop height.
+    even_share: f64,
+    /// Straight moves that would follow the cuts at the same tolerance.
+    straight_moves: u64,
+    pub(super) histogram: Vec<f64>,
+    regions: Vec<RegionEntry>,
+}
+
+/// One region of a combination, in all setups.
+#[derive(Debug, Serialize)]
+struct RegionEntry {
+    region: usize,
+    #[serde(flatten)]
+    figures: Figures,
+}
+
+/// What is compared.
+#[derive(Debug, Clone, Default, Serialize)]
+struct Figures {
+    area_mm2: f64,
+    length: LengthByKind,
+    /// Area ÷ flat step-over ÷ length of the cuts.
+    efficiency: f64,
+    passes: u32,
+    retracts: u32,
+    /// Share of the whole way that does not cut.
+    non_cutting_share: f64,
+    time_s: f64,
+    control_points: u64,
+    scallop_max_mm: f64,
+    scallop_p99_mm: f64,
+    scallop_p95_mm: f64,
+    scallop_mean_mm: f64,
+}
+
+/// `claymill compare`.
+pub(crate) fn compare(context: &Context, args: &CompareArgs) -> Result<ExitCode, Failure> {
+    let mut requests = Vec::new();
+    for tool in &args.tool {
+        for &scallop in &args.scallop {
+            for &strategy in &args.strategies {
+                requests.push((name(args, tool, scallop, strategy), request(args, tool, scallop, strategy)?));
+            }
+        }
+    }
+    std::fs::create_dir_all(&args.out).map_err(|e| failed(&args.out, &e))?;
+    let mut comparison = Comparison {
+        model: args.model.display().to_string(),
+        histogram_bin: HISTOGRAM_BIN,
+        entries: Vec::new(),
+    };
+    let mut exit = ExitCode::SUCCESS;
+    for (name, request) in &requests {
+        context.console.say(format!("\n{name}"));
+        let console = context.console.for_job();
+        let done = run(&Context { console: &console, json: false }, request, &args.out.join(name))?;
+        if done.exit != ExitCode::SUCCESS {
+            exit = done.exit;
+        }
+        comparison.entries.push(Entry::new(name.clone(), &done));
+    }
+    let json = serde_json::to_string_pretty(&comparison)
+        .map_err(|e| Failure::problem(format!("the comparison cannot be written as JSON: {e}"), ""))?;
+    for (file, text) in [(JSON, json), (CSV, csv(&comparison)), (SVG, compare_plot::svg(&comparison))] {
+        write_whole(&args.out.join(file), &text)?;
+    }
+    if context.json {
+        context.print_json(&comparison)?;
+    } else if !context.console.is_quiet() {
+        outln!("{}", table(&comparison));
+        context.console.say(format!("comparison {}", args.out.display()));
+    }
+    Ok(exit)
+}
+
+fn request(args: &CompareArgs, tool: &str, scallop: f64, strategy: StrategyName) -> Result<Request, Failure> {
+    let options = JobOptions {
+        tool: Some(tool.to_owned()),
+        scallop: Some(scallop),
+        strategy: Some(strategy),
+        link: Some(args.link),
+        preset: Some(args.preset),
+        only: args.only.clone(),
+        skip: args.skip.clone(),
+        feed: args.feed,
+        axes: args.axes.clone(),
+    };
+    Request::new(&args.model, &options)
+}
+
+/// The strategy's name, with tool and scallop height where there are several.
+fn name(args: &CompareArgs, tool: &str, scallop: f64, strategy: StrategyName) -> String {
+    let mut name = merge::name(&strategy);
+    if args.tool.len() > 1 {
+        name = format!("{name}-{}", tool.replace(':', ""));
+    }
+    if args.scallop.len() > 1 {
+        name = format!("{name}-{scallop}");
+    }
+    name
+}
+
+/// Written beside and renamed, so that nothing is ever half there.
+fn write_whole(file: &Path, text: &str) -> Result<(), Failure> {
+    let beside = file.with_extension(format!("{}.partial", std::process::id()));
+    std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, file)).map_err(|e| failed(file, &e))
+}
+
+fn failed(file: &Path, error: &std::io::Error) -> Failure {
+    Failure::problem(format!("{}: {error}", file.display()), advice_on(error))
+}
+
+impl Entry {
+    fn new(name: String, done: &Done) -> Self {
+        let (job, found) = (&done.job, &done.found);
+        let step_mm = claymill_paths::flat_mm(job.request.tool.radius_mm(), job.request.scallop_mm);
+        let state = |s: SurfaceState| found.coverage.by_state_mm2.get(&s).copied().unwrap_or_default();
+        let (cut, left) = (state(SurfaceState::Cut), state(SurfaceState::ReachableLeft));
+        let crests = &found.scallop.crests;
+        let totals = &job.totals;
+        let all = Figures {
+            area_mm2: cut,
+            length: totals.length,
+            passes: totals.passes,
+            retracts: totals.retracts,
+            time_s: totals.time_s,
+            control_points: totals.control_points,
+            scallop_max_mm: crests.max_mm,
+            scallop_p99_mm: crests.p99_mm,
+            scallop_p95_mm: crests.p95_mm,
+            scallop_mean_mm: crests.mean_mm,
+            ..Figures::default()
+        };
+        Entry {
+            name,
+            strategy: job.request.strategy.clone(),
+            tool: job.request.tool,
+            scallop_mm: job.request.scallop_mm,
+            passed: found.verdict.passed,
+            all: all.with_shares(step_mm),
+            never_cut_share: if cut + left > 0.0 { left / (cut + left) } else { 0.0 },
+            gouge_mm: found.gouge.deepest_mm,
+            even_share: crests.even_share,
+            straight_moves: straight_moves(&done.program),
+            histogram: crests.histogram.clone(),
+            regions: regions(job, found, step_mm),
+        }
+    }
+}
+
+impl Figures {
+    fn with_shares(mut self, step_mm: f64) -> Self {
+        let all_mm = self.length.total_mm();
+        if self.length.cut_mm > 0.0 {
+            self.efficiency = self.area_mm2 / step_mm / self.length.cut_mm;
+        }
+        if all_mm > 0.0 {
+            self.non_cutting_share = 1.0 - self.length.cut_mm / all_mm;
+        }
+        self
+    }
+}
+
+/// The regions in all their setups together. Their areas are the planner's account.
+fn regions(job: &Job, found: &Verification, step_mm: f64) -> Vec<RegionEntry> {
+    let mut by_region: BTreeMap<usize, Figures> = BTreeMap::new();
+    for r in &job.regions {
+        let f = by_region.entry(r.region).or_default();
+        f.area_mm2 += r.area_mm2;
+        f.length.cut_mm += r.length.cut_mm;
+        f.length.lead_mm += r.length.lead_mm;
+        f.length.link_mm += r.length.link_mm;
+        f.length.rapid_mm += r.length.rapid_mm;
+        f.passes += r.passes;
+        f.retracts += r.retracts;
+        f.time_s += r.time_s;
+        f.control_points += r.control_points;
+    }
+    for c in &found.scallop.crests.by_region {
+        if let Some(f) = by_region.get_mut(&c.region) {
+            f.scallop_max_mm = c.max_mm;
+            f.scallop_p99_mm = c.p99_mm;
+            f.scallop_p95_mm = c.p95_mm;
+            f.scallop_mean_mm = c.mean_mm;
+        }
+    }
+    let entry = |(region, f): (usize, Figures)| RegionEntry { region, figures: f.with_shares(step_mm) };
+    by_region.into_iter().map(entry).collect()
+}
+
+/// Straight moves that stay as close to the cuts as these to the exact path.
+fn straight_moves(program: &Program) -> u64 {
+    let cuts = program.moves.par_iter().filter(|m| m.kind == MoveKind::Cut);
+    let chords = |curve: claymill_nurbs::Curve3| flatten(&curve, 2.0 * FIT_TOLERANCE_MM).len() as u64 - 1;
+    cuts.filter_map(|m| m.curve().ok()).map(chords).sum()
+}
+
+fn csv(comparison: &Comparison) -> String {
+    let mut out =
+        "name,strategy,tool,scallop_mm,region,passed,area_m2,cut_km,link_km,lead_km,rapid_km,efficiency,\
+                   passes,retracts,non_cutting_share,time_h,control_points,straight_moves,scallop_max_mm,\
+                   scallop_p99_mm,scallop_p95_mm,scallop_mean_mm,even_share,never_cut_share,gouge_mm\n"
+            .to_owned();
+    for e in &comparison.entries {
+        let head = format!("{},{},{},{}", e.name, e.strategy, e.tool, e.scallop_mm);
+        let tail = format!("{:.4},{:.6},{:.6}", e.even_share, e.never_cut_share, e.gouge_mm);
+        out += &row(&head, "all", &e.passed.to_string(), &e.all, &e.straight_moves.to_string(), &tail);
+        for r in &e.regions {
+            out += &row(&head, &r.region.to_string(), "", &r.figures, "", ",,");
+        }
+    }
+    out
+}
+
+fn row(head: &str, region: &str, passed: &str, f: &Figures, straight: &str, tail: &str) -> String {
+    format!(
+        "{head},{region},{passed},{:.6},{:.6},{:.6},{:.6},{:.6},{:.4},{},{},{:.4},{:.4},{},{straight},{:.5},{:.5},{:.5},{:.5},{tail}\n",
+        f.area_mm2 * 1e-6,
+        f.length.cut_mm * 1e-6,
+        f.length.link_mm * 1e-6,
+        f.length.lead_mm * 1e-6,
+        f.length.rapid_mm * 1e-6,
+        f.efficiency,
+        f.passes,
+        f.retracts,
+        f.non_cutting_share,
+        f.time_s / 3600.0,
+        f.control_points,
+        f.scallop_max_mm,
+        f.scallop_p99_mm,
+        f.scallop_p95_mm,
+        f.scallop_mean_mm,
+    )
+}
+
+/// The table for the terminal, and what the strategies save against single patches.
+fn table(comparison: &Comparison) -> String {
+    let width = comparison.entries.iter().map(|e| e.name.len()).max().unwrap_or(0).max(8);
+    let mut out = format!(
+        "{:width$}  length km  effic.  passes  retracts  not cutting  time h  points/straight  scallop max   p99   p95  mean µm  even   left   gouge µm\n",
+        "strategy"
+    );
+    for e in &comparison.entries {
+        let (f, um) = (&e.all, 1000.0);
+        out += &format!(
+            "{:width$}  {:>9.3}  {:>6.3}  {:>6}  {:>8}  {:>9.1} %  {:>6.1}  {:>6.2} M {:>4.1} ×  {:>11.0}  {:>4.0}  {:>4.0}  {:>7.0}  {:>3.0} %  {:>5.3} %  {:>6.2}{}\n",
+            e.name,
+            f.length.cut_mm * 1e-6,
+            f.efficiency,
+            f.passes,
+            f.retracts,
+            100.0 * f.non_cutting_share,
+            f.time_s / 3600.0,
+            f.control_points as f64 * 1e-6,
+            e.straight_moves as f64 / f.control_points.max(1) as f64,
+            f.scallop_max_mm * um,
+            f.scallop_p99_mm * um,
+            f.scallop_p95_mm * um,
+            f.scallop_mean_mm * um,
+            100.0 * e.even_share,
+            100.0 * e.never_cut_share,
+            e.gouge_mm * um,
+            if e.passed { "" } else { "  NOT PASSED" },
+        );
+    }
+    for patch in comparison.entries.iter().filter(|e| e.strategy == merge::name(&StrategyName::IsoPatch)) {
+        let same = |e: &&Entry| {
+            e.tool == patch.tool && e.scallop_mm == patch.scallop_mm && e.strategy != patch.strategy
+        };
+        for e in comparison.entries.iter().filter(same) {
+            let saved_h = (patch.all.time_s - e.all.time_s) / 3600.0;
+            let what = if saved_h >= 0.0 { "saves" } else { "costs" };
+            out += &format!(
+                "{} {what} {:.1} h of {:.1} h against patch by patch\n",
+                e.name,
+                saved_h.abs(),
+                patch.all.time_s / 3600.0
+            );
+        }
+    }
+    out.trim_end().to_owned()
+}

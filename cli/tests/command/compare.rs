@@ -1,0 +1,52 @@
+//! Strategies side by side.
+
+use std::fs;
+
+use claymill_tests::check_form;
+use claymill_toolpath::{read_job, read_moves};
+use serde_json::Value;
+
+use crate::run::{panel, run};
+use crate::scratch;
+
+#[test]
+fn strategies_are_compared_on_the_same_terms() {
+    let folder = scratch();
+    panel(folder.path());
+    let line =
+        ["compare", "panel.igs", "--strategies", "planar,iso-patch", "--scallop", "0.2,0.1", "-o", "side"];
+    let made = run(folder.path(), line.iter().chain(&["--json"]));
+    assert_eq!(made.code, Some(0), "{made:?}");
+    let side = folder.path().join("side");
+    let told = made.json();
+    let written: Value =
+        serde_json::from_str(&fs::read_to_string(side.join("compare.json")).unwrap()).unwrap();
+    assert_eq!(told, written);
+    let entries = told["entries"].as_array().unwrap();
+    let names: Vec<&str> = entries.iter().map(|e| e["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["planar-0.2", "iso-patch-0.2", "planar-0.1", "iso-patch-0.1"]);
+    let number = |e: &Value, key: &str| e[key].as_f64().unwrap();
+    for (entry, name) in entries.iter().zip(&names) {
+        let job = read_job(&side.join(name)).unwrap();
+        check_form(&job, &read_moves(&side.join(name)).unwrap()).unwrap();
+        assert_eq!(entry["strategy"], *job.request.strategy);
+        assert!(entry["passed"].as_bool().unwrap(), "{entry}");
+        assert!(number(entry, "gouge_mm") < 0.002, "{entry}");
+        assert!(number(entry, "scallop_p99_mm") <= 1.05 * number(entry, "scallop_mm"), "{entry}");
+        assert!((0.5..1.05).contains(&number(entry, "efficiency")), "{entry}");
+        let histogram = entry["histogram"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap());
+        assert!((histogram.sum::<f64>() - 1.0).abs() < 1e-9);
+        let of_regions: f64 =
+            entry["regions"].as_array().unwrap().iter().map(|r| number(&r["length"], "cut_mm")).sum();
+        assert!((of_regions - number(&entry["length"], "cut_mm")).abs() < 1e-6 * of_regions);
+    }
+    // Half the scallop height takes 1.4 times the way.
+    for (high, low) in [(0, 2), (1, 3)] {
+        let ratio = number(&entries[low]["length"], "cut_mm") / number(&entries[high]["length"], "cut_mm");
+        assert!((1.3..1.5).contains(&ratio), "{ratio}");
+    }
+    let csv = fs::read_to_string(side.join("compare.csv")).unwrap();
+    let columns: Vec<usize> = csv.lines().map(|l| l.split(',').count()).collect();
+    assert!(columns.iter().all(|&c| c == columns[0]), "{columns:?}");
+    assert!(fs::read_to_string(side.join("compare.svg")).unwrap().ends_with("</svg>\n"));
+}

@@ -1,0 +1,97 @@
+use std::collections::HashMap;
+
+use claymill_nurbs::{Point3, Vector3};
+use rayon::prelude::*;
+
+use crate::palette::{NOT_CUT, Rgb};
+use crate::scene::{LegendEntry, Mark, Scene};
+
+/// Colours of a map of heights.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeatScale {
+    /// The height that was asked for, mm: maps of different jobs share their colours by it.
+    pub asked_mm: f64,
+    /// Size of the cells in which the highest sample counts, mm.
+    pub cell_mm: f64,
+}
+
+/// Steps of the scale, as shares of the height asked for, with their colours: from blue (more passes than needed)
+/// over green (as asked) to red (too high). Lightness falls towards both ends, so that the map can be read
+/// without colours too.
+const STEPS: [(f64, Rgb); 6] = [
+    (0.0, [44, 62, 140]),
+    (0.4, [86, 140, 200]),
+    (0.8, [150, 206, 190]),
+    (1.0, [196, 226, 140]),
+    (1.05, [250, 180, 60]),
+    (1.5, [190, 30, 40]),
+];
+
+/// Colour of a height, given as a share of the height asked for.
+#[must_use]
+pub fn heat_colour(share: f64) -> Rgb {
+    let above = STEPS.partition_point(|s| s.0 <= share).clamp(1, STEPS.len() - 1);
+    let ((a, from), (b, to)) = (STEPS[above - 1], STEPS[above]);
+    let x = ((share - a) / (b - a)).clamp(0.0, 1.0);
+    [0, 1, 2].map(|k| (f64::from(from[k]) * (1.0 - x) + f64::from(to[k]) * x).round() as u8)
+}
+
+impl Scene {
+    /// Paints the surfaces by the highest of `heights` (place and height, mm) in each cell and the ones around it;
+    /// grey where there is none. Adds the scale to the legend.
+    pub fn paint_heights(&mut self, heights: &[(Point3, f64)], scale: &HeatScale) {
+        let cell = |p: &Point3| [0, 1, 2].map(|k: usize| (p[k] / scale.cell_mm).floor() as i32);
+        let mut highest: HashMap<[i32; 3], f64> = HashMap::new();
+        for (p, height) in heights {
+            let h = highest.entry(cell(p)).or_insert(0.0);
+            *h = h.max(*height);
+        }
+        let around = Vector3::repeat(0.5 * scale.cell_mm);
+        let colour = |p: &Point3| {
+            let ([i0, j0, k0], [i1, j1, k1]) = (cell(&(p - around)), cell(&(p + around)));
+            let cells =
+                (i0..=i1).flat_map(|i| (j0..=j1).flat_map(move |j| (k0..=k1).map(move |k| [i, j, k])));
+            let found = cells
+                .filter_map(|c| highest.get(&c))
+                .fold(None, |a: Option<f64>, &h| Some(a.map_or(h, |a| a.max(h))));
+            found.map_or(NOT_CUT, |h| heat_colour(h / scale.asked_mm))
+        };
+        let origin = self.origin.coords;
+        for mesh in &mut self.surfaces {
+            mesh.vertices.par_iter_mut().for_each(|v| {
+                let [r, g, b] = colour(&(Point3::from(v.position.map(f64::from)) + origin));
+                v.colour = [r, g, b, 255];
+            });
+        }
+        for (share, colour) in STEPS {
+            let text = match share {
+                1.0 => format!("{:.3} mm, as asked", scale.asked_mm),
+                s if s == STEPS[STEPS.len() - 1].0 => format!("{:.3} mm or more", s * scale.asked_mm),
+                s => format!("{:.3} mm", s * scale.asked_mm),
+            };
+            self.legend.push(LegendEntry { mark: Mark::Area, colour, text });
+        }
+        self.legend.push(LegendEntry { mark: Mark::Area, colour: NOT_CUT, text: "no passes".to_owned() });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::SurfaceVertex;
+
+    #[test]
+    fn vertices_take_the_colour_of_the_highest_sample_near_them() {
+        let mut scene = Scene::new(Point3::new(100.0, 0.0, 0.0));
+        let vertex =
+            |x: f32| SurfaceVertex { position: [x, 0.0, 0.0], normal: [0.0, 0.0, 1.0], colour: [0; 4] };
+        scene.add_triangles(&[vertex(0.0), vertex(1.0), vertex(90.0)], &[[0, 1, 2]]);
+        let heights = [(Point3::new(100.0, 0.0, 0.0), 0.05), (Point3::new(101.0, 0.5, 0.0), 0.1)];
+        scene.paint_heights(&heights, &HeatScale { asked_mm: 0.1, cell_mm: 5.0 });
+        let colours: Vec<[u8; 4]> = scene.surfaces[0].vertices.iter().map(|v| v.colour).collect();
+        let opaque = |c: Rgb| [c[0], c[1], c[2], 255];
+        assert_eq!(colours, [opaque(STEPS[3].1), opaque(STEPS[3].1), opaque(NOT_CUT)]);
+        assert_eq!(heat_colour(-1.0), STEPS[0].1);
+        assert_eq!(heat_colour(9.0), STEPS[5].1);
+    }
+}

@@ -33,6 +33,7 @@ mod glb;
 mod hermite;
 mod iges;
 mod import;
+mod interpolant;
 mod lift;
 mod mesh_file;
 mod nesting;

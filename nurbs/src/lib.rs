@@ -58,7 +58,7 @@ pub use error::NurbsError;
 pub use face::{Face, Source, SurfaceKind, TrimEdge, TrimLoop};
 pub use jet::{CurvatureTensor, Jet};
 pub use knots::{KnotVector, MAX_DEGREE};
-pub use mesh::{FaceMesh, MeshOptions, tessellate};
+pub use mesh::{FaceMesh, MeshOptions, tessellate, tessellate_polygons};
 pub use model::{Aabb, FaceId, Model};
 pub use surface::NurbsSurface;
 

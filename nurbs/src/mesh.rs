@@ -4,8 +4,8 @@ pub(crate) mod sampling;
 mod trimmed;
 
 use crate::curvedness::Curvedness;
-use crate::rings::{Ring, rings};
-use crate::{Face, NurbsError, Point2, Point3};
+use crate::rings::{Ring, polygon_rings, rings};
+use crate::{Face, NurbsError, NurbsSurface, Point2, Point3};
 
 /// How fine a face is triangulated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,11 +44,7 @@ const RECTANGLE_MM: f64 = 1e-5;
 /// Options that are not positive, a tolerance that asks for more than fifty million points, or trim loops
 /// that enclose nothing.
 pub fn tessellate(face: &Face, options: &MeshOptions) -> Result<FaceMesh, NurbsError> {
-    let positive = |x: f64| x > 0.0 && !x.is_nan();
-    if !(positive(options.deviation_mm) && positive(options.longest_edge_mm)) {
-        let reason = "the deviation and the longest edge must be positive".into();
-        return Err(NurbsError::Mesh { reason });
-    }
+    options.check()?;
     let surface = &face.surface;
     let ((u0, u1), (v0, v1)) = surface.domain();
     let whole = (Point2::new(u0, v0), Point2::new(u1, v1));
@@ -58,7 +54,37 @@ pub fn tessellate(face: &Face, options: &MeshOptions) -> Result<FaceMesh, NurbsE
     let rings = rings(face);
     match rectangle(face, &rings, whole) {
         Some(window) => grid::rectangle_mesh(surface, window, options),
-        None => trimmed::mesh(surface, &rings, options),
+        None => trimmed::mesh(surface, &rings, options, trimmed::Border::Sampled),
+    }
+}
+
+/// Triangulates the inside of polygons in the parameter plane of a surface: the loops of a face, sampled by
+/// the caller. Their vertices are kept and edges up to the longest allowed get no further ones, so that the
+/// meshes of neighbours fit each other where their polygons do. Inside, the triangles may cross creases of the
+/// surface.
+///
+/// As with trim loops, jumps across the seam of a closed surface are joined along it (with vertices of their
+/// own), and how polygons are nested decides which are holes.
+///
+/// # Errors
+/// The same as [`tessellate`].
+pub fn tessellate_polygons(
+    surface: &NurbsSurface,
+    polygons: &[Vec<Point2>],
+    options: &MeshOptions,
+) -> Result<FaceMesh, NurbsError> {
+    options.check()?;
+    trimmed::mesh(surface, &polygon_rings(surface, polygons), options, trimmed::Border::Kept)
+}
+
+impl MeshOptions {
+    fn check(&self) -> Result<(), NurbsError> {
+        let positive = |x: f64| x > 0.0 && !x.is_nan();
+        if positive(self.deviation_mm) && positive(self.longest_edge_mm) {
+            return Ok(());
+        }
+        let reason = "the deviation and the longest edge must be positive".into();
+        Err(NurbsError::Mesh { reason })
     }
 }
 

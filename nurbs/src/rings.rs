@@ -1,7 +1,7 @@
 use crate::arc::Arc;
 use crate::tolerance::COINCIDENT_MM;
 use crate::winding::Winding;
-use crate::{Face, NurbsSurface, Point2};
+use crate::{Face, NurbsSurface, Point2, TrimLoop};
 
 /// A closed trim loop as arcs whose ends chain to the last bit, inside the surface's domain. Outer rings run
 /// anticlockwise, holes clockwise, whatever the file said.
@@ -16,12 +16,25 @@ type Chain = Vec<Arc>;
 /// The trim loops of a face, repaired: gaps closed by straight arcs, runs across the seam of a closed surface
 /// cut there and joined along it, orientation set from the nesting. Empty when the face has no loops.
 pub(crate) fn rings(face: &Face) -> Vec<Ring> {
-    let window = Window::of(&face.surface);
+    let arcs = |trim: &TrimLoop| trim.edges.iter().flat_map(|e| Arc::of_curve(&e.pcurve)).collect();
+    rings_of(&face.surface, face.loops.iter().map(arcs))
+}
+
+/// The same of loops given as polygons.
+pub(crate) fn polygon_rings(surface: &NurbsSurface, polygons: &[Vec<Point2>]) -> Vec<Ring> {
+    let arcs = |polygon: &Vec<Point2>| {
+        let ends = polygon.iter().zip(polygon.iter().cycle().skip(1));
+        ends.map(|(&a, &b)| Arc::line(a, b)).collect()
+    };
+    rings_of(surface, polygons.iter().map(arcs))
+}
+
+fn rings_of(surface: &NurbsSurface, loops: impl Iterator<Item = Vec<Arc>>) -> Vec<Ring> {
+    let window = Window::of(surface);
     let mut rings = Vec::new();
     let mut open: Vec<Chain> = Vec::new();
-    for trim in &face.loops {
-        let arcs = trim.edges.iter().flat_map(|e| Arc::of_curve(&e.pcurve));
-        for chain in window.chains(arcs.filter(|a| !is_point(a)).collect()) {
+    for arcs in loops {
+        for chain in window.chains(arcs.into_iter().filter(|a| !is_point(a)).collect()) {
             if window.across(end(&chain), start(&chain)) || window.on_seam(&chain) {
                 open.push(chain);
             } else {

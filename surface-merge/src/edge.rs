@@ -52,6 +52,11 @@ pub(crate) fn edges(model: &Model, chord_error_mm: f64) -> Vec<Edge<'_>> {
         .collect()
 }
 
+/// The edges of some faces, in the order given.
+pub(crate) fn edges_of<'m>(model: &'m Model, faces: &[FaceId], chord_error_mm: f64) -> Vec<Edge<'m>> {
+    faces.par_iter().flat_map_iter(|&face| face_edges(model, face, chord_error_mm)).collect()
+}
+
 fn face_edges(model: &Model, face: FaceId, chord_error_mm: f64) -> Vec<Edge<'_>> {
     let f = &model.faces[face];
     let domain = (!f.loops.is_empty()).then(|| Domain::new(f));

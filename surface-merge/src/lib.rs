@@ -51,6 +51,7 @@ mod matching;
 mod options;
 mod quotient;
 mod region;
+mod region_mesh;
 mod sweep;
 mod tolerance;
 mod verdict;
@@ -68,6 +69,9 @@ pub use joint::{Continuity, EdgeStretch, Failing, Joint, JointSample, Measure, S
 pub use laps::Lap;
 pub use options::{CurvatureLimit, Judged, Limits, MergeOptions, Preset};
 pub use region::Region;
+pub use region_mesh::{
+    BoundaryLoop, Field, FieldError, GuideKind, Guides, IsoPoint, Polyline, RegionMesh, SurfacePoint,
+};
 pub use sweep::{Join, MergeTree, Step, SweptLimit, sweep};
 pub use verdict::Verdict;
 

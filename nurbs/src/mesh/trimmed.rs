@@ -39,11 +39,21 @@ const FLAT: f64 = 1e-11;
 /// Rounds of adding points where triangles are still too coarse.
 const ROUNDS: usize = 16;
 
+/// What becomes of the boundary.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Border {
+    /// Its curves are sampled as finely as the options ask, and creases of the surface cut it.
+    Sampled,
+    /// It consists of straight edges that stay as they are unless they are too long.
+    Kept,
+}
+
 /// Triangulates the inside of `rings`.
 pub(crate) fn mesh(
     surface: &NurbsSurface,
     rings: &[Ring],
     options: &MeshOptions,
+    border: Border,
 ) -> Result<FaceMesh, NurbsError> {
     let curved = Curvedness::of(surface);
     let Some(window) = window(surface, rings) else {
@@ -55,7 +65,12 @@ pub(crate) fn mesh(
         longest_edge_mm: CELL_SHARE * options.longest_edge_mm,
     };
     let lines = Lines::new(&curved, window, &cells)?;
-    let creases = [creases(surface.knots_u()), creases(surface.knots_v())];
+    let share = BOUNDARY_SHARE * options.deviation_mm;
+    let (creases, curve_mm) = match border {
+        Border::Sampled => ([creases(surface.knots_u()), creases(surface.knots_v())], share),
+        Border::Kept => ([Vec::new(), Vec::new()], f64::INFINITY),
+    };
+    let limits = Limits { sagitta_mm: curve_mm, facet_mm: curve_mm, edge_mm: options.longest_edge_mm };
     let scale = |lines: &[f64]| (lines.len() - 1) as f64 / (lines[lines.len() - 1] - lines[0]);
     let mut builder = Builder {
         surface,
@@ -70,7 +85,7 @@ pub(crate) fn mesh(
     };
     let mut edges = Vec::new();
     for ring in rings {
-        builder.add_ring(ring, &creases, &mut edges);
+        builder.add_ring(ring, &creases, &limits, &mut edges);
     }
     builder.prepare_inside();
     builder.add_grid(&lines);
@@ -139,15 +154,9 @@ impl Builder<'_> {
         index
     }
 
-    fn add_ring(&mut self, ring: &Ring, creases: &[Vec<f64>; 2], edges: &mut Vec<[u32; 2]>) {
+    fn add_ring(&mut self, ring: &Ring, creases: &[Vec<f64>; 2], limits: &Limits, edges: &mut Vec<[u32; 2]>) {
         let arcs = ring.arcs.iter().flat_map(|a| cut_at_creases(a, creases));
-        let limits = Limits {
-            sagitta_mm: BOUNDARY_SHARE * self.options.deviation_mm,
-            facet_mm: BOUNDARY_SHARE * self.options.deviation_mm,
-            edge_mm: self.options.longest_edge_mm,
-        };
-        let samples: Vec<Sample> =
-            arcs.flat_map(|a| sample(self.surface, self.curved, &a, &limits)).collect();
+        let samples: Vec<Sample> = arcs.flat_map(|a| sample(self.surface, self.curved, &a, limits)).collect();
         let ids: Vec<u32> = samples.iter().map(|s| self.add(*s)).collect();
         for i in 0..ids.len() {
             let (a, b) = (ids[i], ids[(i + 1) % ids.len()]);

@@ -1,0 +1,167 @@
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use claymill_nurbs::Vector3;
+
+use super::intrinsic::Intrinsic;
+use super::sparse::System;
+use super::{Field, FieldError, RegionMesh};
+
+/// Heat reaches this many of its own lengths at least: at `e^−200` numbers still have all their digits.
+const REACH: f64 = 200.0;
+
+/// How often the directions are taken anew from the distance itself.
+const SHARPENINGS: usize = 4;
+
+impl<'m> RegionMesh<'m> {
+    /// The distance from the vertices `from` along the surface, mm.
+    ///
+    /// # Errors
+    /// The same as [`RegionMesh::distance_in`].
+    pub fn distance(&self, from: &[u32]) -> Result<Field<'_, 'm>, FieldError> {
+        self.distance_in(from, |_, _| 1.0)
+    }
+
+    /// The distance from the vertices `from` in a metric of one's own: `metric(vertex, direction)` is how much
+    /// one millimetre counts at a vertex in a unit direction. With 1 / step-over, the distance counts passes.
+    ///
+    /// Heat method (Crane, Weischedel, Wardetzky, "Geodesics in heat", 2013) on intrinsic Delaunay triangles of
+    /// the metric's lengths, then a few times the same with the distance's own directions; the field is
+    /// exactly 0 on `from`. Measured from one side over plane, cylinder and hemisphere with edges of about a
+    /// twentieth of the largest distance, the field is off by less than 0.3 % of that; from a single point by
+    /// up to 0.6 edge lengths (tests). Parts that `from` does not touch have no value (NaN).
+    ///
+    /// # Errors
+    /// An empty set or one without a vertex of the mesh; a metric that is not positive; a matrix that cannot be
+    /// factorised.
+    pub fn distance_in(
+        &self,
+        from: &[u32],
+        metric: impl Fn(u32, &Vector3) -> f64,
+    ) -> Result<Field<'_, 'm>, FieldError> {
+        let count = self.vertices.len();
+        let sources: Vec<usize> = from.iter().map(|&v| v as usize).filter(|&v| v < count).collect();
+        if sources.is_empty() {
+            return Err(FieldError::NoGuide { what: "vertex to measure from" });
+        }
+        let lengths = self.lengths(metric)?;
+        let farthest = farthest(&self.triangles, &lengths, &sources, count);
+        let intrinsic = Intrinsic::new(&self.triangles, &self.twins, lengths);
+        let (weights, areas) = intrinsic.weights(count);
+
+        // Heat that flows for a short time loses itself along the shortest ways.
+        let root = intrinsic.mean_length().max(farthest / REACH);
+        let time = root * root;
+        let flow: Vec<(u32, u32, f64)> = weights.iter().map(|&(i, j, w)| (i, j, time * w)).collect();
+        let mut diagonal = areas;
+        add_rows(&mut diagonal, &flow);
+        let fixed = |value: f64| {
+            let mut fixed = vec![None; count];
+            sources.iter().for_each(|&v| fixed[v] = Some(value));
+            fixed
+        };
+        let heat = System::new(&diagonal, &flow, &fixed(1.0))?.solve(|_| 0.0);
+
+        // The distance is the function whose gradient has that direction and the length 1. Its own gradient
+        // points along the shortest ways better than that of the heat, so the same again.
+        let mut diagonal = vec![0.0; count];
+        add_rows(&mut diagonal, &weights);
+        let system = System::new(&diagonal, &weights, &fixed(0.0))?;
+        let load = unit_gradient(&intrinsic, &heat);
+        let mut values = system.solve(|i| -load[i]);
+        for _ in 0..SHARPENINGS {
+            let load = unit_gradient(&intrinsic, &values);
+            values = system.solve(|i| load[i]);
+        }
+        Ok(Field::new(self, values))
+    }
+
+    /// Lengths of the sides of each triangle in a metric.
+    fn lengths(&self, metric: impl Fn(u32, &Vector3) -> f64) -> Result<Vec<[f64; 3]>, FieldError> {
+        let length = |a: u32, b: u32| {
+            // Always the same way round, so that both triangles of a side agree to the last bit.
+            let (a, b) = (a.min(b), a.max(b));
+            let along = self.point(b) - self.point(a);
+            let size = along.norm();
+            if size == 0.0 {
+                return Ok(0.0);
+            }
+            let mut sum = 0.0;
+            for vertex in [a, b] {
+                let value = metric(vertex, &(along / size));
+                if !(value > 0.0 && value.is_finite()) {
+                    return Err(FieldError::Metric { vertex, value });
+                }
+                sum += value;
+            }
+            Ok(0.5 * sum * size)
+        };
+        self.triangles.iter().map(|&[a, b, c]| Ok([length(a, b)?, length(b, c)?, length(c, a)?])).collect()
+    }
+}
+
+fn add_rows(diagonal: &mut [f64], weights: &[(u32, u32, f64)]) {
+    for &(i, j, w) in weights {
+        diagonal[i as usize] += w;
+        diagonal[j as usize] += w;
+    }
+}
+
+/// An upper bound on the largest distance: along the sides of the triangles.
+fn farthest(triangles: &[[u32; 3]], lengths: &[[f64; 3]], sources: &[usize], count: usize) -> f64 {
+    let mut neighbours: Vec<Vec<(usize, f64)>> = vec![Vec::new(); count];
+    for (triangle, lengths) in triangles.iter().zip(lengths) {
+        for k in 0..3 {
+            let (a, b) = (triangle[k] as usize, triangle[(k + 1) % 3] as usize);
+            neighbours[a].push((b, lengths[k]));
+            neighbours[b].push((a, lengths[k]));
+        }
+    }
+    // Positive floats sort like their bits.
+    let mut best = vec![f64::INFINITY; count];
+    let mut open: BinaryHeap<Reverse<(u64, usize)>> = BinaryHeap::new();
+    for &s in sources {
+        best[s] = 0.0;
+        open.push(Reverse((0, s)));
+    }
+    let mut farthest = 0.0f64;
+    while let Some(Reverse((bits, v))) = open.pop() {
+        let distance = f64::from_bits(bits);
+        if distance > best[v] {
+            continue;
+        }
+        farthest = farthest.max(distance);
+        for &(w, length) in &neighbours[v] {
+            if distance + length < best[w] {
+                best[w] = distance + length;
+                open.push(Reverse((best[w].to_bits(), w)));
+            }
+        }
+    }
+    farthest
+}
+
+/// `∫ X·∇ψ` for the hat function `ψ` of every vertex, `X` the unit vector along which `values` rise.
+fn unit_gradient(intrinsic: &Intrinsic, values: &[f64]) -> Vec<f64> {
+    let mut load = vec![0.0; values.len()];
+    for (t, triangle) in intrinsic.triangles.iter().enumerate() {
+        let p = intrinsic.flat(t);
+        // Twice the area times the gradient of each corner's hat function.
+        let rise: [[f64; 2]; 3] = std::array::from_fn(|k| {
+            let (a, b) = (p[(k + 1) % 3], p[(k + 2) % 3]);
+            [a[1] - b[1], b[0] - a[0]]
+        });
+        let value = triangle.map(|v| values[v as usize]);
+        let largest = value.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let gradient: [f64; 2] =
+            std::array::from_fn(|axis| (0..3).map(|k| value[k] / largest * rise[k][axis]).sum());
+        let size = gradient[0].hypot(gradient[1]);
+        if size > 0.0 && size.is_finite() {
+            for k in 0..3 {
+                let along = gradient[0] * rise[k][0] + gradient[1] * rise[k][1];
+                load[triangle[k] as usize] += 0.5 * along / size;
+            }
+        }
+    }
+    load
+}

@@ -1,0 +1,245 @@
+use claymill_nurbs::Point3;
+
+use super::{BoundaryLoop, RegionMesh};
+
+/// Two sides of a region between which a pattern can run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Guides {
+    /// Vertices of the one side, in order.
+    pub from: Vec<u32>,
+    /// Vertices of the other side, in order.
+    pub to: Vec<u32>,
+    /// How they were found.
+    pub kind: GuideKind,
+}
+
+/// What kind of guides a region has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GuideKind {
+    /// The longer two of the four sides between the four corners of the outer loop.
+    Sides,
+    /// Two opposite parts of an outer loop that does not have four corners: its ends are left free.
+    Halves,
+    /// The two loops of a ring.
+    Rings,
+    /// The two ends of a closed surface that are farthest from each other.
+    Ends,
+}
+
+/// A second loop shorter than this part of the longest is a hole in a sheet, not the other end of a ring.
+const HOLE: f64 = 0.25;
+/// A corner turns by more than this, degrees.
+const CORNER_DEG: f64 = 30.0;
+/// Turns within this part of the loop's length are one corner.
+const CORNER_REACH: f64 = 0.03;
+/// Corners are this part of the loop's length apart.
+const CORNERS_APART: f64 = 0.06;
+/// Corners looked at; a region may have more.
+const MOST_CORNERS: usize = 14;
+/// Where a side is missing, this part of the loop on each side of the tip stands for it.
+const TIP: f64 = 0.04;
+/// The same for loops without tips.
+const ROUND_END: f64 = 0.125;
+
+impl RegionMesh<'_> {
+    /// A sensible choice of two opposite sides: iso-lines of a field from the one to the other run along the
+    /// region.
+    ///
+    /// A ring has its two loops. Any other region with a border has two parts of its longest loop: its corners
+    /// (turns of more than 30° in the surface) are found, the four that turn most and lie farthest from each
+    /// other make four sides, and the longer two opposite ones are taken. With fewer corners the free sides
+    /// are short stretches around the tips; without any, around the two points farthest from each other. Further
+    /// loops are holes that lines run around. A closed surface has its two ends.
+    #[must_use]
+    pub fn guides(&self) -> Guides {
+        match self.loops() {
+            [] => self.ends(),
+            [outer, inner] if inner.length_mm > HOLE * outer.length_mm => {
+                Guides { from: outer.vertices.clone(), to: inner.vertices.clone(), kind: GuideKind::Rings }
+            }
+            [outer, ..] => self.sides(outer),
+        }
+    }
+
+    /// The four sides between the corners of the longest loop, in order around it; `None` where it does not
+    /// have four corners.
+    #[must_use]
+    pub fn four_sides(&self) -> Option<[Vec<u32>; 4]> {
+        let outer = Ring::new(self, self.loops().first()?);
+        let corners = outer.four_corners(&outer.corners())?;
+        Some(std::array::from_fn(|k| outer.stretch(corners[k], corners[(k + 1) % 4])))
+    }
+
+    fn sides(&self, outer: &BoundaryLoop) -> Guides {
+        let ring = Ring::new(self, outer);
+        let found = ring.corners();
+        let (kind, corners) = match (ring.four_corners(&found), &found[..]) {
+            (Some(four), _) => (GuideKind::Sides, four.to_vec()),
+            (None, &[(a, _), (b, _), (c, _)]) => {
+                let side = |x: usize, y: usize| ring.way(x, y);
+                let (_, tip) = [(side(b, c), a), (side(c, a), b)]
+                    .into_iter()
+                    .fold((side(a, b), c), |x, y| if y.0 < x.0 { y } else { x });
+                let [x, y] = ring.around(tip, TIP);
+                let others = [a, b, c].into_iter().filter(|&k| k != tip);
+                (GuideKind::Sides, others.chain([x, y]).collect())
+            }
+            (None, &[(a, _), (b, _)]) => {
+                (GuideKind::Halves, [a, b].into_iter().flat_map(|k| ring.around(k, TIP)).collect())
+            }
+            (None, rest) => {
+                let (a, b) = ring.farthest(rest.first().map(|c| c.0));
+                (GuideKind::Halves, [a, b].into_iter().flat_map(|k| ring.around(k, ROUND_END)).collect())
+            }
+        };
+        let mut corners = corners;
+        corners.sort_unstable();
+        let side = |k: usize| ring.stretch(corners[k], corners[(k + 1) % 4]);
+        let way = |k: usize| ring.way(corners[k], corners[(k + 1) % 4]);
+        let first = usize::from(way(1) + way(3) > way(0) + way(2));
+        Guides { from: side(first), to: side((first + 2) % 4), kind }
+    }
+
+    fn ends(&self) -> Guides {
+        let points: Vec<Point3> = self.vertices.iter().map(|v| v.point).collect();
+        let centre = points.iter().fold(Point3::origin(), |c, p| c + p.coords / points.len() as f64);
+        let a = farthest_from(&points, &centre);
+        let b = farthest_from(&points, &a);
+        let around = |p: &Point3| {
+            let near = |i: &u32| (points[*i as usize] - p).norm() <= 2.0 * self.edge_mm;
+            (0..points.len() as u32).filter(near).collect()
+        };
+        Guides { from: around(&a), to: around(&b), kind: GuideKind::Ends }
+    }
+
+    /// Sum of the angles of the triangles around each vertex, radians.
+    fn angle_sums(&self) -> Vec<f64> {
+        let mut sums = vec![0.0; self.vertices.len()];
+        for triangle in &self.triangles {
+            for k in 0..3 {
+                let [a, b, c] = [0, 1, 2].map(|j| self.point(triangle[(k + j) % 3]));
+                sums[triangle[k] as usize] += (b - a).angle(&(c - a));
+            }
+        }
+        sums
+    }
+}
+
+fn farthest_from(points: &[Point3], from: &Point3) -> Point3 {
+    points.iter().fold(*from, |far, p| if (p - from).norm() > (far - from).norm() { *p } else { far })
+}
+
+/// A loop with its arc length and its turning.
+struct Ring {
+    vertices: Vec<u32>,
+    points: Vec<Point3>,
+    /// Arc length up to each vertex, mm.
+    s: Vec<f64>,
+    length: f64,
+    /// Turn toward the inside at each vertex, radians.
+    turn: Vec<f64>,
+}
+
+impl Ring {
+    fn new(mesh: &RegionMesh<'_>, ring: &BoundaryLoop) -> Self {
+        let sums = mesh.angle_sums();
+        let points: Vec<Point3> = ring.vertices.iter().map(|&v| mesh.point(v)).collect();
+        let mut s = Vec::with_capacity(points.len());
+        let mut length = 0.0;
+        for k in 0..points.len() {
+            s.push(length);
+            length += (points[(k + 1) % points.len()] - points[k]).norm();
+        }
+        let turn = ring.vertices.iter().map(|&v| std::f64::consts::PI - sums[v as usize]).collect();
+        Ring { vertices: ring.vertices.clone(), points, s, length, turn }
+    }
+
+    fn len(&self) -> usize {
+        self.vertices.len()
+    }
+
+    /// Arc length from one vertex forward to another.
+    fn way(&self, from: usize, to: usize) -> f64 {
+        (self.s[to] - self.s[from]).rem_euclid(self.length)
+    }
+
+    /// The vertices from one to another, both included.
+    fn stretch(&self, from: usize, to: usize) -> Vec<u32> {
+        let count = (to + self.len() - from) % self.len();
+        (0..=count).map(|k| self.vertices[(from + k) % self.len()]).collect()
+    }
+
+    /// The vertices a part of the loop's length before and after one.
+    fn around(&self, vertex: usize, part: f64) -> [usize; 2] {
+        [-part, part].map(|p| {
+            let s = (self.s[vertex] + p * self.length).rem_euclid(self.length);
+            self.s.partition_point(|&x| x < s) % self.len()
+        })
+    }
+
+    /// The corners with their turn in degrees, by turn, in order around the loop.
+    fn corners(&self) -> Vec<(usize, f64)> {
+        let reach = CORNER_REACH * self.length;
+        let turn = |i: usize| -> f64 {
+            let mut sum = self.turn[i];
+            for step in [1, self.len() - 1] {
+                let mut k = (i + step) % self.len();
+                loop {
+                    let way = self.way(i, k).min(self.way(k, i));
+                    if way >= reach || k == i {
+                        break;
+                    }
+                    sum += self.turn[k] * (1.0 - way / reach);
+                    k = (k + step) % self.len();
+                }
+            }
+            sum.to_degrees()
+        };
+        let mut all: Vec<(usize, f64)> = (0..self.len()).map(|i| (i, turn(i))).collect();
+        all.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let mut found: Vec<(usize, f64)> = Vec::new();
+        for (i, turn) in all {
+            if turn < CORNER_DEG || found.len() == MOST_CORNERS {
+                break;
+            }
+            let apart = |j: usize| self.way(i, j).min(self.way(j, i)) > CORNERS_APART * self.length;
+            if found.iter().all(|f| apart(f.0)) {
+                found.push((i, turn));
+            }
+        }
+        found.sort_by_key(|f| f.0);
+        found
+    }
+
+    /// The four corners that turn most and lie farthest from each other.
+    fn four_corners(&self, corners: &[(usize, f64)]) -> Option<[usize; 4]> {
+        let mut best: Option<(f64, [usize; 4])> = None;
+        for a in 0..corners.len() {
+            for b in a + 1..corners.len() {
+                for c in b + 1..corners.len() {
+                    for d in c + 1..corners.len() {
+                        let four = [a, b, c, d].map(|k| corners[k]);
+                        let turning: f64 = four.iter().map(|f| f.1.min(90.0) / 90.0).sum();
+                        let chord = |k: usize| self.points[four[k].0] - self.points[four[(k + 1) % 4].0];
+                        let around: f64 = (0..4).map(|k| chord(k).norm()).sum();
+                        let score = turning + 4.0 * around / self.length;
+                        if best.is_none_or(|b| score > b.0 + 1e-9) {
+                            best = Some((score, four.map(|f| f.0)));
+                        }
+                    }
+                }
+            }
+        }
+        best.map(|b| b.1)
+    }
+
+    /// Two vertices far from each other, one of which may be given.
+    fn farthest(&self, from: Option<usize>) -> (usize, usize) {
+        let far = |i: usize| {
+            let distance = |k: &usize| (self.points[*k] - self.points[i]).norm();
+            (0..self.len()).fold(i, |best, k| if distance(&k) > distance(&best) { k } else { best })
+        };
+        let a = from.unwrap_or_else(|| far(far(0)));
+        (a, far(a))
+    }
+}

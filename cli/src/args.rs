@@ -35,6 +35,8 @@ pub(crate) enum Command {
     Compare(CompareArgs),
     /// Check a job folder against its model.
     Verify(VerifyArgs),
+    /// Write a job for a machine's control, and read it back.
+    Post(PostArgs),
     /// Pictures of a model or a job folder.
     Render(RenderArgs),
     /// Write a generated model with its planted answers.
@@ -222,6 +224,34 @@ pub(crate) struct VerifyArgs {
     /// The model, where it is no longer at the path that the job names.
     #[arg(long)]
     pub(crate) model: Option<PathBuf>,
+    /// Verify this program instead of the folder's own moves: as its control will see it. May be repeated for
+    /// a program of several files, in order.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) program: Vec<PathBuf>,
+    /// The program's dialect, where its header does not name it.
+    #[arg(long, value_name = "DIALECT", requires = "program")]
+    pub(crate) dialect: Option<String>,
+    /// The machine definition (TOML) that the program was written with.
+    #[arg(long, value_name = "FILE", requires = "program")]
+    pub(crate) machine: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PostArgs {
+    /// Job folder.
+    pub(crate) folder: PathBuf,
+    /// fanuc, mitsubishi, siemens, heidenhain, linuxcnc, beckhoff, g1, apt, apt-creo or step-nc.
+    #[arg(long, value_name = "DIALECT")]
+    pub(crate) to: String,
+    /// Program to write.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+    /// Machine definition (TOML).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) machine: Option<PathBuf>,
+    /// Version of LinuxCNC: 2.9 or 2.10 [default: 2.9].
+    #[arg(long, value_name = "VERSION")]
+    pub(crate) version: Option<String>,
 }
 
 #[derive(Debug, Args)]

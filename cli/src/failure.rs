@@ -79,6 +79,44 @@ impl From<claymill_toolpath::FolderError> for Failure {
     }
 }
 
+impl From<claymill_controller::MachineError> for Failure {
+    fn from(error: claymill_controller::MachineError) -> Self {
+        Failure::usage(&error, "docs/controllers.md has a machine definition with every field.")
+    }
+}
+
+impl From<claymill_controller::ReadError> for Failure {
+    fn from(error: claymill_controller::ReadError) -> Self {
+        use claymill_controller::ReadError as E;
+        let advice = match &error {
+            E::Io { source, .. } => advice_on(source),
+            E::Refused { .. } => {
+                "The control would not execute this as the job has it: write the program again."
+            }
+            E::Unrecognised(_) => "Name the control with --dialect.",
+            E::Astray { .. } => "Give the job folder and the --machine that the program was written with.",
+        };
+        Failure::problem(&error, advice)
+    }
+}
+
+impl From<claymill_controller::PostError> for Failure {
+    fn from(error: claymill_controller::PostError) -> Self {
+        use claymill_controller::PostError as E;
+        let advice = match error {
+            E::Folder(e) => return e.into(),
+            E::ReadBack(e) => return e.into(),
+            E::Io { ref source, .. } => advice_on(source),
+            E::Move(_) | E::Job(_) => "Plan the job again with `claymill plan`.",
+            E::Refused { .. } => "Change the machine definition (--machine), or post to another dialect.",
+            E::Lost { .. } | E::Differs { .. } => {
+                "Nothing was written. This is a fault of the post: please report it."
+            }
+        };
+        Failure::problem(&error, advice)
+    }
+}
+
 impl From<claymill_paths::PlanError> for Failure {
     fn from(error: claymill_paths::PlanError) -> Self {
         use claymill_paths::PlanError as E;

@@ -1,5 +1,6 @@
 use nalgebra::{Point, SVector};
 
+use crate::insertion::{bezier_extraction, spans};
 use crate::knots::for_degree;
 use crate::tolerance::{EQUAL_WEIGHTS, LARGEST_COORDINATE_MM};
 use crate::{KnotVector, NurbsError};
@@ -125,6 +126,35 @@ impl<const D: usize> NurbsCurve<D> {
         [p, d1, d2]
     }
 
+    /// The curve cut at its distinct knots: Bézier curves of the same degree, each on its own stretch of the
+    /// domain.
+    #[must_use]
+    pub fn bezier_pieces(&self) -> Vec<Self> {
+        let (p, u) = (self.knots.degree(), self.knots.as_slice());
+        let weight = |i: usize| self.weights.as_ref().map_or(1.0, |w| w[i]);
+        spans(&self.knots)
+            .map(|span| {
+                let rows = bezier_extraction(&self.knots, span);
+                let mut points = Vec::with_capacity(p + 1);
+                let mut weights = Vec::with_capacity(p + 1);
+                for row in rows.row_iter() {
+                    let (mut sum, mut w) = (SVector::<f64, D>::zeros(), 0.0);
+                    for (k, share) in row.iter().enumerate() {
+                        let share = share * weight(span - p + k);
+                        sum += self.points[span - p + k].coords * share;
+                        w += share;
+                    }
+                    points.push(Point::from(sum / w));
+                    weights.push(w);
+                }
+                let mut knots = vec![u[span]; p + 1];
+                knots.extend(vec![u[span + 1]; p + 1]);
+                let weights = self.weights.is_some().then_some(weights);
+                NurbsCurve::from_sound(KnotVector::from_sound(p, knots), points, weights)
+            })
+            .collect()
+    }
+
     /// The same curve run backwards on the same domain.
     #[must_use]
     pub fn reversed(&self) -> Self {
@@ -156,6 +186,25 @@ pub(crate) fn check_weights(
 mod tests {
     use super::*;
     use nalgebra::Point2;
+
+    #[test]
+    fn bezier_pieces_are_the_curve() {
+        let knots = KnotVector::new(3, vec![0.0, 0.0, 0.0, 0.1, 0.4, 0.4, 0.9, 1.0, 1.0, 1.2]).unwrap();
+        let points: Vec<Point2<f64>> =
+            (0..6).map(|i| Point2::new(f64::from(i), f64::from(i * i % 5))).collect();
+        for weights in [None, Some(vec![1.0, 2.0, 0.5, 1.0, 3.0, 1.0])] {
+            let curve = Curve2::new(knots.clone(), points.clone(), weights).unwrap();
+            let pieces = curve.bezier_pieces();
+            assert_eq!(pieces.len(), 3);
+            for piece in &pieces {
+                let (a, b) = piece.domain();
+                for i in 0..=8 {
+                    let t = a + (b - a) * (0.001 + 0.998 * f64::from(i) / 8.0);
+                    approx::assert_relative_eq!(piece.point(t), curve.point(t), epsilon = 1e-12);
+                }
+            }
+        }
+    }
 
     #[test]
     fn a_rational_quadratic_is_a_circle_with_its_curvature() {

@@ -118,13 +118,6 @@ impl NurbsCurve<2> {
         let (a, b) = self.domain();
         (a < t && t < b).then(|| (self.restricted(a, t), self.restricted(t, b)))
     }
-
-    /// The polynomial pieces in order, each on its own knot interval.
-    #[must_use]
-    pub fn bezier_pieces(&self) -> Vec<Self> {
-        let u = self.knots().as_slice();
-        spans(self.knots()).map(|s| self.restricted(u[s], u[s + 1])).collect()
-    }
 }
 
 #[cfg(test)]

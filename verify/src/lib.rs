@@ -65,6 +65,20 @@ pub fn verify(
     progress: Progress<'_>,
 ) -> Result<Verification, VerifyError> {
     progress("reading", 0.0);
+    let program = read_moves(folder)?;
+    verify_instead(folder, &program, options, progress)
+}
+
+/// Verifies other moves than the folder's own against its model: those of a program that was written from it.
+///
+/// # Errors
+/// As [`verify()`].
+pub fn verify_instead(
+    folder: &Path,
+    program: &Program,
+    options: &VerifyOptions,
+    progress: Progress<'_>,
+) -> Result<Verification, VerifyError> {
     let job = read_job(folder)?;
     if job.format_version != FORMAT_VERSION {
         return Err(VerifyError::Version { found: job.format_version, known: FORMAT_VERSION });
@@ -75,7 +89,7 @@ pub fn verify(
         return Err(VerifyError::ModelChanged { path, expected: job.model.sha256, found });
     }
     let model = claymill_exchange::read(&path)?.model;
-    verify_program(&model, &job, &read_moves(folder)?, options, progress)
+    verify_program(&model, &job, program, options, progress)
 }
 
 /// The model file: as told, else where the job says, else beside the job folder.

@@ -2,7 +2,9 @@ use std::process::ExitCode;
 
 use claymill_verify::{Severity, Verification, VerifyOptions};
 
-use super::Context;
+use claymill_controller::MachineJob;
+
+use super::{Context, post};
 use crate::args::VerifyArgs;
 use crate::failure::{Failure, PROBLEM};
 
@@ -15,9 +17,13 @@ impl From<claymill_verify::VerifyError> for Failure {
 /// `claymill verify`.
 pub(crate) fn verify(context: &Context, args: &VerifyArgs) -> Result<ExitCode, Failure> {
     let options = VerifyOptions { model: args.model.clone(), ..VerifyOptions::default() };
-    context.console.stage("verifying");
-    let found =
-        claymill_verify::verify(&args.folder, &options, &|stage, share| context.console.at(stage, share))?;
+    let progress = |stage: &str, share| context.console.at(stage, share);
+    let found = if args.program.is_empty() {
+        context.console.stage("verifying");
+        claymill_verify::verify(&args.folder, &options, &progress)?
+    } else {
+        program(context, args, options)?
+    };
     context.console.finish();
     if context.json {
         context.print_json(&found)?;
@@ -25,6 +31,37 @@ pub(crate) fn verify(context: &Context, args: &VerifyArgs) -> Result<ExitCode, F
         say(context, &found);
     }
     Ok(exit_code(&found))
+}
+
+/// The moves as the control will see them. What the post may use up comes on top of what a pass may lie high.
+fn program(
+    context: &Context,
+    args: &VerifyArgs,
+    mut options: VerifyOptions,
+) -> Result<Verification, Failure> {
+    let machine = post::machine(args.machine.as_deref())?;
+    context.console.stage("reading");
+    let dialect = match &args.dialect {
+        Some(name) => post::dialect(name, None)?,
+        None => claymill_controller::dialect_of(&args.program[0])?,
+    };
+    let job = MachineJob::read(&args.folder, &machine)?;
+    let (program, comparison) = claymill_controller::moves_of(&job, &args.program, dialect, &machine)?;
+    context.console.say(format!(
+        "program   {dialect}: {} moves in {} blocks, {} missing, {} blocks beside the job; largest difference from \
+         the job {:.6} mm at line {} (move {})",
+        comparison.moves,
+        comparison.elements,
+        comparison.missing,
+        comparison.added,
+        comparison.largest_mm,
+        comparison.largest_line,
+        comparison.largest_seq
+    ));
+    options.excess_limit_mm += machine.tolerance_mm;
+    context.console.stage("verifying");
+    let progress = |stage: &str, share| context.console.at(stage, share);
+    Ok(claymill_verify::verify_instead(&args.folder, &program, &options, &progress)?)
 }
 
 /// 0 when every bar was met, 1 when a finding is an error.

@@ -1,0 +1,79 @@
+use claymill_nurbs::Point3;
+use nalgebra::Vector2;
+
+use crate::number::LengthFormat;
+use crate::{Arc, Plane, Shape};
+
+/// Where a curve is cut into biarcs: a point of a plane and the direction there.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Station {
+    pub(crate) point: Point3,
+    pub(crate) direction: Vector2<f64>,
+}
+
+/// Arcs with a larger radius are written as lines, mm: their centres would need more digits than there are.
+const LARGEST_RADIUS_MM: f64 = 50_000.0;
+
+/// Two arcs from `a` to `b`, tangent to both directions and to each other, in written digits; the joint is
+/// the one that makes both tangent lengths equal (Bolton, "Biarc curves", Computer-Aided Design 7, 1975).
+/// `None` where there is no such pair.
+pub(crate) fn biarc(a: &Station, b: &Station, plane: Plane, format: &LengthFormat) -> Option<Vec<Shape>> {
+    let [i, j, _] = plane.axes();
+    let flat = |p: &Point3| Vector2::new(p[i], p[j]);
+    let (p, q) = (flat(&a.point), flat(&b.point));
+    let (s, t) = (a.direction, b.direction);
+    let v = q - p;
+    let sum = s + t;
+    let spread = 2.0 * (1.0 - s.dot(&t));
+    let d = if spread > 1e-9 {
+        let dot = v.dot(&sum);
+        (-dot + (dot * dot + spread * v.norm_squared()).sqrt()) / spread
+    } else {
+        let along = v.dot(&t);
+        if along <= 0.0 {
+            return None;
+        }
+        v.norm_squared() / (4.0 * along)
+    };
+    if !(d.is_finite() && d > 0.0) || d > 10.0 * v.norm() {
+        return None;
+    }
+    let middle = (p + q + (s - t) * d) * 0.5;
+    let mut joint = a.point;
+    (joint[i], joint[j]) = (middle.x, middle.y);
+    let joint = format.snap_point(&joint);
+    let first = tangent_arc(&a.point, &joint, s, false, plane, format);
+    let second = tangent_arc(&joint, &b.point, t, true, plane, format);
+    Some([first, second].into_iter().filter(|shape| shape.start() != shape.end()).collect())
+}
+
+/// The arc from `from` to `to` that has direction `d` at its start, or at its end; a line where it is as good
+/// as straight.
+fn tangent_arc(
+    from: &Point3,
+    to: &Point3,
+    d: Vector2<f64>,
+    at_end: bool,
+    plane: Plane,
+    format: &LengthFormat,
+) -> Shape {
+    let line = Shape::Line { from: *from, to: *to };
+    let [i, j, _] = plane.axes();
+    let chord = Vector2::new(to[i] - from[i], to[j] - from[j]);
+    let normal = Vector2::new(-d.y, d.x);
+    let (touch, chord) = if at_end { (to, -chord) } else { (from, chord) };
+    let off = 2.0 * normal.dot(&chord);
+    if off.abs() * LARGEST_RADIUS_MM <= chord.norm_squared() {
+        return line;
+    }
+    // Signed radius along the normal: positive to the left of the motion, counterclockwise.
+    let radius = chord.norm_squared() / off;
+    let mut centre = *touch;
+    centre[i] += normal.x * radius;
+    centre[j] += normal.y * radius;
+    // The centre is written from the start, in the program's digits.
+    for axis in [i, j] {
+        centre[axis] = from[axis] + format.snap(centre[axis] - from[axis]);
+    }
+    Arc::through(*from, *to, centre, plane, radius < 0.0).map_or(line, Shape::Arc)
+}

@@ -1,0 +1,276 @@
+use std::fmt::Write as _;
+use std::io::BufRead;
+
+use claymill_nurbs::Point3;
+use claymill_toolpath::MoveKind;
+
+use super::gcode_read::Reader;
+use super::{Fault, Grammar, Page, Sink, beckhoff, fanuc, linuxcnc, siemens, tool_number};
+use crate::job::{Section, Stroke};
+use crate::lower::{Abilities, Lowered, Splines};
+use crate::number::decimal;
+use crate::{Coolant, Machine, Plane, Shape, Units};
+
+/// A control that is programmed in words of G-code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Flavour {
+    Fanuc,
+    Mitsubishi,
+    Siemens,
+    LinuxCnc {
+        /// Curves in G18 and G19: from 2.10 on.
+        planes: bool,
+    },
+    Beckhoff,
+    Plain,
+}
+
+impl Flavour {
+    /// Axes that G0 starts together may arrive one after the other: the tool then leaves the straight line.
+    fn rapid_is_straight(self) -> bool {
+        matches!(self, Flavour::LinuxCnc { .. })
+    }
+
+    pub(crate) fn semicolon(self) -> bool {
+        matches!(self, Flavour::Siemens | Flavour::Beckhoff)
+    }
+
+    fn comment(self, text: &str) -> String {
+        let plain: String = text
+            .chars()
+            .map(|c| if c.is_ascii() && !c.is_ascii_control() && !"()%;".contains(c) { c } else { '_' })
+            .collect();
+        if self.semicolon() { format!("; {plain}") } else { format!("({plain})") }
+    }
+
+    fn unit_code(self, units: Units) -> &'static str {
+        match (self, units) {
+            (Flavour::Siemens, Units::Mm) => "G71",
+            (Flavour::Siemens, Units::Inch) => "G70",
+            (_, Units::Mm) => "G21",
+            (_, Units::Inch) => "G20",
+        }
+    }
+}
+
+/// Writes and reads G-code.
+#[derive(Debug)]
+pub(crate) struct GCode(pub(crate) Flavour);
+
+/// `X1. Y2. Z3.`
+pub(crate) fn point(page: &Page, p: &Point3) -> String {
+    let f = &page.format;
+    format!("X{} Y{} Z{}", f.text(p.x), f.text(p.y), f.text(p.z))
+}
+
+/// `F6000.`
+pub(crate) fn feed(page: &Page, mm_per_min: f64) -> String {
+    format!("F{}", decimal(mm_per_min / page.format.units.mm(), 3))
+}
+
+impl Grammar for GCode {
+    fn abilities(&self, machine: &Machine) -> Abilities {
+        let splines: Vec<Splines> = match self.0 {
+            _ if !machine.nurbs => Vec::new(),
+            Flavour::Fanuc => vec![fanuc::splines(machine, 3)],
+            Flavour::Mitsubishi => vec![fanuc::splines(machine, 4)],
+            Flavour::Siemens => siemens::splines(machine),
+            Flavour::LinuxCnc { planes } => vec![linuxcnc::splines(planes)],
+            Flavour::Beckhoff => vec![beckhoff::splines()],
+            Flavour::Plain => Vec::new(),
+        };
+        Abilities { splines, arcs: machine.arcs }
+    }
+
+    fn digits(&self) -> u8 {
+        if self.0 == Flavour::Fanuc { 3 } else { 4 }
+    }
+
+    fn begin(&self, out: &mut String, page: &Page) {
+        let code = |out: &mut String, line: &str| {
+            let _ = writeln!(out, "{line}");
+        };
+        match self.0 {
+            Flavour::Fanuc | Flavour::Mitsubishi | Flavour::Plain => {
+                code(out, "%");
+                code(out, "O0001");
+            }
+            Flavour::LinuxCnc { .. } => code(out, "%"),
+            Flavour::Siemens | Flavour::Beckhoff => {}
+        }
+        for line in &page.header {
+            code(out, &self.0.comment(line));
+        }
+        let unit = self.0.unit_code(page.machine.units);
+        code(
+            out,
+            &match self.0 {
+                Flavour::Siemens => format!("G90 G94 {unit} G17 G40 G64"),
+                Flavour::Beckhoff => format!("G90 G94 {unit} G17 G40"),
+                Flavour::LinuxCnc { .. } => {
+                    let blend = decimal(page.machine.blend_mm / page.format.units.mm(), 6);
+                    format!("G90 G94 {unit} G17 G40 G49 G80 G64 P{blend}")
+                }
+                _ => format!("G90 G94 {unit} G17 G40 G49 G80"),
+            },
+        );
+        for line in &page.machine.start {
+            code(out, line);
+        }
+        match self.0 {
+            Flavour::Beckhoff => code(out, "#SPLINE TYPE BSPLINE"),
+            Flavour::Fanuc | Flavour::Mitsubishi if page.machine.nurbs => {}
+            _ => {}
+        }
+    }
+
+    fn section(&self, out: &mut String, page: &Page, section: &Section, start: &Point3) {
+        let machine = page.machine;
+        let mut code = |line: String| {
+            let _ = writeln!(out, "{line}");
+        };
+        if machine.comments {
+            code(self.0.comment(&format!("setup {} tool {}", section.setup, section.tool)));
+        }
+        let tool = tool_number(&section.tool);
+        match &machine.tool_change {
+            Some(lines) => lines.iter().for_each(|l| code(l.replace("{tool}", &tool.to_string()))),
+            None => code(format!("T{tool} M6")),
+        }
+        if let Some(offset) = machine.place(&section.setup).work_offset.filter(|o| !o.is_empty()) {
+            code(offset);
+        }
+        if machine.spindle.speed_rpm > 0.0 {
+            let turn = if machine.spindle.counterclockwise { 4 } else { 3 };
+            code(format!("S{} M{turn}", machine.spindle.speed_rpm.round()));
+        }
+        let height = page.format.text(section.clearance_mm.max(start.z));
+        match self.0 {
+            Flavour::Fanuc | Flavour::Mitsubishi => code(format!("G0 G43 Z{height} H{tool}")),
+            Flavour::LinuxCnc { .. } => {
+                code("G43".into());
+                code(format!("G0 Z{height}"));
+            }
+            _ => code(format!("G0 Z{height}")),
+        }
+        code(format!("G0 X{} Y{}", page.format.text(start.x), page.format.text(start.y)));
+        code(format!("G0 Z{}", page.format.text(start.z)));
+        match machine.coolant {
+            Coolant::Off => {}
+            Coolant::Mist => code("M7".into()),
+            Coolant::Flood => code("M8".into()),
+        }
+        if matches!(self.0, Flavour::Fanuc | Flavour::Mitsubishi) && machine.nurbs {
+            code("G05 P10000".into());
+        }
+    }
+
+    fn stroke(&self, out: &mut String, page: &Page, stroke: &Stroke, lowered: &Lowered, _: u64) {
+        if page.machine.comments && stroke.kind == MoveKind::Cut {
+            let _ = writeln!(
+                out,
+                "{}",
+                self.0.comment(&format!("move {} region {} pass {}", stroke.seq, stroke.region, stroke.pass))
+            );
+        }
+        let rate = feed(page, stroke.feed);
+        let mut first = true;
+        let mut plane = Plane::Xy;
+        for shape in &lowered.shapes {
+            match shape {
+                Shape::Line { from, to } => {
+                    let axes = (to - from).iter().filter(|c| **c != 0.0).count();
+                    let rapid = stroke.kind == MoveKind::Rapid && (axes < 2 || self.0.rapid_is_straight());
+                    let p = point(page, to);
+                    let _ = match (rapid, first) {
+                        (true, _) => writeln!(out, "G0 {p}"),
+                        (false, true) => writeln!(out, "G1 {p} {rate}"),
+                        (false, false) => writeln!(out, "G1 {p}"),
+                    };
+                }
+                Shape::Arc(arc) => {
+                    let [i, j, _] = arc.plane.axes();
+                    let offset = |axis: usize| {
+                        let letter = ["I", "J", "K"][axis];
+                        format!("{letter}{}", page.format.text(arc.centre[axis] - arc.from[axis]))
+                    };
+                    let (a, b) = if i < j { (i, j) } else { (j, i) };
+                    let g = if arc.clockwise { 2 } else { 3 };
+                    if arc.plane != plane {
+                        let _ = write!(out, "G{} ", arc.plane.g());
+                        plane = arc.plane;
+                    }
+                    let _ = write!(out, "G{g} {} {} {}", point(page, &arc.to), offset(a), offset(b));
+                    let _ = if first { writeln!(out, " {rate}") } else { writeln!(out) };
+                }
+                Shape::Spline(curve) => {
+                    let rate = first.then_some(rate.as_str());
+                    match self.0 {
+                        Flavour::Fanuc | Flavour::Mitsubishi => fanuc::write(out, page, curve, rate),
+                        Flavour::Siemens => siemens::write(out, page, curve, rate),
+                        Flavour::LinuxCnc { .. } => {
+                            plane = linuxcnc::write(out, page, curve, rate, plane);
+                        }
+                        Flavour::Beckhoff => beckhoff::write(out, page, curve, rate),
+                        Flavour::Plain => {}
+                    }
+                }
+            }
+            first = false;
+        }
+        if plane != Plane::Xy {
+            let _ = writeln!(out, "G17");
+        }
+    }
+
+    fn leave(
+        &self,
+        out: &mut String,
+        page: &Page,
+        section: &Section,
+        end: &Point3,
+        stop: Option<&str>,
+        _: std::ops::Range<u64>,
+    ) {
+        if matches!(self.0, Flavour::Fanuc | Flavour::Mitsubishi) && page.machine.nurbs {
+            let _ = writeln!(out, "G05 P0");
+        }
+        if section.clearance_mm > end.z {
+            let _ = writeln!(out, "G0 Z{}", page.format.text(section.clearance_mm));
+        }
+        if page.machine.coolant != Coolant::Off {
+            let _ = writeln!(out, "M9");
+        }
+        if page.machine.spindle.speed_rpm > 0.0 {
+            let _ = writeln!(out, "M5");
+        }
+        if let Some(text) = stop {
+            let _ = writeln!(out, "{}", self.0.comment(text));
+            let _ = writeln!(out, "M0");
+        }
+    }
+
+    fn end(&self, out: &mut String, page: &Page, _: &[u64]) {
+        for line in &page.machine.end {
+            let _ = writeln!(out, "{line}");
+        }
+        let _ = writeln!(out, "{}", if matches!(self.0, Flavour::LinuxCnc { .. }) { "M2" } else { "M30" });
+        if !self.0.semicolon() {
+            let _ = writeln!(out, "%");
+        }
+    }
+
+    fn numbered(&self, line: &str) -> bool {
+        !line.starts_with(['%', '(', ';', 'O', '#'])
+    }
+
+    fn read(&self, text: &mut dyn BufRead, machine: &Machine, sink: Sink<'_>) -> Result<(), Fault> {
+        let mut reader = Reader::new(self.0, machine, sink);
+        let mut last = 0;
+        super::lines(text, |line, text| {
+            last = line;
+            reader.block(line, text)
+        })?;
+        reader.finish().map_err(|refusal| Fault::Refused { line: last, refusal })
+    }
+}

@@ -1,0 +1,255 @@
+//! One file a grammar: how a control writes moves, and how it reads them.
+
+mod apt;
+mod beckhoff;
+mod fanuc;
+mod gcode;
+mod gcode_read;
+mod heidenhain;
+mod linuxcnc;
+mod siemens;
+mod step_nc;
+
+use std::fmt;
+use std::io::BufRead;
+use std::str::FromStr;
+
+use claymill_nurbs::Point3;
+
+use crate::job::{Section, Stroke};
+use crate::lower::{Abilities, Lowered};
+use crate::number::LengthFormat;
+use crate::{Machine, Refusal, Shape, Units};
+
+use gcode::{Flavour, GCode};
+
+/// A control's language.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Dialect {
+    /// Fanuc 15i/30i with G06.2.
+    Fanuc,
+    /// Mitsubishi M700V with G06.2.
+    Mitsubishi,
+    /// Siemens 840D with BSPLINE and POLY.
+    Siemens,
+    /// Heidenhain conversational with SPL.
+    Heidenhain,
+    /// LinuxCNC 2.9.
+    LinuxCnc29,
+    /// LinuxCNC 2.10.
+    LinuxCnc210,
+    /// Beckhoff and ISG with B-splines.
+    Beckhoff,
+    /// Plain G-code: lines and arcs.
+    G1,
+    /// CLDATA with CATIA's NURBS statements.
+    AptCatia,
+    /// CLDATA with Creo's NURBS statements.
+    AptCreo,
+    /// ISO 14649 in a Part 21 file.
+    StepNc,
+}
+
+impl Dialect {
+    /// All of them.
+    pub const ALL: [Dialect; 11] = [
+        Dialect::Fanuc,
+        Dialect::Mitsubishi,
+        Dialect::Siemens,
+        Dialect::Heidenhain,
+        Dialect::LinuxCnc29,
+        Dialect::LinuxCnc210,
+        Dialect::Beckhoff,
+        Dialect::G1,
+        Dialect::AptCatia,
+        Dialect::AptCreo,
+        Dialect::StepNc,
+    ];
+
+    /// Its name on the command line and in headers.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Dialect::Fanuc => "fanuc",
+            Dialect::Mitsubishi => "mitsubishi",
+            Dialect::Siemens => "siemens",
+            Dialect::Heidenhain => "heidenhain",
+            Dialect::LinuxCnc29 => "linuxcnc-2.9",
+            Dialect::LinuxCnc210 => "linuxcnc-2.10",
+            Dialect::Beckhoff => "beckhoff",
+            Dialect::G1 => "g1",
+            Dialect::AptCatia => "apt-catia",
+            Dialect::AptCreo => "apt-creo",
+            Dialect::StepNc => "step-nc",
+        }
+    }
+
+    pub(crate) fn grammar(self) -> &'static dyn Grammar {
+        match self {
+            Dialect::Fanuc => &GCode(Flavour::Fanuc),
+            Dialect::Mitsubishi => &GCode(Flavour::Mitsubishi),
+            Dialect::Siemens => &GCode(Flavour::Siemens),
+            Dialect::LinuxCnc29 => &GCode(Flavour::LinuxCnc { planes: false }),
+            Dialect::LinuxCnc210 => &GCode(Flavour::LinuxCnc { planes: true }),
+            Dialect::Beckhoff => &GCode(Flavour::Beckhoff),
+            Dialect::G1 => &GCode(Flavour::Plain),
+            Dialect::Heidenhain => &heidenhain::Heidenhain,
+            Dialect::AptCatia => &apt::Apt { creo: false },
+            Dialect::AptCreo => &apt::Apt { creo: true },
+            Dialect::StepNc => &step_nc::StepNc,
+        }
+    }
+
+    /// The dialect that the first lines of a program name.
+    pub(crate) fn recognise(head: &str) -> Option<Dialect> {
+        let tag = head.split_once(TAG)?.1.trim_start();
+        let name: String =
+            tag.chars().take_while(|c| c.is_ascii_alphanumeric() || "-.".contains(*c)).collect();
+        Dialect::ALL.into_iter().find(|d| d.name() == name)
+    }
+
+    /// Decimals of coordinates when the machine says nothing.
+    #[must_use]
+    pub fn format(self, machine: &Machine) -> LengthFormat {
+        let mm = self.grammar().digits();
+        let usual = if machine.units == Units::Inch { mm + 1 } else { mm };
+        LengthFormat { units: machine.units, digits: machine.digits.unwrap_or(usual) }
+    }
+}
+
+/// Stands in a header before the dialect's name.
+pub(crate) const TAG: &str = "claymill post:";
+
+/// `text` names no dialect.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "`{0}` is no dialect; write one of fanuc, mitsubishi, siemens, heidenhain, linuxcnc, beckhoff, g1, apt, apt-creo, step-nc"
+)]
+pub struct UnknownDialect(pub String);
+
+impl FromStr for Dialect {
+    type Err = UnknownDialect;
+
+    fn from_str(text: &str) -> Result<Self, UnknownDialect> {
+        match text {
+            "linuxcnc" => Ok(Dialect::LinuxCnc29),
+            "apt" => Ok(Dialect::AptCatia),
+            _ => {
+                let found = Dialect::ALL.into_iter().find(|d| d.name() == text);
+                found.ok_or_else(|| UnknownDialect(text.to_owned()))
+            }
+        }
+    }
+}
+
+impl fmt::Display for Dialect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What a writer knows beside the moves.
+#[derive(Debug)]
+pub(crate) struct Page<'a> {
+    pub(crate) machine: &'a Machine,
+    pub(crate) format: LengthFormat,
+    /// Name of the program: letters and digits.
+    pub(crate) name: String,
+    /// Lines for the header, the dialect's tag among them.
+    pub(crate) header: Vec<String>,
+}
+
+/// A part of the program that one block moves along.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Element {
+    /// Line of the block, from 1.
+    pub line: usize,
+    /// G0.
+    pub rapid: bool,
+    /// Feed, mm/min; the machine's rapid rate where it is rapid.
+    pub feed: f64,
+    /// What it moves along.
+    pub shape: Shape,
+}
+
+/// Takes elements as they are read.
+pub(crate) type Sink<'a> = &'a mut dyn FnMut(Element) -> Result<(), Refusal>;
+
+/// A block that was refused, and its line.
+#[derive(Debug)]
+pub(crate) enum Fault {
+    Io(std::io::Error),
+    Refused { line: usize, refusal: Refusal },
+}
+
+/// A control's language: writing and reading.
+pub(crate) trait Grammar: Sync {
+    fn abilities(&self, machine: &Machine) -> Abilities;
+    /// Usual decimals of a coordinate in mm.
+    fn digits(&self) -> u8;
+    /// The file up to the first section.
+    fn begin(&self, out: &mut String, page: &Page);
+    /// Tool, spindle, work offset and a safe way to above the start of the first move, from anywhere.
+    fn section(&self, out: &mut String, page: &Page, section: &Section, start: &Point3);
+    /// One move.
+    fn stroke(&self, out: &mut String, page: &Page, stroke: &Stroke, lowered: &Lowered, id: u64);
+    /// Up to the clearance height, and a stop where the next section has another setup.
+    /// `ids` are those of the moves since [`Grammar::section`].
+    fn leave(
+        &self,
+        out: &mut String,
+        page: &Page,
+        section: &Section,
+        end: &Point3,
+        stop: Option<&str>,
+        ids: std::ops::Range<u64>,
+    );
+    /// The file's end; `groups` are the first ids of its sections.
+    fn end(&self, out: &mut String, page: &Page, groups: &[u64]);
+    /// Whether a line takes a line number, and is there one in any case.
+    fn numbered(&self, _line: &str) -> bool {
+        true
+    }
+    /// Whether every line must have a number.
+    fn always_numbered(&self) -> bool {
+        false
+    }
+    /// Reads a program; the position is unknown at its beginning.
+    fn read(&self, text: &mut dyn BufRead, machine: &Machine, sink: Sink<'_>) -> Result<(), Fault>;
+}
+
+/// A line of a program is never longer than this, bytes.
+const LONGEST_LINE: u64 = 1 << 16;
+
+/// Calls `each` with the lines of a program, numbered from 1.
+pub(crate) fn lines(
+    text: &mut dyn BufRead,
+    mut each: impl FnMut(usize, &str) -> Result<(), Refusal>,
+) -> Result<(), Fault> {
+    let mut buffer = Vec::new();
+    let mut line = 0;
+    loop {
+        buffer.clear();
+        line += 1;
+        let mut limited = std::io::Read::take(&mut *text, LONGEST_LINE);
+        let count = limited.read_until(b'\n', &mut buffer).map_err(Fault::Io)?;
+        if count == 0 {
+            return Ok(());
+        }
+        let refuse = |refusal| Fault::Refused { line, refusal };
+        if count as u64 == LONGEST_LINE {
+            return Err(refuse(Refusal::new(
+                "syntax",
+                format!("the line has more than {LONGEST_LINE} bytes"),
+            )));
+        }
+        let text = String::from_utf8_lossy(&buffer);
+        each(line, text.trim_end()).map_err(refuse)?;
+    }
+}
+
+/// Number of a tool id: 1 for `T1`.
+pub(crate) fn tool_number(id: &str) -> u32 {
+    let digits: String = id.chars().filter(char::is_ascii_digit).take(6).collect();
+    digits.parse().unwrap_or(1)
+}

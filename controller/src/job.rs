@@ -1,0 +1,130 @@
+use std::path::Path;
+
+use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
+use claymill_toolpath::{Job, Move, MoveKind, Program, read_job, read_moves};
+
+use crate::frame::signed_axis;
+use crate::{Frame, Machine, PostError};
+
+/// One move of the job in its setup's machine coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stroke {
+    /// The move's place in the job.
+    pub seq: u64,
+    /// What it is for.
+    pub kind: MoveKind,
+    /// Region.
+    pub region: usize,
+    /// Pass.
+    pub pass: u32,
+    /// Feed, mm/min, brought down to what the machine does.
+    pub feed: f64,
+    /// The tip's curve, mm.
+    pub curve: Curve3,
+}
+
+/// Moves with one setup and one tool.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Section {
+    /// Setup.
+    pub setup: String,
+    /// Tool id, `T1`.
+    pub tool: String,
+    /// From model to machine coordinates.
+    pub frame: Frame,
+    /// Height above which nothing is in the way, machine mm.
+    pub clearance_mm: f64,
+    /// Its moves.
+    pub strokes: Vec<Stroke>,
+}
+
+/// A job as a machine sees it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MachineJob {
+    /// The job's record.
+    pub job: Job,
+    /// Sections in machining order.
+    pub sections: Vec<Section>,
+}
+
+impl MachineJob {
+    /// Reads a job folder into the machine's coordinates.
+    ///
+    /// # Errors
+    /// The folder cannot be read, a move is no curve or names an unknown setup, or there are no moves.
+    pub fn read(folder: &Path, machine: &Machine) -> Result<Self, PostError> {
+        Self::new(read_job(folder)?, &read_moves(folder)?, machine)
+    }
+
+    /// The moves of a job in the machine's coordinates.
+    ///
+    /// # Errors
+    /// A move is no curve or names an unknown setup, or there are no moves.
+    pub fn new(job: Job, program: &Program, machine: &Machine) -> Result<Self, PostError> {
+        let mut sections: Vec<Section> = Vec::new();
+        for m in &program.moves {
+            if !sections.last().is_some_and(|s| s.setup == m.setup && s.tool == m.tool) {
+                sections.push(section(&job, m, machine)?);
+            }
+            let Some(section) = sections.last_mut() else { continue };
+            if (Vector3::from(m.axis_start) - section.frame.axis()).norm() > 1e-6
+                || (Vector3::from(m.axis_end) - section.frame.axis()).norm() > 1e-6
+            {
+                return Err(PostError::Job(format!(
+                    "move {} tilts the tool; posts are for three axes and one tool axis a setup",
+                    m.seq
+                )));
+            }
+            let limit = match m.kind {
+                MoveKind::Rapid => machine.feed.rapid_mm_per_min,
+                _ => machine.feed.max_mm_per_min,
+            };
+            section.strokes.push(Stroke {
+                seq: m.seq,
+                kind: m.kind,
+                region: m.region,
+                pass: m.pass,
+                feed: m.feed.min(limit),
+                curve: turned(&m.curve()?, |p| section.frame.to_machine(p)),
+            });
+        }
+        if sections.is_empty() {
+            return Err(PostError::Job("the job has no moves".into()));
+        }
+        Ok(MachineJob { job, sections })
+    }
+
+    /// Number of moves.
+    #[must_use]
+    pub fn strokes(&self) -> usize {
+        self.sections.iter().map(|s| s.strokes.len()).sum()
+    }
+}
+
+fn section(job: &Job, m: &Move, machine: &Machine) -> Result<Section, PostError> {
+    let setup = job.setups.iter().find(|s| s.name == m.setup).ok_or_else(|| {
+        PostError::Job(format!("move {} names setup `{}`, which is not listed", m.seq, m.setup))
+    })?;
+    let axis = |text: &str| {
+        signed_axis(text).ok_or_else(|| PostError::Job(format!("`{text}` is no axis; it should be like +z")))
+    };
+    let (up, front) = (axis(&job.request.up)?, axis(&job.request.length)?);
+    let zero = Point3::from(machine.place(&m.setup).zero_mm);
+    let frame = Frame::new(Vector3::from(setup.axis), up, front, zero)
+        .ok_or_else(|| PostError::Job(format!("setup `{}` has no tool axis", m.setup)))?;
+    Ok(Section {
+        setup: m.setup.clone(),
+        tool: m.tool.clone(),
+        clearance_mm: setup.clearance_mm - frame.axis().dot(&zero.coords),
+        frame,
+        strokes: Vec::new(),
+    })
+}
+
+/// The curve with its points taken elsewhere by a rigid motion.
+pub(crate) fn turned(curve: &Curve3, to: impl Fn(&Point3) -> Point3) -> Curve3 {
+    let points = curve.points().iter().map(to).collect();
+    let knots: KnotVector = curve.knots().clone();
+    // A rigid motion keeps finite what is finite; should it not, the curve stays and the comparison tells.
+    Curve3::new(knots, points, curve.weights().map(<[f64]>::to_vec)).unwrap_or_else(|_| curve.clone())
+}

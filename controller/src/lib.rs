@@ -1,0 +1,44 @@
+//! From a job folder to a machine's control: posts, their parsers, the stream and controls that exist only here.
+//!
+//! ```text
+//!   job folder ─► MachineJob ─► ladder (NURBS, polynomial, biarcs, straight) ─► grammar ─► program
+//!                     ▲                                                                       │
+//!                     └──────────────── comparison ◄── elements ◄── the same grammar ◄────────┘
+//! ```
+//!
+//! A program is never believed: it is read back from its file by the grammar of its control, and held against
+//! the job, curve by curve. Lengths are millimetres in the setup's machine coordinates, whose +Z is the tool
+//! axis.
+//!
+//! ```
+//! use claymill_controller::{Dialect, Machine, check};
+//! let program = "G90 G21 G94\nG0 Z10.\nG0 X0. Y0.\nG0 Z0.\nG1 X10. F600.\nM30\n";
+//! assert_eq!(check(program, Dialect::G1, &Machine::default()), Ok(2));
+//! ```
+
+mod biarc;
+mod compare;
+mod dialects;
+mod error;
+mod follow;
+mod frame;
+mod job;
+mod lower;
+mod machine;
+mod number;
+mod post;
+mod shape;
+mod words;
+
+pub use compare::{Comparison, check, compare, dialect_of, elements, moves_of};
+pub use dialects::{Dialect, Element, UnknownDialect};
+pub use error::{MachineError, PostError, ReadError, Refusal};
+pub use frame::Frame;
+pub use job::{MachineJob, Section, Stroke};
+pub use lower::Rung;
+pub use machine::{
+    AxisName, Coolant, Dynamics, Feed, Files, LineNumbers, Machine, SetupPlace, Spindle, Units,
+};
+pub use number::LengthFormat;
+pub use post::{PostTotals, WrittenFile, post};
+pub use shape::{ARC_RADIUS_MM, Arc, Plane, Shape};

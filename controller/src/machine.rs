@@ -1,0 +1,320 @@
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::MachineError;
+
+/// A machine as its TOML file describes it; everything may be left out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Machine {
+    /// Name, for the program's header.
+    pub name: String,
+    /// Unit of the program.
+    pub units: Units,
+    /// Decimals of coordinates; by default those of the dialect.
+    pub digits: Option<u8>,
+    /// How far the program may be from the job before rounding, mm: what arcs and straight moves may use up.
+    pub tolerance_mm: f64,
+    /// LinuxCNC's path tolerance `G64 P`, mm.
+    pub blend_mm: f64,
+    /// Work offset selected before the first move, for example `G54`.
+    pub work_offset: String,
+    /// Line numbers; none when absent. Heidenhain always has them.
+    pub line_numbers: Option<LineNumbers>,
+    /// Comments that name setup, region and pass.
+    pub comments: bool,
+    /// One file for the job, for each setup or for each tool.
+    pub files: Files,
+    /// A new file is begun at the next rapid when a file has this size.
+    pub max_bytes: Option<u64>,
+    /// Circular arcs, where a plane of two axes holds the curve and the control takes no better.
+    pub arcs: bool,
+    /// NURBS, where the control takes them.
+    pub nurbs: bool,
+    /// Largest number of control points in one curve; longer ones are cut at a knot.
+    pub max_points: Option<usize>,
+    /// Travel of the axes, mm in machine coordinates of the program.
+    pub axes: BTreeMap<AxisName, [f64; 2]>,
+    /// Feeds.
+    pub feed: Feed,
+    /// Spindle.
+    pub spindle: Spindle,
+    /// Coolant.
+    pub coolant: Coolant,
+    /// Blocks for a tool change; `{tool}` stands for its number. By default those of the dialect.
+    pub tool_change: Option<Vec<String>>,
+    /// Blocks after the header, before the first tool change.
+    pub start: Vec<String>,
+    /// Blocks before the end of the program.
+    pub end: Vec<String>,
+    /// What differs between setups, by setup name.
+    pub setups: BTreeMap<String, SetupPlace>,
+    /// Velocity, acceleration and jerk of the axes.
+    pub dynamics: Dynamics,
+}
+
+/// Unit of a program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Units {
+    /// Millimetres.
+    Mm,
+    /// Inches.
+    Inch,
+}
+
+impl Units {
+    /// Millimetres in one unit.
+    #[must_use]
+    pub fn mm(self) -> f64 {
+        match self {
+            Units::Mm => 1.0,
+            Units::Inch => 25.4,
+        }
+    }
+}
+
+/// An axis of the machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AxisName {
+    /// X.
+    X,
+    /// Y.
+    Y,
+    /// Z.
+    Z,
+}
+
+/// First number and step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LineNumbers {
+    /// Number of the first block.
+    pub first: u64,
+    /// Step.
+    pub step: u64,
+}
+
+/// How a job is spread over files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Files {
+    /// All in one; the program stops between setups.
+    One,
+    /// One for each setup.
+    Setup,
+    /// One for each tool of each setup.
+    Tool,
+}
+
+/// Feeds, mm/min.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Feed {
+    /// Faster feeds of the job are brought down to this.
+    pub max_mm_per_min: f64,
+    /// Rapid rate.
+    pub rapid_mm_per_min: f64,
+}
+
+/// Spindle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Spindle {
+    /// Speed, 1/min; 0 leaves the spindle alone.
+    pub speed_rpm: f64,
+    /// Counterclockwise (M4).
+    pub counterclockwise: bool,
+}
+
+/// Coolant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Coolant {
+    /// None.
+    Off,
+    /// M7.
+    Mist,
+    /// M8.
+    Flood,
+}
+
+/// Where a setup stands on the machine.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SetupPlace {
+    /// Its own work offset.
+    pub work_offset: Option<String>,
+    /// The work's zero in model coordinates, mm.
+    pub zero_mm: [f64; 3],
+}
+
+/// What the axes can do.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Dynamics {
+    /// Along the path, mm/s².
+    pub acceleration_mm_per_s2: f64,
+    /// Along the path, mm/s³.
+    pub jerk_mm_per_s3: f64,
+    /// Time of one interpolation step, s.
+    pub cycle_s: f64,
+}
+
+impl Default for Machine {
+    fn default() -> Self {
+        Machine {
+            name: "three axes".into(),
+            units: Units::Mm,
+            digits: None,
+            tolerance_mm: 0.002,
+            blend_mm: 0.002,
+            work_offset: "G54".into(),
+            line_numbers: None,
+            comments: true,
+            files: Files::One,
+            max_bytes: None,
+            arcs: true,
+            nurbs: true,
+            max_points: None,
+            axes: BTreeMap::new(),
+            feed: Feed::default(),
+            spindle: Spindle::default(),
+            coolant: Coolant::Off,
+            tool_change: None,
+            start: Vec::new(),
+            end: Vec::new(),
+            setups: BTreeMap::new(),
+            dynamics: Dynamics::default(),
+        }
+    }
+}
+
+impl Default for Feed {
+    fn default() -> Self {
+        Feed { max_mm_per_min: 60_000.0, rapid_mm_per_min: 60_000.0 }
+    }
+}
+
+impl Default for Spindle {
+    fn default() -> Self {
+        Spindle { speed_rpm: 12_000.0, counterclockwise: false }
+    }
+}
+
+impl Default for Dynamics {
+    fn default() -> Self {
+        Dynamics { acceleration_mm_per_s2: 3000.0, jerk_mm_per_s3: 60_000.0, cycle_s: 0.001 }
+    }
+}
+
+impl Machine {
+    /// Reads a machine definition.
+    ///
+    /// # Errors
+    /// The file cannot be read, is no TOML of the documented form, or has values that make no sense.
+    pub fn read(path: &Path) -> Result<Self, MachineError> {
+        let io = |source| MachineError::Io { path: path.to_owned(), source };
+        let text = std::fs::read_to_string(path).map_err(io)?;
+        let syntax = |e| MachineError::Syntax { path: path.to_owned(), source: Box::new(e) };
+        let machine: Machine = toml::from_str(&text).map_err(syntax)?;
+        machine.check()?;
+        Ok(machine)
+    }
+
+    /// Refuses values that make no sense.
+    ///
+    /// # Errors
+    /// The first such value.
+    pub fn check(&self) -> Result<(), MachineError> {
+        let value = |field, what: &str| Err(MachineError::Value { field, what: what.to_owned() });
+        let positive = |v: f64| v.is_finite() && v > 0.0;
+        if !(positive(self.tolerance_mm) && self.tolerance_mm <= 1.0) {
+            return value("tolerance_mm", "must be above 0 and no more than 1");
+        }
+        if !(self.blend_mm.is_finite() && (0.0..=1.0).contains(&self.blend_mm)) {
+            return value("blend_mm", "must be from 0 to 1");
+        }
+        if self.digits.is_some_and(|d| !(1..=8).contains(&d)) {
+            return value("digits", "must be from 1 to 8");
+        }
+        if self.max_bytes.is_some_and(|b| b < 4096) {
+            return value("max_bytes", "must be at least 4096");
+        }
+        if self.max_points.is_some_and(|n| n < 4) {
+            return value("max_points", "must be at least 4");
+        }
+        if self.line_numbers.is_some_and(|n| n.step == 0 || n.step > 1000 || n.first > 1_000_000) {
+            return value("line_numbers", "must have a step from 1 to 1000 and begin below 1000000");
+        }
+        if !(positive(self.feed.max_mm_per_min) && positive(self.feed.rapid_mm_per_min)) {
+            return value("feed", "must have positive rates");
+        }
+        if !(self.spindle.speed_rpm.is_finite() && self.spindle.speed_rpm >= 0.0) {
+            return value("spindle", "must have a speed that is not negative");
+        }
+        let d = &self.dynamics;
+        if !(positive(d.acceleration_mm_per_s2) && positive(d.jerk_mm_per_s3) && positive(d.cycle_s)) {
+            return value("dynamics", "must be positive");
+        }
+        if self.axes.values().any(|[a, b]| !(a.is_finite() && b.is_finite() && a < b)) {
+            return value("axes", "must have a lower limit below the upper one");
+        }
+        if self.setups.values().any(|s| s.zero_mm.iter().any(|z| !z.is_finite() || z.abs() > 1e6)) {
+            return value("setups", "must have zeros that are finite");
+        }
+        let lines = self.start.iter().chain(&self.end).chain(self.tool_change.iter().flatten());
+        let names = [&self.name, &self.work_offset];
+        let offsets = self.setups.values().filter_map(|s| s.work_offset.as_ref());
+        if lines.chain(names).chain(offsets).any(|l| l.chars().any(char::is_control)) {
+            return value("start, end, tool_change, work_offset, name", "must be single lines");
+        }
+        Ok(())
+    }
+
+    /// Work offset and zero of a setup.
+    #[must_use]
+    pub fn place(&self, setup: &str) -> SetupPlace {
+        let mut place = self.setups.get(setup).cloned().unwrap_or_default();
+        place.work_offset.get_or_insert_with(|| self.work_offset.clone());
+        place
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_machine_survives_its_own_file() {
+        let mut machine =
+            Machine { line_numbers: Some(LineNumbers { first: 10, step: 10 }), ..Machine::default() };
+        machine.axes.insert(AxisName::X, [-100.0, 3000.0]);
+        machine.setups.insert("top".into(), SetupPlace { work_offset: None, zero_mm: [1.0, 2.0, 3.0] });
+        let text = toml::to_string(&machine).unwrap();
+        assert_eq!(toml::from_str::<Machine>(&text).unwrap(), machine);
+        assert_eq!(toml::from_str::<Machine>("").unwrap(), Machine::default());
+    }
+
+    #[test]
+    fn senseless_values_are_refused() {
+        for text in [
+            "tolerance_mm = 0",
+            "tolerance_mm = nan",
+            "digits = 12",
+            "max_bytes = 1",
+            "line_numbers = { first = 1, step = 0 }",
+            "feed = { max_mm_per_min = -1 }",
+            "axes = { x = [3, 1] }",
+            "start = [\"G0\\nG1\"]",
+            "dynamics = { jerk_mm_per_s3 = 0 }",
+        ] {
+            let machine: Machine = toml::from_str(text).unwrap();
+            assert!(machine.check().is_err(), "{text}");
+        }
+        assert!(toml::from_str::<Machine>("tolerence_mm = 1").is_err());
+    }
+}

@@ -1,0 +1,387 @@
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use claymill_toolpath::MoveKind;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::compare::{Comparison, compare};
+use crate::dialects::{Dialect, Grammar, Page, TAG};
+use crate::job::{MachineJob, Section, Stroke};
+use crate::lower::{Lowered, Rung, lower};
+use crate::machine::Files;
+use crate::{AxisName, Machine, PostError, Refusal};
+
+/// What was written, and how well it stands for the job.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PostTotals {
+    /// The dialect.
+    pub dialect: String,
+    /// The machine's name.
+    pub machine: String,
+    /// Files in the order in which they are run.
+    pub files: Vec<WrittenFile>,
+    /// Moves by what they became.
+    pub rungs: BTreeMap<Rung, u64>,
+    /// How far the program may be from the job before rounding, mm.
+    pub tolerance_mm: f64,
+    /// How far it may be with rounding, mm.
+    pub stated_mm: f64,
+    /// Largest distance measured while writing, mm.
+    pub written_mm: f64,
+    /// What reading back found.
+    pub read_back: Comparison,
+}
+
+/// One file of a program.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct WrittenFile {
+    /// Its path.
+    pub path: PathBuf,
+    /// Its size.
+    pub bytes: u64,
+    /// Its lines.
+    pub lines: u64,
+}
+
+/// Moves taken down the ladder at a time.
+const BATCH: usize = 2048;
+/// Stands in the header until the program has been read back; as long as what replaces it.
+const UNKNOWN: &str = "?.??????";
+
+/// Writes a job for a control, reads what was written, and moves it into place when it is the job.
+///
+/// Everything goes into a folder beside the destination first, which `partial` is told so that it can be
+/// removed should the process be interrupted.
+///
+/// # Errors
+/// The machine cannot do the job, a file cannot be written, or what was written is not the job.
+pub fn post(
+    job: &MachineJob,
+    dialect: Dialect,
+    machine: &Machine,
+    out: &Path,
+    partial: &dyn Fn(&Path),
+) -> Result<PostTotals, PostError> {
+    let parent = match out.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p.to_owned(),
+        _ => PathBuf::from("."),
+    };
+    let name = out.file_name().map_or_else(|| "program".into(), |n| n.to_string_lossy().into_owned());
+    let folder = Scratch(parent.join(format!(".{name}.{}.partial", std::process::id())));
+    partial(&folder.0);
+    let io = |path: &Path| {
+        let path = path.to_owned();
+        move |source| PostError::Io { path, source }
+    };
+    fs::create_dir_all(&folder.0).map_err(io(out))?;
+    let format = dialect.format(machine);
+    let mut writer = Writer {
+        grammar: dialect.grammar(),
+        page: Page { machine, format, name: program_name(&name), header: Vec::new() },
+        dialect,
+        job,
+        folder: folder.0.clone(),
+        sheets: Vec::new(),
+        rungs: BTreeMap::new(),
+        written_mm: 0.0,
+        first_id: 0,
+        groups: Vec::new(),
+    };
+    writer.all()?;
+    let Writer { sheets, rungs, written_mm, .. } = writer;
+    let paths: Vec<PathBuf> = sheets.iter().map(|s| s.path.clone()).collect();
+    let read_back = compare(job, &paths, dialect, machine)?;
+    let stated_mm = machine.tolerance_mm + 0.87 * format.step_mm();
+    judge(&read_back, job, stated_mm)?;
+    let mut files = Vec::new();
+    for (i, sheet) in sheets.iter().enumerate() {
+        let text = format!("{:.6}", read_back.largest_mm);
+        if text.len() == UNKNOWN.len() {
+            patch(&sheet.path, sheet.unknown_at, &text).map_err(io(&sheet.path))?;
+        }
+        let single = sheets.len() == 1 && machine.files == Files::One;
+        let place = if single { out.to_owned() } else { parent.join(part_name(&name, i + 1, &sheet.setup)) };
+        fs::rename(&sheet.path, &place).map_err(io(&place))?;
+        files.push(WrittenFile { path: place, bytes: sheet.bytes, lines: sheet.lines });
+    }
+    Ok(PostTotals {
+        dialect: dialect.name().into(),
+        machine: machine.name.clone(),
+        files,
+        rungs,
+        tolerance_mm: machine.tolerance_mm,
+        stated_mm,
+        written_mm,
+        read_back,
+    })
+}
+
+/// Slack of the comparison's own arithmetic, mm.
+const ARITHMETIC_MM: f64 = 2e-6;
+
+fn judge(found: &Comparison, job: &MachineJob, stated_mm: f64) -> Result<(), PostError> {
+    if found.largest_mm > stated_mm + ARITHMETIC_MM {
+        let (found_mm, seq) = (found.largest_mm, found.largest_seq);
+        return Err(PostError::Differs { found_mm, stated_mm, seq });
+    }
+    let lost =
+        |what: &str, seq: Option<u64>| Err(PostError::Lost { what: what.into(), seq: seq.unwrap_or(0) });
+    if found.missing > 0 || found.moves != job.strokes() as u64 {
+        return lost("is not in the program", found.first_missing);
+    }
+    if found.feed_differs > 0 {
+        return lost("has another feed", found.first_feed_differs);
+    }
+    Ok(())
+}
+
+/// Overwrites a few bytes of a file.
+fn patch(path: &Path, at: u64, text: &str) -> io::Result<()> {
+    let mut file = File::options().write(true).open(path)?;
+    file.seek(SeekFrom::Start(at))?;
+    file.write_all(text.as_bytes())
+}
+
+/// A folder that goes when nobody needs it any more.
+struct Scratch(PathBuf);
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // Best effort: there is nobody left to tell.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Letters, digits and underscores of a file's stem.
+fn program_name(file: &str) -> String {
+    let stem = file.split('.').next().unwrap_or("");
+    let name: String = stem
+        .chars()
+        .map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_uppercase() } else { '_' })
+        .take(32)
+        .collect();
+    if name.is_empty() { "CLAYMILL".into() } else { name }
+}
+
+/// `body-02-top.nc`
+fn part_name(file: &str, number: usize, setup: &str) -> String {
+    let (stem, extension) =
+        file.rsplit_once('.').map_or((file, String::new()), |(s, e)| (s, format!(".{e}")));
+    let setup: String = setup.chars().filter(char::is_ascii_alphanumeric).collect();
+    format!("{stem}-{number:02}-{setup}{extension}")
+}
+
+/// A finished file.
+struct Sheet {
+    path: PathBuf,
+    setup: String,
+    bytes: u64,
+    lines: u64,
+    unknown_at: u64,
+}
+
+struct Writer<'a> {
+    grammar: &'static dyn Grammar,
+    page: Page<'a>,
+    dialect: Dialect,
+    job: &'a MachineJob,
+    folder: PathBuf,
+    sheets: Vec<Sheet>,
+    rungs: BTreeMap<Rung, u64>,
+    written_mm: f64,
+    /// Id of the first move of the section that is being written.
+    first_id: u64,
+    groups: Vec<u64>,
+}
+
+/// A file that is being written.
+struct Open {
+    out: BufWriter<File>,
+    sheet: Sheet,
+    number: u64,
+}
+
+impl<'a> Writer<'a> {
+    fn all(&mut self) -> Result<(), PostError> {
+        let (job, machine) = (self.job, self.page.machine);
+        let mut open: Option<Open> = None;
+        let mut id = 0;
+        for (i, section) in job.sections.iter().enumerate() {
+            let next = job.sections.get(i + 1);
+            let mut file = match open.take() {
+                Some(file) => file,
+                None => self.begin(section)?,
+            };
+            let mut rest = &section.strokes[..];
+            while !rest.is_empty() {
+                let written = self.part(&mut file, section, rest, &mut id)?;
+                rest = &rest[written..];
+                let last = rest.is_empty();
+                let same_file = last
+                    && next.is_some_and(|n| match machine.files {
+                        Files::One => true,
+                        Files::Setup => n.setup == section.setup,
+                        Files::Tool => n.setup == section.setup && n.tool == section.tool,
+                    });
+                let turn = next.filter(|n| same_file && n.setup != section.setup);
+                let stop = turn.map(|n| format!("turn the part: setup {}", n.setup));
+                let stroke = &section.strokes[section.strokes.len() - rest.len() - 1];
+                let end = self.page.format.snap_point(&stroke.curve.end());
+                let mut text = String::new();
+                self.grammar.leave(&mut text, &self.page, section, &end, stop.as_deref(), self.first_id..id);
+                self.lines(&mut file, &text)?;
+                self.groups.push(self.first_id);
+                if same_file {
+                    open = Some(file);
+                    break;
+                }
+                self.end(file)?;
+                if last {
+                    break;
+                }
+                file = self.begin(section)?;
+            }
+        }
+        if let Some(file) = open {
+            self.end(file)?;
+        }
+        Ok(())
+    }
+
+    /// Writes strokes of one section until it ends or the file is full; returns how many.
+    fn part(
+        &mut self,
+        file: &mut Open,
+        section: &Section,
+        strokes: &[Stroke],
+        id: &mut u64,
+    ) -> Result<usize, PostError> {
+        self.first_id = *id;
+        let start = self.page.format.snap_point(&strokes[0].curve.start());
+        let mut text = String::new();
+        self.grammar.section(&mut text, &self.page, section, &start);
+        self.lines(file, &text)?;
+        let mut written = 0;
+        for batch in strokes.chunks(BATCH) {
+            let first = *id;
+            let made: Vec<Result<(String, Lowered), PostError>> = batch
+                .par_iter()
+                .enumerate()
+                .map(|(i, stroke)| self.stroke(stroke, first + i as u64))
+                .collect();
+            for (stroke, made) in batch.iter().zip(made) {
+                let full = self.page.machine.max_bytes.is_some_and(|max| file.sheet.bytes >= max);
+                if full && written > 0 && stroke.kind == MoveKind::Rapid {
+                    return Ok(written);
+                }
+                let (text, lowered) = made?;
+                *self.rungs.entry(lowered.rung).or_default() += 1;
+                self.written_mm = self.written_mm.max(lowered.error_mm);
+                self.lines(file, &text)?;
+                *id += 1;
+                written += 1;
+            }
+        }
+        Ok(written)
+    }
+
+    fn stroke(&self, stroke: &Stroke, id: u64) -> Result<(String, Lowered), PostError> {
+        let machine = self.page.machine;
+        let refused = |refusal| PostError::Refused { seq: stroke.seq, refusal };
+        let abilities = self.grammar.abilities(machine);
+        let lowered =
+            lower(&stroke.curve, &abilities, &self.page.format, machine.tolerance_mm).map_err(refused)?;
+        for (axis, [low, high]) in &machine.axes {
+            let k = *axis as usize;
+            let out = stroke.curve.points().iter().find(|p| p[k] < *low || p[k] > *high);
+            if let Some(p) = out {
+                let letter = match axis {
+                    AxisName::X => "X",
+                    AxisName::Y => "Y",
+                    AxisName::Z => "Z",
+                };
+                return Err(refused(Refusal::new(
+                    "axis-limit",
+                    format!("{letter} {:.4} mm is outside {low} to {high} mm", p[k]),
+                )));
+            }
+        }
+        let mut text = String::new();
+        self.grammar.stroke(&mut text, &self.page, stroke, &lowered, id);
+        Ok((text, lowered))
+    }
+
+    fn begin(&mut self, section: &Section) -> Result<Open, PostError> {
+        let path = self.folder.join(format!("{:05}", self.sheets.len()));
+        let out = File::create(&path).map_err(|source| PostError::Io { path: path.clone(), source })?;
+        let machine = self.page.machine;
+        let unit = if machine.units == crate::Units::Mm { "mm" } else { "inch" };
+        let model = Path::new(&self.job.job.model.path);
+        let model = model.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        self.page.header = vec![
+            format!("{TAG} {}", self.dialect),
+            format!("version {}, machine {}", env!("CARGO_PKG_VERSION"), machine.name),
+            format!("model {model}, tool {}, unit {unit}", self.job.job.request.tool),
+            format!("file {}, setup {}", self.sheets.len() + 1, section.setup),
+            format!(
+                "tolerance {} mm, with rounding {:.6} mm",
+                machine.tolerance_mm,
+                machine.tolerance_mm + 0.87 * self.page.format.step_mm()
+            ),
+            format!("largest difference from the job, read back: {UNKNOWN} mm"),
+        ];
+        for line in &mut self.page.header {
+            line.retain(|c| !c.is_control());
+        }
+        let sheet = Sheet { path, setup: section.setup.clone(), bytes: 0, lines: 0, unknown_at: 0 };
+        let number = machine.line_numbers.map_or(0, |n| n.first);
+        let mut file = Open { out: BufWriter::with_capacity(1 << 18, out), sheet, number };
+        let mut text = String::new();
+        self.grammar.begin(&mut text, &self.page);
+        self.lines(&mut file, &text)?;
+        Ok(file)
+    }
+
+    fn end(&mut self, mut file: Open) -> Result<(), PostError> {
+        let mut text = String::new();
+        let groups = std::mem::take(&mut self.groups);
+        self.grammar.end(&mut text, &self.page, &groups);
+        self.lines(&mut file, &text)?;
+        let path = file.sheet.path.clone();
+        file.out.flush().map_err(|source| PostError::Io { path, source })?;
+        self.sheets.push(file.sheet);
+        Ok(())
+    }
+
+    /// Writes lines, with their numbers where the machine wants them.
+    fn lines(&self, file: &mut Open, text: &str) -> Result<(), PostError> {
+        let always = self.grammar.always_numbered();
+        let put = |file: &mut Open, bytes: &str| {
+            file.sheet.bytes += bytes.len() as u64;
+            file.out.write_all(bytes.as_bytes())
+        };
+        let mut all = || -> io::Result<()> {
+            for line in text.split_inclusive('\n') {
+                if self.grammar.numbered(line) {
+                    if always {
+                        put(file, &format!("{} ", file.number))?;
+                        file.number += self.page.machine.line_numbers.map_or(1, |n| n.step);
+                    } else if let Some(numbers) = self.page.machine.line_numbers {
+                        put(file, &format!("N{} ", file.number))?;
+                        file.number += numbers.step;
+                    }
+                }
+                if let Some(at) = line.find(UNKNOWN).filter(|_| file.sheet.unknown_at == 0) {
+                    file.sheet.unknown_at = file.sheet.bytes + at as u64;
+                }
+                file.sheet.lines += 1;
+                put(file, line)?;
+            }
+            Ok(())
+        };
+        all().map_err(|source| PostError::Io { path: file.sheet.path.clone(), source })
+    }
+}

@@ -52,6 +52,17 @@ pub(crate) struct InspectArgs {
     /// Millimetres in one unit of a mesh whose format has no unit (STL, OBJ).
     #[arg(long, default_value_t = 1.0, value_name = "MM")]
     pub(crate) mesh_unit: f64,
+    /// Picture of the model with its defects marked.
+    #[arg(short, long, value_name = "PNG")]
+    pub(crate) out: Option<PathBuf>,
+    /// View of the picture: iso, top, left, right, front or rear.
+    #[arg(long, default_value = "iso", requires = "out")]
+    pub(crate) view: String,
+    /// Width and height of the picture in pixels.
+    #[arg(long, default_value = "1920x1080", value_name = "WxH", requires = "out")]
+    pub(crate) size: String,
+    #[command(flatten)]
+    pub(crate) axes: AxisArgs,
 }
 
 #[derive(Debug, Args)]

@@ -30,6 +30,7 @@ mod lettering;
 mod overlay;
 mod palette;
 mod picture;
+mod pins;
 mod pipelines;
 mod placement;
 mod render;
@@ -45,6 +46,7 @@ pub use error::ViewError;
 pub use heat::{HeatScale, heat_colour};
 pub use palette::{CLAY, NOT_CUT, RegionExtent, Rgb, colour_regions, region_palette, stroke_shade};
 pub use picture::Picture;
+pub use pins::{Pin, PinShape};
 pub use render::{Backdrop, PictureOptions, Renderer, render_png};
 pub use report::{ReportError, ReportInput, ReportPicture, report_html, write_report};
 pub use scene::{

@@ -3,6 +3,7 @@ use claymill_nurbs::Vector3;
 use crate::camera::Camera;
 use crate::lettering::{draw_strokes, fill, text_width, write_text};
 use crate::picture::Picture;
+use crate::pins::{draw_pin, draw_pins};
 use crate::placement::{Area, Corner, Covered, Page};
 use crate::scene::{LegendEntry, Mark, Scene};
 
@@ -19,11 +20,12 @@ struct Layout {
     line: f32,
 }
 
-/// Draws scale bar, axes, caption and legend onto a picture, the latter two where the model is not;
+/// Draws pins, scale bar, axes, caption and legend onto a picture, the latter two where the model is not;
 /// `share`: the part of the passes that is drawn.
 pub(crate) fn annotate(picture: &mut Picture, scene: &Scene, camera: &Camera, model: &Covered, share: f32) {
     let letter = (picture.width.min(picture.height) as f32 * 0.0115).clamp(6.5, 40.0);
     let layout = Layout { letter, border: 2.2 * letter, line: 2.15 * letter };
+    draw_pins(picture, &scene.pins, camera, letter);
     let mut page = Page::new([picture.width, picture.height], model);
     if camera.is_orthographic() {
         page.take(scale_bar(picture, &layout, camera.mm_per_px() as f32));
@@ -94,6 +96,9 @@ fn legend(picture: &mut Picture, layout: &Layout, page: &mut Page, rows: &[(Opti
                 Mark::Area => {
                     let corner = [left, middle - 0.65 * letter];
                     fill(picture, corner, [sign, 1.3 * letter], entry.colour, 1.0);
+                }
+                Mark::Pin(shape) => {
+                    draw_pin(picture, shape, entry.colour, [left + 0.5 * sign, middle], letter);
                 }
                 Mark::Line(width_px) => {
                     let line = [[left, middle], [left + sign, middle]];

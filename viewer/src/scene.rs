@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::ViewError;
 use crate::borders::{BorderKind, classify_borders};
 use crate::palette::{CLAY, NOT_CUT, RegionExtent, Rgb, colour_regions};
+use crate::pins::{Pin, PinShape};
 use crate::strokes::{self, StrokeStyle};
 
 /// A model as the caller sees it: the faces, their triangles and the region that each belongs to.
@@ -112,6 +113,8 @@ pub enum Mark {
     Area,
     /// A line of this width, pixels.
     Line(f32),
+    /// The sign of pins.
+    Pin(PinShape),
 }
 
 /// A line of the legend.
@@ -134,6 +137,8 @@ pub struct Scene {
     pub surfaces: Vec<SurfaceMesh>,
     /// The lines, in drawing order.
     pub lines: Vec<LineLayer>,
+    /// Marked places, drawn over everything.
+    pub pins: Vec<Pin>,
     /// The legend, top to bottom.
     pub legend: Vec<LegendEntry>,
     /// Caption lines, the first one larger.

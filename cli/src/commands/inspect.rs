@@ -8,6 +8,7 @@ use claymill_surface_merge::{BoundaryAccount, Preset, Tolerance};
 use serde::Serialize;
 
 use super::inspect_mesh::{inspect_mesh, is_mesh};
+use super::inspect_picture::save_picture;
 use super::{Context, box_mm};
 use crate::args::InspectArgs;
 use crate::console::outln;
@@ -52,6 +53,10 @@ pub(crate) fn inspect(context: &Context, args: &InspectArgs) -> Result<ExitCode,
     context.console.stage("looking for defects");
     let merged = super::merge::regions(model, &Preset::Clay.options())?;
     let defects = defects(model, &merged, &loaded.face_area_mm2);
+    if let Some(path) = &args.out {
+        context.console.stage("drawing");
+        save_picture(context, args, &loaded, &merged, &defects, path)?;
+    }
     context.console.finish();
     let (faces, report) = (&loaded.import.model.faces, &loaded.import.report);
     let mut surface_kinds = BTreeMap::new();

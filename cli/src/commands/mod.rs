@@ -6,6 +6,7 @@ mod demo;
 mod export;
 mod inspect;
 mod inspect_mesh;
+mod inspect_picture;
 mod merge;
 mod pictures;
 mod plan;

@@ -28,12 +28,7 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
     let axes = pictures::axes(orientation(context.console, &axes, &loaded.bounds)?);
     let view = match &args.camera {
         Some(camera) => parse_camera(camera, &axes)?,
-        None => View::named(&args.view, &axes).ok_or_else(|| {
-            Failure::usage(
-                format!("there is no view `{}`", args.view),
-                "There are: iso, top, left, right, front, rear; --camera gives any other.",
-            )
-        })?,
+        None => named_view(&args.view, &axes)?,
     };
 
     context.console.stage("merging");
@@ -90,7 +85,16 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
     Ok(ExitCode::SUCCESS)
 }
 
-fn parse_size(text: &str) -> Result<[u32; 2], Failure> {
+pub(crate) fn named_view(name: &str, axes: &Axes) -> Result<View, Failure> {
+    View::named(name, axes).ok_or_else(|| {
+        Failure::usage(
+            format!("there is no view `{name}`"),
+            "There are: iso, top, left, right, front, rear; render's --camera gives any other.",
+        )
+    })
+}
+
+pub(crate) fn parse_size(text: &str) -> Result<[u32; 2], Failure> {
     let parsed = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     parsed.ok_or_else(|| {
         Failure::usage(format!("`{text}` is not a size"), "Write for example --size 1920x1080.")

@@ -6,6 +6,28 @@ use crate::run::run;
 use crate::scratch;
 
 #[test]
+fn a_picture_marks_the_defects_in_the_colours_of_its_legend() {
+    let folder = scratch();
+    let sample = ["sample", "ribbon", "--patches", "200", "-o", "ribbon.igs", "--flaw", "duplicate:3"];
+    assert_eq!(run(folder.path(), sample).code, Some(0));
+    let size = ["--size", "640x480", "--view", "top"];
+    let drawn =
+        run(folder.path(), ["inspect", "ribbon.igs", "--json", "-o", "marked.png"].iter().chain(&size));
+    assert_eq!(drawn.code, Some(0), "{drawn:?}");
+    assert_eq!(drawn.json()["defect_counts"]["G-FA-DU"], 3);
+    let file = std::fs::File::open(folder.path().join("marked.png")).unwrap();
+    let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
+    let mut rgb = vec![0; reader.output_buffer_size().unwrap()];
+    let shown = reader.next_frame(&mut rgb).unwrap();
+    assert_eq!((shown.width, shown.height), (640, 480));
+    // Three squares and one in the legend, in the middle of their lines quite red.
+    let red = rgb.chunks_exact(3).filter(|p| p[0] > 180 && p[1] < 80 && p[2] < 80).count();
+    assert!((40..4000).contains(&red), "{red} red pixels");
+    let refused = run(folder.path(), ["inspect", "ribbon.igs", "-o", "marked.png", "--view", "below"]);
+    assert_eq!(refused.code, Some(2));
+}
+
+#[test]
 fn flaws_planted_into_a_file_are_found_explained_and_swept() {
     let folder = scratch();
     let sample = ["sample", "ribbon", "--patches", "200", "-o", "ribbon.igs"];

@@ -1,12 +1,14 @@
 //! The order in which the passes of a part are cut.
 
+use claymill_nurbs::Point3;
 use claymill_toolpath::LinkStyle;
 
-/// A pass as the orderer sees it: where it starts and ends (horizontally, in the setup).
+/// A pass as the orderer sees it: where it starts and ends. In space, since a row that falls off one sheet onto
+/// another goes on there only after a retract.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ends {
-    pub(crate) start: [f64; 2],
-    pub(crate) end: [f64; 2],
+    pub(crate) start: Point3,
+    pub(crate) end: Point3,
 }
 
 /// A pass in the order of cutting.
@@ -28,7 +30,7 @@ pub(crate) fn order(passes: &[Ends], style: LinkStyle) -> Vec<Turn> {
         let mut best = (f64::INFINITY, 0, false);
         for (slot, &pass) in left.iter().enumerate() {
             let ends = &passes[pass];
-            let way = |to: [f64; 2]| (to[0] - here[0]).powi(2) + (to[1] - here[1]).powi(2);
+            let way = |to: Point3| (to - here).norm_squared();
             let mut consider = |distance: f64, reversed: bool| {
                 if distance < best.0 {
                     best = (distance, slot, reversed);
@@ -61,8 +63,26 @@ pub(crate) fn order(passes: &[Ends], style: LinkStyle) -> Vec<Turn> {
 mod tests {
     use super::*;
 
+    #[test]
+    fn one_sheet_is_finished_before_the_other_below() {
+        // Every row falls off the upper sheet at x = 100 and goes on 50 mm below.
+        let at = |x: f64, k: usize, z: f64| Point3::new(x, 3.0 * k as f64, z);
+        let passes: Vec<Ends> = (0..6)
+            .flat_map(|k| {
+                [
+                    Ends { start: at(0.0, k, 50.0), end: at(100.0, k, 50.0) },
+                    Ends { start: at(100.5, k, 0.0), end: at(200.0, k, 0.0) },
+                ]
+            })
+            .collect();
+        let turns = order(&passes, LinkStyle::Lace);
+        let falls = turns.windows(2).filter(|w| w[0].pass % 2 != w[1].pass % 2).count();
+        assert_eq!(falls, 1);
+    }
+
     fn rows(count: usize) -> Vec<Ends> {
-        (0..count).map(|k| Ends { start: [0.0, k as f64 * 3.0], end: [100.0, k as f64 * 3.0] }).collect()
+        let at = |x: f64, k: usize| Point3::new(x, 3.0 * k as f64, 0.0);
+        (0..count).map(|k| Ends { start: at(0.0, k), end: at(100.0, k) }).collect()
     }
 
     #[test]

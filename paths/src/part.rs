@@ -120,12 +120,7 @@ impl SetupContext<'_> {
     }
 
     fn link_passes(&self, mut passes: Vec<Pass>, part: &mut Part) {
-        let flat = |p: Point3| {
-            let q = self.frame.to_setup(&p);
-            [q.x, q.y]
-        };
-        let ends: Vec<Ends> =
-            passes.iter().map(|p| Ends { start: flat(p.start()), end: flat(p.end()) }).collect();
+        let ends: Vec<Ends> = passes.iter().map(|p| Ends { start: p.start(), end: p.end() }).collect();
         let turns = order(&ends, self.link);
         for turn in &turns {
             if turn.reversed {

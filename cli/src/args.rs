@@ -133,7 +133,8 @@ pub(crate) struct CompareArgs {
     pub(crate) out: PathBuf,
     /// Strategies to compare.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "NAMES",
-          default_values_t = [StrategyName::Planar, StrategyName::IsoPatch])]
+          default_values_t = [StrategyName::Planar, StrategyName::Iso, StrategyName::Scallop, StrategyName::IsoPatch,
+                              StrategyName::Auto])]
     pub(crate) strategies: Vec<StrategyName>,
     /// Scallop heights, mm.
     #[arg(long, value_delimiter = ',', value_name = "MM", default_values_t = [0.1])]
@@ -217,8 +218,14 @@ pub(crate) enum PresetName {
 pub(crate) enum StrategyName {
     /// Parallel rows over whole regions.
     Planar,
+    /// Lines that sweep a whole region from side to side.
+    Iso,
+    /// Lines at a constant scallop height from one side of a region.
+    Scallop,
     /// Parameter lines of every patch by itself.
     IsoPatch,
+    /// For each region whatever costs least of planar, iso and scallop.
+    Auto,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]

@@ -281,38 +281,22 @@ fn of_each<T, L>(all: &[T], levels: impl Fn(&T) -> Vec<L>) -> Vec<(usize, L)> {
     all.iter().enumerate().flat_map(|(k, t)| levels(t).into_iter().map(move |l| (k, l))).collect()
 }
 
-/// Claimed stretches of a line, over short gaps.
+/// Claimed stretches of a line, over short gaps and with one place more at either end: what is claimed ends
+/// somewhere between two places.
 fn runs(places: &[Option<Place>]) -> Vec<Vec<Place>> {
-    let mut runs: Vec<Vec<Place>> = Vec::new();
-    let mut open: Vec<Place> = Vec::new();
-    let mut claimed = 0;
-    let mut close = |open: &mut Vec<Place>, claimed: &mut usize| {
-        open.truncate(*claimed);
-        *claimed = 0;
-        if open.len() > 1 {
-            runs.push(std::mem::take(open));
-        }
-        open.clear();
-    };
-    for place in places {
-        let Some(place) = place else {
-            close(&mut open, &mut claimed);
-            continue;
-        };
-        if open.is_empty() && !place.claimed {
-            continue;
-        }
-        if claimed > 0 && (place.point - open[claimed - 1].point).norm() > BRIDGE_MM {
-            close(&mut open, &mut claimed);
-            if !place.claimed {
-                continue;
+    let mut runs = Vec::new();
+    for part in places.split(Option::is_none) {
+        let part: Vec<Place> = part.iter().flatten().copied().collect();
+        let mut claimed: Vec<(usize, usize)> = Vec::new();
+        for i in (0..part.len()).filter(|&i| part[i].claimed) {
+            match claimed.last_mut() {
+                Some(open) if (part[i].point - part[open.1].point).norm() <= BRIDGE_MM => open.1 = i,
+                _ => claimed.push((i, i)),
             }
         }
-        open.push(*place);
-        if place.claimed {
-            claimed = open.len();
-        }
+        let beyond =
+            |(from, to): (usize, usize)| part[from.saturating_sub(1)..part.len().min(to + 2)].to_vec();
+        runs.extend(claimed.into_iter().map(beyond).filter(|run| run.len() > 1));
     }
-    close(&mut open, &mut claimed);
     runs
 }

@@ -26,6 +26,7 @@ mod banded;
 mod claims;
 mod contact;
 mod crests;
+mod field_levels;
 mod frame;
 mod guide;
 mod heights;

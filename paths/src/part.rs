@@ -1,18 +1,20 @@
 //! The passes of one part: what one setup cuts of one region.
 
 use claymill_nurbs::{Curve3, Model, Point3};
-use claymill_toolpath::{LengthByKind, LinkStyle, Move, MoveKind, round_to_written};
+use claymill_surface_merge::RegionMesh;
+use claymill_toolpath::{Considered, LengthByKind, LinkStyle, Move, MoveKind, round_to_written};
 use rayon::prelude::*;
 
 use crate::claims::Claims;
 use crate::contact::{FlatPart, Stock};
 use crate::crests::Laid;
+use crate::field_levels::FieldLevels;
 use crate::guide::{Guide, Line};
 use crate::heights::Heights;
 use crate::levels::Levels;
 use crate::order::{Ends, Turn, order};
 use crate::patch_levels::PatchLevels;
-use crate::profile::{Chain, follow};
+use crate::profile::{Chain, Profile, follow};
 use crate::reach::Fate;
 use crate::refit::{Fit, Over, fit};
 use crate::{Feeds, Frame, RowsAlong, Strategy};
@@ -54,6 +56,8 @@ pub(crate) struct SetupContext<'a> {
 #[derive(Debug, Clone)]
 pub(crate) struct Part {
     pub(crate) moves: Vec<Move>,
+    pub(crate) strategy: Strategy,
+    pub(crate) considered: Vec<Considered>,
     /// Direction of straight rows.
     pub(crate) along: Option<RowsAlong>,
     pub(crate) passes: u32,
@@ -62,46 +66,98 @@ pub(crate) struct Part {
     pub(crate) lifted: u64,
 }
 
+/// The exact paths of a part by one strategy.
+struct Layout {
+    strategy: Strategy,
+    laid: Vec<Laid>,
+    lifted: u64,
+    along: Option<RowsAlong>,
+}
+
+impl Layout {
+    fn considered(&self) -> Considered {
+        let chains = || self.laid.iter().flat_map(|l| &l.chains);
+        let length_mm = chains().flatten().map(Profile::length_mm).sum();
+        Considered { strategy: self.strategy.to_string(), length_mm, passes: chains().count() as u32 }
+    }
+
+    /// Length of the passes, each with the cost of a turn.
+    fn cost_mm(&self) -> f64 {
+        let Considered { length_mm, passes, .. } = self.considered();
+        length_mm + TURN_MM * f64::from(passes)
+    }
+}
+
 /// The curves of one pass, in order.
 struct Pass {
     curves: Vec<Curve3>,
 }
 
 impl SetupContext<'_> {
-    /// Plans the part of the region made of `faces`; `None` when this setup cuts nothing of it.
-    pub(crate) fn part(&self, faces: &[usize], fates: &[Vec<Fate>]) -> Option<Part> {
+    /// Plans the part of the region made of `faces`, with its mesh where there is one; `None` when this setup
+    /// cuts nothing of it.
+    pub(crate) fn part(
+        &self,
+        faces: &[usize],
+        mesh: Option<&RegionMesh>,
+        fates: &[Vec<Fate>],
+    ) -> Option<Part> {
         let claims = Claims::new(self.flat, fates, self.index);
-        let (laid, lifted, along) = match self.strategy {
-            Strategy::Planar => {
-                let (along, raster, rows) = self.rows(faces, fates)?;
-                let (laid, lifted) = self.lay_rows(&raster, rows, along, &claims);
-                (laid, lifted, Some(along))
-            }
-            Strategy::IsoPatch => {
-                let whole = faces.iter().filter(|&&f| claims.any(f));
-                let patches: Vec<Box<dyn Levels + '_>> =
-                    whole.map(|&f| Box::new(PatchLevels::new(f, &self.model.faces[f])) as _).collect();
-                let (laid, lifted) = self.lay_levels(&patches, &claims);
-                (laid, lifted, None)
-            }
-        };
-        let passes: Vec<Pass> = laid.par_iter().flat_map_iter(|row| self.fit_row(row)).collect();
+        let candidates = self.strategy.candidates().iter();
+        let layouts: Vec<Layout> =
+            candidates.filter_map(|&s| self.lay(s, faces, mesh, fates, &claims)).collect();
+        let considered = layouts.iter().map(Layout::considered).collect();
+        let chosen = layouts.into_iter().min_by(|a, b| a.cost_mm().total_cmp(&b.cost_mm()))?;
+        let passes: Vec<Pass> = chosen.laid.par_iter().flat_map_iter(|row| self.fit_row(row)).collect();
         if passes.is_empty() {
             return None;
         }
         let mut part = Part {
             moves: Vec::new(),
-            along,
+            strategy: chosen.strategy,
+            considered,
+            along: chosen.along,
             passes: passes.len() as u32,
             retracts: 0,
             length: LengthByKind::default(),
-            lifted,
+            lifted: chosen.lifted,
         };
         self.link_passes(passes, &mut part);
         for m in &part.moves {
             part.length.add(m.kind, m.length_mm());
         }
         Some(part)
+    }
+
+    /// Lays the exact paths by one strategy.
+    fn lay(
+        &self,
+        strategy: Strategy,
+        faces: &[usize],
+        mesh: Option<&RegionMesh>,
+        fates: &[Vec<Fate>],
+        claims: &Claims,
+    ) -> Option<Layout> {
+        if strategy == Strategy::Planar {
+            let (along, raster, rows) = self.rows(faces, fates)?;
+            let (laid, lifted) = self.lay_rows(&raster, rows, along, claims);
+            return Some(Layout { strategy, laid, lifted, along: Some(along) });
+        }
+        let field = mesh.filter(|_| strategy.sweeps_regions()).and_then(|mesh| {
+            let field = match strategy {
+                Strategy::Scallop => FieldLevels::scallop(mesh, self),
+                _ => FieldLevels::sweep(mesh),
+            };
+            field.ok()
+        });
+        // What no field covers is cut patch by patch.
+        let covered = field.as_ref().map(FieldLevels::faces).unwrap_or_default();
+        let alone = faces.iter().filter(|&&f| claims.any(f) && !covered.contains(&f));
+        let mut patterns: Vec<Box<dyn Levels + '_>> =
+            alone.map(|&f| Box::new(PatchLevels::new(f, &self.model.faces[f])) as _).collect();
+        patterns.extend(field.map(|f| Box::new(f) as _));
+        let (laid, lifted) = self.lay_levels(&patterns, claims);
+        (!laid.is_empty()).then_some(Layout { strategy, laid, lifted, along: None })
     }
 
     fn fit_row(&self, row: &Laid) -> Vec<Pass> {
@@ -179,7 +235,7 @@ impl SetupContext<'_> {
             return None;
         };
         let whole = chain[0].start().s == 0.0 && chain[chain.len() - 1].end().s == length;
-        let path_mm: f64 = chain.iter().map(crate::profile::Profile::length_mm).sum();
+        let path_mm: f64 = chain.iter().map(Profile::length_mm).sum();
         if !whole || path_mm > self.retract_mm(from, to) {
             return None;
         }

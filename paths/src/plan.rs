@@ -1,6 +1,7 @@
 use std::collections::BTreeMap;
 
 use claymill_nurbs::{Aabb, FaceId, Model, NurbsError};
+use claymill_surface_merge::{Merge, RegionMesh};
 use claymill_toolpath::{
     Area, FaceAccount, LengthByKind, LinkStyle, Move, Program, RegionTotals, Setup, Tool, Totals, UncutReason,
 };
@@ -8,6 +9,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::contact::{CONTACT_EPSILON_MM, FlatPart, Stock};
+use crate::field_levels::mesh_edge_mm;
 use crate::heights::Heights;
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
 use crate::reach::{Fate, assign};
@@ -59,6 +61,8 @@ impl Default for Feeds {
 /// The regions to cut.
 #[derive(Debug, Clone)]
 pub struct Regions<'a> {
+    /// What merging found: regions and joints.
+    pub merged: &'a Merge,
     /// Region of each face.
     pub of_face: &'a [usize],
     /// Whether each face is left out by the user's wish.
@@ -158,6 +162,16 @@ pub fn plan(
     }
     let account = Account::new(&flat, &fates, regions);
     let faces_of = group(regions.of_face);
+    progress("region meshes", 0.0);
+    let edge_mm = mesh_edge_mm(radius_mm, options.scallop_mm);
+    let wanted = |region: usize| {
+        options.strategy.sweeps_regions() && account.region_setup_mm2[region].iter().any(|&a| a > 0.0)
+    };
+    // A region without a mesh is cut patch by patch.
+    let meshes: Vec<Option<RegionMesh>> = (0..faces_of.len())
+        .into_par_iter()
+        .map(|r| if wanted(r) { RegionMesh::of_region(model, regions.merged, r, edge_mm).ok() } else { None })
+        .collect();
     let jobs: usize = frames.len() * faces_of.len();
     let mut done = 0;
     let mut out = Output::default();
@@ -180,7 +194,7 @@ pub fn plan(
             done += 1;
             progress("paths", done as f64 / jobs as f64);
             if account.region_setup_mm2[region][index] > 0.0
-                && let Some(part) = context.part(faces, &fates)
+                && let Some(part) = context.part(faces, meshes[region].as_ref(), &fates)
             {
                 parts.push((region, part));
             }
@@ -339,6 +353,8 @@ impl Output {
             self.regions.push(RegionTotals {
                 region,
                 setup: name.to_owned(),
+                strategy: part.strategy.to_string(),
+                considered: part.considered,
                 area_mm2: account.region_setup_mm2[region][context.index],
                 pass_direction: part.along.map(|along| context.frame.direction(along).into()),
                 passes: part.passes,

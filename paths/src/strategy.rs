@@ -1,22 +1,50 @@
+use std::fmt;
+
 /// Where passes run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Strategy {
     /// Parallel rows over whole regions, seen along the tool axis, closer where the surface asks for it.
     Planar,
+    /// Lines that sweep a whole region from one side to the other: level curves of a harmonic field.
+    Iso,
+    /// Lines at a constant scallop height from one side of a region.
+    Scallop,
     /// Parameter lines of every patch by itself.
     IsoPatch,
+    /// For each region whatever costs least of planar, iso and scallop.
+    Auto,
 }
 
 impl Strategy {
     /// All strategies.
-    pub const ALL: [Strategy; 2] = [Strategy::Planar, Strategy::IsoPatch];
+    pub const ALL: [Strategy; 5] =
+        [Strategy::Planar, Strategy::Iso, Strategy::Scallop, Strategy::IsoPatch, Strategy::Auto];
+
+    /// Whether passes run on region meshes.
+    pub(crate) fn sweeps_regions(self) -> bool {
+        matches!(self, Strategy::Iso | Strategy::Scallop | Strategy::Auto)
+    }
+
+    /// What is laid out for a part, to choose from.
+    pub(crate) fn candidates(self) -> &'static [Strategy] {
+        match self {
+            Strategy::Planar => &[Strategy::Planar],
+            Strategy::Iso => &[Strategy::Iso],
+            Strategy::Scallop => &[Strategy::Scallop],
+            Strategy::IsoPatch => &[Strategy::IsoPatch],
+            Strategy::Auto => &[Strategy::Planar, Strategy::Iso, Strategy::Scallop],
+        }
+    }
 }
 
-impl std::fmt::Display for Strategy {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Display for Strategy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Strategy::Planar => "planar",
+            Strategy::Iso => "iso",
+            Strategy::Scallop => "scallop",
             Strategy::IsoPatch => "iso-patch",
+            Strategy::Auto => "auto",
         })
     }
 }

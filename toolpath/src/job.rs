@@ -143,6 +143,12 @@ pub struct RegionTotals {
     pub setup: String,
     /// Area cut, mm².
     pub area_mm2: f64,
+    /// Where its passes run.
+    #[serde(default)]
+    pub strategy: String,
+    /// What else was laid out, to choose from by length and number of passes.
+    #[serde(default)]
+    pub considered: Vec<Considered>,
     /// Direction of the passes in the setup (unit, model coordinates), where they are parallel.
     pub pass_direction: Option<[f64; 3]>,
     /// Number of passes.
@@ -155,6 +161,17 @@ pub struct RegionTotals {
     pub control_points: u64,
     /// Estimated time, s.
     pub time_s: f64,
+}
+
+/// A strategy as it would be on one region in one setup.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Considered {
+    /// Its name.
+    pub strategy: String,
+    /// Length of its passes, mm.
+    pub length_mm: f64,
+    /// Their number.
+    pub passes: u32,
 }
 
 /// Path length by kind, mm.

@@ -125,7 +125,10 @@ impl From<StrategyName> for Strategy {
     fn from(name: StrategyName) -> Self {
         match name {
             StrategyName::Planar => Strategy::Planar,
+            StrategyName::Iso => Strategy::Iso,
+            StrategyName::Scallop => Strategy::Scallop,
             StrategyName::IsoPatch => Strategy::IsoPatch,
+            StrategyName::Auto => Strategy::Auto,
         }
     }
 }
@@ -166,6 +169,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         feeds: Feeds { cut_mm_per_min: request.feed_mm_per_min, ..Feeds::default() },
     };
     let to_cut = Regions {
+        merged: &merged,
         of_face: &merged.region_of_face,
         excluded: &excluded,
         face_area_mm2: &loaded.face_area_mm2,

@@ -1,0 +1,81 @@
+//! Passes that sweep a whole region: level curves of a field over its mesh.
+
+use std::collections::BTreeSet;
+
+use claymill_nurbs::{FaceId, Vector3};
+use claymill_surface_merge::{Field, FieldError, RegionMesh};
+
+use crate::levels::{Levels, Spot};
+use crate::part::SetupContext;
+use crate::step_over::{flat_mm, on_contact_mm};
+
+/// Edges of region meshes, in flat step-overs, and their limits, mm.
+const EDGE_STEPS: f64 = 3.0;
+const EDGE_MM: (f64, f64) = (3.0, 10.0);
+
+/// Length of a region mesh's edges that suits the step-over.
+pub(crate) fn mesh_edge_mm(radius_mm: f64, scallop_mm: f64) -> f64 {
+    (EDGE_STEPS * flat_mm(radius_mm, scallop_mm)).clamp(EDGE_MM.0, EDGE_MM.1)
+}
+
+/// The iso-lines of a field.
+pub(crate) struct FieldLevels<'a, 'm> {
+    field: Field<'a, 'm>,
+}
+
+impl<'a, 'm> FieldLevels<'a, 'm> {
+    /// A harmonic field between the region's two guides: lines sweep from the one to the other.
+    pub(crate) fn sweep(mesh: &'a RegionMesh<'m>) -> Result<Self, FieldError> {
+        let guides = mesh.guides();
+        Ok(FieldLevels { field: mesh.harmonic(&guides.from, &guides.to)? })
+    }
+
+    /// The distance from one guide, counted in step-overs: lines keep the scallop height (geometry.md §5.4).
+    pub(crate) fn scallop(mesh: &'a RegionMesh<'m>, context: &SetupContext) -> Result<Self, FieldError> {
+        let radius_mm = context.stock.radius_mm();
+        let flat = flat_mm(radius_mm, context.scallop_mm);
+        let axis = context.frame.axis();
+        let steps_per_mm = |vertex: u32, direction: &Vector3| {
+            let at = &mesh.vertices()[vertex as usize];
+            let jet = context.model.faces[at.face].surface.jet(at.uv.x, at.uv.y);
+            let step = jet.normal().and_then(|n| {
+                let up = if n.dot(&axis) < 0.0 { -n } else { n };
+                on_contact_mm(&jet, direction, &up, radius_mm, context.scallop_mm)
+            });
+            1.0 / step.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(flat)
+        };
+        Ok(FieldLevels { field: mesh.distance_in(&mesh.guides().from, steps_per_mm)? })
+    }
+
+    /// Faces on which the field has values.
+    pub(crate) fn faces(&self) -> BTreeSet<FaceId> {
+        let mesh = self.field.mesh();
+        let values = self.field.values();
+        let has_value = |t: &[u32; 3]| t.iter().all(|&v| values[v as usize].is_finite());
+        let triangles = mesh.triangles().iter().zip(mesh.face_of_triangle());
+        triangles.filter(|(t, _)| has_value(t)).map(|(_, &face)| face).collect()
+    }
+}
+
+impl Levels for FieldLevels<'_, '_> {
+    fn range(&self) -> (f64, f64) {
+        self.field.range().into()
+    }
+
+    fn lines(&self, level: f64) -> Vec<Vec<Spot>> {
+        let lines = self.field.iso_line(level);
+        lines
+            .into_iter()
+            .map(|line| {
+                let again = line.points.first().copied().filter(|_| line.closed);
+                let spot = |p: claymill_surface_merge::IsoPoint| Spot {
+                    face: p.at.face,
+                    u: p.at.uv.x,
+                    v: p.at.uv.y,
+                    per_level_mm: 1.0 / p.gradient.norm().max(1e-12),
+                };
+                line.points.iter().copied().chain(again).map(spot).collect()
+            })
+            .collect()
+    }
+}

@@ -319,6 +319,12 @@ pub(crate) enum ShowName {
     Joints,
     /// Outlines of the patches inside regions.
     Trims,
+    /// Joints, coloured by their class: C0, G1, G2.
+    Classes,
+    /// Joints, coloured by what is worst on them against the preset's limits: gap, angle or curvature.
+    Worst,
+    /// Lines of each region's harmonic field, in two colours by turns.
+    IsoLines,
     /// Cutting moves.
     Cut,
     /// Moves between passes, down on the model.

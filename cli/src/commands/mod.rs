@@ -3,6 +3,7 @@
 mod compare;
 mod compare_plot;
 mod demo;
+mod diagrams;
 mod export;
 mod inspect;
 mod inspect_mesh;

@@ -1,14 +1,15 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use clap::ValueEnum;
 use claymill_nurbs::Point3;
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{Program, read_job, read_moves, read_regions};
 use claymill_viewer::{Axes, Backdrop, PictureOptions, Renderer, View};
 
 use super::export::{ExportFormat, export};
-use super::{Context, merge, orientation, pictures};
-use crate::args::{AxisArgs, RenderArgs};
+use super::{Context, diagrams, merge, orientation, pictures};
+use crate::args::{AxisArgs, PresetName, RenderArgs, ShowName};
 use crate::failure::Failure;
 
 /// `claymill render`.
@@ -70,7 +71,17 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
         return Ok(ExitCode::SUCCESS);
     }
     let album = if args.zebra { album.for_reflections() } else { album };
-    let scene = album.scene(&title, paths, &args.show)?;
+    let mut scene = album.scene(&title, paths, &args.show)?;
+    let diagrams = [ShowName::Classes, ShowName::Worst, ShowName::IsoLines];
+    if args.show.iter().any(|s| diagrams.contains(s)) {
+        let named = job.as_ref().and_then(|job| PresetName::from_str(&job.request.preset, true).ok());
+        let options = Preset::from(named.unwrap_or(PresetName::Clay)).options();
+        let merged = merge::regions(model, &options)?;
+        diagrams::draw(&mut scene, model, &merged, &options, &args.show);
+    }
+    if args.zebra {
+        diagrams::explain_zebra(&mut scene);
+    }
     let options = PictureOptions {
         size,
         supersampling: args.supersample,

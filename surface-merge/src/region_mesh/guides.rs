@@ -40,6 +40,8 @@ const MOST_CORNERS: usize = 14;
 const TIP: f64 = 0.04;
 /// The same for loops without tips.
 const ROUND_END: f64 = 0.125;
+/// Two tips cut a loop into halves when none is shorter than this part of it.
+const SHORT_HALF: f64 = 0.3;
 
 impl RegionMesh<'_> {
     /// A sensible choice of two opposite sides: iso-lines of a field from the one to the other run along the
@@ -48,7 +50,7 @@ impl RegionMesh<'_> {
     /// A ring has its two loops. Any other region with a border has two parts of its longest loop: its corners
     /// (turns of more than 30° in the surface) are found, the four that turn most and lie farthest from each
     /// other make four sides, and the longer two opposite ones are taken. With fewer corners the free sides
-    /// are short stretches around the tips; without any, around the two points farthest from each other. Further
+    /// are short stretches around the tips; with none or one, around the two points farthest from each other. Further
     /// loops are holes that lines run around. A closed surface has its two ends.
     #[must_use]
     pub fn guides(&self) -> Guides {
@@ -84,11 +86,11 @@ impl RegionMesh<'_> {
                 let others = [a, b, c].into_iter().filter(|&k| k != tip);
                 (GuideKind::Sides, others.chain([x, y]).collect())
             }
-            (None, &[(a, _), (b, _)]) => {
+            (None, &[(a, _), (b, _)]) if ring.way(a, b).min(ring.way(b, a)) > SHORT_HALF * ring.length => {
                 (GuideKind::Halves, [a, b].into_iter().flat_map(|k| ring.around(k, TIP)).collect())
             }
-            (None, rest) => {
-                let (a, b) = ring.farthest(rest.first().map(|c| c.0));
+            _ => {
+                let (a, b) = ring.farthest();
                 (GuideKind::Halves, [a, b].into_iter().flat_map(|k| ring.around(k, ROUND_END)).collect())
             }
         };
@@ -233,13 +235,13 @@ impl Ring {
         best.map(|b| b.1)
     }
 
-    /// Two vertices far from each other, one of which may be given.
-    fn farthest(&self, from: Option<usize>) -> (usize, usize) {
+    /// Two vertices far from each other.
+    fn farthest(&self) -> (usize, usize) {
         let far = |i: usize| {
             let distance = |k: &usize| (self.points[*k] - self.points[i]).norm();
             (0..self.len()).fold(i, |best, k| if distance(&k) > distance(&best) { k } else { best })
         };
-        let a = from.unwrap_or_else(|| far(far(0)));
+        let a = far(far(0));
         (a, far(a))
     }
 }

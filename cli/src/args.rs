@@ -186,6 +186,12 @@ pub(crate) struct JobOptions {
     /// Leave these out; same forms as --only.
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) skip: Vec<String>,
+    /// Obstacle that no move may touch, as a mesh in the model's place: STL, OBJ or glTF; may be repeated.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) check: Vec<PathBuf>,
+    /// Millimetres in one unit of obstacles whose format has no unit (STL, OBJ) [default: 1].
+    #[arg(long, value_name = "MM", requires = "check")]
+    pub(crate) mesh_unit: Option<f64>,
     /// Cutting feed, mm/min [default: 6000].
     #[arg(long, value_name = "MM_PER_MIN")]
     pub(crate) feed: Option<f64>,
@@ -242,6 +248,13 @@ pub(crate) struct VerifyArgs {
     /// The model, where it is no longer at the path that the job names.
     #[arg(long)]
     pub(crate) model: Option<PathBuf>,
+    /// Further obstacle that no move may touch: STL, OBJ or glTF; may be repeated. Those that the job was planned
+    /// around are checked without asking.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) check: Vec<PathBuf>,
+    /// Millimetres in one unit of obstacles whose format has no unit (STL, OBJ).
+    #[arg(long, default_value_t = 1.0, value_name = "MM", requires = "check")]
+    pub(crate) mesh_unit: f64,
     /// Verify this program instead of the folder's own moves: as its control will see it. May be repeated for
     /// a program of several files, in order.
     #[arg(long, value_name = "FILE")]
@@ -339,7 +352,7 @@ pub(crate) enum ShowName {
 pub(crate) struct SampleArgs {
     /// Which model: roadster, panel or ribbon.
     pub(crate) name: String,
-    /// File to write (.igs); the answers go beside it as NAME.answers.json.
+    /// File to write (.igs or .stp); the answers go beside it as NAME.answers.json.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     /// Number of patches.

@@ -1,7 +1,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use claymill_exchange::{WriteError, write_iges};
+use claymill_exchange::{WriteError, write_iges, write_step};
 use thiserror::Error;
 
 use crate::{Flaw, FlawError, RoadsterOptions, Sample, panel, ribbon, roadster};
@@ -58,14 +58,16 @@ pub fn write_sample(name: &str, options: &RoadsterOptions, path: &Path) -> Resul
 }
 
 impl Sample {
-    /// Writes the model as IGES to `path` and its answers beside it (`roadster.igs`,
+    /// Writes the model to `path`, as STEP where that ends in `.stp` or `.step`, else as IGES, and its answers beside it (`roadster.igs`,
     /// `roadster.answers.json`). The model holds faces only: no groups, names or layers that would tell.
     /// The same sample gives the same bytes.
     ///
     /// # Errors
     /// One of the files cannot be written; one that could not be written whole is not left behind.
     pub fn write(&self, path: &Path) -> Result<(), SampleError> {
-        write_iges(path, &self.model, &[])?;
+        let is_step =
+            path.extension().is_some_and(|e| ["stp", "step"].iter().any(|step| e.eq_ignore_ascii_case(step)));
+        if is_step { write_step(path, &self.model, &[]) } else { write_iges(path, &self.model, &[]) }?;
         write_answers(self, &path.with_extension("answers.json"))
     }
 

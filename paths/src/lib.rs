@@ -33,6 +33,7 @@ mod heights;
 mod leads;
 mod levels;
 mod near;
+mod obstacles;
 mod order;
 mod part;
 mod patch_levels;
@@ -49,6 +50,7 @@ mod strategy;
 
 pub use contact::{Location, Support};
 pub use frame::{Axis, AxisError, Frame, Orientation, ParallelAxes, RowsAlong};
+pub use obstacles::plan_around;
 pub use part::CLEARANCE_MM;
 pub use plan::{Feeds, Plan, PlanError, PlanOptions, Progress, Regions, TOOL_ID, plan};
 pub use refit::{FIT_BIAS_MM, FIT_TOLERANCE_MM};

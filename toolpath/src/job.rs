@@ -92,10 +92,24 @@ pub struct Request {
     pub only: Vec<String>,
     /// All but these.
     pub skip: Vec<String>,
+    /// Meshes that no move may touch.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub check: Vec<Obstacle>,
     /// Cutting feed, mm/min.
     pub feed_mm_per_min: f64,
     /// Rapid rate, mm/min.
     pub rapid_mm_per_min: f64,
+}
+
+/// A mesh file (STL, OBJ, glTF) that no move may touch.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Obstacle {
+    /// The file.
+    pub path: String,
+    /// SHA-256 of its bytes.
+    pub sha256: String,
+    /// Millimetres in one of its units, where its format has none.
+    pub unit_mm: f64,
 }
 
 /// How the ends of neighbouring passes are joined.

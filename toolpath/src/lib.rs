@@ -34,8 +34,8 @@ pub use folder::{
     read_moves, read_regions, sha256_of,
 };
 pub use job::{
-    Area, Considered, FORMAT_VERSION, FaceAccount, Job, LengthByKind, LinkStyle, ModelFacts, RegionTotals,
-    Request, Setup, Skipped, StageTiming, ToolRecord, Totals, UncutReason,
+    Area, Considered, FORMAT_VERSION, FaceAccount, Job, LengthByKind, LinkStyle, ModelFacts, Obstacle,
+    RegionTotals, Request, Setup, Skipped, StageTiming, ToolRecord, Totals, UncutReason,
 };
 pub use moves::{Move, MoveError, MoveKind, Program, WRITTEN_STEP_MM, round_to_written};
 pub use regions::{FailingRecord, JointRecord, LapRecord, RegionRecord, RegionsFile};

@@ -1,6 +1,6 @@
 use std::path::PathBuf;
 
-use claymill_exchange::ReadError;
+use claymill_exchange::{MeshError, ReadError};
 use claymill_toolpath::{FolderError, MoveError};
 use thiserror::Error;
 
@@ -13,6 +13,9 @@ pub enum VerifyError {
     /// The model file cannot be read.
     #[error(transparent)]
     Model(#[from] ReadError),
+    /// An obstacle cannot be read.
+    #[error(transparent)]
+    Obstacle(#[from] MeshError),
     /// The job was written in a format that this version does not know.
     #[error("job.json has format version {found}, this claymill reads version {known}")]
     Version {
@@ -21,10 +24,10 @@ pub enum VerifyError {
         /// What is known.
         known: u32,
     },
-    /// The model file is not the one that the job was planned on.
+    /// The model file or an obstacle is not the one that the job was planned on.
     #[error("{}: the file has changed since the job was planned (SHA-256 {found}, the job has {expected})", path.display())]
     ModelChanged {
-        /// The model file.
+        /// The file.
         path: PathBuf,
         /// Hash in `job.json`.
         expected: String,
@@ -55,6 +58,7 @@ impl VerifyError {
                 "Plan the job again with `claymill plan`; the folder is incomplete or was edited.".into()
             }
             VerifyError::Model(e) => e.advice(),
+            VerifyError::Obstacle(e) => e.advice().into(),
             VerifyError::Version { .. } => {
                 "Use the version of claymill that planned the job, or plan it again.".into()
             }

@@ -4,6 +4,7 @@
 //!   job folder ─ toolpath ─► moves ─┬─ along the paths ──── closest point ──► gouge, contact
 //!                                   ├─ between the passes ─ cusp ───────────► scallop crests
 //!                                   ├─ above the model ──── lowered tool ───► rapids
+//!                    obstacles ─────┼─ beside obstacles ─── triangles ──────► clearance
 //!   model file ─ exchange ─► faces ─┴─ over the faces ───── swept balls ────► residual, coverage
 //!                                                                                 │
 //!                                                             verify.json ◄─ verdict
@@ -31,6 +32,7 @@ mod distribution;
 mod drop;
 mod error;
 mod mesh;
+mod obstacles;
 mod options;
 mod rapids;
 mod reach;
@@ -50,7 +52,8 @@ pub use error::VerifyError;
 pub use options::{Progress, VerifyOptions};
 pub use report::{
     AreaAt, Contact, Coverage, CrestSample, Crests, FaceCoverage, Gouge, HISTOGRAM_BIN, HISTOGRAM_BINS,
-    Place, Rapids, RegionCrests, ResidualSample, Scallop, SurfaceResidual, SurfaceState, Verification,
+    Obstacles, Place, Rapids, RegionCrests, ResidualSample, Scallop, SurfaceResidual, SurfaceState,
+    Verification,
 };
 pub use verdict::{Finding, FindingCode, Severity, Verdict};
 
@@ -130,12 +133,13 @@ pub fn verify_with_crests(
     let bench = Bench::new(model, job, program, options, progress)?;
     let scene = &bench.scene;
     let swept = swept::Swept::new(&scene.tracks, options.chord_mm);
-    let mesh = mesh::Mesh::joined(&bench.meshes);
+    let mesh = mesh::Mesh::joined(&bench.meshes, &scene.obstacles.triangles);
     let reach = reach::Reach::new(scene, &mesh);
 
     let stage = |name| scene::Stage::begin(name, progress);
     let (gouge, contact) = contact::measure(scene, &stage("gouge and contact"));
     let rapids = rapids::measure(scene, &reach, &stage("rapids"));
+    let obstacles = obstacles::measure(scene, &stage("obstacles"));
     let (crests, samples) = crest::measure(scene, &swept, &reach, &stage("scallop crests"));
     let faces = surface::measure(scene, &bench.meshes, &swept, &reach, &stage("coverage"));
     let coverage = coverage::account(scene, &faces);
@@ -147,6 +151,7 @@ pub fn verify_with_crests(
             gouge: &gouge,
             contact: &contact,
             rapids: &rapids,
+            obstacles: obstacles.as_ref(),
             scallop: &scallop,
             coverage: &coverage,
         },
@@ -157,6 +162,7 @@ pub fn verify_with_crests(
         gouge,
         contact,
         rapids,
+        obstacles,
         scallop,
         coverage,
         verdict,
@@ -178,7 +184,7 @@ pub fn residual_samples(
 ) -> Result<Vec<ResidualSample>, VerifyError> {
     let bench = Bench::new(model, job, program, options, progress)?;
     let swept = swept::Swept::new(&bench.scene.tracks, options.chord_mm);
-    let mesh = mesh::Mesh::joined(&bench.meshes);
+    let mesh = mesh::Mesh::joined(&bench.meshes, &bench.scene.obstacles.triangles);
     let reach = reach::Reach::new(&bench.scene, &mesh);
     let stage = scene::Stage::begin("coverage", progress);
     let faces = surface::measure(&bench.scene, &bench.meshes, &swept, &reach, &stage);
@@ -201,11 +207,19 @@ impl<'a> Bench<'a> {
     ) -> Result<Self, VerifyError> {
         let tracks = track::Track::all(job, program)?;
         progress("preparing the model", 0.0);
+        let obstacles = obstacles::ObstacleSet::read(job, options)?;
         let mesh_options =
             MeshOptions { deviation_mm: options.mesh_deviation_mm, longest_edge_mm: options.mesh_edge_mm };
         Ok(Bench {
             meshes: mesh::face_meshes(model, &mesh_options),
-            scene: scene::Scene { model, job, options, closest: ClosestPoints::new(model), tracks },
+            scene: scene::Scene {
+                model,
+                job,
+                options,
+                closest: ClosestPoints::new(model),
+                tracks,
+                obstacles,
+            },
         })
     }
 }

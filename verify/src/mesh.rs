@@ -16,14 +16,20 @@ pub(crate) fn face_meshes(model: &Model, options: &MeshOptions) -> Vec<Option<Fa
 }
 
 impl Mesh {
-    /// Joins the faces' meshes.
-    pub(crate) fn joined(faces: &[Option<FaceMesh>]) -> Self {
+    /// Joins the faces' meshes and the triangles of obstacles.
+    pub(crate) fn joined(faces: &[Option<FaceMesh>], obstacles: &[[Point3; 3]]) -> Self {
         let mut mesh = Mesh::default();
         for face in faces.iter().flatten() {
             let first = mesh.points.len() as u32;
             mesh.points.extend_from_slice(&face.points);
             mesh.triangles.extend(face.triangles.iter().map(|t| t.map(|i| first + i)));
             mesh.deviation_mm.extend_from_slice(&face.deviation_mm);
+        }
+        for corners in obstacles {
+            let first = mesh.points.len() as u32;
+            mesh.points.extend_from_slice(corners);
+            mesh.triangles.push([first, first + 1, first + 2]);
+            mesh.deviation_mm.push(0.0);
         }
         mesh
     }

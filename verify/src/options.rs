@@ -5,6 +5,10 @@ use std::path::PathBuf;
 pub struct VerifyOptions {
     /// The model file, when it is not where `job.json` says.
     pub model: Option<PathBuf>,
+    /// Obstacles besides those that the job was planned around: STL, OBJ or glTF files.
+    pub obstacles: Vec<PathBuf>,
+    /// Millimetres in one unit of those whose format has no unit.
+    pub obstacle_unit_mm: f64,
     /// Distance between samples along the paths for gouges and contact, mm.
     pub path_spacing_mm: f64,
     /// Distance between samples along the passes for scallop crests, mm.
@@ -33,6 +37,8 @@ impl Default for VerifyOptions {
     fn default() -> Self {
         VerifyOptions {
             model: None,
+            obstacles: Vec::new(),
+            obstacle_unit_mm: 1.0,
             path_spacing_mm: 1.0,
             crest_spacing_mm: 2.0,
             area_per_sample_mm2: 40.0,

@@ -59,7 +59,8 @@ impl<'a> Reach<'a> {
         let mut facing = self.setups.iter().filter(|(axis, _)| n.dot(axis) >= self.least_cosine);
         let ball = p + n * self.radius_mm;
         let fits = facing.clone().next().is_some()
-            && !(self.scene.closest).any_within(&ball, self.radius_mm - sink_mm);
+            && !(self.scene.closest).any_within(&ball, self.radius_mm - sink_mm)
+            && !(self.scene.obstacles).any_within(&ball, self.radius_mm - sink_mm);
         let slim = self.radius_mm - sink_mm;
         if fits && facing.clone().any(|(_, view)| !view.blocks(&view.in_frame(&ball), slim)) {
             return SurfaceState::ReachableLeft;

@@ -18,12 +18,32 @@ pub struct Verification {
     pub contact: Contact,
     /// Rapids.
     pub rapids: Rapids,
+    /// Distance from obstacles, where there are any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub obstacles: Option<Obstacles>,
     /// Scallop height.
     pub scallop: Scallop,
     /// What is cut and what is not, and why.
     pub coverage: Coverage,
     /// The conclusion.
     pub verdict: Verdict,
+}
+
+/// How near the ball comes to obstacles on any move, rapids too.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Obstacles {
+    /// The mesh files.
+    pub files: Vec<String>,
+    /// Triangles in them.
+    pub triangles: u64,
+    /// Places where the distance was measured.
+    pub samples: u64,
+    /// Smallest distance of the ball from an obstacle, negative where it enters, mm; `None` when it never comes near.
+    pub clearance_min_mm: Option<f64>,
+    /// Where, on the obstacle.
+    pub clearance_min_at: Option<Place>,
+    /// Moves that enter deeper than the bar for gouges.
+    pub touching: u64,
 }
 
 /// A place on the model or on a path.

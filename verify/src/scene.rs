@@ -3,6 +3,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use claymill_nurbs::{ClosestPoints, FaceId, Foot, Model, Point3};
 use claymill_toolpath::Job;
 
+use crate::obstacles::ObstacleSet;
 use crate::options::{Progress, VerifyOptions};
 use crate::report::Place;
 use crate::track::Track;
@@ -19,6 +20,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) options: &'a VerifyOptions,
     pub(crate) closest: ClosestPoints<'a>,
     pub(crate) tracks: Vec<Track>,
+    pub(crate) obstacles: ObstacleSet,
 }
 
 impl Scene<'_> {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use claymill_toolpath::Job;
 
 use crate::options::VerifyOptions;
-use crate::report::{Contact, Coverage, Gouge, Place, Rapids, Scallop, SurfaceState};
+use crate::report::{Contact, Coverage, Gouge, Obstacles, Place, Rapids, Scallop, SurfaceState};
 
 /// Areas of states sum to the total, and the total to the planner's, within this share.
 const AREAS_AGREE: f64 = 1e-6;
@@ -47,6 +47,8 @@ pub enum FindingCode {
     InAir,
     /// A rapid touches or enters the model.
     RapidTouches,
+    /// A move enters an obstacle.
+    Obstacle,
     /// Scallop crests are higher than the bar.
     Scallop,
     /// Area that the tool reaches was left.
@@ -75,6 +77,7 @@ pub(crate) struct Measured<'a> {
     pub(crate) gouge: &'a Gouge,
     pub(crate) contact: &'a Contact,
     pub(crate) rapids: &'a Rapids,
+    pub(crate) obstacles: Option<&'a Obstacles>,
     pub(crate) scallop: &'a Scallop,
     pub(crate) coverage: &'a Coverage,
 }
@@ -116,6 +119,13 @@ pub(crate) fn conclude(job: &Job, options: &VerifyOptions, m: &Measured<'_>) -> 
         let text =
             format!("{} rapid moves touch the model, the worst by {:.3} mm", m.rapids.touching, -least);
         find(Code::RapidTouches, Error, text, &m.rapids.clearance_min_at);
+    }
+    if let Some(near) = m.obstacles
+        && near.touching > 0
+    {
+        let depth = -near.clearance_min_mm.unwrap_or(0.0);
+        let text = format!("{} moves enter an obstacle, the worst by {depth:.3} mm", near.touching);
+        find(Code::Obstacle, Error, text, &near.clearance_min_at);
     }
     let crests = &m.scallop.crests;
     let bar = options.scallop_limit * job.request.scallop_mm;

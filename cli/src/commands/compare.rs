@@ -130,6 +130,7 @@ fn request(args: &CompareArgs, tool: &str, scallop: f64, strategy: StrategyName)
         skip: args.skip.clone(),
         feed: args.feed,
         axes: args.axes.clone(),
+        ..JobOptions::default()
     };
     Request::new(&args.model, &options)
 }

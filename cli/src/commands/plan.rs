@@ -1,11 +1,13 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use claymill_paths::{Feeds, Plan, PlanError, PlanOptions, Regions, Strategy};
+use claymill_exchange::read_mesh;
+use claymill_nurbs::Point3;
+use claymill_paths::{Feeds, Plan, PlanError, PlanOptions, Regions, Strategy, plan_around};
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
-    FORMAT_VERSION, FolderWriter, JOB_FILE, Job, LinkStyle, ModelFacts, Program, REGIONS_FILE, REPORT_FILE,
-    RegionsFile, Skipped, Tool, ToolRecord, VERIFY_FILE, read_moves, sha256_of,
+    FORMAT_VERSION, FolderWriter, JOB_FILE, Job, LinkStyle, ModelFacts, Obstacle, Program, REGIONS_FILE,
+    REPORT_FILE, RegionsFile, Skipped, Tool, ToolRecord, VERIFY_FILE, read_moves, sha256_of,
 };
 use claymill_verify::{Verification, VerifyOptions, verify_with_crests};
 use claymill_viewer::{ReportError, ReportInput, write_report};
@@ -72,6 +74,8 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
         preset: first.preset.or(second.preset),
         only: list(first.only, second.only),
         skip: list(first.skip, second.skip),
+        check: if first.check.is_empty() { second.check } else { first.check },
+        mesh_unit: first.mesh_unit.or(second.mesh_unit),
         feed: first.feed.or(second.feed),
         axes: crate::args::AxisArgs {
             up: first.axes.up.or(second.axes.up),
@@ -174,7 +178,9 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         excluded: &excluded,
         face_area_mm2: &loaded.face_area_mm2,
     };
-    let plan = claymill_paths::plan(model, &to_cut, &plan_options, &|stage, share| console.at(stage, share))?;
+    let (check, triangles) = obstacles(console, &request.options)?;
+    let at = |stage: &str, share: f64| console.at(stage, share);
+    let plan = plan_around(model, &to_cut, &triangles, &plan_options, &at)?;
     for (record, areas) in regions.regions.iter_mut().zip(&plan.region_setup_area_mm2) {
         record.setup_area_mm2.clone_from(areas);
     }
@@ -185,6 +191,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     folder.json(REGIONS_FILE, &regions)?;
     write_job_file(&folder, request, &plan_options)?;
     let mut job = job(request, &loaded, sha256, &plan_options, plan);
+    job.request.check = check;
 
     console.stage("verifying");
     let program = read_moves(folder.path())?;
@@ -218,6 +225,36 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         context.print_json(&job.totals)?;
     }
     Ok(Done { exit: verify::exit_code(&found), region_of_face: merged.region_of_face, job, program, found })
+}
+
+/// The meshes that nothing may touch: their records and all their triangles.
+fn obstacles(
+    console: &crate::console::Console,
+    options: &JobOptions,
+) -> Result<(Vec<Obstacle>, Vec<[Point3; 3]>), Failure> {
+    let unit_mm = options.mesh_unit.unwrap_or(1.0);
+    let (mut records, mut triangles) = (Vec::new(), Vec::new());
+    for path in &options.check {
+        let mesh = read_mesh(path, unit_mm)?;
+        let name = path.display();
+        if mesh.open_edges() > 0 {
+            console.say(format!(
+                "warning: {name} has {} open edges: nothing guards its inside",
+                mesh.open_edges()
+            ));
+        }
+        let size = mesh.bounds().max - mesh.bounds().min;
+        console.say(format!(
+            "obstacle  {name}: {} triangles, {:.1} x {:.1} x {:.1} mm",
+            mesh.triangles.len(),
+            size.x,
+            size.y,
+            size.z
+        ));
+        records.push(Obstacle { path: name.to_string(), sha256: sha256_of(path)?, unit_mm });
+        triangles.extend(mesh.triangles.iter().map(|t| t.map(|i| mesh.vertices[i as usize])));
+    }
+    Ok((records, triangles))
 }
 
 fn report(
@@ -274,6 +311,7 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
             length: options.orientation.front.to_string(),
             only: request.options.only.clone(),
             skip: request.options.skip.clone(),
+            check: Vec::new(),
             feed_mm_per_min: options.feeds.cut_mm_per_min,
             rapid_mm_per_min: options.feeds.rapid_mm_per_min,
         },

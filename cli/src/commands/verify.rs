@@ -16,7 +16,12 @@ impl From<claymill_verify::VerifyError> for Failure {
 
 /// `claymill verify`.
 pub(crate) fn verify(context: &Context, args: &VerifyArgs) -> Result<ExitCode, Failure> {
-    let options = VerifyOptions { model: args.model.clone(), ..VerifyOptions::default() };
+    let options = VerifyOptions {
+        model: args.model.clone(),
+        obstacles: args.check.clone(),
+        obstacle_unit_mm: args.mesh_unit,
+        ..VerifyOptions::default()
+    };
     let progress = |stage: &str, share| context.console.at(stage, share);
     let found = if args.program.is_empty() {
         context.console.stage("verifying");
@@ -87,6 +92,14 @@ pub(crate) fn say(context: &Context, found: &Verification) {
         crests.mean_mm,
         found.rapids.clearance_min_mm.map_or_else(|| "-".to_owned(), |c| format!("{c:.2}"))
     ));
+    if let Some(near) = &found.obstacles {
+        let clearance =
+            near.clearance_min_mm.map_or_else(|| "never near".to_owned(), |c| format!("{c:.4} mm"));
+        let (files, triangles) = (near.files.len(), near.triangles);
+        say(format!(
+            "          obstacles: {files} files, {triangles} triangles; smallest distance {clearance}"
+        ));
+    }
     for f in &found.verdict.findings {
         let sign = if f.severity == Severity::Error { "FAILED" } else { "note" };
         say(format!("          {sign}: {}", f.message));

@@ -7,6 +7,8 @@ mod export;
 mod flaws;
 #[path = "../../../exchange/tests/iges_text/mod.rs"]
 mod iges_text;
+mod large;
+mod obstacle;
 mod other_formats;
 mod roadster;
 mod run;

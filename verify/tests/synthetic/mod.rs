@@ -61,6 +61,7 @@ pub(crate) fn job(model: &Model) -> Job {
             length: "-x".into(),
             only: Vec::new(),
             skip: Vec::new(),
+            check: Vec::new(),
             feed_mm_per_min: 6000.0,
             rapid_mm_per_min: 20000.0,
         },

@@ -1,0 +1,91 @@
+//! Obstacles: a post on a panel is milled around with `--check`, and into without.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::run::{panel, run};
+use crate::scratch;
+
+/// A block as text STL.
+fn block(low: [f64; 3], high: [f64; 3]) -> String {
+    let corner = |k: usize| [0, 1, 2].map(|axis| if k >> axis & 1 == 0 { low[axis] } else { high[axis] });
+    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let mut text = "solid post\n".to_owned();
+    for [a, b, c, d] in sides {
+        for triangle in [[a, b, c], [a, c, d]] {
+            text += "facet normal 0 0 0 outer loop";
+            for [x, y, z] in triangle.map(corner) {
+                text += &format!(" vertex {x} {y} {z}");
+            }
+            text += " endloop endfacet\n";
+        }
+    }
+    text + "endsolid post\n"
+}
+
+fn verified(folder: &Path, job: &str) -> Value {
+    serde_json::from_slice(&fs::read(folder.join(job).join("verify.json")).unwrap()).unwrap()
+}
+
+/// Deepest that a ball of 10 mm enters the post on any move, from samples of the written curves.
+fn depth(folder: &Path, job: &str, low: [f64; 3], high: [f64; 3]) -> f64 {
+    let moves = claymill_toolpath::read_moves(&folder.join(job)).unwrap().moves;
+    let mut deepest = f64::NEG_INFINITY;
+    for m in moves {
+        let curve = m.curve().unwrap();
+        let (t0, t1) = curve.domain();
+        for i in 0..=400 {
+            let tip = curve.point(t0 + (t1 - t0) * f64::from(i) / 400.0);
+            let centre = tip + claymill_nurbs::Vector3::from(m.axis_start) * 10.0;
+            let outside: f64 = (0..3)
+                .map(|k| (low[k] - centre[k]).max(centre[k] - high[k]).max(0.0).powi(2))
+                .sum::<f64>()
+                .sqrt();
+            deepest = deepest.max(10.0 - outside);
+        }
+    }
+    deepest
+}
+
+#[test]
+fn a_post_is_milled_around_and_found_where_it_is_not() {
+    let folder = scratch();
+    let folder = folder.path();
+    panel(folder);
+    let (low, high) = ([-20.0, -15.0, -40.0], [20.0, 15.0, 120.0]);
+    fs::write(folder.join("post.stl"), block(low, high)).unwrap();
+    let job = ["plan", "panel.igs", "--tool", "ball:10", "--scallop", "0.3", "-o"];
+
+    let around = run(folder, job.iter().chain(&["around", "--check", "post.stl"]));
+    assert_eq!(around.code, Some(0), "{around:?}");
+    let found = verified(folder, "around");
+    let near = &found["obstacles"];
+    assert_eq!((&near["triangles"], &near["touching"]), (&12.into(), &0.into()), "{near}");
+    let clearance = near["clearance_min_mm"].as_f64().unwrap();
+    assert!((-0.005..0.05).contains(&clearance), "passes end at the post: {clearance}");
+    let measured = depth(folder, "around", low, high);
+    assert!(measured < 0.005 && -measured >= clearance - 1e-6, "{measured} {clearance}");
+    // What the post covers is not counted as left by mistake, nor the post itself as a part of the model.
+    let record: Value = serde_json::from_slice(&fs::read(folder.join("around/job.json")).unwrap()).unwrap();
+    assert_eq!(record["faces"].as_array().unwrap().len(), 202);
+    assert!((record["area"]["uncut_mm2"]["hidden"].as_f64().unwrap() / 2500.0 - 1.0).abs() < 0.3);
+    assert_eq!(record["request"]["check"][0]["path"], "post.stl");
+
+    let through = run(folder, job.iter().chain(&["through"]));
+    assert_eq!(through.code, Some(0), "{through:?}");
+    assert_eq!(verified(folder, "through")["obstacles"], Value::Null);
+    assert!(depth(folder, "through", low, high) > 5.0);
+    let told = run(folder, ["verify", "through", "--check", "post.stl", "--json"]);
+    assert_eq!(told.code, Some(1));
+    let findings = told.json()["verdict"]["findings"].clone();
+    assert_eq!(findings[0]["code"], "obstacle", "{findings}");
+
+    // A job knows its obstacles, and that they are still the same.
+    assert_eq!(run(folder, ["verify", "around"]).code, Some(0));
+    fs::write(folder.join("post.stl"), block(low, [20.0, 15.0, 140.0])).unwrap();
+    let changed = run(folder, ["verify", "around"]);
+    assert_eq!(changed.code, Some(1));
+    assert!(changed.stderr.contains("post.stl: the file has changed"), "{}", changed.stderr);
+}

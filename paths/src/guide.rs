@@ -66,16 +66,11 @@ impl Guide {
         }
     }
 
-    /// The direction in which a pass is raised to stay clear, given the slope of the ball's path along the guide
-    /// and the contact normal. A straight row stays in its plane; elsewhere the contact normal is the shortest way
-    /// out.
-    pub(crate) fn lift(&self, slope: f64, normal: &Vector3) -> Vector3 {
-        match self {
-            Guide::Straight(line) => {
-                let [ex, ey] = line.direction;
-                Vector3::new(-slope * ex, -slope * ey, 1.0) / (1.0 + slope * slope).sqrt()
-            }
-            Guide::Curved(_) => *normal,
-        }
+    /// The direction in which a pass is raised to stay clear: across the ball's path, in the upright plane through
+    /// it. Upwards and not along the contact normal, because in a valley the ball touches on both sides.
+    pub(crate) fn lift(&self, s: f64, slope: f64) -> Vector3 {
+        let [ex, ey] = self.direction(s);
+        let level = ex.hypot(ey);
+        Vector3::new(-slope * ex / level, -slope * ey / level, level).normalize()
     }
 }

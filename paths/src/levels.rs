@@ -15,7 +15,7 @@ use crate::claims::Claims;
 use crate::contact::{Location, Support};
 use crate::crests::Laid;
 use crate::near::LaidNear;
-use crate::part::{ROUNDS, SHORTEST_PASS_MM, SetupContext, TOO_HIGH};
+use crate::part::{SHORTEST_PASS_MM, SetupContext, TOO_HIGH};
 use crate::plan_curve::{Drawn, through};
 use crate::profile::follow;
 use crate::raster::cheapest_step;
@@ -24,6 +24,8 @@ use crate::step_over::on_contact_mm;
 
 /// Levels at which the step-over is asked for before the first passes are laid.
 const ASKED: usize = 48;
+/// Rounds of laying levels halfway between levels.
+const LEVEL_ROUNDS: usize = 8;
 /// Gaps in what a setup claims of a line are crossed when they are no longer than this, mm.
 const BRIDGE_MM: f64 = 30.0;
 /// Places between which the model is looked at are at least this share of the flat step-over apart.
@@ -91,11 +93,10 @@ impl SetupContext<'_> {
             laid.extend(found.into_iter().map(|f| f.0).filter(|l| !l.chains.is_empty()));
         };
         take(first.par_iter().flat_map_iter(whole).collect(), &mut laid);
-        for round in 0..ROUNDS {
+        for round in 0..LEVEL_ROUNDS {
             let between: Vec<(usize, (f64, f64))> =
                 of_each(&levels.iter().zip(patterns).collect::<Vec<_>>(), |(levels, pattern)| {
-                    let ends = (round == 0).then(|| pattern.range());
-                    halfway(levels, ends)
+                    halfway(levels, pattern.range(), round == 0)
                 });
             let near = LaidNear::new(&laid, self.flat_step_mm());
             let further: Vec<Further> = between
@@ -103,7 +104,7 @@ impl SetupContext<'_> {
                 .map(|&(pattern, (level, gap))| {
                     let strokes = self.strokes(patterns[pattern].as_ref(), level, claims);
                     let lay = |k: Stroke| {
-                        let missing = self.missing(&k, gap, &near);
+                        let missing = self.missing(&k, gap, &near, claims);
                         missing.into_iter().map(|s| self.lay_stroke(&k, level, Some(s))).collect::<Vec<_>>()
                     };
                     Further { pattern, level, found: strokes.into_iter().flat_map(lay).collect() }
@@ -178,20 +179,21 @@ impl SetupContext<'_> {
 
     /// Where the ball is when it touches the spots, `None` where they lean too far.
     fn places(&self, line: &[Spot], claims: &Claims) -> Vec<Option<Place>> {
-        let place = |&spot: &Spot| {
-            let surface = self.stock.surface(spot.face);
-            let (n, _) = surface.normal(spot.u, spot.v)?;
-            let normal = if n.z < 0.0 { -n } else { n };
-            let point = surface.point(spot.u, spot.v);
-            (normal.z >= LEAST_FACING).then(|| Place {
-                spot,
-                point,
-                normal,
-                centre: point + normal * self.stock.radius_mm(),
-                claimed: claims.holds(spot.face, Point2::new(spot.u, spot.v)),
-            })
-        };
-        line.iter().map(place).collect()
+        line.iter().map(|&spot| self.place(spot, claims)).collect()
+    }
+
+    fn place(&self, spot: Spot, claims: &Claims) -> Option<Place> {
+        let surface = self.stock.surface(spot.face);
+        let (n, _) = surface.normal(spot.u, spot.v)?;
+        let normal = if n.z < 0.0 { -n } else { n };
+        let point = surface.point(spot.u, spot.v);
+        (normal.z >= LEAST_FACING).then(|| Place {
+            spot,
+            point,
+            normal,
+            centre: point + normal * self.stock.radius_mm(),
+            claimed: claims.holds(spot.face, Point2::new(spot.u, spot.v)),
+        })
     }
 
     fn strokes(&self, pattern: &dyn Levels, level: f64, claims: &Claims) -> Vec<Stroke> {
@@ -217,60 +219,66 @@ impl SetupContext<'_> {
 
     /// Stretches of a stroke on which the passes laid so far leave too much that the ball could cut, the next
     /// ones being `gap` away in level.
-    fn missing(&self, stroke: &Stroke, gap: f64, near: &LaidNear) -> Vec<(f64, f64)> {
+    fn missing(&self, stroke: &Stroke, gap: f64, near: &LaidNear, claims: &Claims) -> Vec<(f64, f64)> {
         let look_mm = LOOK * self.flat_step_mm();
-        let limit_mm = TOO_HIGH * self.scallop_mm;
+        let at = &stroke.drawn.at;
         let mut found: Vec<(f64, f64)> = Vec::new();
-        let mut looked = f64::NEG_INFINITY;
-        for &(i, s) in &stroke.drawn.at {
-            let place = &stroke.places[i];
-            let gap_mm = gap * place.spot.per_level_mm;
-            if s - looked < look_mm || !place.claimed || gap_mm < CLOSEST * self.flat_step_mm() {
-                continue;
-            }
-            looked = s;
-            let Spot { face, u, v, .. } = place.spot;
-            let touch = Location {
-                centre: place.centre,
-                normal: place.normal,
-                face,
-                support: Support::Face { u, v },
-            };
-            let Some(rest) = self.stock.drop(place.centre.x, place.centre.y, Some(&touch)) else { continue };
-            let held_up_mm = (rest.centre.z - place.centre.z) * place.normal.z;
-            if held_up_mm > 0.5 * self.scallop_mm {
-                continue;
-            }
-            let [ex, ey] = stroke.drawn.guide.direction(s);
-            let slope = -(place.normal.x * ex + place.normal.y * ey) / place.normal.z;
-            let feed = Vector3::new(ex, ey, slope).normalize();
-            let left =
-                near.left_mm(&place.point, &place.normal, &place.centre, &feed, self.stock.radius_mm());
-            if left <= limit_mm {
-                continue;
-            }
-            let (a, b) = (s - 1.5 * look_mm, s + 1.5 * look_mm);
-            match found.last_mut() {
-                Some(open) if a - open.1 <= BRIDGE_MM => open.1 = b,
-                _ => found.push((a, b)),
+        for w in at.windows(2) {
+            let ((i, s0), (j, s1)) = (w[0], w[1]);
+            let (a, b) = (stroke.places[i].spot, stroke.places[j].spot);
+            let looks = if a.face == b.face { ((s1 - s0) / look_mm).ceil() } else { 1.0 };
+            for k in 0..looks as u32 {
+                let share = f64::from(k) / looks;
+                let spot = Spot { u: a.u + (b.u - a.u) * share, v: a.v + (b.v - a.v) * share, ..a };
+                let s = s0 + (s1 - s0) * share;
+                let wide = gap * spot.per_level_mm >= CLOSEST * self.flat_step_mm();
+                if wide
+                    && let Some(place) = self.place(spot, claims)
+                    && self.is_left(&place, stroke.drawn.guide.direction(s), near)
+                {
+                    let (a, b) = (s - 1.5 * look_mm, s + 1.5 * look_mm);
+                    match found.last_mut() {
+                        Some(open) if a - open.1 <= BRIDGE_MM => open.1 = b,
+                        _ => found.push((a, b)),
+                    }
+                }
             }
         }
-        let end = stroke.drawn.at[stroke.drawn.at.len() - 1].1;
-        for stretch in &mut found {
-            *stretch = (stretch.0.max(0.0), stretch.1.min(end));
+        let end = at[at.len() - 1].1;
+        found.into_iter().map(|(a, b)| (a.max(0.0), b.min(end))).collect()
+    }
+
+    /// Whether the passes laid so far, which mostly run in the horizontal direction given, leave too much on a
+    /// place that is claimed and that the ball could touch.
+    fn is_left(&self, place: &Place, [ex, ey]: [f64; 2], near: &LaidNear) -> bool {
+        if !place.claimed {
+            return false;
         }
-        found
+        let Place { spot: Spot { face, u, v, .. }, point, normal, centre, .. } = *place;
+        let slope = -(normal.x * ex + normal.y * ey) / normal.z;
+        let feed = Vector3::new(ex, ey, slope).normalize();
+        if near.left_mm(&point, &normal, &centre, &feed, self.stock.radius_mm()) <= TOO_HIGH * self.scallop_mm
+        {
+            return false;
+        }
+        let touch = Location { centre, normal, face, support: Support::Face { u, v } };
+        let held_up = |rest: Location| (rest.centre.z - centre.z) * normal.z > 0.5 * self.scallop_mm;
+        !self.stock.drop(centre.x, centre.y, Some(&touch)).is_none_or(held_up)
     }
 }
 
-/// Levels halfway between neighbours of which one is new, and how far away these are; with `ends` also beside
-/// the first and the last.
-fn halfway(levels: &[(f64, bool)], ends: Option<(f64, f64)>) -> Vec<(f64, f64)> {
+/// Levels halfway between neighbours of which one is new, and how far away these are. Between the first level
+/// and the lowest, and at the other end, too: close to a corner much area can lie within little level. With
+/// `ends` also right beside the lowest and the highest.
+fn halfway(levels: &[(f64, bool)], (low, high): (f64, f64), ends: bool) -> Vec<(f64, f64)> {
     /// Curves at the ends themselves may be points or lie on the border.
     const INSIDE: f64 = 1e-3;
-    let between = |w: &[(f64, bool)]| (0.5 * (w[0].0 + w[1].0), 0.5 * (w[1].0 - w[0].0));
-    let mut found: Vec<(f64, f64)> = levels.windows(2).filter(|w| w[0].1 || w[1].1).map(between).collect();
-    if let Some((low, high)) = ends {
+    let between = |a: f64, b: f64| (0.5 * (a + b), 0.5 * (b - a));
+    let mut found: Vec<(f64, f64)> =
+        levels.windows(2).filter(|w| w[0].1 || w[1].1).map(|w| between(w[0].0, w[1].0)).collect();
+    found.extend(levels.first().filter(|l| l.1).map(|l| between(low, l.0)));
+    found.extend(levels.last().filter(|l| l.1).map(|l| between(l.0, high)));
+    if ends {
         let inside = INSIDE * (high - low);
         found.extend([low + inside, high - inside].map(|level| (level, f64::INFINITY)));
     }

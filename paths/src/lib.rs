@@ -30,6 +30,7 @@ mod field_levels;
 mod frame;
 mod guide;
 mod heights;
+mod kinematics;
 mod leads;
 mod levels;
 mod near;

@@ -11,6 +11,7 @@ use thiserror::Error;
 use crate::contact::{CONTACT_EPSILON_MM, FlatPart, Stock};
 use crate::field_levels::mesh_edge_mm;
 use crate::heights::Heights;
+use crate::kinematics::times_s;
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
 use crate::reach::{Fate, assign};
 use crate::refit::{FIT_BIAS_MM, FIT_TOLERANCE_MM};
@@ -42,18 +43,21 @@ pub struct Feeds {
     pub lead_mm_per_min: f64,
     /// Rapids.
     pub rapid_mm_per_min: f64,
-    /// Largest acceleration, for the time estimate, mm/s².
+    /// Largest acceleration, for the time, mm/s².
     pub acceleration_mm_per_s2: f64,
+    /// Largest jerk, for the time, mm/s³.
+    pub jerk_mm_per_s3: f64,
 }
 
 impl Default for Feeds {
-    /// A clay mill: 6 m/min, leads at 3 m/min, rapids at 20 m/min, 1 m/s².
+    /// A clay mill: 6 m/min, leads at 3 m/min, rapids at 20 m/min, 1 m/s², 10 m/s³.
     fn default() -> Self {
         Feeds {
             cut_mm_per_min: 6000.0,
             lead_mm_per_min: 3000.0,
             rapid_mm_per_min: 20_000.0,
             acceleration_mm_per_s2: 1000.0,
+            jerk_mm_per_s3: 10_000.0,
         }
     }
 }
@@ -147,7 +151,8 @@ pub fn plan(
     let radius_mm = options.tool.radius_mm();
     check(model, options)?;
     progress("setups", 0.0);
-    let flat = FlatPart::new(model).map_err(|(face, source)| PlanError::Face {
+    let area_mm2 = regions.face_area_mm2.iter().sum();
+    let flat = FlatPart::new(model, area_mm2, radius_mm).map_err(|(face, source)| PlanError::Face {
         face,
         entity: model.faces[face].source.entity.clone(),
         source,
@@ -338,7 +343,7 @@ impl Output {
         let name = context.frame.name;
         let first_move = self.program.moves.len();
         let first_region = self.regions.len();
-        for (region, part) in parts {
+        for (region, part) in nearest_first(parts) {
             let Some(start) = part.moves.first().map(Move::start) else { continue };
             let mut retracts = part.retracts;
             let way = match self.program.moves[first_move..].last() {
@@ -372,14 +377,15 @@ impl Output {
             self.program.moves.extend(up.into_iter().map(|m| Move { region, pass, ..m }));
         }
         let regions = &mut self.regions[first_region..];
-        for (seq, m) in self.program.moves.iter_mut().enumerate().skip(first_move) {
+        let times_s = times_s(&self.program.moves[first_move..], &context.feeds);
+        for ((seq, m), time_s) in self.program.moves.iter_mut().enumerate().skip(first_move).zip(times_s) {
             m.seq = seq as u64;
             name.clone_into(&mut m.setup);
             TOOL_ID.clone_into(&mut m.tool);
             if let Some(totals) = regions.iter_mut().find(|r| r.region == m.region) {
                 totals.length.add(m.kind, m.length_mm());
                 totals.control_points += m.points.len() as u64;
-                totals.time_s += time_s(m, &context.feeds);
+                totals.time_s += time_s;
             }
         }
         if regions.is_empty() {
@@ -411,9 +417,17 @@ impl Output {
     }
 }
 
-/// Time of a move that starts and ends at rest, with unlimited jerk: `L/v + v/a`.
-fn time_s(m: &Move, feeds: &Feeds) -> f64 {
-    let v = m.feed / 60.0;
-    let (length, a) = (m.length_mm(), feeds.acceleration_mm_per_s2);
-    if length * a >= v * v { length / v + v / a } else { 2.0 * (length / a).sqrt() }
+/// Always goes on with the region that begins nearest to where the last one ended.
+fn nearest_first(mut left: Vec<(usize, Part)>) -> Vec<(usize, Part)> {
+    let mut ordered: Vec<(usize, Part)> = Vec::with_capacity(left.len());
+    while !left.is_empty() {
+        let here = ordered.last().and_then(|(_, part)| part.moves.last()).map(Move::end);
+        let way = |(_, part): &(usize, Part)| match (here, part.moves.first()) {
+            (Some(here), Some(first)) => (first.start() - here).norm(),
+            _ => 0.0,
+        };
+        let nearest = (0..left.len()).min_by(|&a, &b| way(&left[a]).total_cmp(&way(&left[b])));
+        ordered.push(left.remove(nearest.unwrap_or(0)));
+    }
+    ordered
 }

@@ -1,4 +1,4 @@
-use claymill_nurbs::{FaceId, Vector3};
+use claymill_nurbs::FaceId;
 
 use crate::contact::{Location, Stock, Support};
 use crate::guide::Guide;
@@ -26,13 +26,11 @@ const CORNER_DEG: f64 = 2.0;
 pub(crate) const STEEPEST_NZ: f64 = 0.12;
 
 /// A point of a profile: height of the ball's centre over the guide, with its slope.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Sample {
     pub(crate) s: f64,
     pub(crate) z: f64,
     pub(crate) slope: f64,
-    /// Unit vector in which the pass is raised to stay clear; see [`Guide::lift`].
-    pub(crate) lift: Vector3,
     /// The face whose inside carries the ball.
     pub(crate) face: Option<FaceId>,
 }
@@ -63,20 +61,16 @@ impl Profile {
         hermite(&self.samples[i - 1], &self.samples[i], s)
     }
 
-    /// Height, slope and direction of lift at `s`; beyond the ends the profile goes on straight.
-    pub(crate) fn lifted_at(&self, s: f64, guide: &Guide) -> (f64, Vector3) {
-        let beyond = |end: Sample| (end.z + end.slope * (s - end.s), end.lift);
+    /// Height and slope at `s`; beyond the ends the profile goes on straight.
+    pub(crate) fn beyond(&self, s: f64) -> (f64, f64) {
+        let on = |end: Sample| (end.z + end.slope * (s - end.s), end.slope);
         if s <= self.start().s {
-            return beyond(self.start());
+            on(self.start())
+        } else if s >= self.end().s {
+            on(self.end())
+        } else {
+            self.at(s)
         }
-        if s >= self.end().s {
-            return beyond(self.end());
-        }
-        let i = self.samples.partition_point(|p| p.s <= s).clamp(1, self.samples.len() - 1);
-        let (a, b) = (&self.samples[i - 1], &self.samples[i]);
-        let (z, slope) = hermite(a, b, s);
-        let between = a.lift + (b.lift - a.lift) * ((s - a.s) / (b.s - a.s));
-        (z, guide.lift(slope, &between.normalize()))
     }
 
     /// The face whose inside carries the ball at both ends of the interval around `s`.
@@ -179,7 +173,7 @@ impl Walk<'_> {
                 None
             }
         };
-        Some(Sample { s, z, slope, lift: self.guide.lift(slope, &location.normal), face })
+        Some(Sample { s, z, slope, face })
     }
 
     fn begin(&mut self, first: Sample) {

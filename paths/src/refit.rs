@@ -20,8 +20,9 @@ const ROUNDS: usize = 12;
 const DATA_PER_SPAN: usize = 8;
 const DATA_MM: f64 = 0.5;
 const LONGEST_SPAN_MM: f64 = 400.0;
-/// Beside its guide a pass slides along the surface of ball centres, which is harmless: so much of it counts.
-const ASIDE_SHARE: f64 = 0.25;
+/// Beside its guide a pass comes closer to whatever stands there, on a steep slope as much as it is aside: that
+/// counts twice.
+const ASIDE_SHARE: f64 = 2.0;
 /// The written error is checked at points this far apart, mm, and at least eight a span.
 const CHECK_MM: f64 = 0.25;
 
@@ -64,7 +65,7 @@ impl Target {
     fn new(profile: &Profile, guide: &Guide) -> Self {
         let biased = |q: &Sample| {
             let [x, y] = guide.at(q.s);
-            Point3::new(x, y, q.z) + q.lift * FIT_BIAS_MM
+            Point3::new(x, y, q.z) + guide.lift(q.s, q.slope) * FIT_BIAS_MM
         };
         let p: Vec<Point3> = profile.samples.iter().map(biased).collect();
         let tangent = |q: &Sample| {
@@ -243,9 +244,9 @@ fn span_errors(curve: &Curve3, breaks: &[f64], profile: &Profile, over: &Over) -
                 let c = over.centre(&curve.point(span[0] + (span[1] - span[0]) * k as f64 / count as f64));
                 near = over.guide.nearest(c.x, c.y, near);
                 let [x, y] = over.guide.at(near);
-                let (z, lift) = profile.lifted_at(near, over.guide);
+                let (z, slope) = profile.beyond(near);
                 let off = c - Point3::new(x, y, z);
-                let e = off.dot(&lift);
+                let e = off.dot(&over.guide.lift(near, slope));
                 let aside = ASIDE_SHARE * off.xy().norm();
                 range = (range.0.min(e).min(FIT_BIAS_MM - aside), range.1.max(e).max(FIT_BIAS_MM + aside));
             }
@@ -267,7 +268,7 @@ mod tests {
     }
 
     fn sample(s: f64, z: f64, slope: f64) -> Sample {
-        Sample { s, z, slope, lift: ALONG_X.lift(slope, &Vector3::z()), face: None }
+        Sample { s, z, slope, face: None }
     }
 
     fn fit_along_x(profile: &Profile) -> Fit {

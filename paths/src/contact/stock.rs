@@ -19,6 +19,11 @@ use crate::Frame;
 /// about ten times smaller.
 const DEVIATION_MM: f64 = 0.25;
 const LONGEST_EDGE_MM: f64 = 12.0;
+/// Edges in ball radii, at most: what a setup reaches is probed on every triangle, and a small ball gets into
+/// places that a large triangle would hide.
+const LONGEST_EDGE_RADII: f64 = 2.0;
+/// Of a huge model edges may be longer, so that there are no more than about so many triangles in all.
+const TRIANGLES: f64 = 4e6;
 /// Edges are cut into pieces that leave their chord by no more than this, mm.
 const EDGE_DEVIATION_MM: f64 = 0.02;
 const EDGE_PIECE_MM: f64 = 15.0;
@@ -68,8 +73,12 @@ struct EdgePiece {
 }
 
 impl FlatPart {
-    pub(crate) fn new(model: &Model) -> Result<Self, (FaceId, NurbsError)> {
-        let options = MeshOptions { deviation_mm: DEVIATION_MM, longest_edge_mm: LONGEST_EDGE_MM };
+    /// Covers a model of `area_mm2` for a ball.
+    pub(crate) fn new(model: &Model, area_mm2: f64, radius_mm: f64) -> Result<Self, (FaceId, NurbsError)> {
+        let edge_mm = LONGEST_EDGE_MM.min(LONGEST_EDGE_RADII * radius_mm);
+        // Two triangles to a square of edges.
+        let longest_edge_mm = edge_mm.max((2.0 * area_mm2 / TRIANGLES).sqrt());
+        let options = MeshOptions { deviation_mm: DEVIATION_MM, longest_edge_mm };
         let meshes: Vec<FaceMesh> = model
             .faces
             .par_iter()

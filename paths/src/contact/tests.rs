@@ -23,7 +23,8 @@ fn placed(origin: Point3, z: Vector3) -> Placement {
 /// Drops the ball at the given places from +z.
 fn drop(surfaces: Vec<NurbsSurface>, at: &[(f64, f64)]) -> Vec<Option<Location>> {
     let model = Model { faces: surfaces.into_iter().map(face).collect(), ..Model::default() };
-    let flat = FlatPart::new(&model).unwrap();
+    let area_mm2 = model.faces.iter().map(Face::area_mm2).sum();
+    let flat = FlatPart::new(&model, area_mm2, R).unwrap();
     // Front +x: setup coordinates are model coordinates.
     let top = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0];
     let stock = Stock::new(&model, &flat, &top, R);

@@ -196,7 +196,11 @@ impl Walk<'_> {
             self.step(sa, Some(a), middle, None);
             return self.step(middle, None, sb, Some(b));
         };
-        let turn = (b.slope.atan() - a.slope.atan()).abs();
+        let aside = {
+            let ([ax, ay], [bx, by]) = (self.guide.direction(sa), self.guide.direction(sb));
+            (ax * by - ay * bx).atan2(ax * bx + ay * by).abs()
+        };
+        let turn = (b.slope.atan() - a.slope.atan()).abs().max(aside);
         let gentle = turn <= SHARPEST_TURN || sb - sa <= CLOSEST_MM;
         // On one face the slopes are exact and the middle tells all; elsewhere errors could cancel there.
         let one_face = a.face.is_some() && a.face == m.face && a.face == b.face;

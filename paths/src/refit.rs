@@ -247,7 +247,8 @@ fn span_errors(curve: &Curve3, breaks: &[f64], profile: &Profile, over: &Over) -
                 let (z, slope) = profile.beyond(near);
                 let off = c - Point3::new(x, y, z);
                 let e = off.dot(&over.guide.lift(near, slope));
-                let aside = ASIDE_SHARE * off.xy().norm();
+                let [ex, ey] = over.guide.direction(near);
+                let aside = ASIDE_SHARE * (off.x * ey - off.y * ex).abs() / ex.hypot(ey);
                 range = (range.0.min(e).min(FIT_BIAS_MM - aside), range.1.max(e).max(FIT_BIAS_MM + aside));
             }
             range

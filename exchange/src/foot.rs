@@ -82,6 +82,12 @@ impl<'a> Projector<'a> {
             .unwrap_or(Foot { uv: Point2::origin(), distance_mm: f64::INFINITY })
     }
 
+    /// Opposite corners of the domain.
+    fn bounds(&self) -> [Point2; 2] {
+        let ((u0, u1), (v0, v1)) = self.surface.domain();
+        [Point2::new(u0, v0), Point2::new(u1, v1)]
+    }
+
     /// The foot that Newton's method finds from `start`, sliding along the sides of the domain.
     pub(crate) fn foot(&self, p: &Point3, start: Point2) -> Foot {
         let ((u0, u1), (v0, v1)) = self.surface.domain();
@@ -168,7 +174,7 @@ impl<'a> Projector<'a> {
             }
         }
         Some(Projected {
-            pcurve: hermite(&pieces)?,
+            pcurve: hermite(&pieces, &self.bounds())?,
             distance_mm: pieces.iter().flatten().map(|s| s.distance_mm).fold(0.0, f64::max),
         })
     }
@@ -212,7 +218,7 @@ impl<'a> Projector<'a> {
             last = self.station(curve, end, end - inset, seed);
         }
         let follows = |x: f64| {
-            let uv = hermite_point(&start, &last, x);
+            let uv = hermite_point(&start, &last, &self.bounds(), x);
             let foot = self.foot(&curve.point(start.t + x * length), uv);
             let on = |q: Point2| self.surface.point(q.x, q.y);
             (on(uv) - on(foot.uv)).norm() <= PCURVE_MM
@@ -236,10 +242,16 @@ fn slopes(a: &Station, b: &Station) -> [Vector2; 2] {
     [a.slope.unwrap_or(chord), b.slope.unwrap_or(chord)]
 }
 
-fn hermite_point(a: &Station, b: &Station, x: f64) -> Point2 {
-    let h = b.t - a.t;
+/// The inner control points of a piece. Where a curve leaves the surface its feet slide along a side, and a slope across
+/// that side would lead out of the domain: control points inside keep the whole piece inside.
+fn inner(a: &Station, b: &Station, [min, max]: &[Point2; 2]) -> [Point2; 2] {
+    let third = (b.t - a.t) / 3.0;
     let [da, db] = slopes(a, b);
-    let (p1, p2) = (a.uv + da * (h / 3.0), b.uv - db * (h / 3.0));
+    [a.uv + da * third, b.uv - db * third].map(|p| p.sup(min).inf(max))
+}
+
+fn hermite_point(a: &Station, b: &Station, bounds: &[Point2; 2], x: f64) -> Point2 {
+    let [p1, p2] = inner(a, b, bounds);
     let y = 1.0 - x;
     let c = a.uv.coords * (y * y * y)
         + p1.coords * (3.0 * y * y * x)
@@ -249,19 +261,21 @@ fn hermite_point(a: &Station, b: &Station, x: f64) -> Point2 {
 }
 
 /// The Hermite pieces as one cubic: double knots where pieces meet smoothly, triple knots at kinks.
-fn hermite(pieces: &[[Station; 2]]) -> Option<Curve2> {
+fn hermite(pieces: &[[Station; 2]], bounds: &[Point2; 2]) -> Option<Curve2> {
     let (first, last) = (pieces.first()?[0], pieces.last()?[1]);
     let mut knots = vec![first.t; 4];
     let mut points = vec![first.uv];
     for (i, [a, b]) in pieces.iter().enumerate() {
-        let third = (b.t - a.t) / 3.0;
-        let [da, db] = slopes(a, b);
-        points.push(a.uv + da * third);
-        points.push(b.uv - db * third);
+        let [p1, p2] = inner(a, b, bounds);
+        points.extend([p1, p2]);
         if i + 1 < pieces.len() {
             knots.extend([b.t; 2]);
             // Exactly equal slopes and positions leave the joint point implied by a double knot.
-            let smooth = pieces[i + 1][0].slope == b.slope && b.slope.is_some();
+            let third = |[a, b]: &[Station; 2]| (b.t - a.t) / 3.0;
+            let [next, _] = inner(&pieces[i + 1][0], &pieces[i + 1][1], bounds);
+            let free =
+                |d: Vector2| p2 == b.uv - d * third(&pieces[i]) && next == b.uv + d * third(&pieces[i + 1]);
+            let smooth = pieces[i + 1][0].slope == b.slope && b.slope.is_some_and(free);
             if !smooth {
                 knots.push(b.t);
                 points.push(b.uv);
@@ -271,4 +285,32 @@ fn hermite(pieces: &[[Station; 2]]) -> Option<Curve2> {
     points.push(last.uv);
     knots.extend([last.t; 4]);
     Curve2::new(KnotVector::new(3, knots).ok()?, points, None).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_that_swings_over_the_rim_is_projected_onto_the_rim() {
+        let flat = || KnotVector::clamped_uniform(1, 2);
+        let corners = [(0.0, 0.0), (0.0, 10.0), (10.0, 0.0), (10.0, 10.0)];
+        let points = corners.map(|(x, y)| Point3::new(x, y, 0.0)).to_vec();
+        let surface = NurbsSurface::new(flat(), flat(), points, None).unwrap();
+        // In, out by 0.02 mm, in again, and a stretch that turns at the rim.
+        let heights = [0.5, -0.3, 0.2, -0.1, 0.4, 0.0];
+        let points = (0..6).map(|i| Point3::new(2.0 * f64::from(i), heights[i as usize], 0.01)).collect();
+        let curve = Curve3::new(KnotVector::clamped_uniform(3, 6), points, None).unwrap();
+        let projected = Projector::new(&surface).curve(&curve, 1.0).unwrap();
+        let mut outside = 0;
+        for i in 0..=1000 {
+            let t = f64::from(i) / 1000.0;
+            let (p, q) = (projected.pcurve.point(t), curve.point(t));
+            assert!((0.0..=1.0).contains(&p.x) && (0.0..=1.0).contains(&p.y), "{p} at {t}");
+            let foot = Point2::new(0.1 * q.x, (0.1 * q.y).max(0.0));
+            assert!((p - foot).norm() < 1e-5, "{p} {foot} at {t}");
+            outside += i32::from(q.y < 0.0);
+        }
+        assert!(outside > 20);
+    }
 }

@@ -72,6 +72,8 @@ fn implausible_units_are_warned_about_and_sound_ones_are_not() {
         ("wind_turbine_blade_metre.igs", true),
         ("prismatic_ctc03_inch.stp", false),
         ("race_car_nose_141.stp", false),
+        ("airliner_272.stp", false),
+        ("airliner_fuselage_238.igs", false),
         ("bracket_inch.iges", false),
         ("helmet_928.igs", false),
     ] {

@@ -70,7 +70,8 @@ pub use laps::Lap;
 pub use options::{CurvatureLimit, Judged, Limits, MergeOptions, Preset};
 pub use region::Region;
 pub use region_mesh::{
-    BoundaryLoop, Field, FieldError, GuideKind, Guides, IsoPoint, Polyline, RegionMesh, SurfacePoint,
+    BoundaryLoop, DriveSurface, Field, FieldError, GuideKind, Guides, IsoPoint, NoDriveSurface, Polyline,
+    RegionMesh, SurfacePoint,
 };
 pub use sweep::{Join, MergeTree, Step, SweptLimit, sweep};
 pub use verdict::Verdict;

@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use claymill_nurbs::analytic::{cylinder, sphere};
 use claymill_nurbs::{Model, NurbsSurface, Point3, Vector3};
-use claymill_surface_merge::{FieldError, GuideKind, Merge, MergeOptions, RegionMesh, merge};
+use claymill_surface_merge::{FieldError, GuideKind, Merge, MergeOptions, NoDriveSurface, RegionMesh, merge};
 use scene::{frame, master, model, part, plate};
 
 fn sewn(surfaces: Vec<NurbsSurface>) -> (Model, Merge) {
@@ -252,6 +252,35 @@ fn closed_surfaces_have_ends_and_parts_without_guides_no_values() {
         assert_eq!(value.is_nan(), v.point.x > 40.0);
     }
     assert_eq!(field.iso_line(15.0).len(), 1);
+}
+
+#[test]
+fn a_four_sided_sheet_of_patches_has_one_drive_surface() {
+    let whole = master();
+    let cuts = [0.0, 0.3, 0.55, 1.0];
+    let surfaces = cuts
+        .windows(2)
+        .flat_map(|u| cuts.windows(2).map(|v| part(&whole, (u[0], u[1]), (v[0], v[1]))).collect::<Vec<_>>());
+    let (model, merged) = sewn(surfaces.collect());
+    let mesh = RegionMesh::of_region(&model, &merged, 0, 4.0).unwrap();
+    let drive = mesh.drive_surface(0.05).unwrap();
+    assert!(drive.deviation_max_mm < 0.05, "{}", drive.deviation_max_mm);
+    assert!(drive.deviation_rms_mm < drive.deviation_max_mm);
+    // It covers the sheet: its corners are the sheet's.
+    let corner = |u: f64, v: f64| drive.surface.point(u, v);
+    for (u, v) in [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)] {
+        let p = whole.point(u, v);
+        let near = [corner(0.0, 0.0), corner(0.0, 1.0), corner(1.0, 0.0), corner(1.0, 1.0)];
+        assert!(near.iter().any(|q| (q - p).norm() < 0.5), "{u} {v}");
+    }
+
+    let (model, merged) = sewn(hemisphere());
+    let mesh = RegionMesh::of_region(&model, &merged, 0, 8.0).unwrap();
+    assert!(matches!(mesh.drive_surface(0.1), Err(NoDriveSurface::NoCorners)));
+    let z = frame([0.0; 3], Vector3::z(), Vector3::x());
+    let (model, merged) = sewn(vec![cylinder(&z, 20.0, (0.0, 2.0 * PI), (0.0, 50.0)).unwrap()]);
+    let mesh = RegionMesh::of_region(&model, &merged, 0, 4.0).unwrap();
+    assert!(matches!(mesh.drive_surface(0.1), Err(NoDriveSurface::NoDisk { loops: 2 })));
 }
 
 #[test]

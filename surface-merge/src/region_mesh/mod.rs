@@ -39,6 +39,7 @@
 mod build;
 mod connectivity;
 mod distance;
+mod drive;
 mod field;
 mod guides;
 mod harmonic;
@@ -57,6 +58,7 @@ use crate::{Merge, Verdict};
 use connectivity::NONE;
 
 pub use connectivity::BoundaryLoop;
+pub use drive::{DriveSurface, NoDriveSurface};
 pub use field::Field;
 pub use guides::{GuideKind, Guides};
 pub use iso_line::{IsoPoint, Polyline};

@@ -49,6 +49,7 @@ mod laps;
 mod lone;
 mod matching;
 mod options;
+mod quality;
 mod quotient;
 mod region;
 mod region_mesh;
@@ -68,6 +69,7 @@ pub use gaps::{GapBin, Tolerance, ToleranceOrigin};
 pub use joint::{Continuity, EdgeStretch, Failing, Joint, JointSample, Measure, Spread};
 pub use laps::Lap;
 pub use options::{CurvatureLimit, Judged, Limits, MergeOptions, Preset};
+pub use quality::{RegionQuality, quality};
 pub use region::Region;
 pub use region_mesh::{
     BoundaryLoop, DriveSurface, Field, FieldError, GuideKind, Guides, IsoPoint, NoDriveSurface, Polyline,

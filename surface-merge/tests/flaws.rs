@@ -83,8 +83,10 @@ fn assert_sizes(sample: &Sample, m: &Merge) {
     // And nothing where nothing was planted.
     for joint in found.iter().filter(|(faces, _)| !flawed.contains(*faces)).flat_map(|(_, all)| all) {
         assert!(joint.gap_normal_mm.max < 1e-8 && joint.gap_lateral_mm.max < 1e-8);
-        assert!(joint.angle_deg.max < 1e-8, "{}", joint.angle_deg.max);
-        assert!(joint.curvature_machining.max < 1e-7, "{}", joint.curvature_machining.max);
+        // A cut that passes within 0.03 mm of a knot leaves a span so narrow that rounding shows in its
+        // derivatives: a hundred-thousandth of the limits.
+        assert!(joint.angle_deg.max < 1e-7, "{}", joint.angle_deg.max);
+        assert!(joint.curvature_machining.max < 1e-6, "{}", joint.curvature_machining.max);
     }
 }
 
@@ -124,6 +126,58 @@ fn two_thousand_patches_with_every_flaw_on_a_line() {
     assert_planted_partition(&sample, &m);
     // A patch of a staggered row meets up to two patches on each side that is not cut in line.
     assert!(sample.answers.joints.len() > 2 * sample.model.faces.len());
+}
+
+/// Every kind of flaw in one model: precision and recall of joints, sizes, partition, copies, laps, sides.
+fn every_kind_at_once(patches: usize) {
+    let mut flaws = ON_LINES.to_vec();
+    let on_faces = [Flaw::TJunctions, Flaw::Delete(12), Flaw::Flip(15), Flaw::Duplicate(9), Flaw::Lap(8)];
+    flaws.extend(on_faces);
+    let sample = ribbon(patches, 21, &flaws).unwrap();
+    let m = merged(&sample);
+    assert_sizes(&sample, &m);
+    assert_planted_partition(&sample, &m);
+    let planted = |kind: &'static str| sample.answers.flaws.iter().filter(move |f| f.flaw.starts_with(kind));
+    let pairs = |kind| planted(kind).map(|f| [f.faces[0], f.faces[1]]).collect::<BTreeSet<_>>();
+    let copies: BTreeSet<_> = m.duplicates.iter().map(|d| [d.original, d.copy]).collect();
+    assert_eq!(copies, pairs("duplicate"));
+    let laps: BTreeSet<_> = m.laps.iter().map(|l| [l.stretch.face, l.onto]).collect();
+    assert_eq!(laps, pairs("lap"));
+    let flipped: BTreeSet<usize> = planted("flip").flat_map(|f| f.faces.clone()).collect();
+    let copied: BTreeSet<usize> = copies.iter().map(|c| c[1]).collect();
+    for region in m.regions.iter().filter(|r| r.faces.len() > 1) {
+        let sides: BTreeSet<bool> = region
+            .faces
+            .iter()
+            .zip(&region.flipped)
+            .filter(|(face, _)| !copied.contains(face))
+            .map(|(face, turned)| flipped.contains(face) == *turned)
+            .collect();
+        assert_eq!(sides.len(), 1, "one side but for those turned");
+    }
+    // The same model with coordinates of four digits.
+    flaws = vec![Flaw::Kink(1.5), Flaw::Kink(20.0), Flaw::TJunctions, Flaw::Delete(12), Flaw::Round(4)];
+    let sample = ribbon(patches, 22, &flaws).unwrap();
+    let m = merged(&sample);
+    one_for_one(&sample, &m);
+    assert_planted_partition(&sample, &m);
+}
+
+#[test]
+fn every_kind_at_once_in_2000_patches() {
+    every_kind_at_once(2000);
+}
+
+#[test]
+#[ignore = "ten seconds: for `make bench`"]
+fn every_kind_at_once_in_5000_patches() {
+    every_kind_at_once(5000);
+}
+
+#[test]
+#[ignore = "a minute: for `make bench`"]
+fn every_kind_at_once_in_20000_patches() {
+    every_kind_at_once(20_000);
 }
 
 #[test]

@@ -38,5 +38,5 @@ pub use job::{
     RegionTotals, Request, Setup, Skipped, StageTiming, ToolRecord, Totals, UncutReason,
 };
 pub use moves::{Move, MoveError, MoveKind, Program, WRITTEN_STEP_MM, round_to_written};
-pub use regions::{FailingRecord, JointRecord, LapRecord, RegionRecord, RegionsFile};
+pub use regions::{FailingRecord, JointRecord, LapRecord, RegionQualityRecord, RegionRecord, RegionsFile};
 pub use tool::{Tool, ToolError};

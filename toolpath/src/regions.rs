@@ -67,6 +67,32 @@ pub struct RegionRecord {
     pub box_mm: [f64; 6],
     /// Area that each setup cuts, mm², by setup name.
     pub setup_area_mm2: std::collections::BTreeMap<String, f64>,
+    /// What kind of surface it is, where that was measured (`claymill merge -o`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quality: Option<RegionQualityRecord>,
+}
+
+/// What kind of surface a region is, and what it asks of a tool.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RegionQualityRecord {
+    /// Euler characteristic: 1 for a disk, 0 for a ring, 2 for a closed shell.
+    pub euler: i64,
+    /// Number of handles, where that makes sense.
+    pub genus: Option<usize>,
+    /// Radius of the tightest valley, mm.
+    pub tightest_concave_radius_mm: Option<f64>,
+    /// The largest ball that curvature alone lets in everywhere, mm.
+    pub largest_ball_radius_mm: Option<f64>,
+    /// Area in valleys tighter than the ball of 10 mm radius, mm².
+    pub rest_area_mm2: f64,
+    /// Integral of the absolute Gaussian curvature, steradians.
+    pub total_curvature_sr: f64,
+    /// Extent along the direction of largest spread, mm.
+    pub length_mm: f64,
+    /// Extent along the direction of second largest spread, mm.
+    pub width_mm: f64,
+    /// Seen along the mean normal, no part lies over another.
+    pub single_valued: bool,
 }
 
 /// A joint: a stretch of edge shared by two faces.

@@ -3,13 +3,14 @@ use std::process::ExitCode;
 use claymill_nurbs::Model;
 use claymill_surface_merge::{Merge, MergeOptions, Preset, merge as find_regions};
 use claymill_toolpath::{
-    FORMAT_VERSION, FailingRecord, FolderWriter, JointRecord, LapRecord, Program, REGIONS_FILE, RegionRecord,
-    RegionsFile,
+    FORMAT_VERSION, FailingRecord, FolderWriter, JointRecord, LapRecord, Program, REGIONS_FILE,
+    RegionQualityRecord, RegionRecord, RegionsFile,
 };
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::export::{ExportFormat, export};
-use super::{Context, box_mm, orientation, pictures, sweep, why};
+use super::{Context, box_mm, drive, orientation, pictures, sweep, why};
 use crate::args::{MergeArgs, PresetName};
 use crate::console::outln;
 use crate::failure::Failure;
@@ -37,13 +38,18 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
         interrupt::remove_on_interrupt(folder.path().to_owned());
     }
     let format = args.export.as_deref().map(ExportFormat::of).transpose()?;
+    let drive_format = args.drive_surfaces.as_deref().map(ExportFormat::of).transpose()?;
     let loaded = context.load(&args.model)?;
     let model = &loaded.import.model;
     context.console.stage("merging");
     let preset = Preset::from(args.preset);
     let merged = regions(model, &preset.options())?;
     let trees = if args.sweep { sweep::trees(&merged, &preset.options()) } else { Vec::new() };
-    let record = record(&merged, preset);
+    let mut record = record(&merged, preset);
+    if folder.is_some() || context.json {
+        context.console.stage("measuring regions");
+        add_quality(&mut record, model, &merged, preset.options().ball_radius_mm);
+    }
     if let Some(folder) = folder {
         folder.json(REGIONS_FILE, &record)?;
         if args.sweep {
@@ -60,6 +66,12 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
         let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
         export(path, format, model, &album, &merged.region_of_face, &Program::default())?;
     }
+    let mut drives = Vec::new();
+    if let Some((path, format)) = args.drive_surfaces.as_deref().zip(drive_format) {
+        context.console.stage("drive surfaces");
+        let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
+        drives = drive::write(path, format, model, &merged, &album.colours())?;
+    }
     context.console.finish();
     if context.json && args.sweep {
         context.print_json(&trees)?;
@@ -71,6 +83,7 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
             why::print(&record, count);
         }
         trees.iter().for_each(sweep::print);
+        drive::print(&drives);
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -80,6 +93,24 @@ pub(crate) fn regions(model: &Model, options: &MergeOptions) -> Result<Merge, Fa
     find_regions(model, options).map_err(|e| {
         Failure::problem(e, "Leave the faces it names out with --skip, or mend them in the CAD system.")
     })
+}
+
+/// Measures every region for a ball; one that cannot be triangulated has no quality.
+fn add_quality(record: &mut RegionsFile, model: &Model, merged: &Merge, ball_radius_mm: f64) {
+    record.regions.par_iter_mut().for_each(|region| {
+        let found = claymill_surface_merge::quality(model, merged, region.id, ball_radius_mm).ok();
+        region.quality = found.map(|q| RegionQualityRecord {
+            euler: q.euler,
+            genus: q.genus,
+            tightest_concave_radius_mm: q.tightest_concave_radius_mm,
+            largest_ball_radius_mm: q.largest_ball_radius_mm,
+            rest_area_mm2: q.rest_area_mm2,
+            total_curvature_sr: q.total_curvature_sr,
+            length_mm: q.length_mm,
+            width_mm: q.width_mm,
+            single_valued: q.single_valued,
+        });
+    });
 }
 
 /// What `regions.json` holds.
@@ -93,6 +124,7 @@ pub(crate) fn record(merged: &Merge, preset: Preset) -> RegionsFile {
         normal_half_angle_deg: r.normal_half_angle_deg,
         box_mm: box_mm(&r.bounds),
         setup_area_mm2: std::collections::BTreeMap::new(),
+        quality: None,
     };
     let joint = |j: &claymill_surface_merge::Joint| JointRecord {
         faces: [j.sides[0].face, j.sides[1].face],

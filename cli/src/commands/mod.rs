@@ -4,6 +4,7 @@ mod compare;
 mod compare_plot;
 mod demo;
 mod diagrams;
+mod drive;
 mod export;
 mod inspect;
 mod inspect_mesh;

@@ -25,9 +25,9 @@ pub enum NoDriveSurface {
         /// Its number of loops.
         loops: usize,
     },
-    /// The border has fewer than four corners.
-    #[error("a grid needs four sides, the border of this region does not have four corners")]
-    NoCorners,
+    /// The border is too short for four sides.
+    #[error("a grid needs four sides, the border of this region has too few edges")]
+    NoSides,
     /// Places of the grid that lie on no triangle, or on two.
     #[error("the two fields do not make a grid: {missing} of {nodes} places are missing or there twice")]
     NoGrid {
@@ -48,6 +48,8 @@ pub enum NoDriveSurface {
 const PLACES: (f64, f64) = (24.0, 320.0);
 /// Spans of the fit: doubled from the first until the deviation is small enough.
 const SPANS: (usize, usize) = (4, 64);
+/// The part of a grid's places that may be filled in.
+const MOST_FILLED: f64 = 1e-3;
 /// Barycentric coordinates may be negative by this much.
 const INSIDE: f64 = 1e-7;
 
@@ -65,7 +67,7 @@ impl RegionMesh<'_> {
         if self.loops().len() != 1 {
             return Err(NoDriveSurface::NoDisk { loops: self.loops().len() });
         }
-        let [mut a, mut b, mut c, mut d] = self.four_sides().ok_or(NoDriveSurface::NoCorners)?;
+        let [mut a, mut b, mut c, mut d] = self.four_sides().ok_or(NoDriveSurface::NoSides)?;
         if self.run_mm(&b) + self.run_mm(&d) > self.run_mm(&a) + self.run_mm(&c) {
             (a, b, c, d) = (b, c, d, a);
         }
@@ -74,9 +76,9 @@ impl RegionMesh<'_> {
             let mean = 0.5 * (self.run_mm(one) + self.run_mm(other));
             (mean / self.edge_mm()).clamp(PLACES.0, PLACES.1).ceil() as usize
         };
-        let grid = self.grid(&fields, [places(&b, &d), places(&a, &c)])?;
         let part = self.part();
         let closest = ClosestPoints::new(&part);
+        let grid = self.grid(&fields, [places(&b, &d), places(&a, &c)], &closest)?;
         let mut spans = SPANS.0;
         let mut best: Option<DriveSurface> = None;
         loop {
@@ -111,6 +113,7 @@ impl RegionMesh<'_> {
         &self,
         [across, along]: &[Field<'_, '_>; 2],
         [rows, columns]: [usize; 2],
+        closest: &ClosestPoints<'_>,
     ) -> Result<Grid, NoDriveSurface> {
         let nodes = (rows + 1) * (columns + 1);
         let mut points: Vec<Option<Point3>> = vec![None; nodes];
@@ -152,9 +155,22 @@ impl RegionMesh<'_> {
                 }
             }
         }
-        let missing = (0..nodes).filter(|&n| double[n] || points[n].is_none()).count();
-        if missing > 0 {
-            return Err(NoDriveSurface::NoGrid { missing, nodes });
+        let bad: Vec<usize> = (0..nodes).filter(|&n| double[n] || points[n].is_none()).collect();
+        if bad.len() as f64 > MOST_FILLED * nodes as f64 {
+            return Err(NoDriveSurface::NoGrid { missing: bad.len(), nodes });
+        }
+        // Single places are lost where the fields are steep, at tips: they lie between their neighbours.
+        for n in bad {
+            let (i, j) = (n / (columns + 1), n % (columns + 1));
+            let near = (0..nodes).filter(|&m| {
+                let (k, l) = (m / (columns + 1), m % (columns + 1));
+                i.abs_diff(k) <= 1 && j.abs_diff(l) <= 1 && m != n && !double[m]
+            });
+            let known: Vec<Point3> = near.filter_map(|m| points[m]).collect();
+            let sum = known.iter().fold(Point3::origin(), |s, p| s + p.coords / known.len() as f64);
+            let foot = (!known.is_empty()).then(|| closest.closest(&sum, f64::INFINITY)).flatten();
+            let Some(foot) = foot else { return Err(NoDriveSurface::NoGrid { missing: 1, nodes }) };
+            (points[n], double[n]) = (Some(foot.point), false);
         }
         Ok(Grid { points: points.into_iter().flatten().collect(), rows: rows + 1, columns: columns + 1 })
     }

@@ -63,39 +63,19 @@ impl RegionMesh<'_> {
         }
     }
 
-    /// The four sides between the corners of the longest loop, in order around it; `None` where it does not
-    /// have four corners.
+    /// The four sides of the longest loop, in order around it, as [`RegionMesh::guides`] finds them; `None` for
+    /// closed surfaces and where a side would be a point.
     #[must_use]
     pub fn four_sides(&self) -> Option<[Vec<u32>; 4]> {
-        let outer = Ring::new(self, self.loops().first()?);
-        let corners = outer.four_corners(&outer.corners())?;
-        Some(std::array::from_fn(|k| outer.stretch(corners[k], corners[(k + 1) % 4])))
+        let ring = Ring::new(self, self.loops().first()?);
+        let (_, corners) = ring.sides();
+        let sides = std::array::from_fn(|k| ring.stretch(corners[k], corners[(k + 1) % 4]));
+        sides.iter().all(|s: &Vec<u32>| s.len() > 1).then_some(sides)
     }
 
     fn sides(&self, outer: &BoundaryLoop) -> Guides {
         let ring = Ring::new(self, outer);
-        let found = ring.corners();
-        let (kind, corners) = match (ring.four_corners(&found), &found[..]) {
-            (Some(four), _) => (GuideKind::Sides, four.to_vec()),
-            (None, &[(a, _), (b, _), (c, _)]) => {
-                let side = |x: usize, y: usize| ring.way(x, y);
-                let (_, tip) = [(side(b, c), a), (side(c, a), b)]
-                    .into_iter()
-                    .fold((side(a, b), c), |x, y| if y.0 < x.0 { y } else { x });
-                let [x, y] = ring.around(tip, TIP);
-                let others = [a, b, c].into_iter().filter(|&k| k != tip);
-                (GuideKind::Sides, others.chain([x, y]).collect())
-            }
-            (None, &[(a, _), (b, _)]) if ring.way(a, b).min(ring.way(b, a)) > SHORT_HALF * ring.length => {
-                (GuideKind::Halves, [a, b].into_iter().flat_map(|k| ring.around(k, TIP)).collect())
-            }
-            _ => {
-                let (a, b) = ring.farthest();
-                (GuideKind::Halves, [a, b].into_iter().flat_map(|k| ring.around(k, ROUND_END)).collect())
-            }
-        };
-        let mut corners = corners;
-        corners.sort_unstable();
+        let (kind, corners) = ring.sides();
         let side = |k: usize| ring.stretch(corners[k], corners[(k + 1) % 4]);
         let way = |k: usize| ring.way(corners[k], corners[(k + 1) % 4]);
         let first = usize::from(way(1) + way(3) > way(0) + way(2));
@@ -211,6 +191,36 @@ impl Ring {
         }
         found.sort_by_key(|f| f.0);
         found
+    }
+
+    /// Four places that cut the loop into sides, in order.
+    fn sides(&self) -> (GuideKind, [usize; 4]) {
+        let found = self.corners();
+        let halves = |tips: [usize; 2], part: f64| {
+            let [[a, b], [c, d]] = tips.map(|k| self.around(k, part));
+            (GuideKind::Halves, [a, b, c, d])
+        };
+        let (kind, mut corners) = match (self.four_corners(&found), &found[..]) {
+            (Some(four), _) => (GuideKind::Sides, four),
+            (None, &[(a, _), (b, _), (c, _)]) => {
+                // The corner opposite the shortest side is a tip.
+                let (_, [p, q, tip]) = [[b, c, a], [c, a, b]]
+                    .into_iter()
+                    .map(|way| (self.way(way[0], way[1]), way))
+                    .fold((self.way(a, b), [a, b, c]), |x, y| if y.0 < x.0 { y } else { x });
+                let [x, y] = self.around(tip, TIP);
+                (GuideKind::Sides, [p, q, x, y])
+            }
+            (None, &[(a, _), (b, _)]) if self.way(a, b).min(self.way(b, a)) > SHORT_HALF * self.length => {
+                halves([a, b], TIP)
+            }
+            _ => {
+                let (a, b) = self.farthest();
+                halves([a, b], ROUND_END)
+            }
+        };
+        corners.sort_unstable();
+        (kind, corners)
     }
 
     /// The four corners that turn most and lie farthest from each other.

@@ -255,6 +255,14 @@ impl<'m> RegionMesh<'m> {
         (0..self.triangles.len()).map(|t| self.triangle_area_mm2(t)).sum()
     }
 
+    /// Euler characteristic: vertices − edges + triangles; 1 for a disk, 0 for a ring, 2 for a closed shell.
+    #[must_use]
+    pub fn euler(&self) -> i64 {
+        let border = self.twins.iter().filter(|t| **t == NONE).count();
+        let edges = (self.twins.len() - border) / 2 + border;
+        self.vertices.len() as i64 - edges as i64 + self.triangles.len() as i64
+    }
+
     fn triangle_area_mm2(&self, triangle: usize) -> f64 {
         let [a, b, c] = self.triangles[triangle].map(|v| self.point(v));
         0.5 * (b - a).cross(&(c - a)).norm()

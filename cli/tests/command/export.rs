@@ -36,13 +36,13 @@ fn regions_come_back_from_every_format_that_can_be_read() {
 fn a_drive_surface_says_what_it_is_off_by_or_why_there_is_none() {
     let folder = scratch();
     let folder = folder.path();
-    let made = run(folder, ["sample", "ribbon", "--patches", "60", "-o", "ribbon.igs"]);
+    let made = run(folder, ["sample", "ribbon", "--patches", "200", "-o", "ribbon.igs"]);
     assert_eq!(made.code, Some(0), "{made:?}");
     let merged = run(folder, ["merge", "ribbon.igs", "--drive-surfaces", "drive.igs", "-o", "merged"]);
     assert_eq!(merged.code, Some(0), "{merged:?}");
     assert!(merged.stdout.contains("drive surface of region   0: off by 0.0"), "{}", merged.stdout);
     let drive = run(folder, ["inspect", "drive.igs", "--json"]).json();
-    assert_eq!(drive["faces"].as_array().map_or(drive["faces"].as_u64(), |f| Some(f.len() as u64)), Some(1));
+    assert_eq!(drive["faces"], 1);
     let text = std::fs::read_to_string(folder.join("merged/regions.json")).unwrap();
     let regions: Value = serde_json::from_str(&text).unwrap();
     let quality = &regions["regions"][0]["quality"];

@@ -97,6 +97,10 @@ impl<'a, 't> Matcher<'a, 't> {
 
     fn push(&mut self, element: Element) {
         self.comparison.elements += 1;
+        if self.pending_mm > 1.1 * self.stroke_mm + 1.0 + 3.0 * self.near_mm {
+            // Longer than the move, without having come to its end.
+            self.close();
+        }
         if self.pending.is_empty() {
             self.seek(&element);
         }
@@ -111,7 +115,7 @@ impl<'a, 't> Matcher<'a, 't> {
         self.pending.push(element);
         let slack = 3.0 * self.near_mm;
         let arrived = self.near(&end, &stroke.curve.end()) && self.pending_mm >= 0.9 * self.stroke_mm - slack;
-        if arrived || self.pending_mm > 1.1 * self.stroke_mm + 1.0 + slack {
+        if arrived {
             self.close();
         }
     }
@@ -146,6 +150,14 @@ impl<'a, 't> Matcher<'a, 't> {
         let at = self.next.min(self.order.len() - 1);
         let (section, stroke) = self.order[at];
         self.found.push(Found { section, stroke, elements: vec![element], matched: false });
+    }
+
+    /// At the end of a file: what has begun and is no move of the job is the way up.
+    fn file_ends(&mut self) {
+        self.pending_mm = 0.0;
+        for element in std::mem::take(&mut self.pending) {
+            self.beside(element);
+        }
     }
 
     fn close(&mut self) {
@@ -196,9 +208,6 @@ impl<'a, 't> Matcher<'a, 't> {
     }
 
     fn finish(mut self) -> Comparison {
-        if !self.pending.is_empty() {
-            self.close();
-        }
         while let Some((_, stroke)) = self.order.get(self.next) {
             if self.stroke_mm > 2.0 * self.near_mm {
                 self.comparison.missing += 1;
@@ -284,6 +293,7 @@ fn run<'a>(
             matcher.push(element);
             Ok(())
         })?;
+        matcher.file_ends();
     }
     Ok(matcher.finish())
 }

@@ -101,6 +101,15 @@ pub(crate) fn lower(
 ) -> Result<Lowered, Refusal> {
     // Rounding a point moves it by no more than half a step along each axis.
     let allowed = tolerance_mm + 0.87 * format.step_mm();
+    if 0.87 * format.step_mm() > tolerance_mm {
+        return Err(Refusal::new(
+            "digits",
+            format!(
+                "rounding to {} decimals takes more than the tolerance of {tolerance_mm} mm",
+                format.digits
+            ),
+        ));
+    }
     let (from, to) = (format.snap_point(&curve.start()), format.snap_point(&curve.end()));
     if curve.knots().degree() == 1 && curve.points().len() == 2 {
         let shapes = if from == to { Vec::new() } else { vec![Shape::Line { from, to }] };
@@ -116,12 +125,18 @@ pub(crate) fn lower(
     ];
     let mut least = f64::INFINITY;
     for (rung, attempt) in rungs {
-        let Some(shapes) = attempt(curve, abilities, format, tolerance_mm) else { continue };
-        let error_mm = deviation(curve, &shapes);
-        if error_mm <= allowed {
-            return Ok(Lowered { rung, shapes, error_mm });
+        // An attempt looks at a few places only: where it was too bold, it aims at less.
+        for share in [1.0, 0.7, 0.4, 0.1] {
+            let Some(shapes) = attempt(curve, abilities, format, share * tolerance_mm) else { break };
+            let error_mm = deviation(curve, &shapes);
+            if error_mm <= allowed {
+                return Ok(Lowered { rung, shapes, error_mm });
+            }
+            least = least.min(error_mm);
+            if rung == Rung::Nurbs {
+                break;
+            }
         }
-        least = least.min(error_mm);
     }
     Err(Refusal::new(
         "tolerance",

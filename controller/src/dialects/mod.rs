@@ -112,6 +112,10 @@ impl Dialect {
     #[must_use]
     pub fn format(self, machine: &Machine) -> LengthFormat {
         let mm = self.grammar().digits();
+        if self == Dialect::StepNc {
+            // Lengths of a Part 21 file are those of its units, which here are always millimetres.
+            return LengthFormat { units: Units::Mm, digits: machine.digits.unwrap_or(mm) };
+        }
         let usual = if machine.units == Units::Inch { mm + 1 } else { mm };
         LengthFormat { units: machine.units, digits: machine.digits.unwrap_or(usual) }
     }

@@ -1,0 +1,42 @@
+#!/usr/bin/env python3
+"""Stands in for the control's user interface: switches it on, runs $NGC to its end, leaves."""
+import os
+import sys
+import time
+
+import linuxcnc
+
+command, status, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
+
+
+def until(reached, seconds):
+    end = time.time() + seconds
+    while time.time() < end:
+        status.poll()
+        message = errors.poll()
+        if message:
+            print("control:", message, flush=True)
+        if reached():
+            return
+        time.sleep(0.01)
+    sys.exit("the control did not follow in %d s" % seconds)
+
+
+def switched_on():
+    # The first order to leave the emergency stop may be lost.
+    if status.estop:
+        command.state(linuxcnc.STATE_ESTOP_RESET)
+    elif not status.enabled:
+        command.state(linuxcnc.STATE_ON)
+    return status.enabled and not status.estop
+
+
+until(switched_on, 30)
+command.mode(linuxcnc.MODE_AUTO)
+command.wait_complete()
+command.program_open(os.environ["NGC"])
+command.wait_complete()
+command.auto(linuxcnc.AUTO_RUN, 0)
+until(lambda: status.interp_state != linuxcnc.INTERP_IDLE, 10)
+until(lambda: status.interp_state == linuxcnc.INTERP_IDLE, 60)
+print("done ok", flush=True)

@@ -37,6 +37,11 @@ pub(crate) enum Command {
     Verify(VerifyArgs),
     /// Write a job for a machine's control, and read it back.
     Post(PostArgs),
+    /// Stream a job into a control's queue.
+    Stream(StreamArgs),
+    /// The reference controller: takes a stream and runs along its curves. Orders come on standard input: hold,
+    /// run, step, abort.
+    Control(ControlArgs),
     /// Pictures of a model or a job folder.
     Render(RenderArgs),
     /// Write a generated model with its planted answers.
@@ -269,6 +274,58 @@ pub(crate) struct VerifyArgs {
     /// The machine definition (TOML) that the program was written with.
     #[arg(long, value_name = "FILE", requires = "program")]
     pub(crate) machine: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct StreamArgs {
+    /// Job folder.
+    pub(crate) folder: PathBuf,
+    /// linuxcnc:HOST:PORT, shm:FILE (a queue in memory, for example shm:/dev/shm/mill) or tcp:HOST:PORT.
+    #[arg(long, value_name = "TARGET")]
+    pub(crate) to: String,
+    /// Begin at this move.
+    #[arg(long, value_name = "SEQ", default_value_t = 0)]
+    pub(crate) from: u64,
+    /// Only this region.
+    #[arg(long, value_name = "ID")]
+    pub(crate) region: Option<usize>,
+    /// Machine definition (TOML), for linuxcnc.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) machine: Option<PathBuf>,
+    /// Version of LinuxCNC: 2.9 or 2.10 [default: 2.9].
+    #[arg(long, value_name = "VERSION")]
+    pub(crate) version: Option<String>,
+    /// File with the secret that both sides share, for tcp.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) secret: Option<PathBuf>,
+    /// The target may be another machine.
+    #[arg(long)]
+    pub(crate) remote: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ControlArgs {
+    /// The queue's file, for example /dev/shm/mill.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) queue: PathBuf,
+    /// Take connections at this address into the queue.
+    #[arg(long, value_name = "HOST:PORT", requires = "secret")]
+    pub(crate) listen: Option<String>,
+    /// File with the secret that both sides share.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) secret: Option<PathBuf>,
+    /// Other machines may connect.
+    #[arg(long)]
+    pub(crate) remote: bool,
+    /// Machine definition (TOML): its dynamics count.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) machine: Option<PathBuf>,
+    /// Stop after every path until told to run.
+    #[arg(long)]
+    pub(crate) step: bool,
+    /// Do not keep to real time.
+    #[arg(long)]
+    pub(crate) fast: bool,
 }
 
 #[derive(Debug, Args)]

@@ -42,6 +42,8 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Plan(args) => commands::plan(&context, args),
         Command::Compare(args) => commands::compare(&context, args),
         Command::Verify(args) => commands::verify(&context, args),
+        Command::Control(args) => commands::control(&context, args),
+        Command::Stream(args) => commands::stream(&context, args),
         Command::Post(args) => commands::post(&context, args),
         Command::Render(args) => commands::render(&context, args),
         Command::Sample(args) => commands::sample(&context, args),

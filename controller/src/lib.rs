@@ -19,6 +19,7 @@
 mod biarc;
 mod compare;
 mod dialects;
+mod drive;
 mod error;
 mod follow;
 mod frame;
@@ -27,11 +28,17 @@ mod lower;
 mod machine;
 mod number;
 mod post;
+mod queue;
+mod record;
+mod reference;
+mod rsh;
 mod shape;
+mod wire;
 mod words;
 
 pub use compare::{Comparison, check, compare, dialect_of, elements, moves_of};
 pub use dialects::{Dialect, Element, UnknownDialect};
+pub use drive::Motion;
 pub use error::{MachineError, PostError, ReadError, Refusal};
 pub use frame::Frame;
 pub use job::{MachineJob, Section, Stroke};
@@ -40,5 +47,10 @@ pub use machine::{
     AxisName, Coolant, Dynamics, Feed, Files, LineNumbers, Machine, SetupPlace, Spindle, Units,
 };
 pub use number::LengthFormat;
-pub use post::{PostTotals, WrittenFile, post};
+pub use post::{PostTotals, WrittenFile, blocks_of, post};
+pub use queue::{Consumer, Producer, QueueError, SILENCE};
+pub use record::{LONGEST_RECORD, Path, RECORD_VERSION, Record, RecordError};
+pub use reference::{Ended, Order, Reference, ReferenceError, SetPoint, Tally};
+pub use rsh::{Remote, RemoteError};
 pub use shape::{ARC_RADIUS_MM, Arc, Plane, Shape};
+pub use wire::{Sender, WireError, serve};

@@ -119,6 +119,35 @@ pub fn post(
     })
 }
 
+/// The blocks of a whole program, one by one and without what only a file needs, for a control that is fed
+/// through its remote protocol.
+///
+/// # Errors
+/// The machine cannot do the job.
+pub fn blocks_of(job: &MachineJob, dialect: Dialect, machine: &Machine) -> Result<Vec<String>, PostError> {
+    let grammar = dialect.grammar();
+    let format = dialect.format(machine);
+    let page = Page { machine, format, name: "STREAM".into(), header: Vec::new() };
+    let mut text = String::new();
+    grammar.begin(&mut text, &page);
+    let mut id = 0;
+    for section in &job.sections {
+        let Some(first) = section.strokes.first() else { continue };
+        grammar.section(&mut text, &page, section, &format.snap_point(&first.curve.start()));
+        for stroke in &section.strokes {
+            let abilities = grammar.abilities(machine);
+            let lowered = lower(&stroke.curve, &abilities, &format, machine.tolerance_mm)
+                .map_err(|refusal| PostError::Refused { seq: stroke.seq, refusal })?;
+            grammar.stroke(&mut text, &page, stroke, &lowered, id);
+            id += 1;
+        }
+        let end = section.strokes.last().map_or(first.curve.end(), |s| s.curve.end());
+        grammar.leave(&mut text, &page, section, &format.snap_point(&end), None, 0..0);
+    }
+    let moves = |l: &&str| !(l.is_empty() || l.starts_with(['%', '(']));
+    Ok(text.lines().filter(moves).map(str::to_owned).collect())
+}
+
 /// Slack of the comparison's own arithmetic, mm.
 const ARITHMETIC_MM: f64 = 2e-6;
 

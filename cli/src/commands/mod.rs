@@ -2,6 +2,7 @@
 
 mod compare;
 mod compare_plot;
+mod control;
 mod demo;
 mod diagrams;
 mod drive;
@@ -15,6 +16,7 @@ mod plan;
 mod post;
 mod render;
 mod sample;
+mod stream;
 mod sweep;
 mod sweep_plot;
 mod verify;
@@ -35,6 +37,7 @@ use crate::console::outln;
 use crate::failure::Failure;
 
 pub(crate) use compare::compare;
+pub(crate) use control::control;
 pub(crate) use demo::demo;
 pub(crate) use inspect::inspect;
 pub(crate) use merge::merge;
@@ -42,6 +45,7 @@ pub(crate) use plan::plan;
 pub(crate) use post::post;
 pub(crate) use render::render;
 pub(crate) use sample::sample;
+pub(crate) use stream::stream;
 pub(crate) use verify::verify;
 
 /// What every command gets.

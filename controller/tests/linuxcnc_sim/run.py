@@ -9,16 +9,20 @@ import linuxcnc
 command, status, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
 
 
+samples = []
+
+
 def until(reached, seconds):
     end = time.time() + seconds
     while time.time() < end:
         status.poll()
+        samples.append((status.motion_line,) + tuple(status.actual_position[:3]))
         message = errors.poll()
         if message:
             print("control:", message, flush=True)
         if reached():
             return
-        time.sleep(0.01)
+        time.sleep(0.002)
     sys.exit("the control did not follow in %d s" % seconds)
 
 
@@ -38,5 +42,8 @@ command.program_open(os.environ["NGC"])
 command.wait_complete()
 command.auto(linuxcnc.AUTO_RUN, 0)
 until(lambda: status.interp_state != linuxcnc.INTERP_IDLE, 10)
-until(lambda: status.interp_state == linuxcnc.INTERP_IDLE, 60)
+until(lambda: status.interp_state == linuxcnc.INTERP_IDLE and status.inpos and status.queue == 0, 90)
+with open("trace.txt", "w") as trace:
+    for sample in samples:
+        trace.write("%d %.6f %.6f %.6f\n" % sample)
 print("done ok", flush=True)

@@ -1,0 +1,223 @@
+use std::fs;
+use std::path::Path;
+use std::process::ExitCode;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use claymill_controller::{
+    MachineJob, Path as PathRecord, Producer, QueueError, Record, Remote, RemoteError, Sender, WireError,
+    blocks_of,
+};
+use claymill_toolpath::{Program, TOOLPATHS_FILE, read_job, read_moves, sha256_of};
+
+use super::{Context, post};
+use crate::args::StreamArgs;
+use crate::failure::{Failure, advice_on};
+
+/// Bytes of a queue in memory.
+pub(crate) const QUEUE_BYTES: u64 = 1 << 20;
+/// A broken connection is tried again this often.
+const RETRY: Duration = Duration::from_millis(300);
+
+impl From<QueueError> for Failure {
+    fn from(error: QueueError) -> Self {
+        Failure::problem(&error, "Check the queue's path, or remove the file to begin anew.")
+    }
+}
+
+impl From<RemoteError> for Failure {
+    fn from(error: RemoteError) -> Self {
+        Failure::problem(&error, "Is linuxcncrsh running there, with the machine's emergency stop released?")
+    }
+}
+
+impl From<WireError> for Failure {
+    fn from(error: WireError) -> Self {
+        Failure::problem(&error, "Check the address, and that both sides have the same --secret.")
+    }
+}
+
+/// `claymill stream`.
+pub(crate) fn stream(context: &Context, args: &StreamArgs) -> Result<ExitCode, Failure> {
+    let (kind, place) = args.to.split_once(':').ok_or_else(|| {
+        Failure::usage(
+            format!("`{}` is no target", args.to),
+            "Write linuxcnc:HOST:PORT, shm:FILE or tcp:HOST:PORT.",
+        )
+    })?;
+    if kind != "shm" && !args.remote && !is_local(place) {
+        return Err(Failure::usage(
+            format!("{place} is another machine"),
+            "Say --remote if a program may move a machine that stands elsewhere.",
+        ));
+    }
+    let job = read_job(&args.folder)?;
+    let mut program = read_moves(&args.folder)?;
+    program.moves.retain(|m| m.seq >= args.from && args.region.is_none_or(|r| r == m.region));
+    if program.moves.is_empty() {
+        return Err(Failure::usage("no move is left to stream", "Check --from and --region."));
+    }
+    match kind {
+        "linuxcnc" => {
+            let machine = post::machine(args.machine.as_deref())?;
+            let job = MachineJob::new(job, &program, &machine)?;
+            let dialect = post::dialect("linuxcnc", args.version.as_deref())?;
+            let blocks = blocks_of(&job, dialect, &machine)?;
+            linuxcnc(context, place, &blocks)?;
+        }
+        "shm" => to_queue(context, Path::new(place), &program, name(args)?)?,
+        "tcp" => {
+            let secret = secret(args.secret.as_deref())?;
+            to_machine(context, place, &secret, &program, name(args)?)?;
+        }
+        other => {
+            let advice = "Write linuxcnc:HOST:PORT, shm:FILE or tcp:HOST:PORT.";
+            return Err(Failure::usage(format!("`{other}` is no kind of target"), advice));
+        }
+    }
+    context.console.finish();
+    Ok(ExitCode::SUCCESS)
+}
+
+pub(crate) fn is_local(place: &str) -> bool {
+    ["localhost:", "127.0.0.1:", "[::1]:"].iter().any(|local| place.starts_with(local))
+}
+
+/// The shared secret of a file.
+pub(crate) fn secret(path: Option<&Path>) -> Result<Vec<u8>, Failure> {
+    let path = path.ok_or_else(|| {
+        Failure::usage(
+            "a connection needs a shared secret",
+            "Name a file with at least 16 bytes: --secret FILE.",
+        )
+    })?;
+    let bytes =
+        fs::read(path).map_err(|e| Failure::problem(format!("{}: {e}", path.display()), advice_on(&e)))?;
+    if bytes.len() < 16 {
+        let advice = "Make one with: head -c 32 /dev/urandom > secret";
+        return Err(Failure::usage(format!("{}: fewer than 16 bytes are no secret", path.display()), advice));
+    }
+    Ok(bytes)
+}
+
+/// A stream's name: the same moves of the same job go on where they stopped, others begin anew.
+fn name(args: &StreamArgs) -> Result<u64, Failure> {
+    let hash = sha256_of(&args.folder.join(TOOLPATHS_FILE))?;
+    let moves = u64::from_str_radix(&hash[..16], 16).unwrap_or(1);
+    let part = args.region.map_or(0, |r| r as u64 + 1).rotate_left(32) ^ args.from;
+    Ok((moves ^ part).max(1))
+}
+
+fn linuxcnc(context: &Context, address: &str, blocks: &[String]) -> Result<(), Failure> {
+    let mut remote = Remote::connect(address)?;
+    context.console.stage("streaming");
+    let begun = Instant::now();
+    for (i, block) in blocks.iter().enumerate() {
+        remote.mdi(block)?;
+        context.console.at("streaming", i as f64 / blocks.len() as f64);
+    }
+    remote.settle(Duration::from_secs(3600), |_| ())?;
+    if let Some(error) = remote.error()? {
+        return Err(Failure::problem(format!("LinuxCNC: {error}"), "The machine may stand on the path."));
+    }
+    let seconds = begun.elapsed().as_secs_f64();
+    context
+        .console
+        .say(format!("streamed  {} blocks in {seconds:.1} s; the machine stands still", blocks.len()));
+    Ok(())
+}
+
+/// The records of a program; the last one ends the stream.
+fn encoded(program: &Program, seq: u64, out: &mut Vec<u8>) -> Result<(), Failure> {
+    out.clear();
+    let record = match program.moves.get(seq as usize) {
+        Some(m) => {
+            let path = PathRecord::of(m).map_err(|e| Failure::problem(e, "Plan the job again."))?;
+            Record::Path(Box::new(path))
+        }
+        None => Record::End,
+    };
+    record.encode(seq, out);
+    Ok(())
+}
+
+fn to_queue(context: &Context, path: &Path, program: &Program, name: u64) -> Result<(), Failure> {
+    let mut queue = Producer::open(path, QUEUE_BYTES)?;
+    context.console.stage("streaming");
+    let count = program.moves.len() as u64 + 1;
+    let mut silent = false;
+    let mut waits = |error: QueueError| match error {
+        QueueError::Silent(_) => {
+            if !std::mem::replace(&mut silent, true) {
+                context.console.say("waiting   nobody takes records from the queue");
+            }
+            Ok(())
+        }
+        other => Err(other),
+    };
+    let mut record = Vec::new();
+    let begun = queue.resume(name)?;
+    let last = queue.next() - begun + count;
+    for seq in begun..count {
+        encoded(program, seq, &mut record)?;
+        while let Err(error) = queue.push(&record) {
+            waits(error)?;
+        }
+        context.console.at("streaming", seq as f64 / count as f64);
+    }
+    while let Err(error) = queue.flush() {
+        waits(error)?;
+    }
+    while queue.done()? < last {
+        queue.beat()?;
+        sleep(Duration::from_millis(5));
+    }
+    context.console.say(format!("streamed  {count} records; all are done"));
+    Ok(())
+}
+
+fn to_machine(
+    context: &Context,
+    address: &str,
+    secret: &[u8],
+    program: &Program,
+    name: u64,
+) -> Result<(), Failure> {
+    context.console.stage("streaming");
+    let count = program.moves.len() as u64 + 1;
+    let mut record = Vec::new();
+    loop {
+        let mut attempt = || -> Result<(), WireOr> {
+            let mut sender = Sender::connect(address, secret, name)?;
+            for seq in sender.next()..count {
+                encoded(program, seq, &mut record).map_err(WireOr::Job)?;
+                sender.send(&record)?;
+                context.console.at("streaming", seq as f64 / count as f64);
+            }
+            Ok(sender.confirm()?)
+        };
+        match attempt() {
+            Ok(()) => break,
+            Err(WireOr::Job(failure)) => return Err(failure),
+            Err(WireOr::Wire(WireError::Io(e))) => {
+                context.console.say(format!("waiting   {e}"));
+                sleep(RETRY);
+            }
+            Err(WireOr::Wire(error)) => return Err(error.into()),
+        }
+    }
+    context.console.say(format!("streamed  {count} records into the machine's queue"));
+    Ok(())
+}
+
+/// Why an attempt to send ended.
+enum WireOr {
+    Wire(WireError),
+    Job(Failure),
+}
+
+impl From<WireError> for WireOr {
+    fn from(error: WireError) -> Self {
+        WireOr::Wire(error)
+    }
+}

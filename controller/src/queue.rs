@@ -1,0 +1,405 @@
+use std::fs::{File, OpenOptions};
+use std::io;
+use std::os::unix::fs::FileExt;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use thiserror::Error;
+
+/// A bounded queue of records between two processes, in a file that lives in memory (`/dev/shm`).
+///
+/// ```text
+///   0     magic, version, capacity
+///   64    the producer's word:  bytes written, records written, beats
+///   128   the consumer's word:  bytes taken,   records taken,   beats
+///   192   the consumer's progress: the record that it is doing, and how far it is (seconds of its path)
+///   224   the stream that the producer is writing: its name, and the number of its first record
+///   4096  the ring: records, each behind its length (u32), byte b of the stream at b mod capacity
+/// ```
+///
+/// Each word belongs to one side, and is written with its own check sum by one call, so that a reader who meets
+/// it half-written reads it again. The producer writes records first and its word afterwards: a record that
+/// was being written when the producer died was never there. The consumer moves its word on when it has *done*
+/// a record: one that it was doing when it died is still there. Mapping the file would need `unsafe`; reading and
+/// writing it does not, and with many records a call the calls cost little.
+#[derive(Debug)]
+struct Shared {
+    file: File,
+    capacity: u64,
+}
+
+/// The file is not a queue, or the other side is gone.
+#[derive(Debug, Error)]
+pub enum QueueError {
+    /// The operating system refused.
+    #[error("queue: {0}")]
+    Io(#[from] io::Error),
+    /// Not a queue of this version, or damaged.
+    #[error("queue: {0}")]
+    Format(&'static str),
+    /// The other side has not been heard of for this long.
+    #[error("queue: the other side has not been heard of for {0:?}")]
+    Silent(Duration),
+}
+
+const MAGIC: u64 = 0x3151_4c4d_5941_4c43;
+const PRODUCER_AT: u64 = 64;
+const CONSUMER_AT: u64 = 128;
+const PROGRESS_AT: u64 = 192;
+const STREAM_AT: u64 = 224;
+const RING_AT: u64 = 4096;
+/// The other side counts as dead after this long without a beat.
+pub const SILENCE: Duration = Duration::from_millis(600);
+/// How often a waiting side beats.
+const BEAT: Duration = Duration::from_millis(50);
+const NAP: Duration = Duration::from_micros(100);
+
+/// Where one side is in the stream.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+struct Word {
+    bytes: u64,
+    records: u64,
+    beats: u64,
+}
+
+impl Shared {
+    fn open(path: &Path, capacity: u64) -> Result<Self, QueueError> {
+        let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
+        let mut head = [0; 16];
+        if file.metadata()?.len() < RING_AT {
+            file.set_len(RING_AT + capacity)?;
+            head[8..].copy_from_slice(&capacity.to_le_bytes());
+            head[..8].copy_from_slice(&MAGIC.to_le_bytes());
+            file.write_all_at(&head, 0)?;
+            let shared = Shared { file, capacity };
+            shared.write_word(PRODUCER_AT, Word::default())?;
+            shared.write_word(CONSUMER_AT, Word::default())?;
+            shared.write_word(STREAM_AT, Word::default())?;
+            shared.write_word(PROGRESS_AT, Word { bytes: u64::MAX, ..Word::default() })?;
+            return Ok(shared);
+        }
+        file.read_exact_at(&mut head, 0)?;
+        let number = |at: usize| u64::from_le_bytes(head[at..at + 8].try_into().unwrap_or_default());
+        if number(0) != MAGIC {
+            return Err(QueueError::Format("the file is no queue of this version"));
+        }
+        let capacity = number(8);
+        if !(4096..=1 << 32).contains(&capacity) || file.metadata()?.len() != RING_AT + capacity {
+            return Err(QueueError::Format("the queue's size is damaged"));
+        }
+        Ok(Shared { file, capacity })
+    }
+
+    fn write_word(&self, at: u64, word: Word) -> io::Result<()> {
+        let mut bytes = [0; 32];
+        let check = sum(&word);
+        for (i, v) in [word.bytes, word.records, word.beats, check].into_iter().enumerate() {
+            bytes[8 * i..8 * i + 8].copy_from_slice(&v.to_le_bytes());
+        }
+        self.file.write_all_at(&bytes, at)
+    }
+
+    fn read_word(&self, at: u64) -> Result<Word, QueueError> {
+        let begun = Instant::now();
+        loop {
+            let mut bytes = [0; 32];
+            self.file.read_exact_at(&mut bytes, at)?;
+            let v = |i: usize| u64::from_le_bytes(bytes[8 * i..8 * i + 8].try_into().unwrap_or_default());
+            let word = Word { bytes: v(0), records: v(1), beats: v(2) };
+            if v(3) == sum(&word) {
+                return Ok(word);
+            }
+            if begun.elapsed() > SILENCE {
+                return Err(QueueError::Format("a word of the queue is damaged"));
+            }
+        }
+    }
+
+    /// Copies to or from the ring, round its end.
+    fn ring(
+        &self,
+        at: u64,
+        length: u64,
+        mut part: impl FnMut(u64, std::ops::Range<usize>) -> io::Result<()>,
+    ) -> io::Result<()> {
+        let begin = at % self.capacity;
+        let first = length.min(self.capacity - begin);
+        part(RING_AT + begin, 0..first as usize)?;
+        if first < length {
+            part(RING_AT, first as usize..length as usize)?;
+        }
+        Ok(())
+    }
+}
+
+fn sum(word: &Word) -> u64 {
+    MAGIC ^ word.bytes.rotate_left(7) ^ word.records.rotate_left(23) ^ word.beats.rotate_left(41)
+}
+
+/// Watches the beats of the other side.
+#[derive(Debug)]
+struct Watch {
+    beats: u64,
+    since: Instant,
+}
+
+impl Watch {
+    fn new() -> Self {
+        Watch { beats: u64::MAX, since: Instant::now() }
+    }
+
+    fn silent(&mut self, beats: u64) -> Option<Duration> {
+        if beats != self.beats {
+            (self.beats, self.since) = (beats, Instant::now());
+        }
+        Some(self.since.elapsed()).filter(|d| *d > SILENCE)
+    }
+}
+
+/// The side that writes records.
+#[derive(Debug)]
+pub struct Producer {
+    shared: Shared,
+    word: Word,
+    taken: Word,
+    waiting: Vec<u8>,
+    waiting_records: u64,
+    watch: Watch,
+    beaten: Instant,
+}
+
+impl Producer {
+    /// Opens the queue, or makes it with room for `capacity` bytes.
+    ///
+    /// # Errors
+    /// The file cannot be used, or is no queue.
+    pub fn open(path: &Path, capacity: u64) -> Result<Self, QueueError> {
+        let shared = Shared::open(path, capacity)?;
+        let (word, taken) = (shared.read_word(PRODUCER_AT)?, shared.read_word(CONSUMER_AT)?);
+        let (waiting, waiting_records) = (Vec::new(), 0);
+        Ok(Producer {
+            shared,
+            word,
+            taken,
+            waiting,
+            waiting_records,
+            watch: Watch::new(),
+            beaten: Instant::now(),
+        })
+    }
+
+    /// Goes on with the stream of this name, or begins it behind what is in the queue already; returns how many
+    /// of its records were written before: where a producer that was restarted goes on.
+    ///
+    /// # Errors
+    /// The queue cannot be used.
+    pub fn resume(&mut self, stream: u64) -> Result<u64, QueueError> {
+        self.flush()?;
+        let known = self.shared.read_word(STREAM_AT)?;
+        if known.bytes != stream || known.records > self.word.records {
+            let fresh = Word { bytes: stream, records: self.word.records, beats: 0 };
+            self.shared.write_word(STREAM_AT, fresh)?;
+            return Ok(0);
+        }
+        Ok(self.word.records - known.records)
+    }
+
+    /// Number of the record that comes next.
+    #[must_use]
+    pub fn next(&self) -> u64 {
+        self.word.records + self.waiting_records
+    }
+
+    /// Records that the consumer has done.
+    ///
+    /// # Errors
+    /// The queue cannot be read.
+    pub fn done(&mut self) -> Result<u64, QueueError> {
+        self.taken = self.shared.read_word(CONSUMER_AT)?;
+        Ok(self.taken.records)
+    }
+
+    /// Adds a record; it goes to the consumer with the next [`Producer::flush`], or when many are waiting.
+    ///
+    /// # Errors
+    /// As [`Producer::flush`]; and the record is larger than the queue.
+    pub fn push(&mut self, record: &[u8]) -> Result<(), QueueError> {
+        let size = 4 + record.len() as u64;
+        if size > self.shared.capacity {
+            return Err(QueueError::Format("the record is larger than the queue"));
+        }
+        if self.waiting.len() as u64 + size > (self.shared.capacity / 4).min(1 << 16) {
+            self.flush()?;
+        }
+        self.waiting.extend((record.len() as u32).to_le_bytes());
+        self.waiting.extend_from_slice(record);
+        self.waiting_records += 1;
+        Ok(())
+    }
+
+    /// Hands over what is waiting; blocks while the queue is full.
+    ///
+    /// # Errors
+    /// The queue cannot be written, or it is full and the consumer has not been heard of for [`SILENCE`]: call
+    /// again to go on waiting.
+    pub fn flush(&mut self) -> Result<(), QueueError> {
+        if self.waiting.is_empty() {
+            return Ok(());
+        }
+        let size = self.waiting.len() as u64;
+        while self.word.bytes + size > self.taken.bytes + self.shared.capacity {
+            self.taken = self.shared.read_word(CONSUMER_AT)?;
+            if self.word.bytes + size <= self.taken.bytes + self.shared.capacity {
+                break;
+            }
+            if let Some(silence) = self.watch.silent(self.taken.beats) {
+                self.watch = Watch::new();
+                return Err(QueueError::Silent(silence));
+            }
+            self.beat()?;
+            std::thread::sleep(NAP);
+        }
+        let (shared, waiting) = (&self.shared, &self.waiting);
+        shared.ring(self.word.bytes, size, |at, part| shared.file.write_all_at(&waiting[part], at))?;
+        self.word.bytes += size;
+        self.word.records += self.waiting_records;
+        self.word.beats += 1;
+        self.shared.write_word(PRODUCER_AT, self.word)?;
+        self.waiting.clear();
+        self.waiting_records = 0;
+        Ok(())
+    }
+
+    /// Lets the consumer know that the producer lives; to be called every [`SILENCE`] / 4 or so.
+    ///
+    /// # Errors
+    /// The queue cannot be written.
+    pub fn beat(&mut self) -> Result<(), QueueError> {
+        if self.beaten.elapsed() >= BEAT {
+            self.beaten = Instant::now();
+            self.word.beats += 1;
+            self.shared.write_word(PRODUCER_AT, self.word)?;
+        }
+        Ok(())
+    }
+}
+
+/// The side that takes records.
+#[derive(Debug)]
+pub struct Consumer {
+    shared: Shared,
+    word: Word,
+    written: Word,
+    /// Bytes read ahead, and where the next record begins in them.
+    ahead: Vec<u8>,
+    at: usize,
+    watch: Watch,
+    beaten: Instant,
+}
+
+impl Consumer {
+    /// Opens the queue, or makes it with room for `capacity` bytes.
+    ///
+    /// # Errors
+    /// The file cannot be used, or is no queue.
+    pub fn open(path: &Path, capacity: u64) -> Result<Self, QueueError> {
+        let shared = Shared::open(path, capacity)?;
+        let (word, written) = (shared.read_word(CONSUMER_AT)?, shared.read_word(PRODUCER_AT)?);
+        Ok(Consumer {
+            shared,
+            word,
+            written,
+            ahead: Vec::new(),
+            at: 0,
+            watch: Watch::new(),
+            beaten: Instant::now(),
+        })
+    }
+
+    /// Records done so far: the number of the next one.
+    #[must_use]
+    pub fn next(&self) -> u64 {
+        self.word.records
+    }
+
+    /// The next record, which stays in the queue until [`Consumer::done`]; `None` when there is none yet.
+    ///
+    /// # Errors
+    /// The queue is damaged, or it is empty and the producer has not been heard of for [`SILENCE`]: call again
+    /// to go on waiting.
+    pub fn peek(&mut self) -> Result<Option<&[u8]>, QueueError> {
+        if self.at == self.ahead.len() {
+            self.written = self.shared.read_word(PRODUCER_AT)?;
+            let from = self.word.bytes;
+            let Some(length) = self.written.bytes.checked_sub(from).filter(|l| *l <= self.shared.capacity)
+            else {
+                return Err(QueueError::Format("the queue's words do not fit"));
+            };
+            if length == 0 {
+                let silent = self.watch.silent(self.written.beats);
+                self.beat()?;
+                return match silent {
+                    Some(silence) => {
+                        self.watch = Watch::new();
+                        Err(QueueError::Silent(silence))
+                    }
+                    None => Ok(None),
+                };
+            }
+            self.ahead.resize(length as usize, 0);
+            self.at = 0;
+            let (shared, ahead) = (&self.shared, &mut self.ahead);
+            shared.ring(from, length, |at, part| shared.file.read_exact_at(&mut ahead[part], at))?;
+        }
+        let bad = QueueError::Format("a record's length is damaged");
+        let Some(head) = self.ahead.get(self.at..self.at + 4) else { return Err(bad) };
+        let length = u32::from_le_bytes(head.try_into().unwrap_or_default()) as usize;
+        self.ahead.get(self.at + 4..self.at + 4 + length).map(Some).ok_or(bad)
+    }
+
+    /// Takes the record of the last [`Consumer::peek`] out of the queue: it has been done.
+    ///
+    /// # Errors
+    /// The queue cannot be written.
+    pub fn done(&mut self) -> Result<(), QueueError> {
+        let Some(head) = self.ahead.get(self.at..self.at + 4) else { return Ok(()) };
+        let length = 4 + u32::from_le_bytes(head.try_into().unwrap_or_default()) as usize;
+        self.at += length;
+        self.word.bytes += length as u64;
+        self.word.records += 1;
+        self.word.beats += 1;
+        Ok(self.shared.write_word(CONSUMER_AT, self.word)?)
+    }
+
+    /// Notes how far the record is that is being done, for whoever takes it up after this process.
+    ///
+    /// # Errors
+    /// The queue cannot be written.
+    pub fn set_progress(&mut self, seq: u64, time_s: f64) -> Result<(), QueueError> {
+        let word = Word { bytes: seq, records: time_s.to_bits(), beats: 0 };
+        Ok(self.shared.write_word(PROGRESS_AT, word)?)
+    }
+
+    /// How far record `seq` was when it was last noted, s; `None` when it was not begun.
+    ///
+    /// # Errors
+    /// The queue cannot be read.
+    pub fn progress(&self, seq: u64) -> Result<Option<f64>, QueueError> {
+        let word = self.shared.read_word(PROGRESS_AT)?;
+        let time_s = f64::from_bits(word.records);
+        Ok((word.bytes == seq && time_s.is_finite() && time_s >= 0.0).then_some(time_s))
+    }
+
+    /// Lets the producer know that the consumer lives.
+    ///
+    /// # Errors
+    /// The queue cannot be written.
+    pub fn beat(&mut self) -> Result<(), QueueError> {
+        if self.beaten.elapsed() >= BEAT {
+            self.beaten = Instant::now();
+            self.word.beats += 1;
+            self.shared.write_word(CONSUMER_AT, self.word)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,211 @@
+//! The queue between two processes that are killed at any moment: nothing lost, nothing doubled, order kept.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use claymill_controller::{Consumer, Producer, QueueError, SILENCE};
+use rand::{Rng, SeedableRng};
+
+const ROLE: &str = "CLAYMILL_QUEUE_ROLE";
+const PLACE: &str = "CLAYMILL_QUEUE_PLACE";
+const CAPACITY: u64 = 1 << 16;
+const RECORDS: u64 = 1_000_000;
+const ROUNDS: usize = 100;
+
+/// A folder in memory where there is one.
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir()).unwrap()
+}
+
+/// A record of 24 bytes and more that says its number.
+fn record(seq: u64) -> Vec<u8> {
+    let mut bytes = seq.to_le_bytes().to_vec();
+    bytes.extend((0..16 + seq % 100).map(|i| (seq ^ i) as u8));
+    bytes
+}
+
+fn child(role: &str, place: &Path) -> Child {
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command.args(["--exact", "one_side", "--nocapture"]).env(ROLE, role).env(PLACE, place);
+    command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+}
+
+/// Not a test of its own: what a killed process was doing.
+#[test]
+fn one_side() {
+    let (Ok(role), Ok(place)) = (std::env::var(ROLE), std::env::var(PLACE)) else { return };
+    let place = PathBuf::from(place);
+    match role.as_str() {
+        "produce" => produce(&place),
+        _ => consume(&place),
+    }
+}
+
+fn stall(rng: &mut impl Rng) {
+    if rng.random_ratio(1, 5_000) {
+        std::thread::sleep(Duration::from_millis(rng.random_range(0..10)));
+    }
+}
+
+fn produce(place: &Path) {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(u64::from(std::process::id()));
+    let mut queue = Producer::open(&place.join("queue"), CAPACITY).unwrap();
+    for seq in queue.next()..RECORDS {
+        let bytes = record(seq);
+        loop {
+            match queue.push(&bytes) {
+                Ok(()) => break,
+                Err(QueueError::Silent(_)) => {}
+                Err(e) => panic!("{e}"),
+            }
+        }
+        stall(&mut rng);
+    }
+    while let Err(QueueError::Silent(_)) = queue.flush() {}
+}
+
+/// "Cuts" a record by writing its number down; what was cut already is not cut again.
+fn consume(place: &Path) {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(u64::from(std::process::id()));
+    let mut queue = Consumer::open(&place.join("queue"), CAPACITY).unwrap();
+    let mut log = OpenOptions::new().create(true).append(true).read(true).open(place.join("log")).unwrap();
+    let size = log.metadata().unwrap().len() / 8 * 8;
+    log.set_len(size).unwrap();
+    let mut last = None;
+    if size > 0 {
+        let mut bytes = [0; 8];
+        log.seek(SeekFrom::Start(size - 8)).unwrap();
+        log.read_exact(&mut bytes).unwrap();
+        last = Some(u64::from_le_bytes(bytes));
+    }
+    loop {
+        match queue.peek() {
+            Ok(Some(bytes)) => {
+                let seq = u64::from_le_bytes(bytes[..8].try_into().unwrap());
+                assert_eq!(bytes, record(seq), "record {seq} is damaged");
+                if last.is_none_or(|l| seq > l) {
+                    log.write_all(&seq.to_le_bytes()).unwrap();
+                    last = Some(seq);
+                }
+                queue.done().unwrap();
+                if seq + 1 == RECORDS {
+                    return;
+                }
+            }
+            Ok(None) => std::thread::sleep(Duration::from_micros(50)),
+            Err(QueueError::Silent(_)) => {}
+            Err(e) => panic!("{e}"),
+        }
+        stall(&mut rng);
+    }
+}
+
+#[test]
+fn a_hundred_kills_lose_and_double_nothing() {
+    let place = folder();
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(100);
+    let mut sides = [child("produce", place.path()), child("consume", place.path())];
+    let begun = Instant::now();
+    let (mut kills, mut kept) = (0, 0);
+    let done = |place: &Path| fs::metadata(place.join("log")).map_or(0, |m| m.len() / 8);
+    while done(place.path()) < RECORDS {
+        std::thread::sleep(Duration::from_millis(rng.random_range(1..12)));
+        if kills < ROUNDS {
+            let side = rng.random_range(0..2);
+            sides[side].kill().unwrap();
+            sides[side].wait().unwrap();
+            sides[side] = child(["produce", "consume"][side], place.path());
+            kills += 1;
+            kept = done(place.path());
+        }
+        // A side that failed shows here.
+        for (i, role) in ["produce", "consume"].into_iter().enumerate() {
+            if sides[i].try_wait().unwrap().is_some_and(|s| !s.success()) {
+                panic!("{role} failed after {} records", done(place.path()));
+            }
+        }
+        assert!(begun.elapsed() < Duration::from_secs(240), "stuck at {} records", done(place.path()));
+    }
+    for mut side in sides {
+        side.wait().unwrap();
+    }
+    let log = fs::read(place.path().join("log")).unwrap();
+    assert_eq!(log.len() as u64, 8 * RECORDS);
+    for (i, bytes) in log.chunks_exact(8).enumerate() {
+        assert_eq!(u64::from_le_bytes(bytes.try_into().unwrap()), i as u64);
+    }
+    assert_eq!(kills, ROUNDS);
+    assert!(fs::metadata(place.path().join("queue")).unwrap().len() <= 4096 + CAPACITY, "memory is bounded");
+    eprintln!("{RECORDS} records, {kills} kills ({kept} records by the last one), {:?}", begun.elapsed());
+}
+
+#[test]
+fn it_is_quick() {
+    let place = folder();
+    let path = place.path().join("queue");
+    let count = 1_000_000u64;
+    let mut producer = Producer::open(&path, 1 << 20).unwrap();
+    let begun = Instant::now();
+    let reader = std::thread::spawn(move || {
+        let mut consumer = Consumer::open(&path, 1 << 20).unwrap();
+        let mut next = 0;
+        while next < count {
+            if let Some(bytes) = consumer.peek().unwrap() {
+                assert_eq!(bytes.len(), 200);
+                assert_eq!(bytes[..8], next.to_le_bytes());
+                consumer.done().unwrap();
+                next += 1;
+            }
+        }
+    });
+    let mut bytes = [7; 200];
+    for seq in 0..count {
+        bytes[..8].copy_from_slice(&seq.to_le_bytes());
+        producer.push(&bytes).unwrap();
+    }
+    producer.flush().unwrap();
+    reader.join().unwrap();
+    let rate = count as f64 / begun.elapsed().as_secs_f64();
+    eprintln!("{rate:.0} records of 200 bytes a second");
+    assert!(rate > 200_000.0, "{rate}");
+}
+
+#[test]
+fn silence_is_noticed_within_a_second() {
+    let place = folder();
+    let path = place.path().join("queue");
+    let mut producer = Producer::open(&path, 4096).unwrap();
+    let mut consumer = Consumer::open(&path, 4096).unwrap();
+    // Nobody produces.
+    let begun = Instant::now();
+    let silent = loop {
+        match consumer.peek() {
+            Ok(None) => std::thread::sleep(Duration::from_millis(1)),
+            other => break other.map(|_| ()),
+        }
+    };
+    assert!(matches!(silent, Err(QueueError::Silent(_))));
+    assert!(begun.elapsed() >= SILENCE && begun.elapsed() < Duration::from_secs(1), "{:?}", begun.elapsed());
+    // Nobody consumes: the queue fills up, then blocks.
+    let begun = Instant::now();
+    let silent = (0..).map(|_| producer.push(&[1; 300])).find(Result::is_err);
+    assert!(matches!(silent, Some(Err(QueueError::Silent(_)))));
+    assert!(begun.elapsed() < Duration::from_secs(1), "{:?}", begun.elapsed());
+}
+
+#[test]
+fn a_file_that_is_no_queue_is_refused() {
+    let place = folder();
+    let path = place.path().join("queue");
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+    for _ in 0..200 {
+        let mut bytes = vec![0u8; rng.random_range(4096..9000)];
+        rng.fill(&mut bytes[..]);
+        File::create(&path).unwrap().write_all(&bytes).unwrap();
+        assert!(Consumer::open(&path, 4096).is_err());
+        assert!(Producer::open(&path, 4096).is_err());
+    }
+}

@@ -435,7 +435,8 @@ impl Reader<'_> {
                 }
                 continue;
             }
-            let (key, value) = part.split_once('=').ok_or_else(|| bad(first_chars(part)))?;
+            let value_of = || bad(format!("`{}` has no value", first_chars(part)));
+            let (key, value) = part.split_once('=').ok_or_else(value_of)?;
             let slot = ["XT", "YT", "ZT", "DK", "W"].iter().position(|k| *k == key.trim());
             let slot = slot.ok_or_else(|| bad(format!("`{}` is not known", first_chars(key))))?;
             slots[slot] = Some(number(value.trim())?.0);

@@ -4,6 +4,7 @@ mod scene;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use claymill_models::{RoadsterOptions, roadster};
 use claymill_nurbs::analytic::{cylinder, sphere, torus};
 use claymill_nurbs::{Model, NurbsSurface, Point3, Vector3};
 use claymill_surface_merge::{
@@ -329,6 +330,53 @@ fn the_quality_of_plane_cylinder_and_sphere_is_elementary() {
     let q = quality(&model, &merged, 0, 10.0).unwrap();
     assert_eq!((q.euler, q.loops, q.genus), (0, 0, Some(1)));
     approx::assert_relative_eq!(q.total_curvature_sr, 8.0 * PI, max_relative = 0.03);
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let sample = roadster(&RoadsterOptions { patches: 300, seed: 5 });
+    let merged = merge(&sample.model, &MergeOptions::default()).unwrap();
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mesh = RegionMesh::of_region(&sample.model, &merged, 0, 25.0).unwrap();
+            let guides = mesh.guides();
+            let harmonic = mesh.harmonic(&guides.from, &guides.to).unwrap().values().to_vec();
+            let distance = mesh.distance(&guides.from).unwrap();
+            let lines = distance.iso_line(0.4 * distance.range()[1]);
+            (mesh.vertices().to_vec(), mesh.triangles().to_vec(), harmonic, lines)
+        })
+    };
+    assert!(on(1) == on(5));
+}
+
+#[test]
+fn no_region_of_a_vehicle_has_cracks() {
+    let sample = roadster(&RoadsterOptions { patches: 2000, seed: 1 });
+    let merged = merge(&sample.model, &MergeOptions::default()).unwrap();
+    let region = |face: usize| merged.region_of_face[face];
+    let mut border_mm = vec![0.0; merged.regions.len()];
+    for joint in &merged.joints {
+        let [a, b] = joint.sides.map(|s| region(s.face));
+        if a != b {
+            border_mm[a] += joint.length_mm;
+            border_mm[b] += joint.length_mm;
+        }
+    }
+    merged.naked.iter().for_each(|n| border_mm[region(n.stretch.face)] += n.length_mm);
+    for r in &merged.regions {
+        let mesh = RegionMesh::of_region(&sample.model, &merged, r.id, 10.0).unwrap();
+        let around: f64 = mesh.loops().iter().map(|l| l.length_mm).sum();
+        approx::assert_relative_eq!(around, border_mm[r.id], max_relative = 0.01, epsilon = 1e-9);
+        assert_eq!(mesh.loops().len(), r.boundary_loops, "region {}", r.id);
+        approx::assert_relative_eq!(mesh.area_mm2(), r.area_mm2, max_relative = 0.01);
+        assert!(mesh.skipped().is_empty());
+        let guides = mesh.guides();
+        let field = mesh.harmonic(&guides.from, &guides.to).unwrap();
+        // No maximum or minimum inside.
+        assert!(field.values().iter().all(|v| (-1e-6..=1.0 + 1e-6).contains(v)), "region {}", r.id);
+        assert!(!field.iso_line(0.5).is_empty());
+    }
 }
 
 #[test]

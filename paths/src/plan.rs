@@ -190,7 +190,7 @@ pub fn plan(
             stock: &stocks[index],
             heights: &heights,
             strategy: options.strategy,
-            scallop_mm: options.scallop_mm,
+            scallop_mm: to_lay_mm(options.scallop_mm),
             link: options.link,
             feeds: options.feeds,
         };
@@ -415,6 +415,12 @@ impl Output {
             totals.length.rapid_mm += r.length.rapid_mm;
         }
     }
+}
+
+/// The scallop height for which passes are laid: written passes run a little above the exact ones, and so do the
+/// crests between them.
+fn to_lay_mm(scallop_mm: f64) -> f64 {
+    (scallop_mm - FIT_BIAS_MM).max(0.5 * scallop_mm)
 }
 
 /// Always goes on with the region that begins nearest to where the last one ended.

@@ -7,10 +7,10 @@ use crate::profile::{Profile, Sample};
 use crate::spline::{Datum, knot_vector, least_squares};
 
 /// Passes are fitted this far above the exact locations, so that the fit cannot gouge, mm.
-pub const FIT_BIAS_MM: f64 = 2.3e-3;
+pub const FIT_BIAS_MM: f64 = 2.0e-3;
 /// Largest distance of the written curve from the biased path, mm: what is written lies between 0.2 and
-/// 4.4 µm above the exact locations.
-pub const FIT_TOLERANCE_MM: f64 = 2.1e-3;
+/// 3.8 µm above the exact locations.
+pub const FIT_TOLERANCE_MM: f64 = 1.8e-3;
 /// The fit aims this much lower than its tolerance, to leave room for rounding to the written digits.
 const AIM_MM: f64 = FIT_TOLERANCE_MM - 2.0 * WRITTEN_STEP_MM;
 /// Shorter stretches cannot be told from a point in the written digits, mm.

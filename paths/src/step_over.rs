@@ -6,7 +6,7 @@ use crate::RowsAlong;
 
 /// Rows are laid this much closer than the formula allows: the scallop height goes with the square of the
 /// step-over, and the surface bends a little between the row and the middle of the step.
-const MARGIN: f64 = 0.985;
+const MARGIN: f64 = 0.99;
 /// A valley nearly as tight as the ball asks for rows ever closer together; below this share of the flat
 /// step-over nothing is gained.
 const CLOSEST: f64 = 0.1;

@@ -68,8 +68,8 @@ pub fn verify(
     progress: Progress<'_>,
 ) -> Result<Verification, VerifyError> {
     progress("reading", 0.0);
-    let program = read_moves(folder)?;
-    verify_instead(folder, &program, options, progress)
+    let job = known_job(folder)?;
+    against_model(folder, &job, &read_moves(folder)?, options, progress)
 }
 
 /// Verifies other moves than the folder's own against its model: those of a program that was written from it.
@@ -82,17 +82,32 @@ pub fn verify_instead(
     options: &VerifyOptions,
     progress: Progress<'_>,
 ) -> Result<Verification, VerifyError> {
+    against_model(folder, &known_job(folder)?, program, options, progress)
+}
+
+/// The job, if its format is known; the other files are not looked at before.
+fn known_job(folder: &Path) -> Result<Job, VerifyError> {
     let job = read_job(folder)?;
     if job.format_version != FORMAT_VERSION {
         return Err(VerifyError::Version { found: job.format_version, known: FORMAT_VERSION });
     }
-    let path = model_path(folder, &job, options);
+    Ok(job)
+}
+
+fn against_model(
+    folder: &Path,
+    job: &Job,
+    program: &Program,
+    options: &VerifyOptions,
+    progress: Progress<'_>,
+) -> Result<Verification, VerifyError> {
+    let path = model_path(folder, job, options);
     let found = sha256_of(&path)?;
     if found != job.model.sha256 {
-        return Err(VerifyError::ModelChanged { path, expected: job.model.sha256, found });
+        return Err(VerifyError::ModelChanged { path, expected: job.model.sha256.clone(), found });
     }
     let model = claymill_exchange::read(&path)?.model;
-    verify_program(&model, &job, program, options, progress)
+    verify_program(&model, job, program, options, progress)
 }
 
 /// The model file: as told, else where the job says, else beside the job folder.

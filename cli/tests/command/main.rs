@@ -10,6 +10,7 @@ mod iges_text;
 mod large;
 mod obstacle;
 mod other_formats;
+mod post;
 mod roadster;
 mod run;
 mod whole_job;

@@ -2,7 +2,7 @@ use std::collections::HashSet;
 
 use claymill_nurbs::{
     Aabb, Curve2, Domain, Face, FaceId, FaceMesh, MeshOptions, Model, NurbsError, NurbsSurface, Point2,
-    Point3, tessellate,
+    Point3, Vector3, tessellate,
 };
 use rayon::prelude::*;
 
@@ -43,6 +43,8 @@ const AT_RIM_MM: f64 = 0.02;
 const CORNER_INSET: f64 = 0.02;
 /// Triangles cut this often that are outside the trims in four places are outside.
 const SLIVER_LEVEL: u32 = 3;
+/// A triangle whose normal leans further from its surface's (60°) stands across it.
+const ALONG_COSINE: f64 = 0.5;
 /// Deepest subdivision of a triangle; its deviation shrinks by 4 at each level.
 const DEEPEST: u32 = 12;
 
@@ -445,6 +447,7 @@ impl<'a> Search<'a> {
             }
             fine &= inside == 1.0;
         }
+        fine = fine && self.lies_flat(t, &uv, &n);
         if level >= DEEPEST || fine {
             let at = Point3::from((0..3).map(|i| p[i].coords * high.at[i]).sum::<claymill_nurbs::Vector3>());
             let centre = Point3::new(self.x, self.y, high.z);
@@ -465,6 +468,17 @@ impl<'a> Search<'a> {
         ];
         for (uv, p) in quarters {
             self.subdivide(t, uv, p, 0.25 * delta, level + 1);
+        }
+    }
+
+    /// Whether a triangle lies along its surface. One whose corners are all on a bent side of the face stands
+    /// across it, however small its distance: its surface is the side and not what its chords enclose.
+    fn lies_flat(&self, t: &Triangle, uv: &[Point2; 3], n: &Vector3) -> bool {
+        let middle = (uv[0].coords + uv[1].coords + uv[2].coords) / 3.0;
+        let surface = &self.stock.faces[t.face as usize].surface;
+        match (surface.normal(middle.x, middle.y), n.try_normalize(0.0)) {
+            (Some((normal, _)), Some(n)) => normal.dot(&n).abs() >= ALONG_COSINE,
+            _ => true,
         }
     }
 

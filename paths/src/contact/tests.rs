@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use claymill_nurbs::analytic::{self, Frame as Placement};
-use claymill_nurbs::{Face, Model, NurbsSurface, Point3, Source, SurfaceKind, Vector3};
+use claymill_nurbs::{ClosestPoints, Face, Model, NurbsSurface, Point3, Source, SurfaceKind, Vector3};
 
 use super::{FlatPart, Location, Stock, Support};
 use crate::{Frame, Orientation};
@@ -148,5 +148,25 @@ fn a_groove_inside_one_face_is_touched_on_both_flanks() {
             sampled.iter().filter_map(|p| super::flat::on_point(p, *x, *y, R)).fold(f64::MIN, f64::max);
         let found = location.unwrap().centre.z;
         assert!((found - brute).abs() < 2.0 * EPSILON_MM, "at {x}: {found} {brute}");
+    }
+}
+
+/// A fillet of this part ends on an arc. Triangles with all corners on the arc lie within their own plane but
+/// enclose what is no part of the face; the ball must not rest on them.
+#[test]
+fn chords_of_an_arc_do_not_hold_the_ball_up() {
+    const RADIUS_MM: f64 = 3.0;
+    let Some(folder) = claymill_tests::corpus() else { return };
+    let model = claymill_exchange::read(&folder.join("prismatic_ctc05_inch.stp")).unwrap().model;
+    let area_mm2 = model.faces.iter().map(Face::area_mm2).sum();
+    let flat = FlatPart::new(&model, area_mm2, RADIUS_MM).unwrap();
+    let rear = Frame::five(Orientation::new("+z".parse().unwrap(), "-y".parse().unwrap()).unwrap())[4];
+    let stock = Stock::new(&model, &flat, &rear, RADIUS_MM);
+    let closest = ClosestPoints::new(&model);
+    for k in 0..40 {
+        let over = rear.to_setup(&Point3::new(-69.7729, 0.0, 3.2 + 0.1 * f64::from(k)));
+        let rest = stock.drop(over.x, over.y, None).unwrap();
+        let foot = closest.closest(&rear.to_model(&rest.centre), 2.0 * RADIUS_MM).unwrap();
+        approx::assert_abs_diff_eq!(foot.distance_mm, RADIUS_MM, epsilon = 1e-3);
     }
 }

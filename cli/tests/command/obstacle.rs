@@ -66,7 +66,8 @@ fn a_post_is_milled_around_and_found_where_it_is_not() {
     let clearance = near["clearance_min_mm"].as_f64().unwrap();
     assert!((-0.005..0.05).contains(&clearance), "passes end at the post: {clearance}");
     let measured = depth(folder, "around", low, high);
-    assert!(measured < 0.005 && -measured >= clearance - 1e-6, "{measured} {clearance}");
+    // Both look at samples of the curves, at different ones.
+    assert!(measured < 0.005 && -measured >= clearance - 5e-4, "{measured} {clearance}");
     // What the post covers is not counted as left by mistake, nor the post itself as a part of the model.
     let record: Value = serde_json::from_slice(&fs::read(folder.join("around/job.json")).unwrap()).unwrap();
     assert_eq!(record["faces"].as_array().unwrap().len(), 202);

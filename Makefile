@@ -26,6 +26,7 @@ build: setup
 
 bench: setup
 	$(CARGO) bench --workspace
+	$(CARGO) test --release -p claymill-surface-merge --test flaws -- --ignored
 
 # Half an hour of coverage-guided fuzzing for each reader, one after the other; `make test` has a short run of the
 # same. Needs a nightly compiler (rustup toolchain install nightly) and `cargo install cargo-fuzz`. What it finds is in

@@ -9,28 +9,15 @@ with 1 when a patch of the large file costs more than 1.3 times one of the small
 """
 
 import json
-import os
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+import cost
+
 ROOT = Path(__file__).resolve().parent.parent
-RUNS = 3
 BAR = 1.3
-
-
-def measured(command):
-    """CPU seconds (user and system, all threads) and peak resident KiB of a command, least of the runs."""
-    best = None
-    for _ in range(RUNS):
-        process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-        _, status, usage = os.wait4(process.pid, 0)
-        if status != 0:
-            sys.exit(f"{' '.join(map(str, command))}: exit status {status}")
-        run = (usage.ru_utime + usage.ru_stime, usage.ru_maxrss)
-        best = run if best is None else tuple(map(min, best, run))
-    return best
 
 
 def main():
@@ -50,11 +37,11 @@ def main():
                 make = [release / "claymill", "--json", "--quiet", "sample", "roadster", "--patches", str(asked), "-o", path]
                 totals = subprocess.run(make, check=True, capture_output=True, text=True).stdout
                 faces = json.loads(totals)["faces"]
-                seconds, kib = measured([reader, path])
+                seconds, mib = cost.least([reader, path])
                 size = path.stat().st_size / 2**20
-                cost = (1e6 * seconds / faces, kib / faces)
-                costs.append(cost)
-                print(f"{path.name:12} {faces:8} {size:7.1f} {seconds:7.2f} {cost[0]:9.2f} {kib / 1024:9.1f} {cost[1]:10.2f}")
+                per_patch = (1e6 * seconds / faces, 1024 * mib / faces)
+                costs.append(per_patch)
+                print(f"{path.name:12} {faces:8} {size:7.1f} {seconds:7.2f} {per_patch[0]:9.2f} {mib:9.1f} {per_patch[1]:10.2f}")
             growth = [large / small for small, large in zip(*costs)]
             print(f"{kind}: a patch of the large file costs {growth[0]:.2f} times the time and {growth[1]:.2f} times the memory")
             passed &= max(growth) <= BAR

@@ -17,16 +17,12 @@ Shares the virtual environment of readers.py (cadquery-ocp from PyPI, with numpy
 
 import json
 import math
-import os
 import subprocess
 import sys
-import venv
 from collections import Counter, defaultdict
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-ENVIRONMENT = Path(os.environ.get("CLAYMILL_BENCH_VENV", ROOT / "target" / "bench-venv"))
-OCP = "cadquery-ocp==7.9.3.1.1"
+import occ
+
 MODELS = ["sports_car_1399.igs", "sports_car_6300.igs", "sports_car_25200.igs"]
 ANGLE_DEG = 0.5
 NEAR = 0.05
@@ -138,10 +134,10 @@ def is_near(angle, jump):
     return abs(angle - 1.0) < NEAR or (angle < 1.0 and abs(jump - 1.0) < NEAR)
 
 
-def compare(python, examples, path, listing):
+def compare(python, joints, path, listing):
     own = defaultdict(list)
     count = 0
-    for line in subprocess.run([examples / "joints", path], check=True, capture_output=True, text=True).stdout.splitlines():
+    for line in subprocess.run([joints, path], check=True, capture_output=True, text=True).stdout.splitlines():
         x = line.split()
         ends = [tuple(map(float, x[0:3])), tuple(map(float, x[3:6]))]
         middle = [0.5 * (p + q) for p, q in zip(*ends)]
@@ -190,17 +186,9 @@ def compare(python, examples, path, listing):
 
 def main():
     arguments = [a for a in sys.argv[1:] if a != "--list"]
-    corpus = Path(arguments[0] if arguments else os.environ.get("CLAYMILL_CORPUS", ROOT / "../shared/corpus"))
-    if not corpus.is_dir():
-        sys.exit(f"no corpus at {corpus}")
-    python = ENVIRONMENT / "bin" / "python"
-    if not python.exists():
-        venv.create(ENVIRONMENT, with_pip=True)
-        subprocess.run([python, "-m", "pip", "install", "--quiet", OCP], check=True)
-    cargo = ["cargo", "build", "--release", "--quiet", "-p", "claymill-surface-merge", "--example", "joints"]
-    subprocess.run(cargo, cwd=ROOT, check=True)
-    examples = ROOT / "target" / "release" / "examples"
-    same = [compare(python, examples, corpus / model, "--list" in sys.argv) for model in arguments[1:] or MODELS]
+    corpus, python = occ.corpus(arguments), occ.python()
+    joints = occ.example("claymill-surface-merge", "joints")
+    same = [compare(python, joints, corpus / model, "--list" in sys.argv) for model in arguments[1:] or MODELS]
     sys.exit(0 if all(same) else 1)
 
 

@@ -12,15 +12,11 @@ largest model, or more memory on any.
 """
 
 import json
-import os
-import subprocess
 import sys
-import venv
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-ENVIRONMENT = Path(os.environ.get("CLAYMILL_BENCH_VENV", ROOT / "target" / "bench-venv"))
-OCP = "cadquery-ocp==7.9.3.1.1"
+import cost
+import occ
+
 MODELS = ["sports_car_1399.igs", "sports_car_6300.igs", "sports_car_25200.igs"]
 LARGEST = "sports_car_25200.igs"
 BAR = 1 / 3
@@ -79,42 +75,23 @@ print(json.dumps({"sew": sew_s, "judge": judge_s, "mib": peak, "joints": sum(cla
 """
 
 
-def measured(command):
-    """CPU seconds (user and system, all threads), peak resident MiB and output of a command."""
-    process = subprocess.Popen(command, stdout=subprocess.PIPE)
-    output = process.stdout.read()
-    _, status, usage = os.wait4(process.pid, 0)
-    if status != 0:
-        sys.exit(f"{' '.join(map(str, command))}: exit status {status}")
-    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, output
-
-
 def main():
-    corpus = Path(sys.argv[1] if len(sys.argv) > 1 else os.environ.get("CLAYMILL_CORPUS", ROOT / "../shared/corpus"))
-    if not corpus.is_dir():
-        sys.exit(f"no corpus at {corpus}")
-    python = ENVIRONMENT / "bin" / "python"
-    if not python.exists():
-        venv.create(ENVIRONMENT, with_pip=True)
-        subprocess.run([python, "-m", "pip", "install", "--quiet", OCP], check=True)
-    cargo = ["cargo", "build", "--release", "--quiet"]
-    subprocess.run([*cargo, "-p", "claymill-exchange", "--example", "read"], cwd=ROOT, check=True)
-    subprocess.run([*cargo, "-p", "claymill-surface-merge", "--example", "count"], cwd=ROOT, check=True)
-    examples = ROOT / "target" / "release" / "examples"
+    corpus, python = occ.corpus(sys.argv[1:]), occ.python()
+    read, count = occ.example("claymill-exchange", "read"), occ.example("claymill-surface-merge", "count")
     print(f"{'model':24} {'OCC sew s':>10} {'judge s':>8} {'joints':>7} {'MiB':>6} "
           f"{'claymill s':>11} {'joints':>7} {'MiB':>6} {'ratio':>7}")
     passed = True
     for model in sys.argv[2:] or MODELS:
         path = corpus / model
-        occ = json.loads(measured([python, "-c", OCC, path])[2].splitlines()[-1])
-        reading, _, _ = measured([examples / "read", path])
-        whole, own_mib, output = measured([examples / "count", path])
+        theirs = json.loads(cost.measured([python, "-c", OCC, path])[2].splitlines()[-1])
+        reading, _, _ = cost.measured([read, path])
+        whole, own_mib, output = cost.measured([count, path])
         own, joints = whole - reading, int(output.split()[0])
-        ratio = own / (occ["sew"] + occ["judge"])
-        print(f"{model:24} {occ['sew']:10.2f} {occ['judge']:8.2f} {occ['joints']:7} {occ['mib']:6.0f} "
+        ratio = own / (theirs["sew"] + theirs["judge"])
+        print(f"{model:24} {theirs['sew']:10.2f} {theirs['judge']:8.2f} {theirs['joints']:7} {theirs['mib']:6.0f} "
               f"{own:11.2f} {joints:7} {own_mib:6.0f} {ratio:7.3f}", flush=True)
-        print(f"{'':24} Open CASCADE at mid-points: {occ['classes']}; claymill: {output.decode().strip()}", flush=True)
-        passed &= (model != LARGEST or ratio <= BAR) and own_mib < occ["mib"]
+        print(f"{'':24} Open CASCADE at mid-points: {theirs['classes']}; claymill: {output.decode().strip()}", flush=True)
+        passed &= (model != LARGEST or ratio <= BAR) and own_mib < theirs["mib"]
     sys.exit(0 if passed else 1)
 
 

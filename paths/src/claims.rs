@@ -6,9 +6,6 @@ use rayon::prelude::*;
 use crate::contact::FlatPart;
 use crate::reach::Fate;
 
-/// Cells along the longer side of a face's parameter box, per square root of a triangle.
-const CELLS: f64 = 1.0;
-
 /// What one setup cuts, by face.
 pub(crate) struct Claims {
     faces: Vec<Claimed>,
@@ -68,7 +65,7 @@ impl Bins {
             low = low.inf(p);
             high = high.sup(p);
         }
-        let along = ((mesh.triangles.len() as f64).sqrt() * CELLS).ceil().max(1.0) as usize;
+        let along = (mesh.triangles.len() as f64).sqrt().ceil().max(1.0) as usize;
         let mut bins = Bins {
             low,
             size: [0, 1].map(|k| ((high[k] - low[k]) / along as f64).max(f64::MIN_POSITIVE)),

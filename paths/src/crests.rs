@@ -19,6 +19,7 @@ use rayon::prelude::*;
 
 use crate::contact::{Location, Stock, Support};
 use crate::guide::Guide;
+use crate::near::cut_to_mm;
 use crate::profile::{Chain, STEEPEST_NZ};
 use crate::raster::{Raster, Row};
 
@@ -129,10 +130,7 @@ fn left_mm(a: &OnRow, b: &OnRow, m: &Location, [ex, ey]: [f64; 2], radius_mm: f6
     let by = |p: &OnRow| {
         // Where the path crosses the plane through m across the feed.
         let crossing = p.centre + p.feed * ((m.centre - p.centre).dot(&feed) / p.feed.dot(&feed));
-        let from = contact - crossing;
-        let down = from.dot(&m.normal);
-        let within = down * down - from.norm_squared() + radius_mm * radius_mm;
-        if within >= 0.0 { -down - within.sqrt() } else { f64::INFINITY }
+        cut_to_mm(&contact, &m.normal, &crossing, radius_mm)
     };
     by(a).min(by(b))
 }

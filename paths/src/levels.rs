@@ -11,11 +11,10 @@
 use claymill_nurbs::{FaceId, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::claims::Claims;
 use crate::contact::{Location, Support};
 use crate::crests::Laid;
 use crate::near::LaidNear;
-use crate::part::{SHORTEST_PASS_MM, SetupContext, TOO_HIGH};
+use crate::part::{SetupContext, TOO_HIGH};
 use crate::plan_curve::{Drawn, through};
 use crate::profile::follow;
 use crate::raster::cheapest_step;
@@ -76,14 +75,14 @@ struct Further {
 
 impl SetupContext<'_> {
     /// Lays passes along the levels of all patterns; also tells how many locations rest on a proven bound.
-    pub(crate) fn lay_levels(&self, patterns: &[Box<dyn Levels + '_>], claims: &Claims) -> (Vec<Laid>, u64) {
+    pub(crate) fn lay_levels(&self, patterns: &[Box<dyn Levels + '_>]) -> (Vec<Laid>, u64) {
         let mut levels: Vec<Vec<(f64, bool)>> = patterns
             .par_iter()
-            .map(|p| self.first_levels(p.as_ref(), claims).into_iter().map(|l| (l, true)).collect())
+            .map(|p| self.first_levels(p.as_ref()).into_iter().map(|l| (l, true)).collect())
             .collect();
         let first: Vec<(usize, f64)> = of_each(&levels, |levels| levels.iter().map(|l| l.0).collect());
         let whole = |(pattern, level): &(usize, f64)| {
-            let strokes = self.strokes(patterns[*pattern].as_ref(), *level, claims);
+            let strokes = self.strokes(patterns[*pattern].as_ref(), *level);
             strokes.into_iter().map(|k| self.lay_stroke(&k, *level, None)).collect::<Vec<_>>()
         };
         let mut lifted = 0;
@@ -102,9 +101,9 @@ impl SetupContext<'_> {
             let further: Vec<Further> = between
                 .par_iter()
                 .map(|&(pattern, (level, gap))| {
-                    let strokes = self.strokes(patterns[pattern].as_ref(), level, claims);
+                    let strokes = self.strokes(patterns[pattern].as_ref(), level);
                     let lay = |k: Stroke| {
-                        let missing = self.missing(&k, gap, &near, claims);
+                        let missing = self.missing(&k, gap, &near);
                         missing.into_iter().map(|s| self.lay_stroke(&k, level, Some(s))).collect::<Vec<_>>()
                     };
                     Further { pattern, level, found: strokes.into_iter().flat_map(lay).collect() }
@@ -132,13 +131,12 @@ impl SetupContext<'_> {
     }
 
     /// Levels at a distance that wastes least: their density is asked for all over the range.
-    fn first_levels(&self, pattern: &dyn Levels, claims: &Claims) -> Vec<f64> {
+    fn first_levels(&self, pattern: &dyn Levels) -> Vec<f64> {
         let (low, high) = pattern.range();
         let width = (high - low) / ASKED as f64;
         let density = |k: usize| {
             let level = low + (k as f64 + 0.5) * width;
-            let needs: Vec<f32> =
-                pattern.lines(level).iter().flat_map(|line| self.needs(line, claims)).collect();
+            let needs: Vec<f32> = pattern.lines(level).iter().flat_map(|line| self.needs(line)).collect();
             let widest = f64::from(needs.iter().copied().fold(0.0f32, f32::max));
             if widest > 0.0 { 1.0 / cheapest_step(&needs, widest) } else { 0.0 }
         };
@@ -159,8 +157,8 @@ impl SetupContext<'_> {
     }
 
     /// For the claimed places of a line, how far in level the next line may be.
-    fn needs(&self, line: &[Spot], claims: &Claims) -> Vec<f32> {
-        let places = self.places(line, claims);
+    fn needs(&self, line: &[Spot]) -> Vec<f32> {
+        let places = self.places(line);
         let mut needs = Vec::new();
         for (a, b) in places.iter().zip(places.iter().skip(1)) {
             let (Some(a), Some(b)) = (a, b) else { continue };
@@ -178,11 +176,11 @@ impl SetupContext<'_> {
     }
 
     /// Where the ball is when it touches the spots, `None` where they lean too far.
-    fn places(&self, line: &[Spot], claims: &Claims) -> Vec<Option<Place>> {
-        line.iter().map(|&spot| self.place(spot, claims)).collect()
+    fn places(&self, line: &[Spot]) -> Vec<Option<Place>> {
+        line.iter().map(|&spot| self.place(spot)).collect()
     }
 
-    fn place(&self, spot: Spot, claims: &Claims) -> Option<Place> {
+    fn place(&self, spot: Spot) -> Option<Place> {
         let surface = self.stock.surface(spot.face);
         let (n, _) = surface.normal(spot.u, spot.v)?;
         let normal = if n.z < 0.0 { -n } else { n };
@@ -192,14 +190,14 @@ impl SetupContext<'_> {
             point,
             normal,
             centre: point + normal * self.stock.radius_mm(),
-            claimed: claims.holds(spot.face, Point2::new(spot.u, spot.v)),
+            claimed: self.claims.holds(spot.face, Point2::new(spot.u, spot.v)),
         })
     }
 
-    fn strokes(&self, pattern: &dyn Levels, level: f64, claims: &Claims) -> Vec<Stroke> {
+    fn strokes(&self, pattern: &dyn Levels, level: f64) -> Vec<Stroke> {
         let mut strokes = Vec::new();
         for line in pattern.lines(level) {
-            for run in runs(&self.places(&line, claims)) {
+            for run in runs(&self.places(&line)) {
                 let plan: Vec<Point2> = run.iter().map(|p| p.centre.xy()).collect();
                 strokes.extend(through(&plan).into_iter().map(|drawn| Stroke { drawn, places: run.clone() }));
             }
@@ -212,14 +210,14 @@ impl SetupContext<'_> {
         let at = &stroke.drawn.at;
         let (s0, s1) = stretch.unwrap_or((at[0].1, at[at.len() - 1].1));
         let followed = follow(self.stock, &stroke.drawn.guide, s0, s1);
-        let mut chains = followed.chains;
-        chains.retain(|c| c[c.len() - 1].end().s - c[0].start().s >= SHORTEST_PASS_MM);
-        (Laid { q: level, guide: stroke.drawn.guide.clone(), chains, fresh: true }, followed.lifted)
+        let lifted = followed.lifted;
+        let chains = followed.passes();
+        (Laid { q: level, guide: stroke.drawn.guide.clone(), chains, fresh: true }, lifted)
     }
 
     /// Stretches of a stroke on which the passes laid so far leave too much that the ball could cut, the next
     /// ones being `gap` away in level.
-    fn missing(&self, stroke: &Stroke, gap: f64, near: &LaidNear, claims: &Claims) -> Vec<(f64, f64)> {
+    fn missing(&self, stroke: &Stroke, gap: f64, near: &LaidNear) -> Vec<(f64, f64)> {
         let look_mm = LOOK * self.flat_step_mm();
         let at = &stroke.drawn.at;
         let mut found: Vec<(f64, f64)> = Vec::new();
@@ -233,7 +231,7 @@ impl SetupContext<'_> {
                 let s = s0 + (s1 - s0) * share;
                 let wide = gap * spot.per_level_mm >= CLOSEST * self.flat_step_mm();
                 if wide
-                    && let Some(place) = self.place(spot, claims)
+                    && let Some(place) = self.place(spot)
                     && self.is_left(&place, stroke.drawn.guide.direction(s), near)
                 {
                     let (a, b) = (s - 1.5 * look_mm, s + 1.5 * look_mm);

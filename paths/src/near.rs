@@ -80,7 +80,7 @@ impl<'a> LaidNear<'a> {
                     }
                     seen.push(at.profile());
                     let ball = self.crossing(at, centre, feed);
-                    lowest = lowest.min(over(point, normal, &ball, radius_mm));
+                    lowest = lowest.min(cut_to_mm(point, normal, &ball, radius_mm));
                 }
             }
         }
@@ -111,8 +111,8 @@ impl<'a> LaidNear<'a> {
     }
 }
 
-/// Height over `point` along `normal` at which a ball begins.
-fn over(point: &Point3, normal: &Vector3, ball: &Point3, radius_mm: f64) -> f64 {
+/// Height over `point` along `normal` to which a ball cuts; infinite when it comes not near.
+pub(crate) fn cut_to_mm(point: &Point3, normal: &Vector3, ball: &Point3, radius_mm: f64) -> f64 {
     let from = point - ball;
     let down = from.dot(normal);
     let within = down * down - from.norm_squared() + radius_mm * radius_mm;

@@ -2,7 +2,7 @@
 
 use claymill_nurbs::{Curve3, Model, Point3};
 use claymill_surface_merge::RegionMesh;
-use claymill_toolpath::{Considered, LengthByKind, LinkStyle, Move, MoveKind, round_to_written};
+use claymill_toolpath::{Considered, LinkStyle, Move, MoveKind, round_to_written};
 use rayon::prelude::*;
 
 use crate::claims::Claims;
@@ -22,8 +22,6 @@ use crate::{Feeds, Frame, RowsAlong, Strategy};
 /// Rapids across keep at least this distance above everything within the tool's radius; rapids up and down
 /// end this far above the ball's location, mm.
 pub const CLEARANCE_MM: f64 = 5.0;
-/// Passes shorter than this are left out: the neighbouring rows cover them.
-pub(crate) const SHORTEST_PASS_MM: f64 = 1.0;
 /// A stay-down link may be this long in lace, mm; it must also be quicker than lifting over.
 const LONGEST_LINK_MM: f64 = 250.0;
 /// One-way passes are linked down on the model only over this many flat step-overs.
@@ -44,6 +42,8 @@ pub(crate) struct SetupContext<'a> {
     pub(crate) flat: &'a FlatPart,
     pub(crate) frame: Frame,
     pub(crate) index: usize,
+    pub(crate) fates: &'a [Vec<Fate>],
+    pub(crate) claims: &'a Claims,
     pub(crate) stock: &'a Stock<'a>,
     pub(crate) heights: &'a Heights,
     pub(crate) strategy: Strategy,
@@ -62,7 +62,6 @@ pub(crate) struct Part {
     pub(crate) along: Option<RowsAlong>,
     pub(crate) passes: u32,
     pub(crate) retracts: u32,
-    pub(crate) length: LengthByKind,
     pub(crate) lifted: u64,
 }
 
@@ -80,12 +79,6 @@ impl Layout {
         let length_mm = chains().flatten().map(Profile::length_mm).sum();
         Considered { strategy: self.strategy.to_string(), length_mm, passes: chains().count() as u32 }
     }
-
-    /// Length of the passes, each with the cost of a turn.
-    fn cost_mm(&self) -> f64 {
-        let Considered { length_mm, passes, .. } = self.considered();
-        length_mm + TURN_MM * f64::from(passes)
-    }
 }
 
 /// The curves of one pass, in order.
@@ -96,18 +89,12 @@ struct Pass {
 impl SetupContext<'_> {
     /// Plans the part of the region made of `faces`, with its mesh where there is one; `None` when this setup
     /// cuts nothing of it.
-    pub(crate) fn part(
-        &self,
-        faces: &[usize],
-        mesh: Option<&RegionMesh>,
-        fates: &[Vec<Fate>],
-    ) -> Option<Part> {
-        let claims = Claims::new(self.flat, fates, self.index);
+    pub(crate) fn part(&self, faces: &[usize], mesh: Option<&RegionMesh>) -> Option<Part> {
         let candidates = self.strategy.candidates().iter();
-        let layouts: Vec<Layout> =
-            candidates.filter_map(|&s| self.lay(s, faces, mesh, fates, &claims)).collect();
-        let considered = layouts.iter().map(Layout::considered).collect();
-        let chosen = layouts.into_iter().min_by(|a, b| a.cost_mm().total_cmp(&b.cost_mm()))?;
+        let layouts: Vec<Layout> = candidates.filter_map(|&s| self.lay(s, faces, mesh)).collect();
+        let considered: Vec<Considered> = layouts.iter().map(Layout::considered).collect();
+        let costs_mm = considered.iter().map(|c| c.length_mm + TURN_MM * f64::from(c.passes));
+        let (chosen, _) = layouts.into_iter().zip(costs_mm).min_by(|a, b| a.1.total_cmp(&b.1))?;
         let passes: Vec<Pass> = chosen.laid.par_iter().flat_map_iter(|row| self.fit_row(row)).collect();
         if passes.is_empty() {
             return None;
@@ -119,28 +106,17 @@ impl SetupContext<'_> {
             along: chosen.along,
             passes: passes.len() as u32,
             retracts: 0,
-            length: LengthByKind::default(),
             lifted: chosen.lifted,
         };
         self.link_passes(passes, &mut part);
-        for m in &part.moves {
-            part.length.add(m.kind, m.length_mm());
-        }
         Some(part)
     }
 
     /// Lays the exact paths by one strategy.
-    fn lay(
-        &self,
-        strategy: Strategy,
-        faces: &[usize],
-        mesh: Option<&RegionMesh>,
-        fates: &[Vec<Fate>],
-        claims: &Claims,
-    ) -> Option<Layout> {
+    fn lay(&self, strategy: Strategy, faces: &[usize], mesh: Option<&RegionMesh>) -> Option<Layout> {
         if strategy == Strategy::Planar {
-            let (along, raster, rows) = self.rows(faces, fates)?;
-            let (laid, lifted) = self.lay_rows(&raster, rows, along, claims);
+            let (along, raster, rows) = self.rows(faces)?;
+            let (laid, lifted) = self.lay_rows(&raster, rows, along);
             return Some(Layout { strategy, laid, lifted, along: Some(along) });
         }
         let field = mesh.filter(|_| strategy.sweeps_regions()).and_then(|mesh| {
@@ -152,11 +128,11 @@ impl SetupContext<'_> {
         });
         // What no field covers is cut patch by patch.
         let covered = field.as_ref().map(FieldLevels::faces).unwrap_or_default();
-        let alone = faces.iter().filter(|&&f| claims.any(f) && !covered.contains(&f));
+        let alone = faces.iter().filter(|&&f| self.claims.any(f) && !covered.contains(&f));
         let mut patterns: Vec<Box<dyn Levels + '_>> =
             alone.map(|&f| Box::new(PatchLevels::new(f, &self.model.faces[f])) as _).collect();
         patterns.extend(field.map(|f| Box::new(f) as _));
-        let (laid, lifted) = self.lay_levels(&patterns, claims);
+        let (laid, lifted) = self.lay_levels(&patterns);
         (!laid.is_empty()).then_some(Layout { strategy, laid, lifted, along: None })
     }
 

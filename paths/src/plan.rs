@@ -8,6 +8,7 @@ use claymill_toolpath::{
 use rayon::prelude::*;
 use thiserror::Error;
 
+use crate::claims::Claims;
 use crate::contact::{CONTACT_EPSILON_MM, FlatPart, Stock};
 use crate::field_levels::mesh_edge_mm;
 use crate::heights::Heights;
@@ -182,11 +183,14 @@ pub fn plan(
     let mut out = Output::default();
     for (index, frame) in frames.iter().enumerate() {
         let heights = Heights::new(&stocks[index]);
+        let claims = Claims::new(&flat, &fates, index);
         let context = SetupContext {
             model,
             flat: &flat,
             frame: *frame,
             index,
+            fates: &fates,
+            claims: &claims,
             stock: &stocks[index],
             heights: &heights,
             strategy: options.strategy,
@@ -199,7 +203,7 @@ pub fn plan(
             done += 1;
             progress("paths", done as f64 / jobs as f64);
             if account.region_setup_mm2[region][index] > 0.0
-                && let Some(part) = context.part(faces, meshes[region].as_ref(), &fates)
+                && let Some(part) = context.part(faces, meshes[region].as_ref())
             {
                 parts.push((region, part));
             }
@@ -409,10 +413,7 @@ impl Output {
             totals.retracts += r.retracts;
             totals.control_points += r.control_points;
             totals.time_s += r.time_s;
-            totals.length.cut_mm += r.length.cut_mm;
-            totals.length.lead_mm += r.length.lead_mm;
-            totals.length.link_mm += r.length.link_mm;
-            totals.length.rapid_mm += r.length.rapid_mm;
+            totals.length += r.length;
         }
     }
 }

@@ -22,6 +22,8 @@ const CLOSEST_MM: f64 = 0.01;
 const END_MM: f64 = 0.05;
 /// Tangents that turn by more than this between two sides of a corner make a break, degrees.
 const CORNER_DEG: f64 = 2.0;
+/// Passes are at least this long along their guide, mm.
+const SHORTEST_PASS_MM: f64 = 1.0;
 /// Steeper than this (`n·axis` of the contact normal) a pass ends: the ball's side would cut.
 pub(crate) const STEEPEST_NZ: f64 = 0.12;
 
@@ -52,6 +54,14 @@ pub(crate) struct Followed {
     pub(crate) chains: Vec<Chain>,
     /// Locations that are proven bounds instead of exact contacts.
     pub(crate) lifted: u64,
+}
+
+impl Followed {
+    /// The chains that are long enough for a pass: the neighbouring rows cover the others.
+    pub(crate) fn passes(self) -> Vec<Chain> {
+        let long = |c: &Chain| c[c.len() - 1].end().s - c[0].start().s >= SHORTEST_PASS_MM;
+        self.chains.into_iter().filter(long).collect()
+    }
 }
 
 impl Profile {

@@ -4,23 +4,21 @@ use claymill_nurbs::{Point2, Point3};
 use rayon::prelude::*;
 
 use crate::RowsAlong;
-use crate::claims::Claims;
 use crate::crests::{Laid, missing_rows};
 use crate::guide::{Guide, Line};
-use crate::part::{ROUNDS, SHORTEST_PASS_MM, SetupContext, TOO_HIGH, TURN_MM};
+use crate::part::{ROUNDS, SetupContext, TOO_HIGH, TURN_MM};
 use crate::profile::follow;
 use crate::raster::{Patch, Raster, Row};
-use crate::reach::Fate;
 use crate::step_over::row_distance_mm;
 
 impl SetupContext<'_> {
     /// Rows over the part in the cheaper of the two directions.
-    pub(crate) fn rows(&self, faces: &[usize], fates: &[Vec<Fate>]) -> Option<(RowsAlong, Raster, Vec<Row>)> {
+    pub(crate) fn rows(&self, faces: &[usize]) -> Option<(RowsAlong, Raster, Vec<Row>)> {
         let cell = (0.5 * crate::step_over::flat_mm(self.stock.radius_mm(), self.scallop_mm)).clamp(0.3, 3.0);
         [RowsAlong::X, RowsAlong::Y]
             .into_par_iter()
             .filter_map(|along| {
-                let patches = self.patches(faces, fates, along);
+                let patches = self.patches(faces, along);
                 let raster = Raster::new(&patches, cell)?;
                 let rows = raster.rows();
                 let cost: f64 = rows.iter().flat_map(|r| &r.stretches).map(|(a, b)| b - a + TURN_MM).sum();
@@ -32,7 +30,7 @@ impl SetupContext<'_> {
             .map(|(_, along, raster, rows)| (along, raster, rows))
     }
 
-    fn patches(&self, faces: &[usize], fates: &[Vec<Fate>], along: RowsAlong) -> Vec<Patch> {
+    fn patches(&self, faces: &[usize], along: RowsAlong) -> Vec<Patch> {
         let r = self.stock.radius_mm();
         let pick = |p: &Point3| {
             if along == RowsAlong::X { [p.x, p.y] } else { [p.y, p.x] }
@@ -46,7 +44,7 @@ impl SetupContext<'_> {
                 let (n, _) = surface.normal(uv.x, uv.y)?;
                 Some(surface.point(uv.x, uv.y) + n * (r * if n.z < 0.0 { -1.0 } else { 1.0 }))
             };
-            for (t, fate) in mesh.triangles.iter().zip(&fates[face]) {
+            for (t, fate) in mesh.triangles.iter().zip(&self.fates[face]) {
                 if fate.setups & (1 << self.index) == 0 {
                     continue;
                 }
@@ -67,13 +65,7 @@ impl SetupContext<'_> {
 
     /// Follows the rows, and further ones between them until no crest is too high; sorted by position. Also
     /// tells how many locations rest on a proven bound.
-    pub(crate) fn lay_rows(
-        &self,
-        raster: &Raster,
-        rows: Vec<Row>,
-        along: RowsAlong,
-        claims: &Claims,
-    ) -> (Vec<Laid>, u64) {
+    pub(crate) fn lay_rows(&self, raster: &Raster, rows: Vec<Row>, along: RowsAlong) -> (Vec<Laid>, u64) {
         let mut laid: Vec<Laid> = Vec::new();
         let mut lifted = 0;
         let mut rows = rows;
@@ -89,7 +81,7 @@ impl SetupContext<'_> {
                 &laid,
                 TOO_HIGH * self.scallop_mm,
                 |q| row_guide(along, q),
-                |face, at| at.map_or(claims.any(face), |at| claims.holds(face, at)),
+                |face, at| at.map_or(self.claims.any(face), |at| self.claims.holds(face, at)),
             );
             if rows.is_empty() {
                 break;
@@ -104,9 +96,8 @@ impl SetupContext<'_> {
         for &(s0, s1) in &row.stretches {
             let followed = follow(self.stock, &laid.guide, s0, s1);
             lifted += followed.lifted;
-            laid.chains.extend(followed.chains);
+            laid.chains.extend(followed.passes());
         }
-        laid.chains.retain(|c| c[c.len() - 1].end().s - c[0].start().s >= SHORTEST_PASS_MM);
         (laid, lifted)
     }
 }

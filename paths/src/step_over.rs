@@ -35,10 +35,15 @@ pub(crate) fn row_distance_mm(jet: &Jet, along: RowsAlong, radius_mm: f64, scall
     let feed = plane.cross(&n);
     let sine = feed.norm();
     let across = n.cross(&feed) / sine;
-    let kappa = jet.normal_curvature(&across, &n)?;
-    let bend = (1.0 - kappa * radius_mm).max(CLOSEST * CLOSEST);
+    let bend = bend(jet, &across, &n, radius_mm)?;
     let distance = flat_mm(radius_mm, scallop_mm) * bend.sqrt() * sine * MARGIN;
     (distance.is_finite() && distance > 0.0).then_some(distance)
+}
+
+/// `1 − κ⁺R` across the feed: how much the surface of ball centres is shorter than the surface.
+fn bend(jet: &Jet, across: &Vector3, normal: &Vector3, radius_mm: f64) -> Option<f64> {
+    let kappa = jet.normal_curvature(across, normal)?;
+    Some((1.0 - kappa * radius_mm).max(CLOSEST * CLOSEST))
 }
 
 /// Step-over on the surface, across `across` (any length, along the surface), that keeps the scallop height:
@@ -50,8 +55,7 @@ pub(crate) fn on_contact_mm(
     radius_mm: f64,
     scallop_mm: f64,
 ) -> Option<f64> {
-    let kappa = jet.normal_curvature(&across.try_normalize(0.0)?, normal)?;
-    let bend = (1.0 - kappa * radius_mm).max(CLOSEST * CLOSEST);
+    let bend = bend(jet, &across.try_normalize(0.0)?, normal, radius_mm)?;
     Some(flat_mm(radius_mm, scallop_mm) / bend.sqrt() * MARGIN)
 }
 

@@ -16,10 +16,6 @@ pub enum Strategy {
 }
 
 impl Strategy {
-    /// All strategies.
-    pub const ALL: [Strategy; 5] =
-        [Strategy::Planar, Strategy::Iso, Strategy::Scallop, Strategy::IsoPatch, Strategy::Auto];
-
     /// Whether passes run on region meshes.
     pub(crate) fn sweeps_regions(self) -> bool {
         matches!(self, Strategy::Iso | Strategy::Scallop | Strategy::Auto)

@@ -33,6 +33,15 @@ fn worst(mesh: &RegionMesh<'_>, values: &[f64], exact: impl Fn(&Point3) -> f64) 
     values.iter().zip(&exact).fold(0.0f64, |m, (a, b)| m.max((a - b).abs())) / largest
 }
 
+/// A curved sheet in 3 × 3 patches.
+fn patchwork() -> Vec<NurbsSurface> {
+    let whole = master();
+    let cuts = [0.0, 0.3, 0.55, 1.0];
+    let column =
+        |u: &[f64]| cuts.windows(2).map(|v| part(&whole, (u[0], u[1]), (v[0], v[1]))).collect::<Vec<_>>();
+    cuts.windows(2).flat_map(column).collect()
+}
+
 /// A plate of 5 × 3 patches, each row cut elsewhere: T-junctions.
 fn plates() -> Vec<NurbsSurface> {
     let rows =
@@ -90,12 +99,7 @@ fn gaps_within_the_tolerance_are_closed() {
 
 #[test]
 fn corners_of_triangles_are_points_of_their_faces() {
-    let whole = master();
-    let cuts = [0.0, 0.3, 0.55, 1.0];
-    let surfaces = cuts
-        .windows(2)
-        .flat_map(|u| cuts.windows(2).map(|v| part(&whole, (u[0], u[1]), (v[0], v[1]))).collect::<Vec<_>>());
-    let (model, merged) = sewn(surfaces.collect());
+    let (model, merged) = sewn(patchwork());
     let mesh = RegionMesh::of_region(&model, &merged, 0, 7.0).unwrap();
     for ((triangle, uv), &face) in mesh.triangles().iter().zip(mesh.corners()).zip(mesh.face_of_triangle()) {
         for k in 0..3 {
@@ -260,11 +264,7 @@ fn closed_surfaces_have_ends_and_parts_without_guides_no_values() {
 #[test]
 fn a_four_sided_sheet_of_patches_has_one_drive_surface() {
     let whole = master();
-    let cuts = [0.0, 0.3, 0.55, 1.0];
-    let surfaces = cuts
-        .windows(2)
-        .flat_map(|u| cuts.windows(2).map(|v| part(&whole, (u[0], u[1]), (v[0], v[1]))).collect::<Vec<_>>());
-    let (model, merged) = sewn(surfaces.collect());
+    let (model, merged) = sewn(patchwork());
     let mesh = RegionMesh::of_region(&model, &merged, 0, 4.0).unwrap();
     let drive = mesh.drive_surface(0.05).unwrap();
     assert!(drive.deviation_max_mm < 0.05, "{}", drive.deviation_max_mm);

@@ -266,6 +266,15 @@ pub struct StageTiming {
     pub seconds: f64,
 }
 
+impl std::ops::AddAssign for LengthByKind {
+    fn add_assign(&mut self, other: Self) {
+        self.cut_mm += other.cut_mm;
+        self.lead_mm += other.lead_mm;
+        self.link_mm += other.link_mm;
+        self.rapid_mm += other.rapid_mm;
+    }
+}
+
 impl LengthByKind {
     /// Adds `length_mm` to the right kind.
     pub fn add(&mut self, kind: MoveKind, length_mm: f64) {

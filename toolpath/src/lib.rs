@@ -28,6 +28,7 @@ mod job;
 mod moves;
 mod regions;
 mod tool;
+mod whole;
 
 pub use folder::{
     FolderError, FolderWriter, JOB_FILE, REGIONS_FILE, REPORT_FILE, TOOLPATHS_FILE, VERIFY_FILE, read_job,
@@ -40,3 +41,4 @@ pub use job::{
 pub use moves::{Move, MoveError, MoveKind, Program, WRITTEN_STEP_MM, round_to_written};
 pub use regions::{FailingRecord, JointRecord, LapRecord, RegionQualityRecord, RegionRecord, RegionsFile};
 pub use tool::{Tool, ToolError};
+pub use whole::write_whole;

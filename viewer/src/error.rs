@@ -56,15 +56,8 @@ pub enum ViewError {
     },
 }
 
-/// Writes `bytes` beside `path` and renames, so that no half-written file is ever seen.
+/// Writes a file whole or not at all.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ViewError> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.partial", std::process::id()));
-    let partial = path.with_file_name(name);
-    let written = std::fs::write(&partial, bytes).and_then(|()| std::fs::rename(&partial, path));
-    written.map_err(|source| {
-        // Best effort: the first error is the one worth telling.
-        let _ = std::fs::remove_file(&partial);
-        ViewError::Write { path: path.to_owned(), source }
-    })
+    claymill_toolpath::write_whole(path, bytes)
+        .map_err(|source| ViewError::Write { path: path.to_owned(), source })
 }

@@ -3,7 +3,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use claymill_paths::FIT_TOLERANCE_MM;
-use claymill_toolpath::{Job, LengthByKind, MoveKind, Program, Tool};
+use claymill_toolpath::{Job, LengthByKind, MoveKind, Program, Tool, write_whole};
 use claymill_verify::{HISTOGRAM_BIN, SurfaceState, Verification};
 use claymill_viewer::flatten;
 use rayon::prelude::*;
@@ -108,7 +108,8 @@ pub(crate) fn compare(context: &Context, args: &CompareArgs) -> Result<ExitCode,
     let json = serde_json::to_string_pretty(&comparison)
         .map_err(|e| Failure::problem(format!("the comparison cannot be written as JSON: {e}"), ""))?;
     for (file, text) in [(JSON, json), (CSV, csv(&comparison)), (SVG, compare_plot::svg(&comparison))] {
-        write_whole(&args.out.join(file), &text)?;
+        let path = args.out.join(file);
+        write_whole(&path, text.as_bytes()).map_err(|e| failed(&path, &e))?;
     }
     if context.json {
         context.print_json(&comparison)?;
@@ -145,12 +146,6 @@ fn name(args: &CompareArgs, tool: &str, scallop: f64, strategy: StrategyName) ->
         name = format!("{name}-{scallop}");
     }
     name
-}
-
-/// Written beside and renamed, so that nothing is ever half there.
-fn write_whole(file: &Path, text: &str) -> Result<(), Failure> {
-    let beside = file.with_extension(format!("{}.partial", std::process::id()));
-    std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, file)).map_err(|e| failed(file, &e))
 }
 
 fn failed(file: &Path, error: &std::io::Error) -> Failure {
@@ -214,10 +209,7 @@ fn regions(job: &Job, found: &Verification, step_mm: f64) -> Vec<RegionEntry> {
     for r in &job.regions {
         let f = by_region.entry(r.region).or_default();
         f.area_mm2 += r.area_mm2;
-        f.length.cut_mm += r.length.cut_mm;
-        f.length.lead_mm += r.length.lead_mm;
-        f.length.link_mm += r.length.link_mm;
-        f.length.rapid_mm += r.length.rapid_mm;
+        f.length += r.length;
         f.passes += r.passes;
         f.retracts += r.retracts;
         f.time_s += r.time_s;

@@ -50,7 +50,7 @@ fn write_totals(out: &Path, totals: &PostTotals) -> Result<(), Failure> {
     let mut name = out.file_name().unwrap_or_default().to_owned();
     name.push(".totals.json");
     let text = serde_json::to_string_pretty(totals).unwrap_or_default();
-    std::fs::write(out.with_file_name(name), text + "\n")
+    claymill_toolpath::write_whole(&out.with_file_name(name), (text + "\n").as_bytes())
         .map_err(|e| Failure::problem(format!("{}: {e}", out.display()), advice_on(&e)))
 }
 

@@ -109,6 +109,10 @@ fn agrees(a: &Sample, b: &Sample, m: &Sample) -> bool {
     (z - m.z).abs() <= HERMITE_MM * (1.0 + slope * slope).sqrt()
 }
 
+fn angle_between([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> f64 {
+    (ax * by - ay * bx).atan2(ax * bx + ay * by).abs()
+}
+
 fn hermite(a: &Sample, b: &Sample, s: f64) -> (f64, f64) {
     let h = b.s - a.s;
     let t = (s - a.s) / h;
@@ -206,11 +210,13 @@ impl Walk<'_> {
             self.step(sa, Some(a), middle, None);
             return self.step(middle, None, sb, Some(b));
         };
-        let aside = {
-            let ([ax, ay], [bx, by]) = (self.guide.direction(sa), self.guide.direction(sb));
-            (ax * by - ay * bx).atan2(ax * bx + ay * by).abs()
-        };
-        let turn = (b.slope.atan() - a.slope.atan()).abs().max(aside);
+        let slopes = [a, m, b].map(|q| q.slope.atan());
+        let courses = [sa, middle, sb].map(|s| self.guide.direction(s));
+        // An S turns only on the way.
+        let turn = [(0, 1), (1, 2), (0, 2)]
+            .map(|(i, j)| (slopes[j] - slopes[i]).abs().max(angle_between(courses[i], courses[j])))
+            .into_iter()
+            .fold(0.0, f64::max);
         let gentle = turn <= SHARPEST_TURN || sb - sa <= CLOSEST_MM;
         // On one face the slopes are exact and the middle tells all; elsewhere errors could cancel there.
         let one_face = a.face.is_some() && a.face == m.face && a.face == b.face;
@@ -266,5 +272,47 @@ impl Walk<'_> {
         let m = self.sample(middle);
         self.step(sa, a, middle, m);
         self.step(middle, m, sb, b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use claymill_nurbs::analytic::{Frame as Placement, plane_patch};
+    use claymill_nurbs::{Curve2, Face, KnotVector, Model, Point2, Point3, Source, SurfaceKind, Vector3};
+
+    use super::*;
+    use crate::contact::FlatPart;
+    use crate::{Frame, Orientation};
+
+    #[test]
+    fn an_s_in_the_guide_is_sampled_through() {
+        let placement = Placement::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+        let face = Face {
+            surface: plane_patch(&placement, (-20.0, 20.0), (-20.0, 20.0)).unwrap(),
+            loops: Vec::new(),
+            reversed: false,
+            kind: SurfaceKind::Nurbs,
+            source: Source::default(),
+        };
+        let model = Model { faces: vec![face], ..Model::default() };
+        let flat = FlatPart::new(&model, 1600.0, 6.0).unwrap();
+        let top = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0];
+        let stock = Stock::new(&model, &flat, &top, 6.0);
+        // Point symmetric: the ends and the middle go the same way, the quarters do not.
+        let points = [(0.0, 0.0), (0.4, 0.25), (0.7, -0.25), (1.1, 0.0)].map(|(x, y)| Point2::new(x, y));
+        let curve =
+            Curve2::new(KnotVector::new(3, [[0.0; 4], [1.1; 4]].concat()).unwrap(), points.into(), None);
+        let guide = Guide::Curved(curve.unwrap());
+        let [chain] = &follow(&stock, &guide, 0.0, 1.1).chains[..] else { panic!() };
+        let [profile] = &chain[..] else { panic!() };
+        for w in profile.samples.windows(2) {
+            let turn = angle_between(guide.direction(w[0].s), guide.direction(w[1].s));
+            assert!(
+                turn <= SHARPEST_TURN || w[1].s - w[0].s <= CLOSEST_MM,
+                "{turn} from {} to {}",
+                w[0].s,
+                w[1].s
+            );
+        }
     }
 }

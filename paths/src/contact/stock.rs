@@ -41,7 +41,7 @@ const CREASE_SINE: f64 = 1.7e-3;
 const AT_RIM_MM: f64 = 0.02;
 /// So far inside, as a share of the way to the middle, a triangle's corners are judged.
 const CORNER_INSET: f64 = 0.02;
-/// Triangles cut this often that are outside the trims in four places are outside.
+/// Triangles cut this often that are outside the trims in all places looked at are outside.
 const SLIVER_LEVEL: u32 = 3;
 /// A triangle whose normal leans further from its surface's (60°) stands across it.
 const ALONG_COSINE: f64 = 0.5;
@@ -440,7 +440,7 @@ impl<'a> Search<'a> {
         // Where a trim curve bends inwards its chord takes in a sliver that is not the face's. Edges are met
         // on their own.
         if t.rimmed && (fine || level >= SLIVER_LEVEL) {
-            let inside = self.share_inside(t, &uv);
+            let inside = self.share_inside(t, &uv, high.at);
             let size = (0..3).map(|i| (p[(i + 1) % 3] - p[i]).norm()).fold(0.0, f64::max);
             if inside == 0.0 && level >= SLIVER_LEVEL || inside < 1.0 && size < AT_RIM_MM {
                 return;
@@ -482,16 +482,17 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// How many of four places in a triangle, its middle and close to its corners, belong to the face, as a
-    /// share. The corners themselves may be on a trim curve.
-    fn share_inside(&self, t: &Triangle, uv: &[Point2; 3]) -> f64 {
+    /// How many places in a triangle, its middle, close to its corners and where the ball would touch, belong
+    /// to the face, as a share. The corners themselves may be on a trim curve.
+    fn share_inside(&self, t: &Triangle, uv: &[Point2; 3], touch: [f64; 3]) -> f64 {
         let Some(domain) = &self.stock.faces[t.face as usize].domain else {
             return 1.0;
         };
         let middle = Point2::from((uv[0].coords + uv[1].coords + uv[2].coords) / 3.0);
-        let places = [0, 1, 2].map(|i| uv[i] + (middle - uv[i]) * CORNER_INSET);
-        let inside = |p: &&Point2| domain.contains(p.x, p.y);
-        places.iter().chain([&middle]).filter(inside).count() as f64 / 4.0
+        let touch = Point2::from((0..3).map(|i| uv[i].coords * touch[i]).sum::<nalgebra::Vector2<f64>>());
+        let corners = [0, 1, 2].map(|i| uv[i] + (middle - uv[i]) * CORNER_INSET);
+        let places = corners.into_iter().chain([middle, touch]);
+        places.filter(|p| domain.contains(p.x, p.y)).count() as f64 / 5.0
     }
 
     fn edge(&mut self, e: &EdgePiece) {

@@ -3,7 +3,10 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use claymill_nurbs::analytic::{self, Frame as Placement};
-use claymill_nurbs::{ClosestPoints, Face, Model, NurbsSurface, Point3, Source, SurfaceKind, Vector3};
+use claymill_nurbs::{
+    ClosestPoints, Curve2, Face, KnotVector, Model, NurbsSurface, Point2, Point3, Source, SurfaceKind,
+    TrimEdge, TrimLoop, Vector3,
+};
 
 use super::{FlatPart, Location, Stock, Support};
 use crate::{Frame, Orientation};
@@ -22,7 +25,11 @@ fn placed(origin: Point3, z: Vector3) -> Placement {
 
 /// Drops the ball at the given places from +z.
 fn drop(surfaces: Vec<NurbsSurface>, at: &[(f64, f64)]) -> Vec<Option<Location>> {
-    let model = Model { faces: surfaces.into_iter().map(face).collect(), ..Model::default() };
+    drop_on(surfaces.into_iter().map(face).collect(), at)
+}
+
+fn drop_on(faces: Vec<Face>, at: &[(f64, f64)]) -> Vec<Option<Location>> {
+    let model = Model { faces, ..Model::default() };
     let area_mm2 = model.faces.iter().map(Face::area_mm2).sum();
     let flat = FlatPart::new(&model, area_mm2, R).unwrap();
     // Front +x: setup coordinates are model coordinates.
@@ -68,6 +75,39 @@ fn slope_and_groove() {
     for k in 1..3 {
         let exact = places[k].0 * 30f64.to_radians().tan() + 11.547_005_383_792_515;
         approx::assert_abs_diff_eq!(z[k], exact, epsilon = 1e-9);
+    }
+}
+
+#[test]
+fn chords_of_a_rim_that_bends_inwards_do_not_hold_the_ball_up() {
+    // A plate that stands almost upright; its upper rim sags like h = x² / 100.
+    let tilt = 87f64.to_radians();
+    let up = Vector3::new(0.0, tilt.cos(), tilt.sin());
+    let frame = Placement::new(Point3::origin(), Vector3::x().cross(&up), Vector3::x()).unwrap();
+    let rim = |ends: &[(f64, f64)]| {
+        let points = ends.iter().map(|&(x, y)| Point2::new(x, y)).collect();
+        let knots = [0.0, 1.0].into_iter().flat_map(|k| std::iter::repeat_n(k, ends.len())).collect();
+        let knots = KnotVector::new(ends.len() - 1, knots).unwrap();
+        let pcurve = Curve2::new(knots, points, None).unwrap();
+        TrimEdge { pcurve, shared: None }
+    };
+    let (left, right) = ((-20.0, -30.0), (20.0, -30.0));
+    let sagging = [(20.0, 4.0), (0.0, -4.0), (-20.0, 4.0)];
+    let edges = vec![rim(&[left, right]), rim(&[right, sagging[0]]), rim(&sagging), rim(&[sagging[2], left])];
+    let plate = Face {
+        loops: vec![TrimLoop { edges }],
+        ..face(analytic::plane_patch(&frame, (-25.0, 25.0), (-40.0, 10.0)).unwrap())
+    };
+    let places: Vec<_> = (0..120).map(|k| (f64::from(k) * 0.25 - 15.0, 3.0)).collect();
+    for (location, (x, y)) in drop_on(vec![plate], &places).iter().zip(&places) {
+        let height = |k: i32| {
+            let rim_x = f64::from(k) * 1e-3;
+            let rim = Point3::new(rim_x, 0.0, 0.0) + up * (0.01 * rim_x * rim_x);
+            rim.z + (R * R - (rim.x - x).powi(2) - (rim.y - y).powi(2)).max(0.0).sqrt()
+        };
+        let exact = (-20_000..=20_000).map(height).fold(f64::NEG_INFINITY, f64::max);
+        let z = location.unwrap().centre.z;
+        assert!((z - exact).abs() < 2.0 * EPSILON_MM, "x {x}: {} µm too high", (z - exact) * 1e3);
     }
 }
 

@@ -26,6 +26,7 @@ build: setup
 
 bench: setup
 	$(CARGO) bench --workspace
+	python3 benches/evaluation.py
 	$(CARGO) test --release -p claymill-surface-merge --test flaws -- --ignored
 
 # Half an hour of coverage-guided fuzzing for each reader, one after the other; `make test` has a short run of the

@@ -86,10 +86,30 @@ impl<const N: usize> Bernstein<N> {
 }
 
 /// The binomial coefficients of `n`.
-fn binomials(n: usize) -> Vec<f64> {
+pub(crate) fn binomials(n: usize) -> Vec<f64> {
     let mut row = vec![1.0];
     for k in 0..n {
         row.push(row[k] * (n - k) as f64 / (k + 1) as f64);
     }
     row
+}
+
+/// `[i][k]`: coefficient of `xᵏ` in the Bernstein polynomial `i` of degree `n` on `[-½, ½]`. All are exact up to
+/// degree 25: whole numbers below 2⁵³ over powers of two.
+pub(crate) fn centred_powers(n: usize) -> Vec<Vec<f64>> {
+    let binomial = binomials(n);
+    let times = |poly: &[f64], slope: f64| -> Vec<f64> {
+        let mut out = vec![0.0; poly.len() + 1];
+        for (k, c) in poly.iter().enumerate() {
+            out[k] += 0.5 * c;
+            out[k + 1] += slope * c;
+        }
+        out
+    };
+    (0..=n)
+        .map(|i| {
+            let rising = (0..i).fold(vec![binomial[i]], |poly, _| times(&poly, 1.0));
+            (i..n).fold(rising, |poly, _| times(&poly, -1.0))
+        })
+        .collect()
 }

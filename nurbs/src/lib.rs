@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   knots ─► curve, surface ─► jet (point, derivatives, normal, curvature)
-//!                 │
+//!                 │  └► leaves (the same, many points at a time)
 //!               face = surface + trim loops ─► boundary, domain (inside test), mesh, area
 //!                 │
 //!               model ─► closest (exact closest point over all faces)
@@ -41,6 +41,7 @@ mod face;
 mod insertion;
 mod jet;
 mod knots;
+mod leaf;
 mod measure;
 mod mesh;
 mod model;
@@ -58,6 +59,7 @@ pub use error::NurbsError;
 pub use face::{Face, Source, SurfaceKind, TrimEdge, TrimLoop};
 pub use jet::{CurvatureTensor, Jet};
 pub use knots::{KnotVector, MAX_DEGREE};
+pub use leaf::{LANES, Lanes, Leaf, Leaves, Places, Shapes};
 pub use mesh::{FaceMesh, MeshOptions, tessellate, tessellate_polygons};
 pub use model::{Aabb, FaceId, Model};
 pub use surface::NurbsSurface;

@@ -1,6 +1,7 @@
 use nalgebra::Vector4;
 
 use super::interval::Interval;
+use crate::bernstein::{binomials, centred_powers};
 use crate::{NurbsSurface, Point3, Vector3};
 
 /// Knot intervals shorter than this share of the domain are rounding errors.
@@ -229,31 +230,4 @@ impl Net {
         }
         out
     }
-}
-
-fn binomials(n: usize) -> Vec<f64> {
-    let mut row = vec![1.0];
-    for k in 1..=n {
-        row.push(row[k - 1] * (n + 1 - k) as f64 / k as f64);
-    }
-    row
-}
-
-/// `[i][k]`: coefficient of `xᵏ` in the Bernstein polynomial `i` of degree `n` on `[-½, ½]`.
-fn centred_powers(n: usize) -> Vec<Vec<f64>> {
-    let binomial = binomials(n);
-    let times = |poly: &[f64], slope: f64| -> Vec<f64> {
-        let mut out = vec![0.0; poly.len() + 1];
-        for (k, c) in poly.iter().enumerate() {
-            out[k] += 0.5 * c;
-            out[k + 1] += slope * c;
-        }
-        out
-    };
-    (0..=n)
-        .map(|i| {
-            let rising = (0..i).fold(vec![binomial[i]], |poly, _| times(&poly, 1.0));
-            (i..n).fold(rising, |poly, _| times(&poly, -1.0))
-        })
-        .collect()
 }

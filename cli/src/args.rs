@@ -44,6 +44,8 @@ pub(crate) enum Command {
     Control(ControlArgs),
     /// Pictures of a model or a job folder.
     Render(RenderArgs),
+    /// Pictures and report of a job folder, made anew.
+    Report(ReportArgs),
     /// Write a generated model with its planted answers.
     Sample(SampleArgs),
     /// JSON Schemas of the job folder.
@@ -274,6 +276,15 @@ pub(crate) struct VerifyArgs {
     /// The machine definition (TOML) that the program was written with.
     #[arg(long, value_name = "FILE", requires = "program")]
     pub(crate) machine: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ReportArgs {
+    /// Job folder.
+    pub(crate) folder: PathBuf,
+    /// The model, where it is no longer at the path that the job names.
+    #[arg(long)]
+    pub(crate) model: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -4,14 +4,17 @@
 //! ```text
 //!   toolpaths.jsonl ─┬─ form ──── clamped cubics, head to tail, rapids across or along the axis
 //!                    └─ ball ──── points along the curves ─ closest point ─► depth, excess, clearance
+//!   report.html ─────── browser ─ a real Chromium: console, network, pixels, clicks
 //! ```
 
 mod ball;
+mod browser;
 mod corpus;
 mod form;
 mod partition;
 
 pub use ball::{Ball, measure_ball};
+pub use browser::{Browser, Screenshot};
 pub use corpus::corpus;
 pub use form::check_form;
 pub use partition::same_partition;

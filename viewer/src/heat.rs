@@ -36,26 +36,58 @@ pub fn heat_colour(share: f64) -> Rgb {
     [0, 1, 2].map(|k| (f64::from(from[k]) * (1.0 - x) + f64::from(to[k]) * x).round() as u8)
 }
 
+/// The steps of the scale in words.
+pub(crate) fn heat_legend(asked_mm: f64) -> impl Iterator<Item = (Rgb, String)> {
+    let last = STEPS.len() - 1;
+    STEPS.into_iter().enumerate().map(move |(i, (share, colour))| {
+        let mm = share * asked_mm;
+        let more = if share == 1.0 {
+            ", as asked"
+        } else if i == last {
+            " or more"
+        } else {
+            ""
+        };
+        (colour, format!("{mm:.3} mm{more}"))
+    })
+}
+
+/// Heights by place: the highest near a point.
+pub(crate) struct HighestNear {
+    cell_mm: f64,
+    highest: HashMap<[i32; 3], f64>,
+}
+
+impl HighestNear {
+    pub(crate) fn new(heights: &[(Point3, f64)], scale: &HeatScale) -> Self {
+        let mut near = HighestNear { cell_mm: scale.cell_mm, highest: HashMap::new() };
+        for (p, height) in heights {
+            let cell = near.cell(p);
+            let h = near.highest.entry(cell).or_insert(0.0);
+            *h = h.max(*height);
+        }
+        near
+    }
+
+    fn cell(&self, p: &Point3) -> [i32; 3] {
+        [0, 1, 2].map(|k: usize| (p[k] / self.cell_mm).floor() as i32)
+    }
+
+    /// The highest in the cells within half a cell's side.
+    pub(crate) fn at(&self, p: &Point3) -> Option<f64> {
+        let around = Vector3::repeat(0.5 * self.cell_mm);
+        let ([i0, j0, k0], [i1, j1, k1]) = (self.cell(&(p - around)), self.cell(&(p + around)));
+        let cells = (i0..=i1).flat_map(|i| (j0..=j1).flat_map(move |j| (k0..=k1).map(move |k| [i, j, k])));
+        cells.filter_map(|c| self.highest.get(&c)).copied().reduce(f64::max)
+    }
+}
+
 impl Scene {
     /// Paints the surfaces by the highest of `heights` (place and height, mm) in each cell and the ones around it;
     /// grey where there is none. Adds the scale to the legend.
     pub fn paint_heights(&mut self, heights: &[(Point3, f64)], scale: &HeatScale) {
-        let cell = |p: &Point3| [0, 1, 2].map(|k: usize| (p[k] / scale.cell_mm).floor() as i32);
-        let mut highest: HashMap<[i32; 3], f64> = HashMap::new();
-        for (p, height) in heights {
-            let h = highest.entry(cell(p)).or_insert(0.0);
-            *h = h.max(*height);
-        }
-        let around = Vector3::repeat(0.5 * scale.cell_mm);
-        let colour = |p: &Point3| {
-            let ([i0, j0, k0], [i1, j1, k1]) = (cell(&(p - around)), cell(&(p + around)));
-            let cells =
-                (i0..=i1).flat_map(|i| (j0..=j1).flat_map(move |j| (k0..=k1).map(move |k| [i, j, k])));
-            let found = cells
-                .filter_map(|c| highest.get(&c))
-                .fold(None, |a: Option<f64>, &h| Some(a.map_or(h, |a| a.max(h))));
-            found.map_or(NOT_CUT, |h| heat_colour(h / scale.asked_mm))
-        };
+        let near = HighestNear::new(heights, scale);
+        let colour = |p: &Point3| near.at(p).map_or(NOT_CUT, |h| heat_colour(h / scale.asked_mm));
         let origin = self.origin.coords;
         for mesh in &mut self.surfaces {
             mesh.vertices.par_iter_mut().for_each(|v| {
@@ -63,12 +95,7 @@ impl Scene {
                 v.colour = [r, g, b, 255];
             });
         }
-        for (share, colour) in STEPS {
-            let text = match share {
-                1.0 => format!("{:.3} mm, as asked", scale.asked_mm),
-                s if s == STEPS[STEPS.len() - 1].0 => format!("{:.3} mm or more", s * scale.asked_mm),
-                s => format!("{:.3} mm", s * scale.asked_mm),
-            };
+        for (colour, text) in heat_legend(scale.asked_mm) {
             self.legend.push(LegendEntry { mark: Mark::Area, colour, text });
         }
         self.legend.push(LegendEntry { mark: Mark::Area, colour: NOT_CUT, text: "no passes".to_owned() });

@@ -23,6 +23,7 @@
 
 mod adapter;
 mod borders;
+mod browser;
 mod camera;
 mod error;
 mod heat;
@@ -41,6 +42,7 @@ mod strokes;
 mod thinning;
 mod touch;
 
+pub use browser::{BrowserInput, browser_glb};
 pub use camera::{Axes, Camera, View};
 pub use error::ViewError;
 pub use heat::{HeatScale, heat_colour};

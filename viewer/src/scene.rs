@@ -304,7 +304,12 @@ pub(crate) fn mesh_deviation_mm(meshes: &[FaceMesh]) -> f32 {
     meshes.iter().flat_map(|m| m.deviation_mm.iter().copied()).fold(0.0, f32::max)
 }
 
-fn face_vertices(view: &ModelView<'_>, f: usize, colour: Rgb, origin: &Point3) -> Vec<SurfaceVertex> {
+pub(crate) fn face_vertices(
+    view: &ModelView<'_>,
+    f: usize,
+    colour: Rgb,
+    origin: &Point3,
+) -> Vec<SurfaceVertex> {
     let (mesh, surface) = (&view.meshes[f], &view.model.faces[f].surface);
     let normals = facet_normals(mesh);
     let vertex = |i: usize| {

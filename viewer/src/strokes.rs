@@ -78,12 +78,21 @@ fn layer_of(kind: MoveKind) -> LineKind {
 /// A contact that moves by more than this, in ball radii, and by more than twice what the tip moves, jumps.
 const JUMP_RADII: f64 = 0.3;
 
-pub(crate) fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyle<'_>) -> usize {
+/// Each move as the polylines that are drawn for it: several where the contact jumps. `None`: it is no curve.
+pub(crate) fn drawn_moves(
+    scene: &Scene,
+    program: &Program,
+    style: &StrokeStyle<'_>,
+) -> Vec<Option<Vec<Vec<Point3>>>> {
     let chord_mm = if style.chord_mm > 0.0 { style.chord_mm } else { 1e-3 };
     let surfaces = TriangleTree::new(if style.tools.is_empty() { &[] } else { &scene.surfaces });
     let draw =
         |m: &Move| m.curve().ok().map(|curve| drawn_points(m, &curve, chord_mm, scene, style, &surfaces));
-    let flat: Vec<Option<Vec<Vec<Point3>>>> = program.moves.par_iter().map(draw).collect();
+    program.moves.par_iter().map(draw).collect()
+}
+
+pub(crate) fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyle<'_>) -> usize {
+    let flat = drawn_moves(scene, program, style);
     let pass_numbers = consecutive_passes(&program.moves);
 
     for (layer, width_px, name) in [
@@ -133,7 +142,7 @@ fn move_colour(m: &Move, style: &StrokeStyle<'_>) -> Rgb {
 }
 
 /// A number for each move that changes wherever the pass does: passes are counted anew in every region.
-fn consecutive_passes(moves: &[Move]) -> Vec<u32> {
+pub(crate) fn consecutive_passes(moves: &[Move]) -> Vec<u32> {
     let pass = |m: &Move| (m.region, m.pass);
     let mut number = 0;
     let numbered = moves.iter().enumerate().map(|(i, m)| {

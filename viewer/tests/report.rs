@@ -95,12 +95,13 @@ fn with_report<T>(verification: Option<&Verification>, test: impl FnOnce(&Report
         verification,
         region_colours: &[[1, 2, 3]; 60],
         pictures: &[picture],
+        space: None,
     })
 }
 
 /// Elements that are opened are closed in the right order.
 fn assert_well_formed(html: &str) {
-    const VOID: [&str; 4] = ["meta", "img", "br", "!DOCTYPE"];
+    const VOID: [&str; 5] = ["meta", "img", "br", "input", "!DOCTYPE"];
     let mut open: Vec<&str> = Vec::new();
     let body = html.split_once("</style>").map(|(head, rest)| (head.split_once("<style>").unwrap().0, rest));
     let (head, rest) = body.unwrap();
@@ -126,6 +127,27 @@ fn the_report_is_well_formed_and_needs_nothing_else() {
     assert!(html.contains("src=\"data:image/png;base64,AQID\""));
     assert!(!html.contains("Roadster <b>"), "text from outside is escaped");
     assert_eq!(html, with_report(Some(&checked), report_html));
+}
+
+#[test]
+fn the_view_in_space_brings_all_it_needs_and_fetches_nothing() {
+    let checked = verification(true);
+    let html =
+        with_report(Some(&checked), |input| report_html(&ReportInput { space: Some(b"glTF"), ..*input }));
+    assert_eq!(html.matches("<script").count(), 4, "facts, model, library, program");
+    assert_eq!(html.matches("</script").count(), 4);
+    assert!(
+        html.contains("default-src 'none'") && !html.contains("connect-src"),
+        "the page may not ask for anything"
+    );
+    assert!(html.contains("Permission is hereby granted"), "the library's licence goes with it");
+    let facts = html.split("type=\"application/json\">").nth(1).unwrap().split("</script").next().unwrap();
+    let facts: serde_json::Value = serde_json::from_str(facts).unwrap();
+    let rows = facts["regions"]["0"]["rows"].to_string();
+    assert!(rows.contains("1\u{202f}240, 28 retracts"), "both setups of region 0: {rows}");
+    assert_eq!(facts["heat"].as_array().unwrap().len(), 256);
+    let (page, _) = html.split_once("<script").unwrap();
+    assert_well_formed(&format!("{page}</body></html>"));
 }
 
 #[test]

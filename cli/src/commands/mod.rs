@@ -15,6 +15,7 @@ mod pictures;
 mod plan;
 mod post;
 mod render;
+mod report;
 mod sample;
 mod stream;
 mod sweep;
@@ -28,6 +29,7 @@ use std::process::ExitCode;
 use claymill_exchange::{Import, ImportReport};
 use claymill_nurbs::{Aabb, Face};
 use claymill_paths::{Axis, Orientation};
+use claymill_toolpath::RegionsFile;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -44,6 +46,7 @@ pub(crate) use merge::merge;
 pub(crate) use plan::plan;
 pub(crate) use post::post;
 pub(crate) use render::render;
+pub(crate) use report::report;
 pub(crate) use sample::sample;
 pub(crate) use stream::stream;
 pub(crate) use verify::verify;
@@ -112,6 +115,22 @@ fn orientation(console: &Console, axes: &AxisArgs, bounds: &Aabb) -> Result<Orie
         ));
     }
     Ok(chosen)
+}
+
+/// The region of each face of a model of so many faces.
+fn region_of_face(regions: &RegionsFile, faces: usize) -> Result<Vec<usize>, Failure> {
+    let mut of_face = vec![0; faces];
+    for r in &regions.regions {
+        for &face in &r.faces {
+            *of_face.get_mut(face).ok_or_else(|| {
+                Failure::problem(
+                    format!("regions.json names face {face}, the model has {faces}"),
+                    "The model has changed since: plan the job again.",
+                )
+            })? = r.id;
+        }
+    }
+    Ok(of_face)
 }
 
 fn box_mm(b: &Aabb) -> [f64; 6] {

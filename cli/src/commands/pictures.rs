@@ -5,11 +5,12 @@ use claymill_paths::Orientation;
 use claymill_toolpath::{Job, MoveKind, Program, ToolRecord};
 use claymill_verify::CrestSample;
 use claymill_viewer::{
-    Axes, Colouring, HeatScale, LegendEntry, LineKind, Mark, ModelView, PictureOptions, Renderer,
-    ReportPicture, Rgb, Scene, StrokeStyle, View, ViewError, region_colours,
+    Axes, BrowserInput, Colouring, HeatScale, LegendEntry, LineKind, Mark, ModelView, PictureOptions,
+    Renderer, ReportPicture, Rgb, Scene, StrokeStyle, View, ViewError, browser_glb, region_colours,
 };
 use rayon::prelude::*;
 
+use super::report::{self, Finished};
 use crate::args::ShowName;
 use crate::console::Console;
 use crate::failure::{Failure, advice_on};
@@ -147,35 +148,67 @@ impl<'a> Album<'a> {
         renderer.render(&scene, &View::iso(&axes), &options(&axes))?.save(&folder.join("regions.png"))?;
         Ok(())
     }
+}
 
-    /// The previews of a job: files in `folder` and pictures for the report.
-    pub(crate) fn save_previews(
+/// What is to be seen of a job.
+pub(crate) struct Sights {
+    /// Colour of each region, by its id.
+    pub(crate) colours: Vec<Rgb>,
+    /// Pictures for the report, the cover first; none without a graphics adapter.
+    pub(crate) shots: Vec<ReportPicture>,
+    /// The job for the report's 3-D view.
+    pub(crate) space: Vec<u8>,
+}
+
+/// Takes all pictures of a job: previews as files in `folder`, and what the report shows.
+pub(crate) fn take(console: &Console, finished: &Finished<'_>, folder: &Path) -> Result<Sights, Failure> {
+    let Finished { model, job, region_of_face, program, .. } = *finished;
+    let cut = cut_faces(job);
+    let tolerance_mm = finished.regions.tolerance_mm;
+    let album = Album::new(model, region_of_face, Some(&cut), tolerance_mm);
+    let axes = axes(finished.orientation);
+    let shots = album.save_previews(console, finished, &axes, folder)?;
+    let crests: Vec<(Point3, f64)> = finished.crests.iter().map(|c| (c.foot, c.height_mm)).collect();
+    let input = BrowserInput {
+        model,
+        region_of_face,
+        cut: Some(&cut),
+        joint_tolerance_mm: tolerance_mm,
+        axes,
+        job,
+        program,
+        crests: &crests,
+    };
+    Ok(Sights { colours: album.colours(), shots, space: browser_glb(&input)? })
+}
+
+impl Album<'_> {
+    fn save_previews(
         &self,
         console: &Console,
-        title: &str,
-        paths: Paths<'_>,
-        (crests, scallop_mm): (&[CrestSample], f64),
-        orientation: Orientation,
+        finished: &Finished<'_>,
+        axes: &Axes,
         folder: &Path,
     ) -> Result<Vec<ReportPicture>, Failure> {
         let Some(renderer) = renderer(console) else {
             return Ok(Vec::new());
         };
-        let painted = self.scene(title, Some(paths), &PREVIEWED)?;
-        let bare = self.scene(title, None, &PREVIEWED)?;
-        let heights = self.scallop_map(title, crests, scallop_mm)?;
-        let axes = axes(orientation);
+        let (job, title) = (finished.job, report::title(finished.job));
+        let paths = Paths { program: finished.program, tools: &job.tools };
+        let painted = self.scene(&title, Some(paths), &PREVIEWED)?;
+        let bare = self.scene(&title, None, &PREVIEWED)?;
+        let heights = self.scallop_map(&title, finished.crests, job.request.scallop_mm)?;
         let shots = [
-            ("preview-iso.png", View::iso(&axes), &painted, "Tool paths over the regions"),
-            ("preview-top.png", View::top(&axes), &painted, "Tool paths from above"),
-            ("preview-side.png", View::left(&axes), &painted, "Tool paths from the left"),
-            ("regions-iso.png", View::iso(&axes), &bare, "Regions: each colour is cut as one surface"),
-            ("scallop-iso.png", View::iso(&axes), &heights, "Scallop height as measured"),
+            ("preview-iso.png", View::iso(axes), &painted, "Tool paths over the regions"),
+            ("preview-top.png", View::top(axes), &painted, "Tool paths from above"),
+            ("preview-side.png", View::left(axes), &painted, "Tool paths from the left"),
+            ("regions-iso.png", View::iso(axes), &bare, "Regions: each colour is cut as one surface"),
+            ("scallop-iso.png", View::iso(axes), &heights, "Scallop height as measured"),
         ];
         let mut pictures = Vec::new();
         for (k, (file, view, scene, caption)) in shots.into_iter().enumerate() {
             console.at("pictures", k as f64 / 5.0);
-            let picture = renderer.render(scene, &view, &options(&axes))?;
+            let picture = renderer.render(scene, &view, &options(axes))?;
             picture.save(&folder.join(file))?;
             pictures.push(ReportPicture {
                 caption: caption.to_owned(),

@@ -7,11 +7,11 @@ use claymill_paths::{Feeds, Plan, PlanError, PlanOptions, Regions, Strategy, pla
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
     FORMAT_VERSION, FolderWriter, JOB_FILE, Job, LinkStyle, ModelFacts, Obstacle, Program, REGIONS_FILE,
-    REPORT_FILE, RegionsFile, Skipped, Tool, ToolRecord, VERIFY_FILE, read_moves, sha256_of,
+    Skipped, Tool, ToolRecord, VERIFY_FILE, read_moves, sha256_of,
 };
 use claymill_verify::{Verification, VerifyOptions, verify_with_crests};
-use claymill_viewer::{ReportError, ReportInput, write_report};
 
+use super::report::{self, Finished};
 use super::{Context, Loaded, box_mm, merge, orientation, pictures, verify};
 use crate::args::{JobOptions, LinkName, PlanArgs, PresetName, StrategyName};
 use crate::console::peak_memory_mb;
@@ -113,16 +113,6 @@ impl Request {
             options: options.clone(),
         })
     }
-
-    /// The command line that makes the job again.
-    fn command(&self, out: &Path) -> String {
-        format!(
-            "claymill plan {} --job {} -o {}",
-            self.model.display(),
-            out.join(JOB_TOML).display(),
-            out.display()
-        )
-    }
 }
 
 impl From<StrategyName> for Strategy {
@@ -201,23 +191,20 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     verify::say(context, &found);
 
     console.stage("pictures");
-    let title = request.model.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let cut = pictures::cut_faces(&job);
-    let album = pictures::Album::new(model, &merged.region_of_face, Some(&cut), merged.tolerance.value_mm);
-    let paths = pictures::Paths { program: &program, tools: &job.tools };
-    let shots = album.save_previews(
-        console,
-        &title,
-        paths,
-        (&crests, request.scallop_mm),
+    let finished = Finished {
+        model,
+        job: &job,
+        regions: &regions,
+        region_of_face: &merged.region_of_face,
+        program: &program,
+        found: &found,
+        crests: &crests,
         orientation,
-        folder.path(),
-    )?;
-
-    job.timings = console.finish();
-    job.peak_memory_mb = peak_memory_mb();
+    };
+    let sights = pictures::take(console, &finished, folder.path())?;
+    let job = Job { timings: console.finish(), peak_memory_mb: peak_memory_mb(), ..job.clone() };
     folder.json(JOB_FILE, &job)?;
-    report(&folder, request, out, &title, &job, &regions, &found, &album, &shots)?;
+    report::write(&Finished { job: &job, ..finished }, &sights, folder.path(), out)?;
     folder.finish()?;
     let seconds: f64 = job.timings.iter().map(|t| t.seconds).sum();
     console.say(format!("job       {} ({seconds:.1} s, {:.0} MB)", out.display(), job.peak_memory_mb));
@@ -255,30 +242,6 @@ fn obstacles(
         triangles.extend(mesh.triangles.iter().map(|t| t.map(|i| mesh.vertices[i as usize])));
     }
     Ok((records, triangles))
-}
-
-fn report(
-    folder: &FolderWriter,
-    request: &Request,
-    out: &Path,
-    title: &str,
-    job: &Job,
-    regions: &RegionsFile,
-    found: &claymill_verify::Verification,
-    album: &pictures::Album,
-    shots: &[claymill_viewer::ReportPicture],
-) -> Result<(), Failure> {
-    let input = ReportInput {
-        title,
-        command: &request.command(out),
-        job,
-        regions,
-        verification: Some(found),
-        region_colours: &album.colours(),
-        pictures: shots,
-    };
-    let written = write_report(&folder.path().join(REPORT_FILE), &input);
-    Ok(written.map_err(|ReportError::Write(e)| e)?)
 }
 
 fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions, plan: Plan) -> Job {

@@ -8,7 +8,7 @@ use claymill_toolpath::{Program, read_job, read_moves, read_regions};
 use claymill_viewer::{Axes, Backdrop, PictureOptions, Renderer, View};
 
 use super::export::{ExportFormat, export};
-use super::{Context, diagrams, merge, orientation, pictures};
+use super::{Context, diagrams, merge, orientation, pictures, region_of_face};
 use crate::args::{AxisArgs, PresetName, RenderArgs, ShowName};
 use crate::failure::Failure;
 
@@ -36,18 +36,7 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
     let (region_of_face, tolerance_mm, program) = match &job {
         Some(_) => {
             let regions = read_regions(&args.what)?;
-            let mut of_face = vec![0; model.faces.len()];
-            for r in &regions.regions {
-                for &face in &r.faces {
-                    let slot = of_face.get_mut(face).ok_or_else(|| {
-                        Failure::problem(
-                            format!("regions.json names face {face}, the model has {}", model.faces.len()),
-                            "The model has changed since: plan the job again.",
-                        )
-                    })?;
-                    *slot = r.id;
-                }
-            }
+            let of_face = region_of_face(&regions, model.faces.len())?;
             (of_face, regions.tolerance_mm, read_moves(&args.what)?)
         }
         None => {

@@ -1,6 +1,7 @@
 //! The command as users have it: the built binary, real files, exit codes.
 
 mod bad_input;
+mod browser;
 mod compare;
 mod corpus;
 mod export;

@@ -41,7 +41,7 @@ fn plan(folder: &Path, out: &str, more: &[&str]) -> Run {
     run(folder, job.iter().chain(more))
 }
 
-fn planned() -> &'static Path {
+pub(crate) fn planned() -> &'static Path {
     assert_eq!(PLANNED.1.code, Some(0), "{:?}", PLANNED.1);
     &PLANNED.0
 }

@@ -8,6 +8,7 @@ mod figures;
 mod merging;
 mod model;
 mod plots;
+mod space;
 mod work;
 
 use std::path::Path;
@@ -39,6 +40,8 @@ pub struct ReportInput<'a> {
     pub region_colours: &'a [Rgb],
     /// The pictures; the first one is shown large.
     pub pictures: &'a [ReportPicture],
+    /// The job for the 3-D view, from [`crate::browser_glb`]; `None`: the report has pictures only.
+    pub space: Option<&'a [u8]>,
 }
 
 /// A picture of the report.
@@ -68,6 +71,10 @@ pub fn write_report(path: &Path, input: &ReportInput<'_>) -> Result<(), ReportEr
     Ok(write_whole(path, report_html(input).as_bytes())?)
 }
 
+/// What browsers may do with the page: nothing is fetched from anywhere, and nothing sent.
+const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; \
+                      base-uri 'none'; form-action 'none'";
+
 /// The report as text.
 #[must_use]
 pub fn report_html(input: &ReportInput<'_>) -> String {
@@ -78,6 +85,7 @@ pub fn report_html(input: &ReportInput<'_>) -> String {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
                 title { (input.title) " – claymill report" }
                 style { (PreEscaped(include_str!("style.css"))) }
             }
@@ -89,7 +97,8 @@ pub fn report_html(input: &ReportInput<'_>) -> String {
                     (work::key_figures(job, input.regions))
                 }
                 main {
-                    (pictures(input.pictures))
+                    (space::section(input, input.pictures.first()))
+                    (pictures(input.pictures.get(1..).unwrap_or_default()))
                     (work::asked(job))
                     (work::path_lengths(job))
                     (work::setups(job))
@@ -105,6 +114,7 @@ pub fn report_html(input: &ReportInput<'_>) -> String {
                     "claymill " (job.claymill_version) ", job folder format " (job.format_version)
                     ". Lengths are in millimetres of model coordinates unless a unit is given."
                 }
+                (space::scripts(input))
             }
         }
     };
@@ -115,13 +125,12 @@ fn pictures(pictures: &[ReportPicture]) -> Markup {
     html! {
         @if !pictures.is_empty() {
             section.pictures aria-label="Pictures" {
-                @for picture in pictures {
-                    figure {
-                        img alt=(picture.alt) src=(format!("data:image/png;base64,{}", STANDARD.encode(&picture.png)));
-                        figcaption { (picture.caption) }
-                    }
-                }
+                @for picture in pictures { figure { (image(picture)) figcaption { (picture.caption) } } }
             }
         }
     }
+}
+
+fn image(picture: &ReportPicture) -> Markup {
+    html! { img alt=(picture.alt) src=(format!("data:image/png;base64,{}", STANDARD.encode(&picture.png))); }
 }

@@ -1,0 +1,145 @@
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use claymill_nurbs::Model;
+use claymill_paths::Orientation;
+use claymill_toolpath::{
+    Job, LinkStyle, Program, REPORT_FILE, RegionsFile, read_job, read_moves, read_regions,
+};
+use claymill_verify::{CrestSample, Verification, VerifyOptions, verify_with_crests};
+use claymill_viewer::{ReportError, ReportInput, write_report};
+
+use super::{Context, orientation, pictures, region_of_face};
+use crate::args::{AxisArgs, ReportArgs};
+use crate::failure::Failure;
+
+/// A job with all that its pictures and its report are made of.
+#[derive(Clone, Copy)]
+pub(crate) struct Finished<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) job: &'a Job,
+    pub(crate) regions: &'a RegionsFile,
+    pub(crate) region_of_face: &'a [usize],
+    pub(crate) program: &'a Program,
+    pub(crate) found: &'a Verification,
+    pub(crate) crests: &'a [CrestSample],
+    pub(crate) orientation: Orientation,
+}
+
+/// `claymill report`.
+pub(crate) fn report(context: &Context, args: &ReportArgs) -> Result<ExitCode, Failure> {
+    let folder = &args.folder;
+    let (job, regions) = (read_job(folder)?, read_regions(folder)?);
+    let path = args.model.clone().unwrap_or_else(|| PathBuf::from(&job.model.path));
+    let loaded = context.load(&path)?;
+    let model = &loaded.import.model;
+    let axes = AxisArgs { up: Some(job.request.up.clone()), length: Some(job.request.length.clone()) };
+    let orientation = orientation(context.console, &axes, &loaded.bounds)?;
+    let region_of_face = region_of_face(&regions, model.faces.len())?;
+    let program = read_moves(folder)?;
+
+    context.console.stage("verifying");
+    let at = |stage: &str, share: f64| context.console.at(stage, share);
+    let (found, crests) = verify_with_crests(model, &job, &program, &VerifyOptions::default(), &at)?;
+    context.console.stage("pictures");
+    let finished = Finished {
+        model,
+        job: &job,
+        regions: &regions,
+        region_of_face: &region_of_face,
+        program: &program,
+        found: &found,
+        crests: &crests,
+        orientation,
+    };
+    let sights = pictures::take(context.console, &finished, folder)?;
+    write(&finished, &sights, folder, folder)?;
+    context.console.finish();
+    context.console.say(format!("report    {}", folder.join(REPORT_FILE).display()));
+    Ok(super::verify::exit_code(&found))
+}
+
+/// Writes the report of a job that will lie in `out` into `folder`.
+pub(crate) fn write(
+    finished: &Finished<'_>,
+    sights: &pictures::Sights,
+    folder: &Path,
+    out: &Path,
+) -> Result<(), Failure> {
+    let input = ReportInput {
+        title: &title(finished.job),
+        command: &command(finished.job, out),
+        job: finished.job,
+        regions: finished.regions,
+        verification: Some(finished.found),
+        region_colours: &sights.colours,
+        pictures: &sights.shots,
+        space: Some(&sights.space),
+    };
+    let written = write_report(&folder.join(REPORT_FILE), &input);
+    Ok(written.map_err(|ReportError::Write(e)| e)?)
+}
+
+/// The model's file name.
+pub(crate) fn title(job: &Job) -> String {
+    let path = Path::new(&job.model.path);
+    path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
+}
+
+/// The command line that makes the job again, with every option that was chosen or guessed.
+fn command(job: &Job, out: &Path) -> String {
+    let r = &job.request;
+    let link = match r.link {
+        LinkStyle::Lace => "lace",
+        LinkStyle::Box => "box",
+    };
+    let mut words: Vec<String> = vec!["claymill".into(), "plan".into(), job.model.path.clone()];
+    let mut option = |name: &str, value: String| words.extend([format!("--{name}"), value]);
+    option("tool", r.tool.to_string());
+    option("scallop", r.scallop_mm.to_string());
+    option("strategy", r.strategy.clone());
+    option("link", link.into());
+    option("preset", r.preset.replace('_', "-"));
+    option("feed", r.feed_mm_per_min.to_string());
+    option("up", r.up.clone());
+    option("length", r.length.clone());
+    for what in &r.only {
+        option("only", what.clone());
+    }
+    for what in &r.skip {
+        option("skip", what.clone());
+    }
+    for obstacle in &r.check {
+        option("check", obstacle.path.clone());
+    }
+    if let Some(obstacle) = r.check.first() {
+        option("mesh-unit", obstacle.unit_mm.to_string());
+    }
+    words.extend(["-o".into(), out.display().to_string()]);
+    words.iter().map(|w| quoted(w)).collect::<Vec<_>>().join(" ")
+}
+
+/// A word as a shell reads it back.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_+=./:,@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', r"'\''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_come_back_from_the_shell_as_they_were() {
+        for word in ["car.igs", "my car's model.igs", "layer:a b", "", "$HOME;ls", "+z", "-y"] {
+            let shell = std::process::Command::new("sh")
+                .args(["-c", &format!("printf '%s' {}", quoted(word))])
+                .output();
+            let Ok(shell) = shell else { return eprintln!("skipped: no shell") };
+            assert_eq!(String::from_utf8_lossy(&shell.stdout), word);
+        }
+    }
+}

@@ -50,8 +50,18 @@ impl<const N: usize> Bernstein<N> {
         Bernstein { degrees, coefficients }
     }
 
-    /// Product with a scalar polynomial: binomially scaled coefficients multiply like those of powers.
+    /// Product with a scalar polynomial.
     pub(crate) fn times(&self, o: &Bernstein<1>) -> Self {
+        self.product(o, |a, b| a * b.x)
+    }
+
+    /// The polynomial that `bilinear` makes of the values of two: binomially scaled coefficients multiply like
+    /// those of powers.
+    pub(crate) fn product<const M: usize, const K: usize>(
+        &self,
+        o: &Bernstein<M>,
+        bilinear: impl Fn(&SVector<f64, N>, &SVector<f64, M>) -> SVector<f64, K>,
+    ) -> Bernstein<K> {
         let degrees = [self.degrees[0] + o.degrees[0], self.degrees[1] + o.degrees[1]];
         let columns = degrees[1] + 1;
         let rows = |d: [usize; 2]| d.map(binomials);
@@ -62,8 +72,8 @@ impl<const N: usize> Bernstein<N> {
                 let mine = self.coefficients[i * sv.len() + j] * (bi * bj);
                 for (k, bk) in ou.iter().enumerate() {
                     for (l, bl) in ov.iter().enumerate() {
-                        let other = o.coefficients[k * ov.len() + l].x * bk * bl;
-                        coefficients[(i + k) * columns + j + l] += mine * other;
+                        let other = o.coefficients[k * ov.len() + l] * (bk * bl);
+                        coefficients[(i + k) * columns + j + l] += bilinear(&mine, &other);
                     }
                 }
             }
@@ -74,6 +84,25 @@ impl<const N: usize> Bernstein<N> {
             }
         }
         Bernstein { degrees, coefficients }
+    }
+
+    /// The polynomial on the lower and on the upper half of `axis`, each on the unit square again (de Casteljau).
+    pub(crate) fn halves(&self, axis: usize) -> [Self; 2] {
+        let [p, q] = self.degrees;
+        let (degree, stride, lines, hop) =
+            if axis == 0 { (p, q + 1, q + 1, 1) } else { (q, 1, p + 1, q + 1) };
+        let (mut low, mut high) = (self.clone(), self.clone());
+        for line in 0..lines {
+            let at = |k: usize| line * hop + k * stride;
+            for round in 1..=degree {
+                for k in 0..=degree - round {
+                    high.coefficients[at(k)] =
+                        (high.coefficients[at(k)] + high.coefficients[at(k + 1)]) * 0.5;
+                }
+                low.coefficients[at(round)] = high.coefficients[at(0)];
+            }
+        }
+        [low, high]
     }
 
     /// `self - o · factor`, for equal degrees.

@@ -59,7 +59,7 @@ pub use error::NurbsError;
 pub use face::{Face, Source, SurfaceKind, TrimEdge, TrimLoop};
 pub use jet::{CurvatureTensor, Jet};
 pub use knots::{KnotVector, MAX_DEGREE};
-pub use leaf::{LANES, Lanes, Leaf, Leaves, Places, Shapes};
+pub use leaf::{LANES, Lanes, Leaf, LeafBounds, Leaves, NormalCone, Places, Shapes};
 pub use mesh::{FaceMesh, MeshOptions, tessellate, tessellate_polygons};
 pub use model::{Aabb, FaceId, Model};
 pub use surface::NurbsSurface;

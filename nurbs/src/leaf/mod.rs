@@ -12,6 +12,7 @@
 //! differ in the last.
 
 mod arithmetic;
+mod bounds;
 mod kernel;
 mod lanes;
 mod powers;
@@ -21,6 +22,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use crate::{Jet, NurbsSurface, Point3, Vector3};
 use arithmetic::{Arithmetic, Single, Wide};
+pub use bounds::{LeafBounds, NormalCone};
 pub use lanes::{LANES, Lanes, Places, Shapes};
 
 /// One Bézier piece of a surface, made once and evaluated often.

@@ -27,6 +27,8 @@ const SLANT_MM: f64 = 2.0 * ASIDE_MM;
 const GAP_MM: f64 = 0.1;
 /// A slanted lead starts on the model: rounding may be this much, mm.
 const TOUCHING_MM: f64 = 1e-3;
+/// Ways over up to this length are looked at closely where the map of heights asks for a long way up, mm.
+const SHORT_WAY_MM: f64 = 60.0;
 /// Leads are slanted where that saves this much of their height, mm.
 const WORTH_MM: f64 = 2.0 * CLEARANCE_MM;
 
@@ -41,16 +43,41 @@ impl SetupContext<'_> {
         moves
     }
 
-    /// Down to where a pass starts.
-    pub(crate) fn approach(&self, to: Point3) -> Vec<Move> {
-        let place = self.lead_place(to);
-        self.down(place, to, self.link_height(place, place))
+    /// Tip height in the setup at which a straight rapid between two places is proven clear.
+    pub(crate) fn link_height(&self, from: Point3, to: Point3) -> f64 {
+        let (a, b) = (self.frame.to_setup(&from), self.frame.to_setup(&to));
+        let ends = a.z.max(b.z);
+        let top = self.heights.over([a.x, a.y], [b.x, b.y], self.stock.radius_mm());
+        let high = top.max(ends) + CLEARANCE_MM;
+        // The map is coarse: a wall beside a short way counts as if it stood in it.
+        let short = (b - a).xy().norm() <= SHORT_WAY_MM && high > ends + WORTH_MM;
+        let low = if short { self.height_between(&a, &b).max(ends).min(high) } else { high };
+        // Rounded up, so that what is written is not below what is proven.
+        round_to_written((low * 10.0).ceil() / 10.0)
     }
 
-    /// Up from the end of a pass.
+    /// The clear height along a straight way, from the ball dropped every few millimetres. Between two drops a
+    /// bump could hide that rises by `(½ d)² / 2R`, far less than the clearance.
+    fn height_between(&self, a: &Point3, b: &Point3) -> f64 {
+        let looks = ((b - a).xy().norm() / ASIDE_MM).ceil().max(1.0) as u32;
+        (0..=looks)
+            .map(|k| a + (b - a) * (f64::from(k) / f64::from(looks)))
+            .map(|p| self.clear_height(&p))
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// From above everything down to where a pass starts.
+    pub(crate) fn approach(&self, to: Point3) -> Vec<Move> {
+        self.down(self.lead_place(to), to, self.safe_height())
+    }
+
+    /// Up from the end of a pass, above everything.
     pub(crate) fn retreat(&self, from: Point3) -> Vec<Move> {
-        let place = self.lead_place(from);
-        self.up(from, place, self.link_height(place, place))
+        self.up(from, self.lead_place(from), self.safe_height())
+    }
+
+    fn safe_height(&self) -> f64 {
+        round_to_written(((self.heights.highest() + CLEARANCE_MM) * 10.0).ceil() / 10.0)
     }
 
     fn down(&self, place: Point3, to: Point3, height: f64) -> Vec<Move> {

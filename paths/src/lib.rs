@@ -48,6 +48,7 @@ mod rows;
 mod spline;
 mod step_over;
 mod strategy;
+mod tour;
 
 pub use contact::{Location, Support};
 pub use frame::{Axis, AxisError, Frame, Orientation, ParallelAxes, RowsAlong};

@@ -1,7 +1,9 @@
-//! The order in which the passes of a part are cut.
+//! The order in which the passes of a part are cut: from each to the nearest, then improved.
 
 use claymill_nurbs::Point3;
 use claymill_toolpath::LinkStyle;
+
+use crate::tour;
 
 /// A pass as the orderer sees it: where it starts and ends. In space, since a row that falls off one sheet onto
 /// another goes on there only after a retract.
@@ -19,9 +21,32 @@ pub(crate) struct Turn {
     pub(crate) reversed: bool,
 }
 
-/// Always goes on with the pass that can be reached over the shortest way: with rows in order this gives
-/// lace passes cell by cell (`lace`), or one-way passes row by row (`box`). Ties go to the lower number.
+/// Lace passes cell by cell (`lace`), or one-way passes row by row (`box`).
 pub(crate) fn order(passes: &[Ends], style: LinkStyle) -> Vec<Turn> {
+    let mut turns = nearest_first(passes, style);
+    if style == LinkStyle::Lace {
+        tour::shorten(passes, &mut turns, true);
+    }
+    turns
+}
+
+/// The order of whole parts, each cut from its start to its end.
+pub(crate) fn order_parts(parts: &[Ends]) -> Vec<usize> {
+    let mut left: Vec<usize> = (1..parts.len()).collect();
+    let mut turns: Vec<Turn> = parts.first().map(|_| Turn { pass: 0, reversed: false }).into_iter().collect();
+    while let Some(last) = turns.last()
+        && !left.is_empty()
+    {
+        let way = |slot: usize| (parts[left[slot]].start - parts[last.pass].end).norm();
+        let nearest = (0..left.len()).min_by(|&a, &b| way(a).total_cmp(&way(b)));
+        turns.push(Turn { pass: left.remove(nearest.unwrap_or(0)), reversed: false });
+    }
+    tour::shorten(parts, &mut turns, false);
+    turns.into_iter().map(|t| t.pass).collect()
+}
+
+/// Always goes on with the pass that can be reached over the shortest way. Ties go to the lower number.
+fn nearest_first(passes: &[Ends], style: LinkStyle) -> Vec<Turn> {
     let mut left: Vec<usize> = (0..passes.len()).collect();
     let mut turns = Vec::with_capacity(passes.len());
     let Some(first) = passes.first() else { return turns };

@@ -231,15 +231,6 @@ impl SetupContext<'_> {
         let rapid_mm = 2.0 * height - a.z - b.z - lead_mm + (b - a).xy().norm();
         lead_mm * feed / self.feeds.lead_mm_per_min + rapid_mm * feed / self.feeds.rapid_mm_per_min + STOPS_MM
     }
-
-    /// Tip height in the setup at which a straight rapid between two places is proven clear.
-    pub(crate) fn link_height(&self, from: Point3, to: Point3) -> f64 {
-        let (a, b) = (self.frame.to_setup(&from), self.frame.to_setup(&to));
-        let top = self.heights.over([a.x, a.y], [b.x, b.y], self.stock.radius_mm());
-        let height = top.max(a.z).max(b.z) + CLEARANCE_MM;
-        // Rounded up, so that what is written is not below what is proven.
-        round_to_written((height * 10.0).ceil() / 10.0)
-    }
 }
 
 impl Pass {

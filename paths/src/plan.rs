@@ -13,6 +13,7 @@ use crate::contact::{CONTACT_EPSILON_MM, FlatPart, Stock};
 use crate::field_levels::mesh_edge_mm;
 use crate::heights::Heights;
 use crate::kinematics::times_s;
+use crate::order::{Ends, order_parts};
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
 use crate::reach::{Fate, assign};
 use crate::refit::{FIT_BIAS_MM, FIT_TOLERANCE_MM};
@@ -347,7 +348,7 @@ impl Output {
         let name = context.frame.name;
         let first_move = self.program.moves.len();
         let first_region = self.regions.len();
-        for (region, part) in nearest_first(parts) {
+        for (region, part) in in_order(parts) {
             let Some(start) = part.moves.first().map(Move::start) else { continue };
             let mut retracts = part.retracts;
             let way = match self.program.moves[first_move..].last() {
@@ -424,17 +425,14 @@ fn to_lay_mm(scallop_mm: f64) -> f64 {
     (scallop_mm - FIT_BIAS_MM).max(0.5 * scallop_mm)
 }
 
-/// Always goes on with the region that begins nearest to where the last one ended.
-fn nearest_first(mut left: Vec<(usize, Part)>) -> Vec<(usize, Part)> {
-    let mut ordered: Vec<(usize, Part)> = Vec::with_capacity(left.len());
-    while !left.is_empty() {
-        let here = ordered.last().and_then(|(_, part)| part.moves.last()).map(Move::end);
-        let way = |(_, part): &(usize, Part)| match (here, part.moves.first()) {
-            (Some(here), Some(first)) => (first.start() - here).norm(),
-            _ => 0.0,
-        };
-        let nearest = (0..left.len()).min_by(|&a, &b| way(&left[a]).total_cmp(&way(&left[b])));
-        ordered.push(left.remove(nearest.unwrap_or(0)));
-    }
-    ordered
+/// The regions in an order with short ways between them.
+fn in_order(parts: Vec<(usize, Part)>) -> impl Iterator<Item = (usize, Part)> {
+    let ends: Vec<Ends> = parts
+        .iter()
+        .filter_map(|(_, part)| {
+            Some(Ends { start: part.moves.first()?.start(), end: part.moves.last()?.end() })
+        })
+        .collect();
+    let mut parts: Vec<Option<(usize, Part)>> = parts.into_iter().map(Some).collect();
+    order_parts(&ends).into_iter().filter_map(move |k| parts[k].take())
 }

@@ -185,6 +185,9 @@ pub(crate) struct JobOptions {
     /// Strategy [default: planar].
     #[arg(long, value_enum)]
     pub(crate) strategy: Option<StrategyName>,
+    /// Direction of planar rows in each setup, degrees [default: the cheapest one by region].
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub(crate) angle: Option<f64>,
     /// How passes are joined [default: lace].
     #[arg(long, value_enum)]
     pub(crate) link: Option<LinkName>,

@@ -47,6 +47,8 @@ pub(crate) struct SetupContext<'a> {
     pub(crate) stock: &'a Stock<'a>,
     pub(crate) heights: &'a Heights,
     pub(crate) strategy: Strategy,
+    /// Direction of straight rows; chosen by region when not asked for.
+    pub(crate) rows_along: Option<RowsAlong>,
     pub(crate) scallop_mm: f64,
     pub(crate) link: LinkStyle,
     pub(crate) feeds: Feeds,

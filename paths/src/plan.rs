@@ -17,7 +17,7 @@ use crate::order::{Ends, order_parts};
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
 use crate::reach::{Fate, assign};
 use crate::refit::{FIT_BIAS_MM, FIT_TOLERANCE_MM};
-use crate::{Frame, Orientation, Strategy};
+use crate::{Frame, Orientation, RowsAlong, Strategy};
 
 /// What to cut and how.
 #[derive(Debug, Clone)]
@@ -28,6 +28,8 @@ pub struct PlanOptions {
     pub scallop_mm: f64,
     /// Where passes run.
     pub strategy: Strategy,
+    /// Direction of planar rows, degrees from each setup's `x` to its `y`; the cheapest one by region if `None`.
+    pub row_angle_deg: Option<f64>,
     /// How passes are joined.
     pub link: LinkStyle,
     /// How the vehicle lies in its file.
@@ -195,6 +197,7 @@ pub fn plan(
             stock: &stocks[index],
             heights: &heights,
             strategy: options.strategy,
+            rows_along: options.row_angle_deg.map(RowsAlong::at_deg),
             scallop_mm: to_lay_mm(options.scallop_mm),
             link: options.link,
             feeds: options.feeds,

@@ -18,6 +18,8 @@ pub(crate) struct Patch {
     pub(crate) corners: [[f64; 2]; 3],
     /// Largest row distance that keeps the scallop height, mm.
     pub(crate) distance_mm: f64,
+    /// Length of path per length along the row: `√(1 + slope²)`.
+    pub(crate) stretch: f64,
 }
 
 /// Stretches closer than this along a row are cut as one: crossing costs less than lifting.
@@ -33,6 +35,8 @@ pub(crate) struct Raster {
     lines: usize,
     /// Smallest row distance asked for in each cell; infinite where the part has no positions.
     need: Vec<f32>,
+    /// Length of path per length along the row, in each cell that has positions.
+    stretch: Vec<f32>,
 }
 
 impl Raster {
@@ -51,7 +55,9 @@ impl Raster {
         let origin = low.map(|v| v - cell);
         let count = |k: usize| ((high[k] - origin[k]) / cell).ceil() as usize + 2;
         let (columns, lines) = (count(0), count(1));
-        let mut raster = Raster { cell, origin, columns, lines, need: vec![f32::INFINITY; columns * lines] };
+        let cells = columns * lines;
+        let (need, stretch) = (vec![f32::INFINITY; cells], vec![1.0; cells]);
+        let mut raster = Raster { cell, origin, columns, lines, need, stretch };
         for p in patches {
             raster.mark(p);
         }
@@ -71,8 +77,9 @@ impl Raster {
         for j in j0..=j1.min(self.lines - 1) {
             for i in i0..=i1.min(self.columns - 1) {
                 if touches(&c, i as f64 + 0.5, j as f64 + 0.5) {
-                    let cell = &mut self.need[j * self.columns + i];
-                    *cell = cell.min(need);
+                    let cell = j * self.columns + i;
+                    self.need[cell] = self.need[cell].min(need);
+                    self.stretch[cell] = self.stretch[cell].max(p.stretch as f32);
                 }
             }
         }
@@ -133,6 +140,18 @@ impl Raster {
             }
         }
         Row { q, stretches }
+    }
+
+    /// About how long the path over a row is, mm.
+    pub(crate) fn path_mm(&self, row: &Row) -> f64 {
+        let index = |k: usize, v: f64| ((v - self.origin[k]) / self.cell).round().max(0.0) as usize;
+        let line = (((row.q - self.origin[1]) / self.cell).max(0.0) as usize).min(self.lines - 1);
+        let cells = &self.stretch[line * self.columns..][..self.columns];
+        let sums = row.stretches.iter().map(|&(a, b)| {
+            let (from, to) = (index(0, a).min(self.columns), index(0, b).min(self.columns));
+            cells[from.min(to)..to].iter().map(|&v| f64::from(v)).sum::<f64>()
+        });
+        sums.sum::<f64>() * self.cell
     }
 
     /// Lays rows over the part: main rows at a distance chosen to waste least, and further rows between them
@@ -251,8 +270,8 @@ mod tests {
         for i in 0..(x / 10.0) as usize {
             let (a, b) = (i as f64 * 10.0, i as f64 * 10.0 + 10.0);
             let distance_mm = need(a + 5.0);
-            patches.push(Patch { corners: [[a, 0.0], [b, 0.0], [b, y]], distance_mm });
-            patches.push(Patch { corners: [[a, 0.0], [b, y], [a, y]], distance_mm });
+            patches.push(Patch { corners: [[a, 0.0], [b, 0.0], [b, y]], distance_mm, stretch: 1.0 });
+            patches.push(Patch { corners: [[a, 0.0], [b, y], [a, y]], distance_mm, stretch: 1.0 });
         }
         patches
     }

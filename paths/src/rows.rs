@@ -1,42 +1,50 @@
 //! Parallel rows over a part: planar cuts.
 
-use claymill_nurbs::{Point2, Point3};
+use claymill_nurbs::{Jet, Point2, Point3};
 use rayon::prelude::*;
 
 use crate::RowsAlong;
 use crate::crests::{Laid, missing_rows};
 use crate::guide::{Guide, Line};
 use crate::part::{ROUNDS, SetupContext, TOO_HIGH, TURN_MM};
-use crate::profile::follow;
+use crate::profile::{STEEPEST_NZ, follow};
 use crate::raster::{Patch, Raster, Row};
 use crate::step_over::row_distance_mm;
 
+/// Directions that are tried for rows, this far apart.
+const TURN_DEG: f64 = 15.0;
+
+/// A covering triangle that the setup cuts: ball centres over its corners, and the surface in its middle.
+struct Cut {
+    centres: [Point3; 3],
+    jet: Jet,
+}
+
 impl SetupContext<'_> {
-    /// Rows over the part in the cheaper of the two directions.
+    /// Rows over the part in the cheapest direction, by length of path and turns, or in the one asked for.
     pub(crate) fn rows(&self, faces: &[usize]) -> Option<(RowsAlong, Raster, Vec<Row>)> {
         let cell = (0.5 * crate::step_over::flat_mm(self.stock.radius_mm(), self.scallop_mm)).clamp(0.3, 3.0);
-        [RowsAlong::X, RowsAlong::Y]
+        let cuts = self.cuts(faces);
+        let asked = self.rows_along.map(|along| vec![along]);
+        let turns = (0..(180.0 / TURN_DEG) as u32).map(|k| RowsAlong::at_deg(TURN_DEG * f64::from(k)));
+        let laid: Vec<(f64, RowsAlong, Raster, Vec<Row>)> = asked
+            .unwrap_or_else(|| turns.collect())
             .into_par_iter()
             .filter_map(|along| {
-                let patches = self.patches(faces, along);
-                let raster = Raster::new(&patches, cell)?;
+                let raster = Raster::new(&self.patches(&cuts, along), cell)?;
                 let rows = raster.rows();
-                let cost: f64 = rows.iter().flat_map(|r| &r.stretches).map(|(a, b)| b - a + TURN_MM).sum();
-                Some((cost, along, raster, rows))
+                let turns = rows.iter().map(|r| r.stretches.len()).sum::<usize>() as f64;
+                let cost_mm = rows.iter().map(|r| raster.path_mm(r)).sum::<f64>() + TURN_MM * turns;
+                Some((cost_mm, along, raster, rows))
             })
-            .collect::<Vec<_>>()
-            .into_iter()
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, along, raster, rows)| (along, raster, rows))
+            .collect();
+        let (_, along, raster, rows) = laid.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((along, raster, rows))
     }
 
-    fn patches(&self, faces: &[usize], along: RowsAlong) -> Vec<Patch> {
+    fn cuts(&self, faces: &[usize]) -> Vec<Cut> {
         let r = self.stock.radius_mm();
-        let pick = |p: &Point3| {
-            if along == RowsAlong::X { [p.x, p.y] } else { [p.y, p.x] }
-        };
-        let mut patches = Vec::new();
-        for &face in faces {
+        let of_face = |&face: &usize| {
             let mesh = &self.flat.meshes[face];
             let surface = self.stock.surface(face);
             // Centre of the ball that touches the surface's upper side at these parameters.
@@ -44,23 +52,28 @@ impl SetupContext<'_> {
                 let (n, _) = surface.normal(uv.x, uv.y)?;
                 Some(surface.point(uv.x, uv.y) + n * (r * if n.z < 0.0 { -1.0 } else { 1.0 }))
             };
-            for (t, fate) in mesh.triangles.iter().zip(&self.fates[face]) {
-                if fate.setups & (1 << self.index) == 0 {
-                    continue;
-                }
-                let uv = t.map(|i| mesh.uv[i as usize]);
-                let Some(c) = uv.map(centre).into_iter().collect::<Option<Vec<_>>>() else {
-                    continue;
-                };
-                let middle = (uv[0].coords + uv[1].coords + uv[2].coords) / 3.0;
-                let jet = surface.jet(middle.x, middle.y);
-                let Some(distance_mm) = row_distance_mm(&jet, along, r, self.scallop_mm) else {
-                    continue;
-                };
-                patches.push(Patch { corners: [pick(&c[0]), pick(&c[1]), pick(&c[2])], distance_mm });
-            }
-        }
-        patches
+            let cut = mesh.triangles.iter().zip(&self.fates[face]);
+            cut.filter(|(_, fate)| fate.setups & (1 << self.index) != 0)
+                .filter_map(|(t, _)| {
+                    let [a, b, c] = t.map(|i| mesh.uv[i as usize]);
+                    let middle = (a.coords + b.coords + c.coords) / 3.0;
+                    let centres = [centre(a)?, centre(b)?, centre(c)?];
+                    Some(Cut { centres, jet: surface.jet(middle.x, middle.y) })
+                })
+                .collect::<Vec<_>>()
+        };
+        faces.par_iter().flat_map_iter(of_face).collect()
+    }
+
+    fn patches(&self, cuts: &[Cut], along: RowsAlong) -> Vec<Patch> {
+        let of_cut = |cut: &Cut| {
+            let distance_mm = row_distance_mm(&cut.jet, along, self.stock.radius_mm(), self.scallop_mm)?;
+            let (n, [ex, ey]) = (cut.jet.normal()?, along.unit());
+            let slope = (n.x * ex + n.y * ey) / n.z;
+            let stretch = slope.hypot(1.0).min(1.0 / STEEPEST_NZ);
+            Some(Patch { corners: cut.centres.map(|c| along.place([c.x, c.y])), distance_mm, stretch })
+        };
+        cuts.iter().filter_map(of_cut).collect()
     }
 
     /// Follows the rows, and further ones between them until no crest is too high; sorted by position. Also
@@ -104,8 +117,5 @@ impl SetupContext<'_> {
 
 /// The guide of a straight row.
 fn row_guide(along: RowsAlong, q: f64) -> Guide {
-    Guide::Straight(match along {
-        RowsAlong::X => Line { origin: [0.0, q], direction: [1.0, 0.0] },
-        RowsAlong::Y => Line { origin: [q, 0.0], direction: [0.0, 1.0] },
-    })
+    Guide::Straight(Line { origin: along.at([0.0, q]), direction: along.unit() })
 }

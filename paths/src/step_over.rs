@@ -28,10 +28,8 @@ pub(crate) fn row_distance_mm(jet: &Jet, along: RowsAlong, radius_mm: f64, scall
     if n.z < 0.0 {
         n = -n;
     }
-    let plane = match along {
-        RowsAlong::X => Vector3::y(),
-        RowsAlong::Y => Vector3::x(),
-    };
+    let [ex, ey] = along.unit();
+    let plane = Vector3::new(-ey, ex, 0.0);
     let feed = plane.cross(&n);
     let sine = feed.norm();
     let across = n.cross(&feed) / sine;

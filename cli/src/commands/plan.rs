@@ -70,6 +70,7 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
         tool: first.tool.or(second.tool),
         scallop: first.scallop.or(second.scallop),
         strategy: first.strategy.or(second.strategy),
+        angle: first.angle.or(second.angle),
         link: first.link.or(second.link),
         preset: first.preset.or(second.preset),
         only: list(first.only, second.only),
@@ -98,6 +99,9 @@ impl Request {
                 format!("feed {feed_mm_per_min} mm/min must be positive"),
                 "For example: --feed 6000.",
             ));
+        }
+        if options.angle.is_some_and(|angle| !angle.is_finite()) {
+            return Err(Failure::usage("the angle of the rows must be a number", "For example: --angle 45."));
         }
         Ok(Request {
             model: model.to_owned(),
@@ -158,6 +162,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         tool: request.tool,
         scallop_mm: request.scallop_mm,
         strategy: request.strategy.into(),
+        row_angle_deg: request.options.angle,
         link: request.link,
         orientation,
         feeds: Feeds { cut_mm_per_min: request.feed_mm_per_min, ..Feeds::default() },

@@ -153,6 +153,30 @@ fn box_links_cut_one_way() {
 }
 
 #[test]
+fn rows_run_at_the_angle_asked_for() {
+    let folder = planned();
+    let made = plan(folder, "angled", &["--angle", "-30", "--only", "region:0"]);
+    assert_eq!(made.code, Some(0), "{made:?}");
+    let job = check_job(folder, "angled");
+    assert!(fs::read_to_string(folder.join("angled/job.toml")).unwrap().contains("angle = -30.0"));
+    let rows: Vec<Vector3> = read_moves(&folder.join("angled"))
+        .unwrap()
+        .moves
+        .iter()
+        .filter(|m| m.kind == MoveKind::Cut && m.setup == "top" && m.length_mm() > 5.0)
+        .map(|m| (m.end() - m.start()) - Vector3::z() * (m.end() - m.start()).z)
+        .collect();
+    assert!(rows.len() > 20);
+    let along = Vector3::from(job.regions.iter().find(|r| r.setup == "top").unwrap().pass_direction.unwrap());
+    assert!(rows.iter().all(|row| row.cross(&along).norm() < 1e-4 * row.norm()), "{along:?}");
+    // Seen from the top, the setup's x is the panel's x, one way or the other.
+    let to_x_deg = along.x.abs().acos().to_degrees();
+    assert!((to_x_deg - 30.0).abs() < 1e-9, "{to_x_deg}");
+    let refused = plan(folder, "no_angle", &["--angle", "nan"]);
+    assert!(refused.code != Some(0) && !folder.join("no_angle").exists(), "{refused:?}");
+}
+
+#[test]
 fn what_is_left_out_is_not_cut_and_accounted() {
     let folder = planned();
     let made = plan(folder, "part", &["--only", "region:0", "--skip", "face:0-3"]);

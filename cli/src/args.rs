@@ -4,6 +4,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use claymill_models::Flaw;
 use serde::{Deserialize, Serialize};
 
+use crate::merging::MergingArgs;
+
 /// Freeform surface machining of whole vehicles: from an IGES, STEP or Rhino file to verified NURBS tool paths.
 #[derive(Debug, Parser)]
 #[command(name = "claymill", version, arg_required_else_help = true)]
@@ -117,6 +119,8 @@ pub(crate) struct MergeArgs {
     #[arg(long)]
     pub(crate) sweep: bool,
     #[command(flatten)]
+    pub(crate) merging: MergingArgs,
+    #[command(flatten)]
     pub(crate) axes: AxisArgs,
 }
 
@@ -159,7 +163,7 @@ pub(crate) struct CompareArgs {
     /// Merge preset.
     #[arg(long, value_enum, default_value_t = PresetName::Clay)]
     pub(crate) preset: PresetName,
-    /// Cut only these: `region:3`, `layer:NAME`, `face:17`, `face:10-20`; may be repeated.
+    /// Cut only these: `region:3`, `layer:NAME`, `colour:#RRGGBB`, `face:10-20`; may be repeated.
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) only: Vec<String>,
     /// Leave these out; same forms as --only.
@@ -194,7 +198,7 @@ pub(crate) struct JobOptions {
     /// Merge preset [default: clay].
     #[arg(long, value_enum)]
     pub(crate) preset: Option<PresetName>,
-    /// Cut only these: `region:3`, `layer:NAME`, `face:17`, `face:10-20`; may be repeated.
+    /// Cut only these: `region:3`, `layer:NAME`, `colour:#RRGGBB`, `face:10-20`; may be repeated.
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) only: Vec<String>,
     /// Leave these out; same forms as --only.
@@ -209,6 +213,9 @@ pub(crate) struct JobOptions {
     /// Cutting feed, mm/min [default: 6000].
     #[arg(long, value_name = "MM_PER_MIN")]
     pub(crate) feed: Option<f64>,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(crate) merging: MergingArgs,
     #[command(flatten)]
     #[serde(flatten)]
     pub(crate) axes: AxisArgs,

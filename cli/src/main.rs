@@ -5,6 +5,7 @@ mod commands;
 mod console;
 mod failure;
 mod interrupt;
+mod merging;
 mod select;
 
 use std::process::ExitCode;

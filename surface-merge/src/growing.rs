@@ -1,12 +1,15 @@
 //! Faces grow into regions: first across smooth joints, then across nearly smooth borders.
 //!
 //! The result does not depend on the order of faces or joints: joining over strong joints is a transitive
-//! closure, and each later round judges all borders of the regions as they stand before any is removed.
+//! closure, and each later round judges all borders of the regions as they stand before any is removed. What is
+//! kept apart or together by wish is an equivalence of faces, so it does not bring order back.
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use crate::absorption::{SmallRegion, Surroundings, absorb};
+use crate::constraints::Wishes;
 use crate::disjoint_sets::DisjointSets;
 use crate::duplicates::Duplicate;
 use crate::joint::Joint;
@@ -21,47 +24,70 @@ const WEAK_SHARE: f64 = 0.95;
 /// Length of a border that weak joints must make up for two regions to join.
 const BORDER_SHARE: f64 = 0.9;
 
-/// The region of each face (named by its smallest face) and the standing of each joint.
+/// What growing comes to.
+pub(crate) struct Grown {
+    /// The region of each face, named by its smallest face.
+    pub(crate) labels: Vec<usize>,
+    /// By joint.
+    pub(crate) standings: Vec<Standing>,
+    /// What was too small to stand alone, with faces in the place of regions.
+    pub(crate) small: Vec<SmallRegion>,
+}
+
+/// Grows regions from faces.
 pub(crate) fn grow(
-    faces: usize,
     joints: &[Joint],
     duplicates: &[Duplicate],
+    around: Surroundings<'_>,
     options: &MergeOptions,
-) -> (Vec<usize>, Vec<Standing>) {
+) -> Grown {
+    let faces = around.area_of_face_mm2.len();
     let shares = shares(joints, options);
-    let mut sets = partition(faces, joints, &shares, duplicates);
+    let wishes = options.constraints.of(faces, duplicates);
+    let mut sets = partition(faces, joints, &shares, duplicates, &wishes);
+    let before: Vec<usize> = (0..faces).map(|f| sets.root(f)).collect();
+    let small = absorb(&mut sets, joints, around, &wishes, options);
     let regions: Vec<usize> = (0..faces).map(|f| sets.root(f)).collect();
     let mut quotient = Quotient::new(&regions);
-    for (joint, shares) in joints.iter().zip(&shares).filter(|(j, _)| joins(j)) {
+    for (joint, shares) in joints.iter().zip(&shares).filter(|(j, _)| may_join(j, &wishes)) {
         let border = joint.sides.map(|s| regions[s.face]);
         quotient.add(border, joint.length_mm, shares[1] >= WEAK_SHARE);
     }
     let mut if_united: BTreeMap<[usize; 2], usize> = BTreeMap::new();
     let mut standing = |(joint, shares): (&Joint, &[f64; 2])| {
-        let border = ordered(joint.sides.map(|s| regions[s.face]));
+        let faces = joint.sides.map(|s| s.face);
+        let border = ordered(faces.map(|f| regions[f]));
         let together = border[0] == border[1];
+        let apart = wishes.apart(faces);
         let mut count = || quotient.regions_if_united(border, BORDER_SHARE);
         Standing {
             outdone: joint.outdone,
+            apart,
             together,
+            wished: wishes.together(faces),
+            absorbed: together && before[faces[0]] != before[faces[1]] && options.is_tangent(joint),
             strong: shares[0] >= STRONG_SHARE,
             weak: shares[1] >= WEAK_SHARE,
             smooth_border: [quotient.smooth_share(border), BORDER_SHARE],
-            regions_if_merged: (!together).then(|| *if_united.entry(border).or_insert_with(&mut count)),
+            regions_if_merged: (!together && !apart)
+                .then(|| *if_united.entry(border).or_insert_with(&mut count)),
         }
     };
     let standings = joints.iter().zip(&shares).map(&mut standing).collect();
-    (regions, standings)
+    Grown { labels: regions, standings, small }
 }
 
 /// Number of regions that `options` make of joints measured already.
 pub(crate) fn count(
-    faces: usize,
     joints: &[Joint],
     duplicates: &[Duplicate],
+    around: Surroundings<'_>,
     options: &MergeOptions,
 ) -> usize {
-    let mut sets = partition(faces, joints, &shares(joints, options), duplicates);
+    let faces = around.area_of_face_mm2.len();
+    let wishes = options.constraints.of(faces, duplicates);
+    let mut sets = partition(faces, joints, &shares(joints, options), duplicates, &wishes);
+    absorb(&mut sets, joints, around, &wishes, options);
     (0..faces).filter(|&f| sets.root(f) == f).count()
 }
 
@@ -76,17 +102,31 @@ pub(crate) fn joins(joint: &Joint) -> bool {
     !joint.outdone && joint.sides[0].face != joint.sides[1].face
 }
 
+/// Whether a joint can join faces that are not to be kept apart.
+pub(crate) fn may_join(joint: &Joint, wishes: &Wishes) -> bool {
+    joins(joint) && !wishes.apart(joint.sides.map(|s| s.face))
+}
+
 /// Shares of the length of each joint within the low and the high limits.
 fn shares(joints: &[Joint], options: &MergeOptions) -> Vec<[f64; 2]> {
     let of = |joint: &Joint| [&options.low, &options.high].map(|l| options.share_within(l, joint));
     joints.par_iter().map(of).collect()
 }
 
-fn partition(faces: usize, joints: &[Joint], shares: &[[f64; 2]], duplicates: &[Duplicate]) -> DisjointSets {
-    let usable = || joints.iter().zip(shares).filter(|(joint, _)| joins(joint));
+fn partition(
+    faces: usize,
+    joints: &[Joint],
+    shares: &[[f64; 2]],
+    duplicates: &[Duplicate],
+    wishes: &Wishes,
+) -> DisjointSets {
+    let usable = || joints.iter().zip(shares).filter(|(joint, _)| may_join(joint, wishes));
     let mut sets = DisjointSets::new(faces);
     for d in duplicates {
         sets.join(d.original, d.copy);
+    }
+    for faces in joints.iter().map(|j| j.sides.map(|s| s.face)).filter(|f| wishes.together(*f)) {
+        sets.join(faces[0], faces[1]);
     }
 
     // Strong: all joints between two faces taken together.

@@ -35,8 +35,10 @@
 //! # Ok::<(), claymill_surface_merge::MergeError>(())
 //! ```
 
+mod absorption;
 mod account;
 mod chord_tree;
+mod constraints;
 mod continuity;
 pub mod defects;
 mod disjoint_sets;
@@ -56,6 +58,7 @@ mod region_mesh;
 mod sweep;
 mod tolerance;
 mod verdict;
+mod wide_gaps;
 
 use std::sync::OnceLock;
 
@@ -63,7 +66,12 @@ use claymill_nurbs::{FaceId, Model};
 use rayon::prelude::*;
 use thiserror::Error;
 
+use absorption::Surroundings;
+use growing::Grown;
+
+pub use absorption::{Absorption, SmallRegion};
 pub use account::{BoundaryAccount, NakedStretch};
+pub use constraints::Constraints;
 pub use duplicates::Duplicate;
 pub use gaps::{GapBin, Tolerance, ToleranceOrigin};
 pub use joint::{Continuity, EdgeStretch, Failing, Joint, JointSample, Measure, Spread};
@@ -77,6 +85,7 @@ pub use region_mesh::{
 };
 pub use sweep::{Join, MergeTree, Step, SweptLimit, sweep};
 pub use verdict::Verdict;
+pub use wide_gaps::WideGap;
 
 /// The regions of a model, and why they are what they are.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,8 +102,15 @@ pub struct Merge {
     pub naked: Vec<NakedStretch>,
     /// Stretches that lie on the inside of another face, longer than the tolerance.
     pub laps: Vec<Lap>,
+    /// Where a stretch without a neighbour has one after all, but farther away than the tolerance. It stays
+    /// naked in the account.
+    pub wide_gaps: Vec<WideGap>,
     /// Faces that are there twice.
     pub duplicates: Vec<Duplicate>,
+    /// What was too small to stand alone, in the order of absorption, and what still is.
+    pub small: Vec<SmallRegion>,
+    /// The area of each face, mm²; 0 for copies.
+    pub area_of_face_mm2: Vec<f64>,
     /// How near neighbours had to be.
     pub tolerance: Tolerance,
 }
@@ -109,6 +125,28 @@ pub enum MergeError {
         option: &'static str,
         /// Its value.
         value: f64,
+    },
+    /// The classes of the constraints are those of another model.
+    #[error("there are {classes} classes for {faces} faces")]
+    Classes {
+        /// Number of classes.
+        classes: usize,
+        /// Number of faces.
+        faces: usize,
+    },
+    /// A face to be kept together with others does not exist.
+    #[error("face {face} does not exist: there are {faces}, counted from 0")]
+    NoSuchFace {
+        /// The face.
+        face: FaceId,
+        /// Number of faces.
+        faces: usize,
+    },
+    /// Faces are to be kept together and apart at once.
+    #[error("faces {} and {} are to be kept together, and apart too", faces[0], faces[1])]
+    Contradiction {
+        /// Two of them.
+        faces: [FaceId; 2],
     },
     /// A face's boundary cannot be evaluated.
     #[error("the boundary of face {face} is not finite")]
@@ -126,7 +164,7 @@ pub enum MergeError {
 /// # Errors
 /// Options that make no sense; surfaces that evaluate to non-finite points.
 pub fn merge(model: &Model, options: &MergeOptions) -> Result<Merge, MergeError> {
-    options.check()?;
+    options.check(model.faces.len())?;
     let given = options.tolerance_mm.unwrap_or(0.0);
     let radius_mm = tolerance::SEARCH_RADIUS_MM.max(20.0 * model.tolerance_mm).max(given);
     let edges = edge::edges(model, 0.1 * radius_mm);
@@ -152,6 +190,7 @@ pub fn merge(model: &Model, options: &MergeOptions) -> Result<Merge, MergeError>
     let lapped_mm: f64 = laps.iter().map(|l| l.length_mm).sum();
     account.lapped_mm += lapped_mm;
     account.naked_mm -= lapped_mm;
+    let wide_gaps = wide_gaps::find(&edges, &pairs, &bare, &lone, &is_copy, radius_mm, tolerance_mm);
     let naked: Vec<NakedStretch> = bare.iter().map(|b| b.naked(&edges)).collect();
     let mut joints: Vec<Joint> = runs
         .par_iter()
@@ -159,12 +198,28 @@ pub fn merge(model: &Model, options: &MergeOptions) -> Result<Merge, MergeError>
         .map(|(run, rivals)| continuity::measure(model, &edges, run, !rivals.is_empty(), options))
         .collect();
     growing::mark_outdone(&mut joints, &rivals);
-    let (labels, standings) = growing::grow(model.faces.len(), &joints, &duplicates, options);
+    let facts = region::facts(model, &edges, &duplicates);
+    let area_of_face_mm2: Vec<f64> = facts.iter().map(|f| f.area_mm2).collect();
+    let around = Surroundings { area_of_face_mm2: &area_of_face_mm2, naked: &naked, laps: &laps };
+    let Grown { labels, standings, mut small } = growing::grow(&joints, &duplicates, around, options);
     joints
         .par_iter_mut()
         .zip(standings)
         .for_each(|(joint, standing)| verdict::judge(joint, standing, options));
     let borders = region::Borders { joints: &joints, naked: &naked, laps: &laps, duplicates: &duplicates };
-    let (regions, region_of_face) = region::regions(model, &edges, &labels, &borders, tolerance_mm);
-    Ok(Merge { joints, regions, region_of_face, account, naked, laps, duplicates, tolerance })
+    let (regions, region_of_face) = region::regions(model, &facts, &labels, &borders, tolerance_mm);
+    absorption::number(&mut small, &region_of_face);
+    Ok(Merge {
+        joints,
+        regions,
+        region_of_face,
+        account,
+        naked,
+        laps,
+        wide_gaps,
+        duplicates,
+        small,
+        area_of_face_mm2,
+        tolerance,
+    })
 }

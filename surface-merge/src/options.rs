@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use crate::MergeError;
+use crate::{Absorption, Constraints, MergeError};
 
 /// Named sets of limits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -37,6 +37,10 @@ pub struct MergeOptions {
     pub feed_mm_per_min: f64,
     /// Crossing a joint with a larger `R·|Δκ|` is recorded as crossing a curvature jump.
     pub crossing: f64,
+    /// What is kept apart or together whatever the limits.
+    pub constraints: Constraints,
+    /// Which regions are too small to stand alone; `None` leaves all.
+    pub absorption: Option<Absorption>,
 }
 
 /// The largest values that still count as one surface.
@@ -107,22 +111,35 @@ impl Preset {
             ball_radius_mm: 10.0,
             feed_mm_per_min: 10_000.0,
             crossing: 0.2,
+            constraints: Constraints::default(),
+            absorption: None,
         }
     }
 }
 
 impl MergeOptions {
-    pub(crate) fn check(&self) -> Result<(), MergeError> {
+    pub(crate) fn check(&self, faces: usize) -> Result<(), MergeError> {
+        let curvature = |limits: &Limits| match limits.curvature {
+            CurvatureLimit::Any => 1.0,
+            CurvatureLimit::Machining(limit) | CurvatureLimit::Relative(limit) => limit,
+        };
         let positive = [
             ("tolerance_mm", self.tolerance_mm.unwrap_or(1.0)),
             ("ball_radius_mm", self.ball_radius_mm),
             ("feed_mm_per_min", self.feed_mm_per_min),
+            ("low.gap_normal_mm", self.low.gap_normal_mm),
+            ("high.gap_normal_mm", self.high.gap_normal_mm),
+            ("low.gap_lateral_mm", self.low.gap_lateral_mm),
+            ("high.gap_lateral_mm", self.high.gap_lateral_mm),
             ("low.angle_deg", self.low.angle_deg),
             ("high.angle_deg", self.high.angle_deg),
+            ("low.curvature", curvature(&self.low)),
+            ("high.curvature", curvature(&self.high)),
+            ("absorption", self.absorption.map_or(1.0, |a| a.area_mm2.max(a.width_mm))),
         ];
-        match positive.into_iter().find(|(_, value)| !(*value > 0.0 && value.is_finite())) {
-            Some((option, value)) => Err(MergeError::Option { option, value }),
-            None => Ok(()),
+        if let Some((option, value)) = positive.into_iter().find(|(_, v)| !(*v > 0.0 && v.is_finite())) {
+            return Err(MergeError::Option { option, value });
         }
+        self.constraints.check(faces)
     }
 }

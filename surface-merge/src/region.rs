@@ -42,37 +42,42 @@ pub(crate) struct Borders<'a> {
 }
 
 /// What is measured once per face.
-struct FaceFacts {
-    area_mm2: f64,
+pub(crate) struct FaceFacts {
+    pub(crate) area_mm2: f64,
     /// Box of its boundary and of the grid.
     bounds: Aabb,
     /// Unit normals `Su × Sv` on a grid.
     normals: Vec<Vector3>,
 }
 
+/// Measures the faces.
+pub(crate) fn facts(model: &Model, edges: &[Edge<'_>], duplicates: &[Duplicate]) -> Vec<FaceFacts> {
+    let mut facts: Vec<FaceFacts> = model.faces.par_iter().map(FaceFacts::new).collect();
+    // What is there twice counts once.
+    duplicates.iter().for_each(|d| facts[d.copy].area_mm2 = 0.0);
+    for edge in edges {
+        edge.stations.iter().for_each(|s| facts[edge.face].bounds.add(&s.point));
+    }
+    facts
+}
+
 /// Builds the regions from the region label of each face, largest first. Returns also the region of each
 /// face.
 pub(crate) fn regions(
     model: &Model,
-    edges: &[Edge<'_>],
+    facts: &[FaceFacts],
     labels: &[usize],
     borders: &Borders<'_>,
     tolerance_mm: f64,
 ) -> (Vec<Region>, Vec<usize>) {
-    let mut facts: Vec<FaceFacts> = model.faces.par_iter().map(FaceFacts::new).collect();
-    // What is there twice counts once.
-    borders.duplicates.iter().for_each(|d| facts[d.copy].area_mm2 = 0.0);
-    for edge in edges {
-        edge.stations.iter().for_each(|s| facts[edge.face].bounds.add(&s.point));
-    }
-    let flips = flips(labels, borders, &facts);
+    let flips = flips(labels, borders, facts);
     let mut members: Vec<Vec<FaceId>> = vec![Vec::new(); labels.len()];
     for (face, &label) in labels.iter().enumerate() {
         members[label].push(face);
     }
     members.retain(|faces| !faces.is_empty());
     let mut regions: Vec<Region> =
-        members.into_par_iter().map(|faces| Region::new(model, faces, &facts, &flips)).collect();
+        members.into_par_iter().map(|faces| Region::new(model, faces, facts, &flips)).collect();
     // Rounded, so that mirror twins compare by place whatever the order of summation.
     let rounded = |x: f64, step: f64| (x / step).round();
     regions.sort_by(|a, b| {

@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::Merge;
+use crate::absorption::Surroundings;
+use crate::constraints::Wishes;
 use crate::disjoint_sets::DisjointSets;
-use crate::growing::{self, STRONG_SHARE, joins, ordered};
+use crate::growing::{self, STRONG_SHARE, may_join, ordered};
 use crate::joint::{Joint, JointSample};
 use crate::options::{CurvatureLimit, Judged, Limits, MergeOptions};
 
@@ -44,7 +46,7 @@ pub struct MergeTree {
 /// Two regions of a [`MergeTree`] become one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Join {
-    /// From this value of the limit on; 0 for faces that are there twice.
+    /// From this value of the limit on; 0 for faces that are there twice or kept together.
     pub at: f64,
     /// Their smallest faces. The smaller one names what they become.
     pub regions: [usize; 2],
@@ -71,20 +73,31 @@ pub fn sweep(merged: &Merge, options: &MergeOptions, limit: SweptLimit, grown_at
     for d in &merged.duplicates {
         found.extend(sets.join(0.0, [d.original, d.copy]));
     }
-    for (at, pair) in needed(merged, options, limit) {
+    let wishes = options.constraints.of(faces, &merged.duplicates);
+    for pair in merged.joints.iter().map(|j| j.sides.map(|s| s.face)).filter(|p| wishes.together(*p)) {
+        found.extend(sets.join(0.0, pair));
+    }
+    for (at, pair) in needed(merged, options, limit, &wishes) {
         found.extend(sets.join(at, pair));
     }
+    let around =
+        Surroundings { area_of_face_mm2: &merged.area_of_face_mm2, naked: &merged.naked, laps: &merged.laps };
     let grown = |&at: &f64| {
         let options = limit.set(options, at);
-        Step { at, regions: growing::count(faces, &merged.joints, &merged.duplicates, &options) }
+        Step { at, regions: growing::count(&merged.joints, &merged.duplicates, around, &options) }
     };
     MergeTree { limit, faces, joins: found, grown: grown_at.iter().map(grown).collect() }
 }
 
 /// The least limit at which each pair of faces joins, ascending; pairs that no limit joins are left out.
-fn needed(merged: &Merge, options: &MergeOptions, limit: SweptLimit) -> Vec<(f64, [usize; 2])> {
+fn needed(
+    merged: &Merge,
+    options: &MergeOptions,
+    limit: SweptLimit,
+    wishes: &Wishes,
+) -> Vec<(f64, [usize; 2])> {
     let mut values: BTreeMap<[usize; 2], Vec<(f64, f64)>> = BTreeMap::new();
-    for joint in merged.joints.iter().filter(|j| joins(j)) {
+    for joint in merged.joints.iter().filter(|j| may_join(j, wishes)) {
         let pair = values.entry(ordered(joint.sides.map(|s| s.face))).or_default();
         match options.judged {
             Judged::Along => {

@@ -13,6 +13,10 @@ pub enum Verdict {
     MergedWeak,
     /// Merged, although the curvature jumps: the feed dips here, which costs less than a broken stroke.
     CrossedCurvatureJump,
+    /// Tangent, and one side was too small a region to stand alone.
+    Absorbed,
+    /// Joined because the user wishes so, smooth or not.
+    KeptTogether,
     /// Not smooth by itself, but its faces belong to one region by way of others: it fades out, or the
     /// region goes round it.
     Enclosed,
@@ -26,13 +30,16 @@ pub enum Verdict {
     SplitNeighbours,
     /// Three or more faces meet, and another pair of them is the smoothest.
     SplitNonManifold,
+    /// Kept apart because the user wishes so, smooth or not.
+    KeptApart,
 }
 
 impl Verdict {
     /// Whether strokes run across the joint.
     #[must_use]
     pub fn is_merged(self) -> bool {
-        matches!(self, Verdict::Merged | Verdict::MergedWeak | Verdict::CrossedCurvatureJump)
+        use Verdict::{Absorbed, CrossedCurvatureJump, KeptTogether, Merged, MergedWeak};
+        matches!(self, Merged | MergedWeak | CrossedCurvatureJump | Absorbed | KeptTogether)
     }
 }
 
@@ -97,8 +104,14 @@ impl MergeOptions {
 pub(crate) struct Standing {
     /// Passed over in favour of a smoother joint on the same edge.
     pub(crate) outdone: bool,
+    /// Its faces are to be kept apart.
+    pub(crate) apart: bool,
     /// Its faces are in one region.
     pub(crate) together: bool,
+    /// They are to be.
+    pub(crate) wished: bool,
+    /// It is tangent, and they are in one region by absorption only.
+    pub(crate) absorbed: bool,
     pub(crate) strong: bool,
     pub(crate) weak: bool,
     /// Share of the border between its regions that is smooth enough, and the least that would do.
@@ -112,9 +125,12 @@ pub(crate) fn judge(joint: &mut Joint, standing: Standing, options: &MergeOption
     let smooth = standing.strong || standing.weak;
     joint.verdict = match standing {
         Standing { outdone: true, together: false, .. } => Verdict::SplitNonManifold,
+        Standing { apart: true, together: false, .. } => Verdict::KeptApart,
+        Standing { absorbed: true, .. } => Verdict::Absorbed,
         Standing { together: true, .. } if smooth && jump > options.crossing => Verdict::CrossedCurvatureJump,
         Standing { together: true, strong: true, .. } => Verdict::Merged,
         Standing { together: true, weak: true, .. } => Verdict::MergedWeak,
+        Standing { together: true, wished: true, .. } => Verdict::KeptTogether,
         Standing { together: true, .. } => Verdict::Enclosed,
         _ if smooth => Verdict::SplitNeighbours,
         _ => match options.main_excess(joint) {
@@ -145,6 +161,19 @@ fn reason(joint: &Joint, options: &MergeOptions) -> String {
             "normals agree within {:.3}°; R·|Δκ| = {:.3} costs a dip in feed, a broken stroke would cost a turn",
             joint.angle_deg.p95, joint.curvature_machining.max
         ),
+        Verdict::Absorbed => format!(
+            "one side was a region too small to stand alone, and the normals agree within {:.3}°",
+            joint.angle_deg.max
+        ),
+        Verdict::KeptTogether => {
+            format!("kept together by option ({})", excess(joint, options))
+        }
+        Verdict::KeptApart => {
+            format!(
+                "kept apart by option ({:.3}° at most, gap {:.4} mm)",
+                joint.angle_deg.max, joint.gap_normal_mm.max
+            )
+        }
         Verdict::Enclosed => {
             format!("not smooth itself ({}), but its faces are joined around it", excess(joint, options))
         }
@@ -163,7 +192,7 @@ fn reason(joint: &Joint, options: &MergeOptions) -> String {
 /// What keeps a joint that is not merged from being so.
 fn failing(joint: &Joint, standing: Standing, options: &MergeOptions) -> Option<Failing> {
     match joint.verdict {
-        Verdict::SplitNonManifold => None,
+        Verdict::SplitNonManifold | Verdict::KeptApart => None,
         Verdict::SplitNeighbours => Some(Failing {
             measure: Measure::SmoothBorder,
             value: standing.smooth_border[0],

@@ -129,6 +129,38 @@ fn a_moved_patch_leaves_a_gap_of_that_size() {
 }
 
 #[test]
+fn a_gap_wider_than_the_tolerance_is_listed_with_its_size() {
+    let left = plate((0.0, 10.0), (0.0, 20.0), 0.0);
+    // Edge beside edge; the same shorter and turned by 20°; above the inside of the other one.
+    let slope = f64::to_radians(20.0);
+    let rising = Vector3::new(slope.cos(), 0.0, slope.sin());
+    let bent = frame([10.1, 0.0, 0.0], rising.cross(&Vector3::y()), rising);
+    for (right, length, to_edge, gap) in [
+        (plate((10.1, 30.0), (0.0, 20.0), 0.0), 20.0, true, 0.1),
+        (plane_patch(&bent, (0.0, 15.0), (4.0, 11.0)).unwrap(), 7.0, true, 0.1),
+        (plate((-5.0, 5.0), (-5.0, 25.0), 0.2), 50.0, false, 0.2),
+    ] {
+        let m = merged(vec![left.clone(), right]);
+        assert!(m.joints.is_empty() && m.laps.is_empty() && m.regions.len() == 2);
+        assert_abs_diff_eq!(m.account.naked_mm, m.account.total_mm, epsilon = 1e-9);
+        let found: f64 = m.wide_gaps.iter().map(|g| g.length_mm).sum();
+        assert_abs_diff_eq!(found, length, epsilon = 0.02);
+        for g in &m.wide_gaps {
+            assert_abs_diff_eq!(g.gap_max_mm, gap, epsilon = 1e-9);
+            assert_eq!((g.to_edge, g.stretch.face + g.beside), (to_edge, 1));
+        }
+    }
+    // Two skins of a sheet lie on the same side of what is between their edges: no gap to be closed.
+    let skins = merged(vec![left.clone(), moved(&left, Vector3::new(0.0, 0.0, 0.3))]);
+    assert!(skins.wide_gaps.iter().all(|g| !g.to_edge), "{:?}", skins.wide_gaps);
+    // Where a third plate fills the rest of the side, only the gap is left.
+    let upper = plate((10.0, 30.0), (12.0, 20.0), 0.0);
+    let m = merged(vec![left, plate((10.1, 30.0), (0.0, 12.0), 0.0), upper]);
+    assert_eq!((m.joints.len(), m.wide_gaps.len()), (2, 1));
+    assert_abs_diff_eq!(m.wide_gaps[0].length_mm, 12.0, epsilon = 0.01);
+}
+
+#[test]
 fn a_side_that_drifts_apart_is_joined_only_where_it_is_near() {
     // The right plate's side leaves the left one by 0.001 mm per mm.
     let k = || KnotVector::clamped_uniform(1, 2);

@@ -39,6 +39,9 @@ pub use job::{
     RegionTotals, Request, Setup, Skipped, StageTiming, ToolRecord, Totals, UncutReason,
 };
 pub use moves::{Move, MoveError, MoveKind, Program, WRITTEN_STEP_MM, round_to_written};
-pub use regions::{FailingRecord, JointRecord, LapRecord, RegionQualityRecord, RegionRecord, RegionsFile};
+pub use regions::{
+    FailingRecord, JointRecord, LapRecord, RegionQualityRecord, RegionRecord, RegionsFile, SmallRegionRecord,
+    WideGapRecord,
+};
 pub use tool::{Tool, ToolError};
 pub use whole::write_whole;

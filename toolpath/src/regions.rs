@@ -28,9 +28,54 @@ pub struct RegionsFile {
     /// Stretches of boundary that lie on the inside of another face.
     #[serde(default)]
     pub laps: Vec<LapRecord>,
+    /// Gaps too wide to be joints: parts of the naked boundary that have a neighbour after all.
+    #[serde(default)]
+    pub gaps: Vec<WideGapRecord>,
     /// Faces that are there twice: the one that counts, and its copy.
     #[serde(default)]
     pub duplicates: Vec<[usize; 2]>,
+    /// What was too small a region to stand alone (`--absorb-area`, `--absorb-width`), in the order of
+    /// absorption, and what still is.
+    #[serde(default)]
+    pub small: Vec<SmallRegionRecord>,
+}
+
+/// A stretch of a face's boundary beside another face, farther away than the tolerance.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct WideGapRecord {
+    /// The face.
+    pub face: usize,
+    /// The face beside it.
+    pub beside: usize,
+    /// The gap leads to the other face's boundary; if not, to its inside.
+    pub to_edge: bool,
+    /// Length, mm.
+    pub length_mm: f64,
+    /// Largest distance between the two, mm.
+    pub gap_max_mm: f64,
+    /// A place on it, mm; where both have edges the widest one.
+    pub at_mm: [f64; 3],
+}
+
+/// A region that was small, and what became of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SmallRegionRecord {
+    /// Its faces.
+    pub faces: Vec<usize>,
+    /// Area, mm².
+    pub area_mm2: f64,
+    /// Twice the area by the length of the border, mm; `null` for a closed shell.
+    pub width_mm: Option<f64>,
+    /// It joined its neighbour; if not, it is a region still.
+    pub absorbed: bool,
+    /// The region that it is, or belongs to now.
+    pub region: usize,
+    /// The region that its chosen neighbour belongs to now.
+    pub neighbour: Option<usize>,
+    /// Length of the border with that neighbour, mm.
+    pub border_mm: f64,
+    /// Largest angle on it, degrees.
+    pub angle_max_deg: f64,
 }
 
 /// A stretch of a face's boundary that lies on the inside of another face.
@@ -67,7 +112,7 @@ pub struct RegionRecord {
     pub box_mm: [f64; 6],
     /// Area that each setup cuts, mm², by setup name.
     pub setup_area_mm2: std::collections::BTreeMap<String, f64>,
-    /// What kind of surface it is, where that was measured (`claymill merge -o`).
+    /// What kind of surface it is, where that could be measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quality: Option<RegionQualityRecord>,
 }
@@ -83,7 +128,7 @@ pub struct RegionQualityRecord {
     pub tightest_concave_radius_mm: Option<f64>,
     /// The largest ball that curvature alone lets in everywhere, mm.
     pub largest_ball_radius_mm: Option<f64>,
-    /// Area in valleys tighter than the ball of 10 mm radius, mm².
+    /// Area in valleys tighter than the ball, mm² (of the job; 10 mm radius for `claymill merge`).
     pub rest_area_mm2: f64,
     /// Integral of the absolute Gaussian curvature, steradians.
     pub total_curvature_sr: f64,

@@ -1,10 +1,10 @@
 use std::process::ExitCode;
 
 use claymill_nurbs::Model;
-use claymill_surface_merge::{Merge, MergeOptions, Preset, merge as find_regions};
+use claymill_surface_merge::{Merge, MergeError, MergeOptions, Preset, merge as find_regions};
 use claymill_toolpath::{
     FORMAT_VERSION, FailingRecord, FolderWriter, JointRecord, LapRecord, Program, REGIONS_FILE,
-    RegionQualityRecord, RegionRecord, RegionsFile,
+    RegionQualityRecord, RegionRecord, RegionsFile, SmallRegionRecord, WideGapRecord,
 };
 use rayon::prelude::*;
 use serde::Serialize;
@@ -43,12 +43,14 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
     let model = &loaded.import.model;
     context.console.stage("merging");
     let preset = Preset::from(args.preset);
-    let merged = regions(model, &preset.options())?;
-    let trees = if args.sweep { sweep::trees(&merged, &preset.options()) } else { Vec::new() };
+    let options = args.merging.options(preset, model)?;
+    let merged = regions(model, &options)?;
+    say_parts(context, &args.merging.keep_together, &options, &merged);
+    let trees = if args.sweep { sweep::trees(&merged, &options) } else { Vec::new() };
     let mut record = record(&merged, preset);
     if folder.is_some() || context.json {
         context.console.stage("measuring regions");
-        add_quality(&mut record, model, &merged, preset.options().ball_radius_mm);
+        add_quality(&mut record, model, &merged, options.ball_radius_mm);
     }
     if let Some(folder) = folder {
         folder.json(REGIONS_FILE, &record)?;
@@ -78,7 +80,7 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
     } else if context.json {
         context.print_json(&record)?;
     } else {
-        print(&record);
+        print(&record, options.high.angle_deg);
         if let Some(count) = args.why {
             why::print(&record, count);
         }
@@ -90,13 +92,31 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
 
 /// Regions of a model.
 pub(crate) fn regions(model: &Model, options: &MergeOptions) -> Result<Merge, Failure> {
-    find_regions(model, options).map_err(|e| {
-        Failure::problem(e, "Leave the faces it names out with --skip, or mend them in the CAD system.")
+    find_regions(model, options).map_err(|e| match e {
+        MergeError::NotFinite { .. } => Failure::problem(e, "Mend the face in the CAD system."),
+        MergeError::Contradiction { .. } => {
+            Failure::usage(e, "Name fewer faces with --keep-together or --keep-apart.")
+        }
+        e => Failure::usage(e, ""),
     })
 }
 
+/// Says which faces could not be kept together because no joints connect them.
+fn say_parts(context: &Context, wishes: &[String], options: &MergeOptions, merged: &Merge) {
+    for (wish, faces) in wishes.iter().zip(&options.constraints.together) {
+        let regions: std::collections::BTreeSet<usize> =
+            faces.iter().map(|&f| merged.region_of_face[f]).collect();
+        if regions.len() > 1 {
+            context.console.say(format!(
+                "warning: --keep-together {wish}: still {} regions, for no joints connect them",
+                regions.len()
+            ));
+        }
+    }
+}
+
 /// Measures every region for a ball; one that cannot be triangulated has no quality.
-fn add_quality(record: &mut RegionsFile, model: &Model, merged: &Merge, ball_radius_mm: f64) {
+pub(super) fn add_quality(record: &mut RegionsFile, model: &Model, merged: &Merge, ball_radius_mm: f64) {
     record.regions.par_iter_mut().for_each(|region| {
         let found = claymill_surface_merge::quality(model, merged, region.id, ball_radius_mm).ok();
         region.quality = found.map(|q| RegionQualityRecord {
@@ -159,6 +179,24 @@ pub(crate) fn record(merged: &Merge, preset: Preset) -> RegionsFile {
         gap_mm: l.gap_mm,
         ends_mm: l.ends.map(Into::into),
     };
+    let gap = |g: &claymill_surface_merge::WideGap| WideGapRecord {
+        face: g.stretch.face,
+        beside: g.beside,
+        to_edge: g.to_edge,
+        length_mm: g.length_mm,
+        gap_max_mm: g.gap_max_mm,
+        at_mm: g.at.into(),
+    };
+    let small = |s: &claymill_surface_merge::SmallRegion| SmallRegionRecord {
+        faces: s.faces.clone(),
+        area_mm2: s.area_mm2,
+        width_mm: s.width_mm,
+        absorbed: s.absorbed,
+        region: s.region,
+        neighbour: s.neighbour,
+        border_mm: s.border_mm,
+        angle_max_deg: s.angle_max_deg,
+    };
     RegionsFile {
         format_version: FORMAT_VERSION,
         preset: name(&preset),
@@ -171,7 +209,9 @@ pub(crate) fn record(merged: &Merge, preset: Preset) -> RegionsFile {
         boundary_naked_mm: merged.account.naked_mm,
         boundary_non_manifold_mm: merged.account.non_manifold_mm,
         laps: merged.laps.iter().map(lap).collect(),
+        gaps: merged.wide_gaps.iter().map(gap).collect(),
         duplicates: merged.duplicates.iter().map(|d| [d.original, d.copy]).collect(),
+        small: merged.small.iter().map(small).collect(),
     }
 }
 
@@ -183,7 +223,7 @@ pub(crate) fn name(value: &impl Serialize) -> String {
     }
 }
 
-fn print(record: &RegionsFile) {
+fn print(record: &RegionsFile, angle_limit_deg: f64) {
     let faces: usize = record.regions.iter().map(|r| r.faces.len()).sum();
     outln!(
         "{faces} faces in {} regions (preset {}, tolerance {:.4} mm)",
@@ -217,6 +257,7 @@ fn print(record: &RegionsFile) {
     if pairs > SHOWN {
         outln!("and {} more pairs of faces that lap: see --json", pairs - SHOWN);
     }
+    print_gaps(record);
     let mut verdicts = std::collections::BTreeMap::<(&str, &str), usize>::new();
     for j in &record.joints {
         *verdicts.entry((&j.verdict, &j.class)).or_default() += 1;
@@ -224,6 +265,7 @@ fn print(record: &RegionsFile) {
     for ((verdict, class), count) in verdicts {
         outln!("joints: {count:>6} {class} {verdict}");
     }
+    print_small(record, angle_limit_deg);
     for r in &record.regions {
         outln!(
             "region {:>3}: {:>5} faces, {:>9.4} m², {} loops, normals within {:.0}°",
@@ -233,5 +275,66 @@ fn print(record: &RegionsFile) {
             r.boundary_loops,
             r.normal_half_angle_deg
         );
+    }
+}
+
+/// Neighbours too far apart to be joined, pair by pair, widest first.
+fn print_gaps(record: &RegionsFile) {
+    let mut pairs = std::collections::BTreeMap::<[usize; 2], [f64; 2]>::new();
+    for g in &record.gaps {
+        let [length, gap] = pairs.entry([g.face.min(g.beside), g.face.max(g.beside)]).or_default();
+        *length += g.length_mm;
+        *gap = gap.max(g.gap_max_mm);
+    }
+    let mut pairs: Vec<_> = pairs.into_iter().collect();
+    pairs.sort_by(|a, b| b.1[1].total_cmp(&a.1[1]).then(a.0.cmp(&b.0)));
+    if pairs.is_empty() {
+        return;
+    }
+    let length: f64 = pairs.iter().map(|(_, [length, _])| length).sum();
+    outln!(
+        "gaps wider than the tolerance: {} along {:.3} m of the naked edges; they are not joined",
+        pairs.len(),
+        length / 1000.0
+    );
+    for ([a, b], [length, gap]) in pairs.iter().take(SHOWN) {
+        outln!("faces {a} and {b} gape by up to {gap:.4} mm along {length:.1} mm");
+    }
+    if pairs.len() > SHOWN {
+        outln!("and {} more pairs that gape: see --json", pairs.len() - SHOWN);
+    }
+}
+
+/// What was absorbed, and what is small and could not be.
+fn print_small(record: &RegionsFile, angle_limit_deg: f64) {
+    for s in record.small.iter().take(2 * SHOWN) {
+        let mut faces: Vec<String> = s.faces.iter().take(SHOWN).map(ToString::to_string).collect();
+        if s.faces.len() > SHOWN {
+            faces.push(format!("and {} more", s.faces.len() - SHOWN));
+        }
+        let faces = if faces.len() == 1 {
+            format!("face {}", faces[0])
+        } else {
+            format!("faces {}", faces.join(", "))
+        };
+        let width = s.width_mm.map_or_else(|| "closed".to_owned(), |w| format!("{w:.2} mm wide"));
+        let what = format!("{faces} ({:.1} mm², {width})", s.area_mm2);
+        match (s.absorbed, s.neighbour) {
+            (true, _) => outln!(
+                "absorbed into region {}: {what}, along {:.1} mm within {:.3}°",
+                s.region,
+                s.border_mm,
+                s.angle_max_deg
+            ),
+            (false, Some(n)) => outln!(
+                "region {} stays small: {what}; its smoothest border, with region {n}, bends by {:.3}° (limit {angle_limit_deg}°)",
+                s.region,
+                s.angle_max_deg
+            ),
+            (false, None) => outln!("region {} stays small: {what}; nothing is beside it", s.region),
+        }
+    }
+    if record.small.len() > 2 * SHOWN {
+        outln!("and {} more small regions: see --json", record.small.len() - 2 * SHOWN);
     }
 }

@@ -19,7 +19,7 @@ use crate::failure::Failure;
 use crate::{interrupt, select};
 
 /// Name of the job file that `plan` writes beside its results.
-const JOB_TOML: &str = "job.toml";
+pub(crate) const JOB_TOML: &str = "job.toml";
 
 /// A job with all defaults filled in.
 pub(crate) struct Request {
@@ -52,7 +52,7 @@ pub(crate) fn plan(context: &Context, args: &PlanArgs) -> Result<ExitCode, Failu
     Ok(run(context, &request, &args.out)?.exit)
 }
 
-fn read_job_file(file: &Path) -> Result<JobOptions, Failure> {
+pub(crate) fn read_job_file(file: &Path) -> Result<JobOptions, Failure> {
     let text = std::fs::read_to_string(file)
         .map_err(|e| Failure::problem(format!("{}: {e}", file.display()), "Check the path."))?;
     toml::from_str(&text).map_err(|e| {
@@ -78,6 +78,7 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
         check: if first.check.is_empty() { second.check } else { first.check },
         mesh_unit: first.mesh_unit.or(second.mesh_unit),
         feed: first.feed.or(second.feed),
+        merging: first.merging.or(second.merging),
         axes: crate::args::AxisArgs {
             up: first.axes.up.or(second.axes.up),
             length: first.axes.length.or(second.axes.length),
@@ -143,11 +144,12 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
 
     console.stage("merging");
     let preset = Preset::from(request.preset);
-    let mut options = preset.options();
+    let mut options = request.options.merging.options(preset, model)?;
     options.ball_radius_mm = request.tool.radius_mm();
     options.feed_mm_per_min = request.feed_mm_per_min;
     let merged = merge::regions(model, &options)?;
     let mut regions = merge::record(&merged, preset);
+    merge::add_quality(&mut regions, model, &merged, options.ball_radius_mm);
     console.say(format!(
         "regions   {} faces in {} regions, {} joints",
         model.faces.len(),

@@ -8,9 +8,10 @@ use claymill_toolpath::{Program, read_job, read_moves, read_regions};
 use claymill_viewer::{Axes, Backdrop, PictureOptions, Renderer, View};
 
 use super::export::{ExportFormat, export};
-use super::{Context, diagrams, merge, orientation, pictures, region_of_face};
+use super::{Context, diagrams, merge, orientation, pictures, plan, region_of_face};
 use crate::args::{AxisArgs, PresetName, RenderArgs, ShowName};
 use crate::failure::Failure;
+use crate::merging::MergingArgs;
 
 /// `claymill render`.
 pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, Failure> {
@@ -64,7 +65,14 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
     let diagrams = [ShowName::Classes, ShowName::Worst, ShowName::IsoLines];
     if args.show.iter().any(|s| diagrams.contains(s)) {
         let named = job.as_ref().and_then(|job| PresetName::from_str(&job.request.preset, true).ok());
-        let options = Preset::from(named.unwrap_or(PresetName::Clay)).options();
+        let preset = Preset::from(named.unwrap_or(PresetName::Clay));
+        let toml = args.what.join(plan::JOB_TOML);
+        let merging = if job.is_some() && toml.exists() {
+            plan::read_job_file(&toml)?.merging
+        } else {
+            MergingArgs::default()
+        };
+        let options = merging.options(preset, model)?;
         let merged = merge::regions(model, &options)?;
         diagrams::draw(&mut scene, model, &merged, &options, &args.show);
     }

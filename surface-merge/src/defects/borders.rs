@@ -25,6 +25,11 @@ pub(super) fn of(model: &Model, merged: &Merge) -> Vec<Defect> {
             add(DefectCode::InconsistentNormals, joint.length_mm);
         }
     }
+    for gap in &merged.wide_gaps {
+        let (a, b) = (gap.stretch.face, gap.beside);
+        let faces = if a == b { vec![a] } else { vec![a.min(b), a.max(b)] };
+        found.push(Defect { code: DefectCode::Gap, faces, at: gap.at, size: gap.gap_max_mm });
+    }
     found
 }
 

@@ -1,0 +1,169 @@
+//! What regions are made by: the preset, other limits, and wishes.
+
+use std::collections::BTreeSet;
+
+use clap::Args;
+use claymill_nurbs::Model;
+use claymill_surface_merge::{Absorption, Constraints, CurvatureLimit, Limits, MergeOptions, Preset};
+use serde::{Deserialize, Serialize};
+
+use crate::failure::Failure;
+use crate::select::{self, colour_name};
+
+/// Limits other than the preset's, and what goes before all limits.
+#[derive(Debug, Clone, Default, PartialEq, Args, Serialize, Deserialize)]
+pub(crate) struct MergingArgs {
+    /// Edges within this distance are neighbours [default: found from the gaps of the model].
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) joint_tolerance: Option<f64>,
+    /// Largest gap along the normal across which faces merge [default: the preset's].
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) joint_gap: Option<f64>,
+    /// Largest gap in the tangent plane across which faces merge [default: the preset's].
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) joint_lateral_gap: Option<f64>,
+    /// Largest angle between normals, for faces alone and, after a colon, for whole borders of regions: 0.5:1
+    /// [default: the preset's; without a colon as many times higher for borders as in the preset].
+    #[arg(long, value_name = "DEG[:DEG]", allow_hyphen_values = true)]
+    pub(crate) joint_angle: Option<String>,
+    /// Largest curvature jump R·|Δκ|, in the same way [default: the preset's; twice as high for borders].
+    #[arg(
+        long,
+        value_name = "X[:X]",
+        allow_hyphen_values = true,
+        conflicts_with = "joint_relative_curvature"
+    )]
+    pub(crate) joint_curvature: Option<String>,
+    /// Largest relative difference of curvatures, in the same way.
+    #[arg(long, value_name = "X[:X]", allow_hyphen_values = true)]
+    pub(crate) joint_relative_curvature: Option<String>,
+    /// Keep faces apart whatever their joints: `layer` or `colour` (each by itself), or some from all others:
+    /// `layer:NAME`, `colour:#RRGGBB`, `face:10-20`, several with commas; may be repeated.
+    #[arg(long, value_name = "WHAT")]
+    pub(crate) keep_apart: Vec<String>,
+    /// Join these faces over every joint among them, creases too: `layer:NAME`, `colour:#RRGGBB`, `face:10-20`,
+    /// several with commas; may be repeated.
+    #[arg(long, value_name = "WHAT")]
+    pub(crate) keep_together: Vec<String>,
+    /// Regions of a smaller area join the neighbour that they run into most smoothly.
+    #[arg(long, value_name = "MM2", allow_negative_numbers = true)]
+    pub(crate) absorb_area: Option<f64>,
+    /// Narrower regions too.
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) absorb_width: Option<f64>,
+}
+
+impl MergingArgs {
+    /// These before others.
+    pub(crate) fn or(self, other: MergingArgs) -> MergingArgs {
+        let list = |a: Vec<String>, b: Vec<String>| if a.is_empty() { b } else { a };
+        // One measure of curvature decides: naming one drops the other.
+        let own = self.joint_curvature.is_some() || self.joint_relative_curvature.is_some();
+        let curvature = |a: Option<String>, b: Option<String>| if own { a } else { b };
+        MergingArgs {
+            joint_tolerance: self.joint_tolerance.or(other.joint_tolerance),
+            joint_gap: self.joint_gap.or(other.joint_gap),
+            joint_lateral_gap: self.joint_lateral_gap.or(other.joint_lateral_gap),
+            joint_angle: self.joint_angle.or(other.joint_angle),
+            joint_curvature: curvature(self.joint_curvature, other.joint_curvature),
+            joint_relative_curvature: curvature(
+                self.joint_relative_curvature,
+                other.joint_relative_curvature,
+            ),
+            keep_apart: list(self.keep_apart, other.keep_apart),
+            keep_together: list(self.keep_together, other.keep_together),
+            absorb_area: self.absorb_area.or(other.absorb_area),
+            absorb_width: self.absorb_width.or(other.absorb_width),
+        }
+    }
+
+    /// The options of `preset` with these in their place.
+    pub(crate) fn options(&self, preset: Preset, model: &Model) -> Result<MergeOptions, Failure> {
+        let mut options = preset.options();
+        let positive = |name: &str, value: Option<f64>| match value {
+            Some(v) if !(v > 0.0 && v.is_finite()) => {
+                Err(Failure::usage(format!("--{name} {v} must be positive"), ""))
+            }
+            value => Ok(value),
+        };
+        options.tolerance_mm = positive("joint-tolerance", self.joint_tolerance)?;
+        let gap = positive("joint-gap", self.joint_gap)?;
+        let lateral = positive("joint-lateral-gap", self.joint_lateral_gap)?;
+        let angles = self.joint_angle.as_deref().map(|text| pair("joint-angle", text)).transpose()?;
+        let curvature = self.curvature()?;
+        let ratio = options.high.angle_deg / options.low.angle_deg;
+        for (k, limits) in [&mut options.low, &mut options.high].into_iter().enumerate() {
+            let Limits { gap_normal_mm, gap_lateral_mm, angle_deg, .. } = *limits;
+            limits.gap_normal_mm = gap.unwrap_or(gap_normal_mm);
+            limits.gap_lateral_mm = lateral.unwrap_or(gap_lateral_mm);
+            limits.angle_deg = angles
+                .map_or(angle_deg, |(low, high)| if k == 0 { low } else { high.unwrap_or(ratio * low) });
+            if let Some(limit) = curvature {
+                limits.curvature = limit[k];
+            }
+        }
+        let [area, width] =
+            [positive("absorb-area", self.absorb_area)?, positive("absorb-width", self.absorb_width)?];
+        options.absorption = (area.is_some() || width.is_some())
+            .then(|| Absorption { area_mm2: area.unwrap_or(0.0), width_mm: width.unwrap_or(0.0) });
+        options.constraints = self.constraints(model)?;
+        Ok(options)
+    }
+
+    fn curvature(&self) -> Result<Option<[CurvatureLimit; 2]>, Failure> {
+        let limits = |name, text: &Option<String>, limit: fn(f64) -> CurvatureLimit| {
+            let parsed = text.as_deref().map(|text| pair(name, text)).transpose()?;
+            Ok::<_, Failure>(parsed.map(|(low, high)| [limit(low), limit(high.unwrap_or(2.0 * low))]))
+        };
+        let machining = limits("joint-curvature", &self.joint_curvature, CurvatureLimit::Machining)?;
+        let relative =
+            limits("joint-relative-curvature", &self.joint_relative_curvature, CurvatureLimit::Relative)?;
+        Ok(machining.or(relative))
+    }
+
+    fn constraints(&self, model: &Model) -> Result<Constraints, Failure> {
+        let faces = &model.faces;
+        let mut classes: Vec<Vec<String>> = vec![Vec::new(); faces.len()];
+        for what in &self.keep_apart {
+            let mut add = |name: &dyn Fn(usize) -> String| {
+                classes.iter_mut().enumerate().for_each(|(face, class)| class.push(name(face)));
+            };
+            match what.as_str() {
+                "layer" => add(&|f| faces[f].source.layer.clone().unwrap_or_default()),
+                "colour" => add(&|f| faces[f].source.colour.map(colour_name).unwrap_or_default()),
+                _ => {
+                    let named = select::faces(model, what)?;
+                    add(&|f| named[f].to_string());
+                }
+            }
+        }
+        let together = self.keep_together.iter().map(|what| {
+            let named = select::faces(model, what)?;
+            Ok((0..faces.len()).filter(|&f| named[f]).collect())
+        });
+        let together = together.collect::<Result<Vec<Vec<usize>>, Failure>>()?;
+        if self.keep_apart.is_empty() {
+            return Ok(Constraints { class_of_face: Vec::new(), together });
+        }
+        let all: BTreeSet<&Vec<String>> = classes.iter().collect();
+        let all: Vec<&Vec<String>> = all.into_iter().collect();
+        let class_of_face = classes.iter().map(|c| all.partition_point(|other| *other < c)).collect();
+        Ok(Constraints { class_of_face, together })
+    }
+}
+
+/// `LOW` or `LOW:HIGH`.
+fn pair(name: &str, text: &str) -> Result<(f64, Option<f64>), Failure> {
+    let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| *v > 0.0 && v.is_finite());
+    let parsed = match text.split_once(':') {
+        None => number(text).map(|low| (low, None)),
+        Some((low, high)) => number(low).zip(number(high)).map(|(low, high)| (low, Some(high))),
+    };
+    let parsed = parsed.filter(|(low, high)| high.is_none_or(|high| high >= *low));
+    parsed.ok_or_else(|| {
+        Failure::usage(
+            format!("--{name} {text}: not a limit"),
+            format!("Write --{name} 0.5, or --{name} 0.5:1 with the higher limit for whole borders."),
+        )
+    })
+}

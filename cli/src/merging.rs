@@ -10,6 +10,9 @@ use serde::{Deserialize, Serialize};
 use crate::failure::Failure;
 use crate::select::{self, colour_name};
 
+/// Farther apart edges are no neighbours whatever the file, mm.
+const LARGEST_TOLERANCE_MM: f64 = 10.0;
+
 /// Limits other than the preset's, and what goes before all limits.
 #[derive(Debug, Clone, Default, PartialEq, Args, Serialize, Deserialize)]
 pub(crate) struct MergingArgs {
@@ -81,12 +84,19 @@ impl MergingArgs {
     pub(crate) fn options(&self, preset: Preset, model: &Model) -> Result<MergeOptions, Failure> {
         let mut options = preset.options();
         let positive = |name: &str, value: Option<f64>| match value {
-            Some(v) if !(v > 0.0 && v.is_finite()) => {
-                Err(Failure::usage(format!("--{name} {v} must be positive"), ""))
-            }
+            Some(v) if !(v > 0.0 && v.is_finite()) => Err(Failure::usage(
+                format!("--{name} {v} must be positive"),
+                "Leave it out for the preset's.",
+            )),
             value => Ok(value),
         };
         options.tolerance_mm = positive("joint-tolerance", self.joint_tolerance)?;
+        if let Some(mm) = options.tolerance_mm.filter(|mm| *mm > LARGEST_TOLERANCE_MM) {
+            return Err(Failure::usage(
+                format!("--joint-tolerance {mm}: faces that far apart are no neighbours"),
+                format!("At most {LARGEST_TOLERANCE_MM} mm; leave it out to have it found from the gaps."),
+            ));
+        }
         let gap = positive("joint-gap", self.joint_gap)?;
         let lateral = positive("joint-lateral-gap", self.joint_lateral_gap)?;
         let angles = self.joint_angle.as_deref().map(|text| pair("joint-angle", text)).transpose()?;
@@ -146,6 +156,12 @@ impl MergingArgs {
             return Ok(Constraints { class_of_face: Vec::new(), together });
         }
         let all: BTreeSet<&Vec<String>> = classes.iter().collect();
+        if all.len() == 1 {
+            return Err(Failure::usage(
+                format!("--keep-apart {}: all faces are of one kind", self.keep_apart.join(" --keep-apart ")),
+                "`claymill merge` cannot tell them apart by this; name faces, as in face:10-20.",
+            ));
+        }
         let all: Vec<&Vec<String>> = all.into_iter().collect();
         let class_of_face = classes.iter().map(|c| all.partition_point(|other| *other < c)).collect();
         Ok(Constraints { class_of_face, together })

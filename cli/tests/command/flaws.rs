@@ -71,9 +71,54 @@ fn flaws_planted_into_a_file_are_found_explained_and_swept() {
     let plot = std::fs::read_to_string(folder.path().join("out/sweep.svg")).unwrap();
     assert!(plot.starts_with("<svg") && plot.ends_with("</svg>\n"));
 
+    let count = |options: &[&str]| {
+        let merged = run(folder.path(), ["merge", "ribbon.igs", "--json"].iter().chain(options));
+        assert_eq!(merged.code, Some(0), "{merged:?}");
+        merged.json()["regions"].as_array().unwrap().len()
+    };
+    assert_eq!(count(&["--joint-angle", "0.3:0.5"]), 4);
+    assert_eq!(count(&["--joint-angle", "5"]), 2);
+    assert_eq!(count(&["--keep-together", "face:0-200"]), 2);
+    let kinked = &flaw("kink:0.7")["joints"][0];
+    let apart = format!("face:{}", kinked[0]);
+    assert_eq!(count(&["--keep-apart", &apart]), 4);
+    for (options, says) in [
+        (["--joint-angle", "2:1"], "not a limit"),
+        (["--joint-gap", "-1"], "must be positive"),
+        (["--joint-tolerance", "1000"], "no neighbours"),
+        (["--keep-apart", "layer:nowhere"], "no face has this layer"),
+        (["--keep-apart", "region:0"], "names no region, layer, colour or face"),
+        (["--keep-together", "face:9000"], "counted from 0"),
+        (["--absorb-width", "0"], "must be positive"),
+    ] {
+        let refused = run(folder.path(), ["merge", "ribbon.igs"].iter().chain(&options));
+        assert_eq!(refused.code, Some(2), "{refused:?}");
+        assert!(refused.stderr.contains(says) && refused.stderr.contains("help: "), "{}", refused.stderr);
+    }
+
     for (flaw, says) in [("kink:0", "above 0"), ("dent:3", "no flaw"), ("delete:5000", "faces only")] {
         let refused = run(folder.path(), ["sample", "ribbon", "-o", "x.igs", "--flaw", flaw]);
         assert_ne!(refused.code, Some(0));
         assert!(refused.stderr.contains(says), "{}", refused.stderr);
     }
+}
+
+#[test]
+fn a_planted_gap_wider_than_the_tolerance_is_told_with_its_size() {
+    let folder = scratch();
+    let sample = ["sample", "ribbon", "--patches", "100", "-o", "ribbon.igs", "--flaw", "gap:0.1"];
+    assert_eq!(run(folder.path(), sample).code, Some(0));
+    let answers = std::fs::read(folder.path().join("ribbon.answers.json")).unwrap();
+    let answers: Value = serde_json::from_slice(&answers).unwrap();
+    let joints = answers["flaws"][0]["joints"].as_array().unwrap();
+    let found = run(folder.path(), ["inspect", "ribbon.igs", "--json"]).json();
+    let gaps: Vec<&Value> =
+        found["defects"].as_array().unwrap().iter().filter(|d| d["code"] == "G-SH-LG").collect();
+    assert_eq!(gaps.len(), joints.len());
+    for gap in gaps {
+        assert!(joints.contains(&gap["faces"]), "{gap}");
+        assert!((gap["size"].as_f64().unwrap() - 0.1).abs() < 1e-6, "{gap}");
+    }
+    let merged = run(folder.path(), ["merge", "ribbon.igs"]);
+    assert!(merged.stdout.contains("gape by up to 0.1000 mm"), "{}", merged.stdout);
 }

@@ -103,8 +103,8 @@ pub(crate) struct MergeArgs {
     /// Model file to write, with each region as a group in its colour: .igs, .stp or .glb.
     #[arg(long, value_name = "FILE")]
     pub(crate) export: Option<PathBuf>,
-    /// Model file to write with one fitted surface for each four-sided region (.igs, .stp or .glb); how far
-    /// each is off, and why other regions have none, is printed.
+    /// Model file to write with one fitted and trimmed surface for each region that can be laid out in the plane
+    /// (.igs, .stp or .glb); how far each is off, and why other regions have none, is printed.
     #[arg(long, value_name = "FILE")]
     pub(crate) drive_surfaces: Option<PathBuf>,
     /// Merge preset.

@@ -6,9 +6,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use claymill_models::{RoadsterOptions, roadster};
 use claymill_nurbs::analytic::{cylinder, sphere, torus};
-use claymill_nurbs::{Model, NurbsSurface, Point3, Vector3};
+use claymill_nurbs::{ClosestPoints, Face, Model, NurbsSurface, Point3, Vector3};
 use claymill_surface_merge::{
-    FieldError, GuideKind, Merge, MergeOptions, NoDriveSurface, RegionMesh, merge, quality,
+    DriveSurface, FieldError, GuideKind, Merge, MergeOptions, NoDriveSurface, RegionMesh, merge, quality,
 };
 use scene::{frame, master, model, part, plate};
 
@@ -261,31 +261,67 @@ fn closed_surfaces_have_ends_and_parts_without_guides_no_values() {
     assert_eq!(field.iso_line(15.0).len(), 1);
 }
 
-#[test]
-fn a_four_sided_sheet_of_patches_has_one_drive_surface() {
-    let whole = master();
-    let (model, merged) = sewn(patchwork());
-    let mesh = RegionMesh::of_region(&model, &merged, 0, 4.0).unwrap();
-    let drive = mesh.drive_surface(0.05).unwrap();
-    assert!(drive.deviation_max_mm < 0.05, "{}", drive.deviation_max_mm);
-    assert!(drive.deviation_rms_mm < drive.deviation_max_mm);
-    // It covers the sheet: its corners are the sheet's.
-    let corner = |u: f64, v: f64| drive.surface.point(u, v);
-    for (u, v) in [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)] {
-        let p = whole.point(u, v);
-        let near = [corner(0.0, 0.0), corner(0.0, 1.0), corner(1.0, 0.0), corner(1.0, 1.0)];
-        assert!(near.iter().any(|q| (q - p).norm() < 0.5), "{u} {v}");
-    }
+/// A drive surface as a face of its own.
+fn face_of(drive: &DriveSurface) -> Face {
+    Face { loops: drive.loops.clone(), ..scene::face(drive.surface.clone()) }
+}
 
-    let (model, merged) = sewn(hemisphere());
-    let mesh = RegionMesh::of_region(&model, &merged, 0, 8.0).unwrap();
-    // Without corners there is a surface all the same, and what it is off by is said.
-    let drive = mesh.drive_surface(0.1).unwrap();
-    assert!(drive.deviation_max_mm < 5.0, "{}", drive.deviation_max_mm);
+#[test]
+fn a_region_has_one_trimmed_drive_surface_whatever_its_outline() {
+    let area = |model: &Model| model.faces.iter().map(Face::area_mm2).sum::<f64>();
+    // Four sides; no corners at all; a hole.
     let z = frame([0.0; 3], Vector3::z(), Vector3::x());
-    let (model, merged) = sewn(vec![cylinder(&z, 20.0, (0.0, 2.0 * PI), (0.0, 50.0)).unwrap()]);
-    let mesh = RegionMesh::of_region(&model, &merged, 0, 4.0).unwrap();
-    assert!(matches!(mesh.drive_surface(0.1), Err(NoDriveSurface::NoDisk { loops: 2 })));
+    let quarters = [(0.0, 0.5), (0.5, 1.0), (1.0, 1.5), (1.5, 2.0)];
+    let holed = quarters.map(|(a, b)| {
+        // A quarter of a torus's outer ring: from 40 to 60 mm around the axis, rising like a brim.
+        torus(&z, 60.0, 20.0, (a * PI, b * PI), (0.6 * PI, 0.9 * PI)).unwrap()
+    });
+    for (surfaces, edge_mm, tolerance_mm, loops) in
+        [(patchwork(), 2.0, 0.02, 1), (hemisphere(), 4.0, 0.1, 1), (holed.to_vec(), 3.0, 0.05, 2)]
+    {
+        let (model, merged) = sewn(surfaces);
+        let mesh = RegionMesh::of_region(&model, &merged, 0, edge_mm).unwrap();
+        let drive = mesh.drive_surface(tolerance_mm).unwrap();
+        assert!(drive.deviation_max_mm < tolerance_mm, "{}", drive.deviation_max_mm);
+        assert!(drive.deviation_rms_mm < drive.deviation_max_mm);
+        assert_eq!(drive.loops.len(), loops);
+        // Trimmed, it is as large as the region, and its outline is the region's.
+        let face = face_of(&drive);
+        approx::assert_relative_eq!(face.area_mm2(), area(&model), max_relative = 2e-3);
+        let closest = ClosestPoints::new(&model);
+        for edge in drive.loops.iter().flat_map(|l| &l.edges) {
+            let [from, to] = [edge.pcurve.start(), edge.pcurve.end()].map(|p| drive.surface.point(p.x, p.y));
+            for p in [from, to] {
+                let border = mesh.loops().iter().flat_map(|l| &l.vertices);
+                let off = border.map(|&v| (mesh.vertices()[v as usize].point - p).norm());
+                assert!(off.fold(f64::INFINITY, f64::min) < 2.0 * tolerance_mm);
+            }
+        }
+        // It looks to the same side as the faces.
+        let at = drive.loops[0].edges[0].pcurve.start();
+        let (u, v) = (at.x, at.y);
+        let p = drive.surface.point(u, v);
+        let foot = closest.closest(&p, f64::INFINITY).unwrap();
+        let (ours, _) = drive.surface.normal(u, v).unwrap();
+        let (theirs, _) = model.faces[foot.face].surface.normal(foot.u, foot.v).unwrap();
+        assert!(ours.dot(&theirs).abs() > 0.99);
+    }
+}
+
+#[test]
+fn regions_that_have_no_drive_surface_say_why() {
+    let z = frame([0.0; 3], Vector3::z(), Vector3::x());
+    let why = |surfaces: Vec<NurbsSurface>, tolerance_mm: f64| {
+        let (model, merged) = sewn(surfaces);
+        let mesh = RegionMesh::of_region(&model, &merged, 0, 4.0).unwrap();
+        mesh.drive_surface(tolerance_mm).unwrap_err()
+    };
+    let tube = cylinder(&z, 20.0, (0.0, 2.0 * PI), (0.0, 200.0)).unwrap();
+    assert!(matches!(why(vec![tube], 0.1), NoDriveSurface::Folded | NoDriveSurface::TooFar { .. }));
+    let ball = sphere(&z, 20.0, (0.0, 2.0 * PI), (-FRAC_PI_2, FRAC_PI_2)).unwrap();
+    assert_eq!(why(vec![ball], 0.1), NoDriveSurface::Closed);
+    let NoDriveSurface::TooFar { deviation_max_mm, most_mm } = why(hemisphere(), 1e-9) else { panic!() };
+    assert!(deviation_max_mm > most_mm);
 }
 
 #[test]

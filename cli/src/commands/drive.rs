@@ -1,4 +1,4 @@
-//! One fitted surface for each region that is a four-sided sheet.
+//! One fitted surface for each region that can be laid out in the plane.
 
 use std::path::Path;
 
@@ -51,13 +51,13 @@ pub(crate) fn write(
     let (mut groups, mut records) = (Vec::new(), Vec::new());
     for (region, fit) in fits.into_iter().enumerate() {
         let (deviations, why_not) = match fit {
-            Ok(DriveSurface { surface, deviation_max_mm, deviation_rms_mm }) => {
+            Ok(DriveSurface { surface, loops, deviation_max_mm, deviation_rms_mm }) => {
                 let faces = vec![drives.faces.len()];
                 let colour = colours.get(region).copied();
                 groups.push(Group { name: format!("drive surface {region}"), colour, faces });
                 drives.faces.push(Face {
                     surface,
-                    loops: Vec::new(),
+                    loops,
                     reversed: false,
                     kind: SurfaceKind::Nurbs,
                     source: Source::default(),

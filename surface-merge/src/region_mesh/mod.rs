@@ -41,6 +41,7 @@ mod connectivity;
 mod distance;
 mod drive;
 mod field;
+mod flatten;
 mod guides;
 mod harmonic;
 mod intrinsic;

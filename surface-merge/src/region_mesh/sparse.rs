@@ -1,4 +1,4 @@
-//! Sparse symmetric systems with fixed values, solved by Cholesky factorisation.
+//! Sparse symmetric systems, solved by Cholesky factorisation: fields with fixed values, and bicubic splines.
 
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::Llt;
@@ -86,4 +86,69 @@ fn reached(couplings: &[(u32, u32, f64)], fixed: &[Option<f64>]) -> Vec<bool> {
         holds[sets.root(i)] = true;
     }
     (0..fixed.len()).map(|i| holds[sets.root(i)]).collect()
+}
+
+/// Places near each other in one direction act on each other up to this many control points away.
+const REACH: usize = 3;
+const BAND: usize = 2 * REACH + 1;
+
+/// What one place asks of a bicubic spline: the first control point that acts there in both directions, the basis,
+/// a weight and the point.
+pub(super) type Wanted = ([usize; 2], [[f64; 4]; 4], f64, [f64; 3]);
+
+/// The control points, row by row, of the bicubic spline that comes nearest to all `wanted` points, with
+/// `stiffness` times the squares of second differences of control points added.
+pub(super) fn solve_spline(
+    counts: [usize; 2],
+    stiffness: f64,
+    wanted: impl Iterator<Item = Wanted>,
+) -> Result<Vec<[f64; 3]>, FieldError> {
+    let [rows, columns] = counts;
+    let unknowns = rows * columns;
+    let mut bands = vec![[0.0; BAND * BAND]; unknowns];
+    let mut right = Mat::<f64>::zeros(unknowns, 3);
+    let mut couple = |[i, j]: [usize; 2], [k, l]: [usize; 2], value: f64| {
+        bands[i * columns + j][(k + REACH - i) * BAND + l + REACH - j] += value;
+    };
+    for ([i, j], basis, weight, point) in wanted {
+        for (a, b) in (0..16).map(|n| (n / 4, n % 4)) {
+            let act = weight * basis[a][b];
+            (0..3).for_each(|x| right[((i + a) * columns + j + b, x)] += act * point[x]);
+            for (c, d) in (0..16).map(|n| (n / 4, n % 4)) {
+                couple([i + a, j + b], [i + c, j + d], act * basis[c][d]);
+            }
+        }
+    }
+    // Thin plate: the second differences along both directions, and twice the mixed one.
+    let stencils: [(f64, &[([usize; 2], f64)]); 3] = [
+        (1.0, &[([0, 0], 1.0), ([1, 0], -2.0), ([2, 0], 1.0)]),
+        (1.0, &[([0, 0], 1.0), ([0, 1], -2.0), ([0, 2], 1.0)]),
+        (2.0, &[([0, 0], 1.0), ([1, 0], -1.0), ([0, 1], -1.0), ([1, 1], 1.0)]),
+    ];
+    for (factor, stencil) in stencils {
+        let reach = |k: usize| stencil.iter().map(|(o, _)| o[k]).max().unwrap_or(0);
+        for (i, j) in (0..rows - reach(0)).flat_map(|i| (0..columns - reach(1)).map(move |j| (i, j))) {
+            for (p, x) in stencil {
+                for (q, y) in stencil {
+                    couple([i + p[0], j + p[1]], [i + q[0], j + q[1]], factor * stiffness * x * y);
+                }
+            }
+        }
+    }
+    let mut entries = Vec::with_capacity(unknowns * BAND * BAND / 2);
+    for (n, band) in bands.iter().enumerate() {
+        for (k, &value) in band.iter().enumerate().filter(|(_, v)| **v != 0.0) {
+            let (i, j) = (n / columns + k / BAND, n % columns + k % BAND);
+            let other = (i - REACH) * columns + j - REACH;
+            if other <= n {
+                entries.push(Triplet::new(n, other, value));
+            }
+        }
+    }
+    let singular = |reason: String| FieldError::Singular { reason };
+    let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(unknowns, unknowns, &entries)
+        .map_err(|e| singular(format!("{e:?}")))?;
+    let factor = matrix.sp_cholesky(Side::Lower).map_err(|e| singular(format!("{e:?}")))?;
+    factor.solve_in_place(&mut right);
+    Ok((0..unknowns).map(|n| std::array::from_fn(|x| right[(n, x)])).collect())
 }

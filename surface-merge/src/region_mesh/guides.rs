@@ -63,16 +63,6 @@ impl RegionMesh<'_> {
         }
     }
 
-    /// The four sides of the longest loop, in order around it, as [`RegionMesh::guides`] finds them; `None` for
-    /// closed surfaces and where a side would be a point.
-    #[must_use]
-    pub fn four_sides(&self) -> Option<[Vec<u32>; 4]> {
-        let ring = Ring::new(self, self.loops().first()?);
-        let (_, corners) = ring.sides();
-        let sides = std::array::from_fn(|k| ring.stretch(corners[k], corners[(k + 1) % 4]));
-        sides.iter().all(|s: &Vec<u32>| s.len() > 1).then_some(sides)
-    }
-
     fn sides(&self, outer: &BoundaryLoop) -> Guides {
         let ring = Ring::new(self, outer);
         let (kind, corners) = ring.sides();

@@ -92,6 +92,9 @@ fn reached(couplings: &[(u32, u32, f64)], fixed: &[Option<f64>]) -> Vec<bool> {
 const REACH: usize = 3;
 const BAND: usize = 2 * REACH + 1;
 
+/// Factors of control points some rows and columns away.
+type Stencil = &'static [([usize; 2], f64)];
+
 /// What one place asks of a bicubic spline: the first control point that acts there in both directions, the basis,
 /// a weight and the point.
 pub(super) type Wanted = ([usize; 2], [[f64; 4]; 4], f64, [f64; 3]);
@@ -120,7 +123,7 @@ pub(super) fn solve_spline(
         }
     }
     // Thin plate: the second differences along both directions, and twice the mixed one.
-    let stencils: [(f64, &[([usize; 2], f64)]); 3] = [
+    let stencils: [(f64, Stencil); 3] = [
         (1.0, &[([0, 0], 1.0), ([1, 0], -2.0), ([2, 0], 1.0)]),
         (1.0, &[([0, 0], 1.0), ([0, 1], -2.0), ([0, 2], 1.0)]),
         (2.0, &[([0, 0], 1.0), ([1, 0], -1.0), ([0, 1], -1.0), ([1, 1], 1.0)]),

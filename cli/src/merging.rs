@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use clap::Args;
 use claymill_nurbs::Model;
 use claymill_surface_merge::{Absorption, Constraints, CurvatureLimit, Limits, MergeOptions, Preset};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::failure::Failure;
 use crate::select::{self, colour_name};
@@ -15,6 +15,7 @@ const LARGEST_TOLERANCE_MM: f64 = 10.0;
 
 /// Limits other than the preset's, and what goes before all limits.
 #[derive(Debug, Clone, Default, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
 pub(crate) struct MergingArgs {
     /// Edges within this distance are neighbours [default: found from the gaps of the model].
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
@@ -28,6 +29,7 @@ pub(crate) struct MergingArgs {
     /// Largest angle between normals, for faces alone and, after a colon, for whole borders of regions: 0.5:1
     /// [default: the preset's; without a colon as many times higher for borders as in the preset].
     #[arg(long, value_name = "DEG[:DEG]", allow_hyphen_values = true)]
+    #[serde(deserialize_with = "text_or_number")]
     pub(crate) joint_angle: Option<String>,
     /// Largest curvature jump R·|Δκ|, in the same way [default: the preset's; twice as high for borders].
     #[arg(
@@ -36,9 +38,11 @@ pub(crate) struct MergingArgs {
         allow_hyphen_values = true,
         conflicts_with = "joint_relative_curvature"
     )]
+    #[serde(deserialize_with = "text_or_number")]
     pub(crate) joint_curvature: Option<String>,
     /// Largest relative difference of curvatures, in the same way.
     #[arg(long, value_name = "X[:X]", allow_hyphen_values = true)]
+    #[serde(deserialize_with = "text_or_number")]
     pub(crate) joint_relative_curvature: Option<String>,
     /// Keep faces apart whatever their joints: `layer` or `colour` (each by itself), or some from all others:
     /// `layer:NAME`, `colour:#RRGGBB`, `face:10-20`, several with commas; may be repeated.
@@ -168,6 +172,21 @@ impl MergingArgs {
     }
 }
 
+/// In a job file a limit may be written as a number too.
+fn text_or_number<'de, D: Deserializer<'de>>(file: D) -> Result<Option<String>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Limit {
+        Text(String),
+        Number(f64),
+    }
+    let limit = Option::<Limit>::deserialize(file)?;
+    Ok(limit.map(|limit| match limit {
+        Limit::Text(text) => text,
+        Limit::Number(number) => number.to_string(),
+    }))
+}
+
 /// `LOW` or `LOW:HIGH`.
 fn pair(name: &str, text: &str) -> Result<(f64, Option<f64>), Failure> {
     let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| *v > 0.0 && v.is_finite());
@@ -182,4 +201,23 @@ fn pair(name: &str, text: &str) -> Result<(f64, Option<f64>), Failure> {
             format!("Write --{name} 0.5, or --{name} 0.5:1 with the higher limit for whole borders."),
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::args::JobOptions;
+
+    #[test]
+    fn job_files_need_not_name_these_options_but_may() {
+        let old: JobOptions = toml::from_str("tool = \"ball:6\"\nup = \"+z\"").unwrap();
+        assert_eq!(old.merging, super::MergingArgs::default());
+        let new: JobOptions =
+            toml::from_str("joint_angle = 0.7\nkeep_apart = [\"layer\"]\nup = \"+z\"").unwrap();
+        assert_eq!(new.merging.joint_angle.as_deref(), Some("0.7"));
+        assert_eq!((new.merging.keep_apart.len(), new.axes.up.as_deref()), (1, Some("+z")));
+        let again: JobOptions = toml::from_str(&toml::to_string(&new).unwrap()).unwrap();
+        assert_eq!(again.merging, new.merging);
+        let wrong = toml::from_str::<JobOptions>("joint_angel = 0.7").unwrap_err();
+        assert!(wrong.to_string().contains("joint_angel"), "{wrong}");
+    }
 }

@@ -1,5 +1,7 @@
 use std::fmt;
 
+use crate::console::{Tone, takes_colours};
+
 /// Why a command could not do its work: printed with cause and advice, then the process ends with `code`.
 #[derive(Debug)]
 pub(crate) struct Failure {
@@ -29,7 +31,8 @@ impl Failure {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "error: {}", self.message)?;
+        let error = Tone::Bad.paint("error:", takes_colours());
+        write!(f, "{error} {}", self.message)?;
         if !self.advice.is_empty() {
             write!(f, "\n  help: {}", self.advice)?;
         }

@@ -40,6 +40,7 @@ mod scene;
 mod segments;
 mod strokes;
 mod thinning;
+mod thumbnail;
 mod touch;
 
 pub use browser::{BrowserInput, browser_glb};
@@ -50,10 +51,14 @@ pub use palette::{CLAY, NOT_CUT, RegionExtent, Rgb, colour_regions, region_palet
 pub use picture::Picture;
 pub use pins::{Pin, PinShape};
 pub use render::{Backdrop, PictureOptions, Renderer, render_png};
-pub use report::{ReportError, ReportInput, ReportPicture, report_html, write_report};
+pub use report::{
+    Compared, ComparisonInput, ReportError, ReportInput, ReportPicture, SetupSheet, comparison_html,
+    report_html, write_report,
+};
 pub use scene::{
     Colouring, LegendEntry, LineKind, LineLayer, Mark, ModelView, Scene, Strip, SurfaceMesh, SurfaceVertex,
     face_colours, region_colours,
 };
 pub use segments::CLOSEST_PASSES_PX;
 pub use strokes::{StrokeStyle, flatten, kind_colour};
+pub use thumbnail::{Thumbnail, region_thumbnails};

@@ -5,11 +5,12 @@ use std::process::ExitCode;
 use claymill_paths::FIT_TOLERANCE_MM;
 use claymill_toolpath::{Job, LengthByKind, MoveKind, Program, Tool, write_whole};
 use claymill_verify::{HISTOGRAM_BIN, SurfaceState, Verification};
-use claymill_viewer::flatten;
+use claymill_viewer::{Compared, ComparisonInput, comparison_html, flatten};
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::plan::{Done, Request, run};
+use super::report::quoted;
 use super::{Context, compare_plot, merge};
 use crate::args::{CompareArgs, JobOptions, StrategyName};
 use crate::console::outln;
@@ -19,6 +20,7 @@ use crate::failure::{Failure, advice_on};
 const JSON: &str = "compare.json";
 const CSV: &str = "compare.csv";
 const SVG: &str = "compare.svg";
+const HTML: &str = "compare.html";
 
 /// The whole comparison.
 #[derive(Debug, Serialize)]
@@ -96,6 +98,7 @@ pub(crate) fn compare(context: &Context, args: &CompareArgs) -> Result<ExitCode,
         entries: Vec::new(),
     };
     let mut exit = ExitCode::SUCCESS;
+    let mut compared = Vec::new();
     for (name, request) in &requests {
         context.console.say(format!("\n{name}"));
         let console = context.console.for_job();
@@ -103,14 +106,17 @@ pub(crate) fn compare(context: &Context, args: &CompareArgs) -> Result<ExitCode,
         if done.exit != ExitCode::SUCCESS {
             exit = done.exit;
         }
-        comparison.entries.push(Entry::new(name.clone(), &done));
+        let entry = Entry::new(name.clone(), &done);
+        compared.push(Compared {
+            name: name.clone(),
+            efficiency: entry.all.efficiency,
+            job: done.job,
+            found: done.found,
+            map: done.scallop_map,
+        });
+        comparison.entries.push(entry);
     }
-    let json = serde_json::to_string_pretty(&comparison)
-        .map_err(|e| Failure::problem(format!("the comparison cannot be written as JSON: {e}"), ""))?;
-    for (file, text) in [(JSON, json), (CSV, csv(&comparison)), (SVG, compare_plot::svg(&comparison))] {
-        let path = args.out.join(file);
-        write_whole(&path, text.as_bytes()).map_err(|e| failed(&path, &e))?;
-    }
+    write_files(args, &comparison, &compared)?;
     if context.json {
         context.print_json(&comparison)?;
     } else if !context.console.is_quiet() {
@@ -118,6 +124,45 @@ pub(crate) fn compare(context: &Context, args: &CompareArgs) -> Result<ExitCode,
         context.console.say(format!("comparison {}", args.out.display()));
     }
     Ok(exit)
+}
+
+fn write_files(args: &CompareArgs, comparison: &Comparison, compared: &[Compared]) -> Result<(), Failure> {
+    let json = serde_json::to_string_pretty(comparison)
+        .map_err(|e| Failure::problem(format!("the comparison cannot be written as JSON: {e}"), ""))?;
+    let svg = compare_plot::svg(comparison);
+    let title = args.model.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let page = ComparisonInput { title: &title, jobs: compared, plot_svg: &svg, command: &command(args) };
+    let html = comparison_html(&page);
+    for (file, text) in [(JSON, json), (CSV, csv(comparison)), (SVG, svg), (HTML, html)] {
+        let path = args.out.join(file);
+        write_whole(&path, text.as_bytes()).map_err(|e| failed(&path, &e))?;
+    }
+    Ok(())
+}
+
+/// The command line that makes the comparison again.
+fn command(args: &CompareArgs) -> String {
+    let strategies: Vec<String> = args.strategies.iter().map(merge::name).collect();
+    let heights: Vec<String> = args.scallop.iter().map(f64::to_string).collect();
+    let mut words: Vec<String> = vec!["claymill".into(), "compare".into(), args.model.display().to_string()];
+    let mut option = |name: &str, value: Option<String>| {
+        words.extend(value.into_iter().flat_map(|v| [format!("--{name}"), v]));
+    };
+    option("strategies", Some(strategies.join(",").replace('_', "-")));
+    option("scallop", Some(heights.join(",")));
+    option("tool", Some(args.tool.join(",")));
+    option("link", Some(merge::name(&args.link)));
+    option("preset", Some(merge::name(&args.preset).replace('_', "-")));
+    option("feed", args.feed.map(|f| f.to_string()));
+    option("up", args.axes.up.clone());
+    option("length", args.axes.length.clone());
+    for (name, list) in [("only", &args.only), ("skip", &args.skip)] {
+        for what in list {
+            option(name, Some(what.clone()));
+        }
+    }
+    words.extend(["-o".into(), args.out.display().to_string()]);
+    words.iter().map(|w| quoted(w)).collect::<Vec<_>>().join(" ")
 }
 
 fn request(args: &CompareArgs, tool: &str, scallop: f64, strategy: StrategyName) -> Result<Request, Failure> {

@@ -1,12 +1,14 @@
 use std::path::Path;
 
-use claymill_nurbs::{FaceMesh, MeshOptions, Model, Point3, tessellate};
+use claymill_controller::Frame;
+use claymill_nurbs::{FaceMesh, MeshOptions, Model, Point3, Vector3, tessellate};
 use claymill_paths::Orientation;
-use claymill_toolpath::{Job, MoveKind, Program, ToolRecord};
+use claymill_toolpath::{Job, MoveKind, Program, Setup, ToolRecord};
 use claymill_verify::CrestSample;
 use claymill_viewer::{
     Axes, BrowserInput, Colouring, HeatScale, LegendEntry, LineKind, Mark, ModelView, PictureOptions,
-    Renderer, ReportPicture, Rgb, Scene, StrokeStyle, View, ViewError, browser_glb, region_colours,
+    Renderer, ReportPicture, Rgb, Scene, SetupSheet, StrokeStyle, Thumbnail, View, ViewError, browser_glb,
+    region_colours, region_thumbnails,
 };
 use rayon::prelude::*;
 
@@ -25,6 +27,13 @@ const MAP_CELL_MM: f64 = 8.0;
 /// What previews show: ways through the air would hide what is cut.
 const PREVIEWED: [ShowName; 5] =
     [ShowName::Regions, ShowName::Joints, ShowName::Trims, ShowName::Cut, ShowName::Link];
+/// Captions of pictures that others look for.
+const COVER: &str = "Tool paths over the regions";
+const SCALLOP_MAP: &str = "Scallop height as measured";
+/// Previews that would be in the report twice: setup sheets have the same views.
+const SHOWN_ON_SHEETS: [&str; 2] = ["preview-top.png", "preview-side.png"];
+/// Size of the pictures on setup sheets, pixels.
+const SHEET_SIZE: [u32; 2] = [1280, 720];
 /// Drawn lines leave their curves by no more than this, mm.
 const CHORD_MM: f64 = 0.3;
 /// Regions named in the legend.
@@ -156,6 +165,10 @@ pub(crate) struct Sights {
     pub(crate) colours: Vec<Rgb>,
     /// Pictures for the report, the cover first; none without a graphics adapter.
     pub(crate) shots: Vec<ReportPicture>,
+    /// What is to be seen on each setup's sheet.
+    pub(crate) sheets: Vec<SetupSheet>,
+    /// Where each region is, by its id.
+    pub(crate) thumbnails: Vec<Thumbnail>,
     /// The job for the report's 3-D view.
     pub(crate) space: Vec<u8>,
 }
@@ -167,7 +180,12 @@ pub(crate) fn take(console: &Console, finished: &Finished<'_>, folder: &Path) ->
     let tolerance_mm = finished.regions.tolerance_mm;
     let album = Album::new(model, region_of_face, Some(&cut), tolerance_mm);
     let axes = axes(finished.orientation);
-    let shots = album.save_previews(console, finished, &axes, folder)?;
+    let renderer = renderer(console);
+    let shots = match &renderer {
+        Some(renderer) => album.save_previews(console, renderer, finished, &axes, folder)?,
+        None => Vec::new(),
+    };
+    let sheets = album.sheets(console, renderer.as_ref(), finished, &axes)?;
     let crests: Vec<(Point3, f64)> = finished.crests.iter().map(|c| (c.foot, c.height_mm)).collect();
     let input = BrowserInput {
         model,
@@ -179,37 +197,96 @@ pub(crate) fn take(console: &Console, finished: &Finished<'_>, folder: &Path) ->
         program,
         crests: &crests,
     };
-    Ok(Sights { colours: album.colours(), shots, space: browser_glb(&input)? })
+    let colours = album.colours();
+    let thumbnails = region_thumbnails(&album.view(), &axes, &colours);
+    Ok(Sights { colours, shots, sheets, thumbnails, space: browser_glb(&input)? })
+}
+
+impl Sights {
+    /// The map of scallop heights.
+    pub(crate) fn scallop_map(&self) -> Option<&ReportPicture> {
+        self.shots.iter().find(|p| p.caption == SCALLOP_MAP)
+    }
 }
 
 impl Album<'_> {
+    /// The model from every setup's direction, with the passes that are cut from there.
+    fn sheets(
+        &self,
+        console: &Console,
+        renderer: Option<&Renderer>,
+        finished: &Finished<'_>,
+        axes: &Axes,
+    ) -> Result<Vec<SetupSheet>, Failure> {
+        let title = report::title(finished.job);
+        let bare = self.scene(&title, None, &PREVIEWED)?;
+        let colours = self.colours();
+        let tools = &finished.job.tools;
+        let style = StrokeStyle {
+            region_colours: Some(&colours),
+            tools,
+            rapids: false,
+            ..StrokeStyle::new(CHORD_MM)
+        };
+        let count = finished.job.setups.len();
+        let sheet = |(k, setup): (usize, &Setup)| {
+            console.at("setup sheets", k as f64 / count as f64);
+            let axis = Vector3::from(setup.axis);
+            let frame = Frame::new(axis, axes.up, axes.forward, Point3::origin());
+            let along = |v: Vector3| frame.map_or(v, |f| f.to_model(&Point3::from(v)).coords);
+            let picture = |renderer: &Renderer| -> Result<ReportPicture, Failure> {
+                let mine = finished.program.moves.iter().filter(|m| m.setup == setup.name);
+                let mut scene = bare.clone();
+                scene.caption = vec![format!("{title}: setup {}", setup.name)];
+                scene.legend.clear();
+                scene.add_paths(&Program { moves: mine.cloned().collect() }, &style);
+                let view = View::named(&setup.name, axes)
+                    .filter(|v| v.direction.dot(&axis) < -0.999)
+                    .unwrap_or_else(|| View::looking(&setup.name, -axis, along(Vector3::y())));
+                let options = PictureOptions { size: SHEET_SIZE, ..options(axes) };
+                Ok(ReportPicture {
+                    caption: format!("Seen along the tool, with the passes of setup {}", setup.name),
+                    alt: format!("{title} seen along the tool axis of setup {}, with its passes", setup.name),
+                    png: renderer.render(&scene, &view, &options)?.png(),
+                })
+            };
+            Ok(SetupSheet {
+                picture: renderer.map(picture).transpose()?,
+                axes: [Vector3::x(), Vector3::y(), Vector3::z()].map(|v| along(v).into()),
+            })
+        };
+        finished.job.setups.iter().enumerate().map(sheet).collect()
+    }
+
+    /// Writes the previews; the report shows those that its setup sheets do not.
     fn save_previews(
         &self,
         console: &Console,
+        renderer: &Renderer,
         finished: &Finished<'_>,
         axes: &Axes,
         folder: &Path,
     ) -> Result<Vec<ReportPicture>, Failure> {
-        let Some(renderer) = renderer(console) else {
-            return Ok(Vec::new());
-        };
         let (job, title) = (finished.job, report::title(finished.job));
         let paths = Paths { program: finished.program, tools: &job.tools };
         let painted = self.scene(&title, Some(paths), &PREVIEWED)?;
         let bare = self.scene(&title, None, &PREVIEWED)?;
         let heights = self.scallop_map(&title, finished.crests, job.request.scallop_mm)?;
         let shots = [
-            ("preview-iso.png", View::iso(axes), &painted, "Tool paths over the regions"),
+            ("preview-iso.png", View::iso(axes), &painted, COVER),
             ("preview-top.png", View::top(axes), &painted, "Tool paths from above"),
             ("preview-side.png", View::left(axes), &painted, "Tool paths from the left"),
             ("regions-iso.png", View::iso(axes), &bare, "Regions: each colour is cut as one surface"),
-            ("scallop-iso.png", View::iso(axes), &heights, "Scallop height as measured"),
+            ("scallop-iso.png", View::iso(axes), &heights, SCALLOP_MAP),
         ];
         let mut pictures = Vec::new();
         for (k, (file, view, scene, caption)) in shots.into_iter().enumerate() {
             console.at("pictures", k as f64 / 5.0);
             let picture = renderer.render(scene, &view, &options(axes))?;
             picture.save(&folder.join(file))?;
+            if SHOWN_ON_SHEETS.contains(&file) {
+                continue;
+            }
             pictures.push(ReportPicture {
                 caption: caption.to_owned(),
                 alt: format!("{caption}, {title}, view {}", view.name),

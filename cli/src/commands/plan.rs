@@ -7,9 +7,11 @@ use claymill_paths::{Feeds, Plan, PlanError, PlanOptions, Regions, Strategy, pla
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
     FORMAT_VERSION, FolderWriter, JOB_FILE, Job, LinkStyle, ModelFacts, Obstacle, Program, REGIONS_FILE,
-    Skipped, Tool, ToolRecord, VERIFY_FILE, read_moves, sha256_of,
+    REPORT_FILE, Skipped, Tool, ToolRecord, VERIFY_FILE, read_moves, sha256_of,
 };
 use claymill_verify::{Verification, VerifyOptions, verify_with_crests};
+
+use claymill_viewer::ReportPicture;
 
 use super::report::{self, Finished};
 use super::{Context, Loaded, box_mm, merge, orientation, pictures, verify};
@@ -40,6 +42,7 @@ pub(crate) struct Done {
     pub(crate) job: Job,
     pub(crate) program: Program,
     pub(crate) found: Verification,
+    pub(crate) scallop_map: Option<ReportPicture>,
 }
 
 /// `claymill plan`.
@@ -192,6 +195,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
 
     console.stage("verifying");
     let program = read_moves(folder.path())?;
+    verify::expect(console, program.moves.len(), job.totals.passes, model.faces.len());
     let at = |stage: &str, share: f64| console.at(stage, share);
     let (found, crests) = verify_with_crests(model, &job, &program, &VerifyOptions::default(), &at)?;
     folder.json(VERIFY_FILE, &found)?;
@@ -215,10 +219,18 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     folder.finish()?;
     let seconds: f64 = job.timings.iter().map(|t| t.seconds).sum();
     console.say(format!("job       {} ({seconds:.1} s, {:.0} MB)", out.display(), job.peak_memory_mb));
+    console.say(format!("report    {}", out.join(REPORT_FILE).display()));
     if context.json {
         context.print_json(&job.totals)?;
     }
-    Ok(Done { exit: verify::exit_code(&found), region_of_face: merged.region_of_face, job, program, found })
+    Ok(Done {
+        exit: verify::exit_code(&found),
+        region_of_face: merged.region_of_face,
+        scallop_map: sights.scallop_map().cloned(),
+        job,
+        program,
+        found,
+    })
 }
 
 /// The meshes that nothing may touch: their records and all their triangles.
@@ -321,16 +333,15 @@ fn write_job_file(folder: &FolderWriter, request: &Request, options: &PlanOption
     Ok(())
 }
 
+/// The plan in a few lines: with all that is said before and after it, a job fits on one screen.
 fn say_plan(console: &crate::console::Console, plan: &Plan) {
     let (totals, area) = (&plan.totals, &plan.area);
-    for s in &plan.setups {
-        console.say(format!(
-            "setup     {:<5} {:>8.4} m², {:.1} h",
-            s.name,
-            s.area_mm2 * 1e-6,
-            s.time_s / 3600.0
-        ));
-    }
+    let setups: Vec<String> = plan
+        .setups
+        .iter()
+        .map(|s| format!("{} {:.4} m² {:.1} h", s.name, s.area_mm2 * 1e-6, s.time_s / 3600.0))
+        .collect();
+    console.say_long("setups", &setups.join(", "));
     let uncut: Vec<String> = area
         .uncut_mm2
         .iter()
@@ -341,30 +352,25 @@ fn say_plan(console: &crate::console::Console, plan: &Plan) {
     } else {
         format!("not cut: {}", uncut.join(", "))
     };
-    console.say(format!(
-        "area      {:.4} of {:.4} m² cut; {not_cut}",
-        area.cut_mm2 * 1e-6,
-        area.total_mm2 * 1e-6
-    ));
-    console.say(format!(
-        "paths     {:.3} km in {} passes, {} retracts, links {:.3} km, leads {:.3} km, rapids {:.3} km",
-        totals.length.cut_mm * 1e-6,
-        totals.passes,
-        totals.retracts,
-        totals.length.link_mm * 1e-6,
-        totals.length.lead_mm * 1e-6,
-        totals.length.rapid_mm * 1e-6
-    ));
-    console.say(format!(
-        "          {} moves, {} control points, about {:.1} h",
-        totals.moves,
-        totals.control_points,
-        totals.time_s / 3600.0
-    ));
+    let (cut_m2, total_m2) = (area.cut_mm2 * 1e-6, area.total_mm2 * 1e-6);
+    console.say_long("area", &format!("{cut_m2:.4} of {total_m2:.4} m² cut; {not_cut}"));
+    let [cut, link, lead, rapid] =
+        [totals.length.cut_mm, totals.length.link_mm, totals.length.lead_mm, totals.length.rapid_mm]
+            .map(|mm| mm * 1e-6);
+    let (passes, retracts) = (totals.passes, totals.retracts);
+    console.say_long(
+        "paths",
+        &format!(
+            "{cut:.3} km in {passes} passes, {retracts} retracts, links {link:.3} km, leads {lead:.3} km, \
+             rapids {rapid:.3} km; {} moves, {} control points, about {:.1} h",
+            totals.moves,
+            totals.control_points,
+            totals.time_s / 3600.0
+        ),
+    );
     if totals.lifted_locations > 0 {
-        console.say(format!(
-            "          {} locations rest on a proven bound instead of an exact contact",
-            totals.lifted_locations
-        ));
+        let lifted = totals.lifted_locations;
+        console
+            .say_long("", &format!("{lifted} locations rest on a proven bound instead of an exact contact"));
     }
 }

@@ -1,4 +1,4 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::ValueEnum;
@@ -56,9 +56,7 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
     if let Ok(format) = ExportFormat::of(&args.out) {
         context.console.stage("exporting");
         export(&args.out, format, model, &album, &region_of_face, &program)?;
-        context.console.finish();
-        context.console.say(args.out.display());
-        return Ok(ExitCode::SUCCESS);
+        return done(context, &args.out);
     }
     let album = if args.zebra { album.for_reflections() } else { album };
     let mut scene = album.scene(&title, paths, &args.show)?;
@@ -88,8 +86,15 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
         ..pictures::options(&axes)
     };
     claymill_viewer::render_png(&Renderer::new()?, &scene, &view, &options, &args.out)?;
+    done(context, &args.out)
+}
+
+fn done(context: &Context, written: &Path) -> Result<ExitCode, Failure> {
     context.console.finish();
-    context.console.say(args.out.display());
+    context.console.say(written.display());
+    if context.json {
+        context.print_json(&serde_json::json!({ "written": written }))?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 

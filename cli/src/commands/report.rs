@@ -39,6 +39,7 @@ pub(crate) fn report(context: &Context, args: &ReportArgs) -> Result<ExitCode, F
     let program = read_moves(folder)?;
 
     context.console.stage("verifying");
+    super::verify::expect(context.console, program.moves.len(), job.totals.passes, model.faces.len());
     let at = |stage: &str, share: f64| context.console.at(stage, share);
     let (found, crests) = verify_with_crests(model, &job, &program, &VerifyOptions::default(), &at)?;
     context.console.stage("pictures");
@@ -55,7 +56,11 @@ pub(crate) fn report(context: &Context, args: &ReportArgs) -> Result<ExitCode, F
     let sights = pictures::take(context.console, &finished, folder)?;
     write(&finished, &sights, folder, folder)?;
     context.console.finish();
-    context.console.say(format!("report    {}", folder.join(REPORT_FILE).display()));
+    let page = folder.join(REPORT_FILE);
+    context.console.say(format!("report    {}", page.display()));
+    if context.json {
+        context.print_json(&serde_json::json!({ "report": page, "passed": found.verdict.passed }))?;
+    }
     Ok(super::verify::exit_code(&found))
 }
 
@@ -73,6 +78,9 @@ pub(crate) fn write(
         regions: finished.regions,
         verification: Some(finished.found),
         region_colours: &sights.colours,
+        thumbnails: &sights.thumbnails,
+        program: finished.program,
+        sheets: &sights.sheets,
         pictures: &sights.shots,
         space: Some(&sights.space),
     };
@@ -120,7 +128,7 @@ fn command(job: &Job, out: &Path) -> String {
 }
 
 /// A word as a shell reads it back.
-fn quoted(word: &str) -> String {
+pub(crate) fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_+=./:,@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
         return word.to_owned();

@@ -6,6 +6,7 @@ use claymill_controller::MachineJob;
 
 use super::{Context, post};
 use crate::args::VerifyArgs;
+use crate::console::{Console, Tone};
 use crate::failure::{Failure, PROBLEM};
 
 impl From<claymill_verify::VerifyError> for Failure {
@@ -74,35 +75,58 @@ pub(crate) fn exit_code(found: &Verification) -> ExitCode {
     if found.verdict.passed { ExitCode::SUCCESS } else { ExitCode::from(PROBLEM) }
 }
 
+/// Findings that are printed; the rest is in `verify.json` and the report.
+const FINDINGS_SAID: usize = 4;
+
+/// Tells the console what the parts of a verification have to do.
+pub(crate) fn expect(console: &Console, moves: usize, passes: u32, faces: usize) {
+    console.expect("gouge and contact", moves as u64, "moves");
+    console.expect("scallop crests", u64::from(passes), "passes");
+    console.expect("coverage", faces as u64, "faces");
+}
+
 /// The measurement on a few lines.
 pub(crate) fn say(context: &Context, found: &Verification) {
     let (gouge, contact, crests) = (&found.gouge, &found.contact, &found.scallop.crests);
-    let say = |line: String| context.console.say(line);
-    say(format!(
-        "verified  deepest gouge {:.2} µm in {} samples; contact on faces within ±5 µm on {:.3} % (worst +{:.2} µm)",
-        gouge.deepest_mm * 1e3,
-        gouge.samples,
-        contact.within_limit_share * 100.0,
-        contact.excess_max_mm * 1e3
-    ));
-    say(format!(
-        "          scallop crests: max {:.4}, p99 {:.4}, mean {:.4} mm; rapids clear by {} mm",
-        crests.max_mm,
-        crests.p99_mm,
-        crests.mean_mm,
-        found.rapids.clearance_min_mm.map_or_else(|| "-".to_owned(), |c| format!("{c:.2}"))
-    ));
+    let console = context.console;
+    console.say_long(
+        "verified",
+        &format!(
+            "deepest gouge {:.2} µm in {} samples; contact on faces within ±5 µm on {:.3} % (worst +{:.2} µm)",
+            gouge.deepest_mm * 1e3,
+            gouge.samples,
+            contact.within_limit_share * 100.0,
+            contact.excess_max_mm * 1e3
+        ),
+    );
+    console.say_long(
+        "",
+        &format!(
+            "scallop crests: max {:.4}, p99 {:.4}, mean {:.4} mm; rapids clear by {} mm",
+            crests.max_mm,
+            crests.p99_mm,
+            crests.mean_mm,
+            found.rapids.clearance_min_mm.map_or_else(|| "-".to_owned(), |c| format!("{c:.2}"))
+        ),
+    );
     if let Some(near) = &found.obstacles {
         let clearance =
             near.clearance_min_mm.map_or_else(|| "never near".to_owned(), |c| format!("{c:.4} mm"));
         let (files, triangles) = (near.files.len(), near.triangles);
-        say(format!(
-            "          obstacles: {files} files, {triangles} triangles; smallest distance {clearance}"
-        ));
+        console.say_long(
+            "",
+            &format!("obstacles: {files} files, {triangles} triangles; smallest distance {clearance}"),
+        );
     }
-    for f in &found.verdict.findings {
+    let findings = &found.verdict.findings;
+    for f in findings.iter().take(FINDINGS_SAID) {
         let sign = if f.severity == Severity::Error { "FAILED" } else { "note" };
-        say(format!("          {sign}: {}", f.message));
+        console.say_long("", &format!("{sign}: {}", f.message));
     }
-    say(format!("          {}", if found.verdict.passed { "PASSED" } else { "NOT PASSED" }));
+    if findings.len() > FINDINGS_SAID {
+        console
+            .say_long("", &format!("and {} more findings: see verify.json", findings.len() - FINDINGS_SAID));
+    }
+    let (tone, words) = if found.verdict.passed { (Tone::Good, "PASSED") } else { (Tone::Bad, "NOT PASSED") };
+    console.say_verdict(tone, words);
 }

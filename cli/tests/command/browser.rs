@@ -4,6 +4,8 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use claymill_exchange::read;
 use claymill_nurbs::{ClosestPoints, Point3};
 use claymill_tests::{Browser, Screenshot};
@@ -160,6 +162,45 @@ fn a_click_tells_the_region_and_a_place_on_the_model() {
     browser.click(left + 5.0, top + 0.5 * height);
     browser.wait_for("document.querySelectorAll('#space-rows > div').length === 0");
     assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn the_report_reads_on_a_phone_and_on_paper() {
+    let _alone = alone();
+    let Some(browser) = opened() else { return };
+    browser.resize(390, 844);
+    browser.settle();
+    let width = browser.evaluate("document.documentElement.scrollWidth").as_f64().unwrap();
+    assert!(width <= 390.0, "the page is {width} px wide on a phone of 390");
+    let pictures = browser.evaluate("[...document.images].filter(i => !i.alt.trim()).length");
+    assert_eq!(pictures, json!(0), "every picture says what it shows");
+    let _ = browser.call("Emulation.setEmulatedMedia", json!({ "media": "print" }));
+    browser.settle();
+    let shown = |selector: &str| {
+        browser
+            .evaluate(&format!("getComputedStyle(document.querySelector({selector:?})).display !== 'none'"))
+    };
+    assert_eq!(
+        (shown("#space canvas"), shown("nav"), shown(".sheet")),
+        (json!(false), json!(false), json!(true))
+    );
+    if fs::read_to_string(report()).unwrap().contains("data:image/png") {
+        let cover = "getComputedStyle(document.querySelector('#space img')).visibility";
+        assert_eq!(browser.evaluate(cover), json!("visible"));
+    }
+    let setups = browser.evaluate("document.querySelectorAll('.sheet').length").as_u64().unwrap();
+    let pdf = browser.call("Page.printToPDF", json!({ "printBackground": false }));
+    let pages = browser_pages(pdf["data"].as_str().unwrap());
+    assert!(pages as u64 > setups, "{pages} pages for {setups} sheets and the rest");
+}
+
+/// Pages of a PDF in base 64.
+fn browser_pages(base64: &str) -> usize {
+    let bytes = STANDARD.decode(base64).unwrap();
+    let text = String::from_utf8_lossy(&bytes);
+    text.matches("/Type /Page\n").count()
+        + text.matches("/Type /Page ").count()
+        + text.matches("/Type /Page/").count()
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use claymill_tests::check_form;
+use claymill_tests::{Browser, check_form};
 use claymill_toolpath::{read_job, read_moves};
 use serde_json::Value;
 
@@ -48,5 +48,32 @@ fn strategies_are_compared_on_the_same_terms() {
     let csv = fs::read_to_string(side.join("compare.csv")).unwrap();
     let columns: Vec<usize> = csv.lines().map(|l| l.split(',').count()).collect();
     assert!(columns.iter().all(|&c| c == columns[0]), "{columns:?}");
+    let page = fs::read_to_string(side.join("compare.html")).unwrap();
+    for name in &names {
+        assert!(page.contains(&format!("<a href=\"{name}/report.html\">")), "no way to {name}");
+    }
+    let (all, names_of_forms) =
+        (page.matches("http:").count(), page.matches("http://www.w3.org/2000/svg").count());
+    assert!(all == names_of_forms && !page.contains("https:"), "the page needs the network");
+    if let Some(browser) = Browser::launch(&[]) {
+        browser.resize(1280, 900);
+        browser.open(&side.join("compare.html"));
+        browser.wait_for("document.readyState === 'complete' && document.querySelector('pre')");
+        let ticks = "[...document.querySelectorAll('tbody tr')].map(r => [r.cells[0].textContent, \
+                     [...r.cells].slice(1).findIndex(c => c.textContent.startsWith('✓'))])";
+        let ticks = browser.evaluate(ticks);
+        let best = |row: &str| {
+            let found = ticks.as_array().unwrap().iter().find(|t| t[0] == row);
+            names[found.unwrap()[1].as_u64().unwrap() as usize]
+        };
+        let least = |key: &str| {
+            let value = |e: &Value| e.pointer(key).unwrap().as_f64().unwrap();
+            let of = entries.iter().min_by(|a, b| value(a).total_cmp(&value(b)));
+            of.unwrap()["name"].as_str().unwrap()
+        };
+        assert_eq!(best("Machining time"), least("/time_s"));
+        assert_eq!(best("Cutting length"), least("/length/cut_mm"));
+        assert_eq!((browser.complaints(), browser.requests()), (Vec::new(), Vec::new()));
+    }
     assert!(fs::read_to_string(side.join("compare.svg")).unwrap().ends_with("</svg>\n"));
 }

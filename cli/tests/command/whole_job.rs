@@ -131,6 +131,16 @@ fn the_job_folder_is_whole_and_true() {
 }
 
 #[test]
+fn what_is_said_of_a_job_fits_on_one_screen() {
+    planned();
+    let lines: Vec<&str> = PLANNED.1.stderr.lines().filter(|l| !l.contains("XDG_RUNTIME_DIR")).collect();
+    assert!(lines.len() <= 24, "{} lines: {lines:#?}", lines.len());
+    let widest = lines.iter().filter(|l| !l.contains(" lace")).map(|l| l.chars().count()).max().unwrap();
+    assert!(widest <= 80, "{widest} columns: {lines:#?}");
+    assert!(!PLANNED.1.stderr.contains('\u{1b}'), "no colours where there is no terminal");
+}
+
+#[test]
 fn box_links_cut_one_way() {
     let folder = planned();
     let made = plan(folder, "box", &["--link", "box"]);

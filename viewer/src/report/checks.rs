@@ -1,8 +1,8 @@
-use claymill_verify::{Coverage, Finding, Place, Severity, SurfaceState, Verification};
+use claymill_verify::{Coverage, Finding, HISTOGRAM_BIN, Place, Severity, SurfaceState, Verification};
 use maud::{Markup, html};
 
 use super::figures::{area, count, deviation, plural, point, share};
-use super::plots::{Part, Tick, against_limit, stacked_bar};
+use super::plots::{Part, Tick, against_limit, histogram, stacked_bar};
 use crate::palette::Rgb;
 
 /// Findings that the verdict lists before it refers to the table.
@@ -51,7 +51,7 @@ fn finding_line(finding: &Finding) -> Markup {
         Severity::Error => ("error", "Error: "),
         Severity::Warning => ("warning", "Warning: "),
     };
-    html! { li.(class) { b { (word) } (finding.message) @if let Some(p) = &finding.place { " At " (place(p)) "." } } }
+    html! { li.(class) { b { (word) } (finding.message.trim_end_matches('.')) "." @if let Some(p) = &finding.place { " At " (place(p)) "." } } }
 }
 
 fn place(p: &Place) -> String {
@@ -85,6 +85,16 @@ pub(super) fn section(verification: Option<&Verification>) -> Markup {
             ul { @for finding in &v.verdict.findings { (finding_line(finding)) } }
         }
         (against_limit("Scallop crests between neighbouring passes", &asked, &heights))
+        @if !crests.histogram.is_empty() {
+            (histogram(
+                "How the heights of the crests are spread, by length",
+                &crests.histogram,
+                HISTOGRAM_BIN,
+                v.scallop_mm,
+            ))
+            p { "Even, between 0.90 and 1.05 of the height asked for: " b { (share(crests.even_share, 1.0)) } "; 95 % are lower than "
+                b { (deviation(crests.p95_mm)) } "." }
+        }
         (measurements(v))
         (coverage(&v.coverage))
     }

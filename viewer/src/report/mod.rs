@@ -4,10 +4,13 @@
 //! and only then the tables.
 
 mod checks;
+mod choices;
+mod comparison;
 mod figures;
 mod merging;
 mod model;
 mod plots;
+mod sheets;
 mod space;
 mod work;
 
@@ -15,13 +18,15 @@ use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use claymill_toolpath::{Job, RegionsFile};
+use claymill_toolpath::{Job, Program, RegionsFile};
 use claymill_verify::Verification;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use thiserror::Error;
 
 use crate::error::write_whole;
-use crate::{Rgb, ViewError};
+use crate::{Rgb, Thumbnail, ViewError};
+
+pub use comparison::{Compared, ComparisonInput, comparison_html};
 
 /// What a report is made of. Everything but the pictures comes from the job folder.
 #[derive(Debug, Clone, Copy)]
@@ -38,6 +43,12 @@ pub struct ReportInput<'a> {
     pub verification: Option<&'a Verification>,
     /// Colour of each region in the pictures, by region id.
     pub region_colours: &'a [Rgb],
+    /// Where each region is, by region id; may be empty.
+    pub thumbnails: &'a [Thumbnail],
+    /// The moves; the setup sheets tell what they reach.
+    pub program: &'a Program,
+    /// For every setup of the job what its sheet shows; may be empty.
+    pub sheets: &'a [SetupSheet],
     /// The pictures; the first one is shown large.
     pub pictures: &'a [ReportPicture],
     /// The job for the 3-D view, from [`crate::browser_glb`]; `None`: the report has pictures only.
@@ -53,6 +64,15 @@ pub struct ReportPicture {
     pub alt: String,
     /// The PNG file's bytes.
     pub png: Vec<u8>,
+}
+
+/// What is to be seen on a setup sheet.
+#[derive(Debug, Clone)]
+pub struct SetupSheet {
+    /// The model from that direction, with what is cut from there.
+    pub picture: Option<ReportPicture>,
+    /// The machine's X, Y and Z in model coordinates.
+    pub axes: [[f64; 3]; 3],
 }
 
 /// Why a report could not be written.
@@ -98,15 +118,18 @@ pub fn report_html(input: &ReportInput<'_>) -> String {
                 }
                 main {
                     (space::section(input, input.pictures.first()))
+                    (contents(job, input))
                     (pictures(input.pictures.get(1..).unwrap_or_default()))
                     (work::asked(job))
                     (work::path_lengths(job))
                     (work::setups(job))
                     (checks::section(input.verification))
-                    (work::regions(job, input.regions, input.region_colours))
+                    (work::regions(input))
+                    (choices::section(job))
                     (work::not_cut(job))
+                    (sheets::section(input))
                     (merging::section(input.regions))
-                    (model::section(job))
+                    (model::section(job, input.regions))
                     (model::tolerances_and_timings(job))
                     (model::reproduce(input.command, job))
                 }
@@ -121,6 +144,27 @@ pub fn report_html(input: &ReportInput<'_>) -> String {
     page.into_string()
 }
 
+/// Where to go from here; not on paper.
+fn contents(job: &Job, input: &ReportInput<'_>) -> Markup {
+    let checked = input.verification.is_some();
+    let uncut = !job.area.uncut_mm2.is_empty();
+    let places = [
+        ("asked", "Asked", true),
+        ("done", "Tool paths", true),
+        ("checks", "Verification", checked),
+        ("regions", "Regions", true),
+        ("uncut", "Not cut", uncut),
+        ("sheets", "Setup sheets", true),
+        ("file", "The file", true),
+        ("again", "Make it again", true),
+    ];
+    html! {
+        nav aria-label="Contents" {
+            @for (id, words, _) in places.iter().filter(|p| p.2) { a href=(format!("#{id}")) { (words) } }
+        }
+    }
+}
+
 fn pictures(pictures: &[ReportPicture]) -> Markup {
     html! {
         @if !pictures.is_empty() {
@@ -132,5 +176,5 @@ fn pictures(pictures: &[ReportPicture]) -> Markup {
 }
 
 fn image(picture: &ReportPicture) -> Markup {
-    html! { img alt=(picture.alt) src=(format!("data:image/png;base64,{}", STANDARD.encode(&picture.png))); }
+    html! { img alt=(picture.alt) decoding="async" src=(format!("data:image/png;base64,{}", STANDARD.encode(&picture.png))); }
 }

@@ -1,12 +1,12 @@
 use std::collections::BTreeMap;
 
-use claymill_toolpath::Job;
+use claymill_toolpath::{Job, RegionsFile};
 use maud::{Markup, html};
 
-use super::figures::{area, count, duration, plural};
+use super::figures::{area, count, deviation, duration, length, plural};
 
 /// The file: what was read, what not, and why.
-pub(super) fn section(job: &Job) -> Markup {
+pub(super) fn section(job: &Job, regions: &RegionsFile) -> Markup {
     let m = &job.model;
     let mut reasons: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for skipped in &m.skipped {
@@ -31,9 +31,13 @@ pub(super) fn section(job: &Job) -> Markup {
         ("Area", area(m.area_mm2)),
         ("Box, mm", format!("x {x0:.2} to {x1:.2}, y {y0:.2} to {y1:.2}, z {z0:.2} to {z1:.2}")),
     ];
+    let flaws = flaws(regions);
     html! {
-        h2 { "The model's file" }
+        h2 id="file" { "The model's file" }
         table { tbody { @for (name, value) in &rows { tr { th scope="row" { (name) } td { (value) } } } } }
+        h3 { "Its flaws" }
+        table { tbody { @for (name, value) in &flaws { tr { th scope="row" { (name) } td { (value) } } } } }
+        p.soft { code { "claymill inspect" } " lists defects face by face, each with its place." }
         @if !reasons.is_empty() {
             h3 { (plural(m.skipped.len() as u64, "face")) " could not be read" }
             div.wide { table {
@@ -46,6 +50,32 @@ pub(super) fn section(job: &Job) -> Markup {
             } }
         }
     }
+}
+
+/// What is wrong with the model as a whole, as far as merging saw it.
+fn flaws(regions: &RegionsFile) -> Vec<(&'static str, String)> {
+    let lapped_mm: f64 = regions.laps.iter().map(|l| l.length_mm).sum();
+    let widest = regions.laps.iter().map(|l| l.gap_mm).fold(0.0, f64::max);
+    let worst = regions.joints.iter().max_by(|a, b| a.gap_max_mm.total_cmp(&b.gap_max_mm));
+    let mut rows = Vec::new();
+    if let Some(joint) = worst {
+        let [a, b] = joint.faces;
+        rows.push((
+            "Widest gap at a joint",
+            format!("{}, between faces {a} and {b}", deviation(joint.gap_max_mm)),
+        ));
+    }
+    rows.push(("Free boundary", length(regions.boundary_naked_mm)));
+    rows.push(("Edges of more than two faces", length(regions.boundary_non_manifold_mm)));
+    rows.push(("Faces that are there twice", count(regions.duplicates.len() as u64)));
+    let laps = plural(regions.laps.len() as u64, "stretch").replace("stretchs", "stretches");
+    let gap = if regions.laps.is_empty() {
+        String::new()
+    } else {
+        format!(", at most {} apart", deviation(widest))
+    };
+    rows.push(("Edges on the inside of another face", format!("{laps}, {}{gap}", length(lapped_mm))));
+    rows
 }
 
 fn first_few(entities: &[&str]) -> String {
@@ -79,7 +109,7 @@ pub(super) fn tolerances_and_timings(job: &Job) -> Markup {
 
 pub(super) fn reproduce(command: &str, job: &Job) -> Markup {
     html! {
-        h2 { "How to make this job again" }
+        h2 id="again" { "How to make this job again" }
         pre { (command) }
         p.soft {
             "With claymill " (job.claymill_version) " and the file whose SHA-256 is given above, the same command "

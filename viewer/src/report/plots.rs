@@ -1,5 +1,7 @@
 use maud::{Markup, html};
 
+use super::figures::{deviation, share};
+
 use crate::Rgb;
 
 /// A part of a whole.
@@ -43,6 +45,72 @@ pub(super) fn stacked_bar(title: &str, parts: &[Part]) -> Markup {
             ul.key {
                 @for part in parts {
                     li { (swatch(part.colour)) (part.label) " " b { (part.figure) } }
+                }
+            }
+        }
+    }
+}
+
+/// Shares in bins of a height, over the height; bins up to what was asked for are filled, those above striped, so
+/// that they are told apart without colours.
+pub(super) fn histogram(title: &str, shares: &[f64], bin: f64, asked_mm: f64) -> Markup {
+    const BASE: f64 = 190.0;
+    const TALL: f64 = 160.0;
+    let most = shares.iter().copied().fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+    let width = 940.0 / shares.len() as f64;
+    let left = |k: f64| 30.0 + k * width;
+    let asked = left(1.0 / bin);
+    let below: f64 = shares.iter().take((1.0 / bin).round() as usize).sum();
+    let percent = |x: f64| share(x, 1.0);
+    let spoken = format!(
+        "{title}: {} up to the height asked for, {} above; the fullest bin holds {}",
+        percent(below),
+        percent((1.0 - below).max(0.0)),
+        percent(most)
+    );
+    let ticks = [0.0, 0.5, 1.0, 1.5, 2.0].map(|share| (left(share / bin), share * asked_mm));
+    html! {
+        figure.plot {
+            figcaption { (title) }
+            svg.axis viewBox="0 0 1000 230" role="img" aria-label=(spoken) {
+                defs { pattern id="stripes" width="7" height="7" patternUnits="userSpaceOnUse" patternTransform="rotate(45)" {
+                    rect.over width="3.5" height="7" {}
+                } }
+                @for (k, &part) in shares.iter().enumerate().filter(|s| *s.1 > 0.0) {
+                    @let tall = (TALL * part / most).max(1.0);
+                    rect class=(if (k as f64 + 0.5) * bin < 1.0 { "value" } else { "above" })
+                        x=(format!("{:.1}", left(k as f64) + 1.0)) y=(format!("{:.1}", BASE - tall))
+                        width=(format!("{:.1}", width - 2.0)) height=(format!("{tall:.1}")) {}
+                }
+                line.base x1="30" y1="190" x2="970" y2="190" {}
+                line.limit x1=(format!("{asked:.1}")) y1="10" x2=(format!("{asked:.1}")) y2="190" {}
+                text x=(format!("{:.1}", asked + 8.0)) y="22" { "asked" }
+                @for (i, (x, mm)) in ticks.iter().enumerate() {
+                    text x=(format!("{x:.1}")) y="210" text-anchor="middle" {
+                        (deviation(*mm)) @if i + 1 == ticks.len() { "+" }
+                    }
+                }
+                text x="34" y="22" { (percent(most)) " in the fullest bin" }
+            }
+        }
+    }
+}
+
+/// Named values as bars from zero.
+pub(super) fn against_each_other(title: &str, bars: &[(String, f64, String)]) -> Markup {
+    const ROW: usize = 34;
+    let most = bars.iter().map(|b| b.1).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+    let spoken: Vec<String> = bars.iter().map(|(name, _, figure)| format!("{name} {figure}")).collect();
+    html! {
+        figure.plot {
+            figcaption { (title) }
+            svg.axis viewBox=(format!("0 0 1000 {}", ROW * bars.len())) role="img"
+                aria-label=(format!("{title}: {}", spoken.join(", "))) {
+                @for (i, (name, value, figure)) in bars.iter().enumerate() {
+                    @let width = 560.0 * value.max(0.0) / most;
+                    text x="220" y=(ROW * i + 22) text-anchor="end" { (name) }
+                    rect.value x="232" y=(ROW * i + 6) width=(format!("{width:.1}")) height="22" {}
+                    text x=(format!("{:.1}", 242.0 + width)) y=(ROW * i + 22) { (figure) }
                 }
             }
         }

@@ -43,10 +43,10 @@
 
     const regions = [], lines = [];
     collect(root, gltf.asset.extras.lift_mm / 1000, regions, lines);
-    const corners = cornersOf(regions.length ? regions : lines);
+    const samples = samplesOf(regions.length ? regions : lines);
     const centre = new THREE.Vector3();
-    for (const p of corners) centre.addScaledVector(p, 1 / corners.length);
-    const radius = Math.max(...corners.map((p) => p.distanceTo(centre)), 1e-3);
+    for (const p of samples) centre.addScaledVector(p, 1 / samples.length);
+    const radius = samples.reduce((far, p) => Math.max(far, p.distanceTo(centre)), 1e-3);
 
     const controls = new THREE.OrbitControls(camera, canvas);
     controls.zoomToCursor = true;
@@ -56,7 +56,7 @@
     if (matchMedia("(pointer: coarse)").matches) canvas.style.touchAction = "pan-y";
 
     const state = { colouring: "region", selected: null, alone: false, direction: "all" };
-    let asked = false;
+    let asked = false, framed = "iso";
     const draw = () => { if (!asked) { asked = true; requestAnimationFrame(render); } };
 
     function render() {
@@ -101,6 +101,7 @@
     }
 
     function fit(name) {
+      framed = name;
       const [from, up] = VIEWS[name].map((v) => new THREE.Vector3(...v));
       from.normalize();
       const sideways = new THREE.Vector3().crossVectors(up, from).normalize();
@@ -109,11 +110,16 @@
       // The middle of what is seen, then as near as every corner allows.
       const middle = centre.clone();
       for (const axis of [sideways, upwards]) {
-        const along = corners.map((p) => p.clone().sub(centre).dot(axis));
-        middle.addScaledVector(axis, (Math.max(...along) + Math.min(...along)) / 2);
+        let low = Infinity, high = -Infinity;
+        for (const p of samples) {
+          const along = p.clone().sub(centre).dot(axis);
+          low = Math.min(low, along);
+          high = Math.max(high, along);
+        }
+        middle.addScaledVector(axis, (low + high) / 2);
       }
       let distance = 0;
-      for (const p of corners) {
+      for (const p of samples) {
         const q = p.clone().sub(middle);
         const needed = Math.max(Math.abs(q.dot(sideways)) / wide, Math.abs(q.dot(upwards)) / tall) * MARGIN;
         distance = Math.max(distance, needed + q.dot(from));
@@ -194,7 +200,7 @@
       renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
       renderer.setSize(w, h, false);
       camera.aspect = w / h;
-      draw();
+      if (framed) fit(framed); else draw();
     }
 
     function ground() {
@@ -203,6 +209,8 @@
     }
 
     controls.addEventListener("change", draw);
+    // From then on the view is the reader's.
+    controls.addEventListener("start", () => { framed = null; });
     let down = null;
     canvas.addEventListener("pointerdown", (e) => { down = e; });
     canvas.addEventListener("pointerup", (e) => {
@@ -221,6 +229,7 @@
         s.phi = Math.min(Math.PI - 0.01, Math.max(0.01, s.phi + turn[1] * 0.15));
         arm.set(s.r * Math.sin(s.phi) * Math.sin(s.theta), s.r * Math.cos(s.phi), s.r * Math.sin(s.phi) * Math.cos(s.theta));
       }
+      framed = null;
       camera.position.copy(controls.target).addScaledVector(arm, zoom || 1);
       controls.update();
       draw();
@@ -284,16 +293,16 @@
     });
   }
 
-  function cornersOf(parts) {
-    const corners = [];
+  // Points enough of every part to frame it.
+  function samplesOf(parts) {
+    const samples = [];
     for (const { object } of parts) {
-      const { min, max } = object.geometry.boundingBox;
-      for (let i = 0; i < 8; i++) {
-        const p = new THREE.Vector3(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z);
-        corners.push(p.applyMatrix4(object.matrixWorld));
+      const places = object.geometry.attributes.position, step = Math.ceil(places.count / 300);
+      for (let i = 0; i < places.count; i += step) {
+        samples.push(new THREE.Vector3().fromBufferAttribute(places, i).applyMatrix4(object.matrixWorld));
       }
     }
-    return corners;
+    return samples;
   }
 
   function heat(geometry) {

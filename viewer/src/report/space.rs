@@ -34,10 +34,10 @@ pub(super) fn section(input: &ReportInput<'_>, cover: Option<&ReportPicture>) ->
                         the lists below choose regions and layers." {}
                     div id="space-scale" aria-hidden="true" {}
                     p id="space-thinned" hidden { "Passes are thinned out: zoom in to see every one" }
-                    (heat_key(input.job))
                 }
                 @if let Some(cover) = cover { figcaption.still { (cover.caption) } }
             }
+            @if live { (heat_key(input.job)) }
             p id="space-status" role="status" { @if live { "Loading the 3-D view" } }
             @if live { (controls(input)) }
         }

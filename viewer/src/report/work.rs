@@ -1,15 +1,24 @@
 use std::collections::BTreeMap;
 
-use claymill_toolpath::{Job, LengthByKind, LinkStyle, MoveKind, RegionTotals, RegionsFile, UncutReason};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use claymill_toolpath::{
+    FaceAccount, Job, LengthByKind, LinkStyle, MoveKind, RegionTotals, RegionsFile, UncutReason,
+};
 use maud::{Markup, html};
 
-use super::figures::{area, count, duration, length, plural, share};
+use super::ReportInput;
+use super::figures::{area, count, deviation, duration, length, plural, share};
 use super::plots::{Part, stacked_bar, swatch};
 use crate::palette::{CLAY, Rgb};
 use crate::strokes::kind_colour;
 
 /// Regions listed before the rest is folded away.
 const REGIONS_SHOWN: usize = 40;
+/// Faces listed for each reason why they are not cut.
+const FACES_SHOWN: usize = 20;
+/// Faces of which less is left are not worth a line, as a share of the model's area.
+const LEAST_LEFT: f64 = 1e-6;
 
 pub(super) fn subtitle(job: &Job) -> String {
     let [x0, y0, z0, x1, y1, z1] = job.model.box_mm;
@@ -72,7 +81,7 @@ pub(super) fn asked(job: &Job) -> Markup {
         ("Left out", list(&r.skip)),
     ];
     html! {
-        h2 { "What was asked" }
+        h2 id="asked" { "What was asked" }
         table { tbody { @for (name, value) in &rows { tr { th scope="row" { (name) } td { (value) } } } } }
     }
 }
@@ -92,7 +101,7 @@ pub(super) fn path_lengths(job: &Job) -> Markup {
         part("rapid", l.rapid_mm, MoveKind::Rapid),
     ];
     html! {
-        h2 { "Tool paths" }
+        h2 id="done" { "What was done" }
         (stacked_bar(&format!("Path length by kind, {} in all", length(l.total_mm())), &parts))
         p {
             @match job.totals.lifted_locations {
@@ -165,7 +174,7 @@ pub(super) fn setups(job: &Job) -> Markup {
         })
         .collect();
     html! {
-        h2 { "Setups" }
+        h3 { "Setups" }
         (stacked_bar("Area cut by setup", &parts))
         div.wide { table {
             thead { tr {
@@ -188,42 +197,66 @@ pub(super) fn setups(job: &Job) -> Markup {
     }
 }
 
-pub(super) fn regions(job: &Job, regions: &RegionsFile, colours: &[Rgb]) -> Markup {
+/// One region: where it is, what it is, what its passes leave.
+fn region_row(input: &ReportInput<'_>, index: usize, sum: &Sum) -> Markup {
+    let region = &input.regions.regions[index];
+    let id = region.id;
+    let by_setup: Vec<String> = region
+        .setup_area_mm2
+        .iter()
+        .filter(|(_, a)| **a > 0.0)
+        .map(|(name, a)| format!("{name} {}", area(*a)))
+        .collect();
+    let crests = input.verification.and_then(|v| v.scallop.crests.by_region.iter().find(|c| c.region == id));
+    let colour = input.region_colours.get(id).copied().unwrap_or(CLAY);
+    html! { tr {
+        @if let Some(t) = input.thumbnails.get(id) {
+            td.thumb { img width="144" height="84" loading="lazy" alt=(format!("Region {id} on the model, from {}", t.seen_from))
+                src=(format!("data:image/png;base64,{}", STANDARD.encode(&t.png))); }
+        }
+        th scope="row" {
+            (swatch(colour))
+            @if input.space.is_some() { a href="#space" data-region=(id) { (id) } } @else { (id) }
+        }
+        td.n { (count(region.faces.len() as u64)) }
+        td.n { (area(region.area_mm2)) }
+        td { @if by_setup.is_empty() { span.soft { "not cut" } } @else { (by_setup.join(", ")) } }
+        (sum.cells())
+        @match crests {
+            Some(c) => { td.n { (deviation(c.p99_mm)) br; small.soft { "max " (deviation(c.max_mm)) } } }
+            None => { td.n { "–" } }
+        }
+    } }
+}
+
+pub(super) fn regions(input: &ReportInput<'_>) -> Markup {
     let mut sums: BTreeMap<usize, Sum> = BTreeMap::new();
-    for totals in &job.regions {
+    for totals in &input.job.regions {
         sums.entry(totals.region).or_default().add(totals);
     }
     let none = Sum::default();
     let row = |index: usize| {
-        let region = &regions.regions[index];
-        let by_setup: Vec<String> = region
-            .setup_area_mm2
-            .iter()
-            .filter(|(_, a)| **a > 0.0)
-            .map(|(name, a)| format!("{name} {}", area(*a)))
-            .collect();
-        html! { tr {
-            th scope="row" { (swatch(colours.get(region.id).copied().unwrap_or(CLAY))) (region.id) }
-            td.n { (count(region.faces.len() as u64)) }
-            td.n { (area(region.area_mm2)) }
-            td { @if by_setup.is_empty() { span.soft { "not cut" } } @else { (by_setup.join(", ")) } }
-            (sums.get(&region.id).unwrap_or(&none).cells())
-        } }
+        let sum = sums.get(&input.regions.regions[index].id).unwrap_or(&none);
+        region_row(input, index, sum)
     };
     let table = |range: std::ops::Range<usize>| {
         html! { div.wide { table {
             thead { tr {
+                @if !input.thumbnails.is_empty() { th scope="col" { "Where" } }
                 th scope="col" { "Region" } th.n scope="col" { "Faces" } th.n scope="col" { "Area" }
-                th scope="col" { "Area by setup" } (sum_headings())
+                th scope="col" { "Area by setup" } (sum_headings()) th.n scope="col" { "Scallop 99 %" }
             } }
             tbody { @for index in range { (row(index)) } }
         } } }
     };
-    let total = regions.regions.len();
+    let total = input.regions.regions.len();
     let shown = total.min(REGIONS_SHOWN);
     html! {
-        h2 { "Regions" }
-        p { "A region is a set of faces that is cut as one surface; the colours are those of the pictures." }
+        h2 id="regions" { "Regions" }
+        p {
+            "A region is a set of faces that is cut as one surface; the colours are those of the pictures, the region is the \
+             dark part of its small picture, and a ring marks what is too small to be seen."
+        }
         (table(0..shown))
         @if total > shown {
             details { summary { (plural((total - shown) as u64, "smaller region")) } (table(shown..total)) }
@@ -232,11 +265,6 @@ pub(super) fn regions(job: &Job, regions: &RegionsFile, colours: &[Rgb]) -> Mark
 }
 
 pub(super) fn not_cut(job: &Job) -> Markup {
-    let reason = |reason: UncutReason| match reason {
-        UncutReason::Hidden => ("hidden: no tool direction reaches it", [150, 152, 156]),
-        UncutReason::TooTight => ("too tight for the tool", [205, 62, 0]),
-        UncutReason::Excluded => ("left out on request", [230, 190, 120]),
-    };
     let whole = job.area.total_mm2;
     let part = |label: &str, mm2: f64, colour| Part {
         label: label.to_owned(),
@@ -246,15 +274,58 @@ pub(super) fn not_cut(job: &Job) -> Markup {
     };
     let mut parts = vec![part("cut", job.area.cut_mm2, kind_colour(MoveKind::Cut))];
     parts.extend(job.area.uncut_mm2.iter().map(|(&r, &mm2)| {
-        let (label, colour) = reason(r);
+        let (label, colour) = why_not_cut(r);
         part(label, mm2, colour)
     }));
     let unaccounted = whole - job.area.cut_mm2 - job.area.uncut_mm2.values().sum::<f64>();
     html! {
-        h2 { "Where the model's area went" }
+        h2 id="uncut" { "Where the model's area went" }
         (stacked_bar(&format!("{} in all", area(whole)), &parts))
         @if unaccounted.abs() > 1e-6 * whole {
             p.error { b { "The account does not close: " } (area(unaccounted)) " are missing." }
         }
+        (faces_not_cut(job))
+    }
+}
+
+/// The faces that lost most, by reason.
+fn faces_not_cut(job: &Job) -> Markup {
+    let mut left: BTreeMap<UncutReason, Vec<(f64, &FaceAccount)>> = BTreeMap::new();
+    for face in &job.faces {
+        for (&reason, &mm2) in face.area.uncut_mm2.iter().filter(|u| *u.1 > LEAST_LEFT * job.area.total_mm2) {
+            left.entry(reason).or_default().push((mm2, face));
+        }
+    }
+    for faces in left.values_mut() {
+        faces.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.face.cmp(&b.1.face)));
+    }
+    html! {
+        @for (reason, faces) in &left {
+            @let (words, _) = why_not_cut(*reason);
+            details open[*reason != UncutReason::Hidden] {
+                summary { (plural(faces.len() as u64, "face")) " " (words) }
+                div.wide { table {
+                    thead { tr {
+                        th scope="col" { "Face" } th scope="col" { "Entity" } th scope="col" { "Region" }
+                        th.n scope="col" { "Not cut" } th.n scope="col" { "Of the face" }
+                    } }
+                    tbody { @for (mm2, face) in faces.iter().take(FACES_SHOWN) { tr {
+                        th scope="row" { (face.face) } td { (face.entity) } td { (face.region) }
+                        td.n { (area(*mm2)) } td.n { (share(*mm2, face.area.total_mm2)) }
+                    } } }
+                } }
+                @if faces.len() > FACES_SHOWN {
+                    p.soft { "The largest " (FACES_SHOWN) "; " code { "job.json" } " has them all." }
+                }
+            }
+        }
+    }
+}
+
+fn why_not_cut(reason: UncutReason) -> (&'static str, Rgb) {
+    match reason {
+        UncutReason::Hidden => ("hidden: no tool direction reaches it", [150, 152, 156]),
+        UncutReason::TooTight => ("too tight for the tool", [205, 62, 0]),
+        UncutReason::Excluded => ("left out on request", [230, 190, 120]),
     }
 }

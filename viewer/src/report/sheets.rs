@@ -1,0 +1,146 @@
+use claymill_nurbs::Vector3;
+use claymill_toolpath::{Job, MoveKind, Program, Setup};
+use maud::{Markup, html};
+
+use super::figures::{area, count, duration, length, plural, share};
+use super::{ReportInput, SetupSheet, image};
+
+/// Extent of something along three axes, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Extent {
+    low: [f64; 3],
+    high: [f64; 3],
+}
+
+impl Extent {
+    fn of(points: impl Iterator<Item = [f64; 3]>) -> Option<Self> {
+        let one = |p: [f64; 3]| Extent { low: p, high: p };
+        points.map(one).reduce(|a, b| Extent {
+            low: [0, 1, 2].map(|i| a.low[i].min(b.low[i])),
+            high: [0, 1, 2].map(|i| a.high[i].max(b.high[i])),
+        })
+    }
+
+    fn words(&self, i: usize) -> String {
+        format!("{:.2} to {:.2} mm", self.low[i], self.high[i])
+    }
+}
+
+/// A page for the machine for every direction.
+pub(super) fn section(input: &ReportInput<'_>) -> Markup {
+    html! {
+        h2 id="sheets" { "Setup sheets" }
+        @for (i, setup) in input.job.setups.iter().enumerate() {
+            (sheet(input, setup, input.sheets.get(i)))
+        }
+    }
+}
+
+fn sheet(input: &ReportInput<'_>, setup: &Setup, drawn: Option<&SetupSheet>) -> Markup {
+    let job = input.job;
+    let rows = rows(job, input.program, setup, drawn.map(|d| d.axes));
+    html! {
+        article.sheet {
+            h3 { "Setup " (setup.name) }
+            div.beside {
+                @if let Some(picture) = drawn.and_then(|d| d.picture.as_ref()) {
+                    figure { (image(picture)) figcaption { (picture.caption) } }
+                }
+                table { tbody { @for (name, value) in &rows { tr { th scope="row" { (name) } td { (value) } } } } }
+            }
+        }
+    }
+}
+
+fn rows(
+    job: &Job,
+    program: &Program,
+    setup: &Setup,
+    axes: Option<[[f64; 3]; 3]>,
+) -> Vec<(&'static str, String)> {
+    let radius_mm = job.request.tool.radius_mm();
+    let mine = || program.moves.iter().filter(|m| m.setup == setup.name);
+    let mut rows = Vec::new();
+    let tools: Vec<String> = (job.tools.iter())
+        .filter(|t| mine().any(|m| m.tool == t.id))
+        .map(|t| {
+            format!(
+                "{}: ball end mill, radius {} mm (diameter {} mm)",
+                t.id,
+                t.tool.radius_mm(),
+                2.0 * t.tool.radius_mm()
+            )
+        })
+        .collect();
+    rows.push((
+        "Tool",
+        if tools.is_empty() { format!("ball end mill, radius {radius_mm} mm") } else { tools.join("; ") },
+    ));
+    let axis = Vector3::from(setup.axis);
+    let tips = || mine().filter(|m| m.kind != MoveKind::Rapid).flat_map(|m| m.points.iter());
+    let lowest = tips().map(|p| axis.dot(&Vector3::from(*p))).fold(f64::INFINITY, f64::min);
+    if lowest.is_finite() {
+        rows.push((
+            "Stick-out",
+            format!(
+                "{:.0} mm keep any holder above the whole model; less needs a look, for no holder was given or checked. \
+                 The shank was: as thick as the ball, along its whole length",
+                (setup.clearance_mm - lowest).ceil()
+            ),
+        ));
+    }
+    if let Some(axes) = axes {
+        let [x, y, z] = axes.map(axis_name);
+        rows.push(("Axes", format!("X is the model's {x}, Y its {y}, Z (towards the spindle) its {z}")));
+        rows.push((
+            "Origin",
+            "the origin of the model's file, unless the machine definition of the post moves it".to_owned(),
+        ));
+        let turned = |p: [f64; 3]| axes.map(|a| Vector3::from(a).dot(&Vector3::from(p)));
+        let b = job.model.box_mm;
+        let corners = (0..8).map(|k| [0, 1, 2].map(|i| b[i + 3 * (k >> i & 1)]));
+        if let Some(stock) = Extent::of(corners.map(turned)) {
+            rows.push(("Model, X", stock.words(0)));
+            rows.push(("Model, Y", stock.words(1)));
+            rows.push(("Model, Z", stock.words(2)));
+        }
+        if let Some(tips) = Extent::of(tips().map(|p| turned(*p))) {
+            rows.push(("Tip while cutting, Z", tips.words(2)));
+        }
+    }
+    rows.push(("Rapids between regions", format!("at {:.1} mm along the tool axis", setup.clearance_mm)));
+    let r = &job.request;
+    rows.push(("Feed", format!("{} mm/min cutting, {} mm/min rapid", r.feed_mm_per_min, r.rapid_mm_per_min)));
+    rows.push(("Time", format!("{} of {}", duration(setup.time_s), duration(job.totals.time_s))));
+    let totals: Vec<_> = job.regions.iter().filter(|t| t.setup == setup.name).collect();
+    let cut_mm: f64 = totals.iter().map(|t| t.length.cut_mm).sum();
+    let all_mm: f64 = totals.iter().map(|t| t.length.total_mm()).sum();
+    rows.push(("Cutting length", format!("{} ({} of the way)", length(cut_mm), share(cut_mm, all_mm))));
+    let (passes, retracts) =
+        totals.iter().fold((0, 0), |s, t| (s.0 + u64::from(t.passes), s.1 + u64::from(t.retracts)));
+    rows.push(("Passes", format!("{}, {}", count(passes), plural(retracts, "retract"))));
+    let names: Vec<String> = totals.iter().map(|t| t.region.to_string()).collect();
+    rows.push(("Area cut", area(setup.area_mm2)));
+    rows.push(("Regions, in order", names.join(", ")));
+    rows
+}
+
+/// `+x` where the direction is an axis, else its components.
+fn axis_name(direction: [f64; 3]) -> String {
+    let along = (0..3).find(|&i| direction[i].abs() > 1.0 - 1e-9);
+    match along {
+        Some(i) => format!("{}{}", if direction[i] > 0.0 { '+' } else { '-' }, ['x', 'y', 'z'][i]),
+        None => format!("({:.4}, {:.4}, {:.4})", direction[0], direction[1], direction[2]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_have_names_and_slanting_ones_components() {
+        assert_eq!(axis_name([0.0, -1.0, 0.0]), "-y");
+        assert_eq!(axis_name([0.6, 0.0, 0.8]), "(0.6000, 0.0000, 0.8000)");
+    }
+}

@@ -1,4 +1,8 @@
+use std::sync::LazyLock;
+
 use nalgebra::SVector;
+
+use crate::MAX_DEGREE;
 
 /// A tensor-product polynomial on the unit square with values in `N` dimensions, by its Bernstein
 /// coefficients, row-major.
@@ -125,7 +129,12 @@ pub(crate) fn binomials(n: usize) -> Vec<f64> {
 
 /// `[i][k]`: coefficient of `xᵏ` in the Bernstein polynomial `i` of degree `n` on `[-½, ½]`. All are exact up to
 /// degree 25: whole numbers below 2⁵³ over powers of two.
-pub(crate) fn centred_powers(n: usize) -> Vec<Vec<f64>> {
+pub(crate) fn centred_powers(n: usize) -> &'static [Vec<f64>] {
+    static TABLES: LazyLock<Vec<Vec<Vec<f64>>>> = LazyLock::new(|| (0..=MAX_DEGREE).map(centred).collect());
+    &TABLES[n]
+}
+
+fn centred(n: usize) -> Vec<Vec<f64>> {
     let binomial = binomials(n);
     let times = |poly: &[f64], slope: f64| -> Vec<f64> {
         let mut out = vec![0.0; poly.len() + 1];

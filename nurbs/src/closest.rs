@@ -19,6 +19,7 @@ mod piece;
 mod rim;
 mod search;
 mod tree;
+mod unique;
 
 use rayon::prelude::*;
 
@@ -28,6 +29,7 @@ use piece::Piece;
 use rim::RimPiece;
 use search::Search;
 use tree::Tree;
+pub use unique::Nearest;
 
 /// Closest points over all faces of a model: a hierarchy of boxes around small surface pieces, then Newton
 /// on the exact surfaces and on the exact boundary curves.

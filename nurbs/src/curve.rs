@@ -82,7 +82,18 @@ impl<const D: usize> NurbsCurve<D> {
     /// The point at `t`.
     #[must_use]
     pub fn point(&self, t: f64) -> Point<f64, D> {
-        Point::from(self.derivatives(t)[0])
+        for_degree!(self.knots.degree(), self.point_sized(t))
+    }
+
+    fn point_sized<const N: usize>(&self, t: f64) -> Point<f64, D> {
+        let (first, values) = self.knots.values::<N>(t);
+        let (mut sum, mut w) = (SVector::<f64, D>::zeros(), 0.0);
+        for (i, value) in values[..=self.knots.degree()].iter().enumerate() {
+            let b = value * self.weights.as_ref().map_or(1.0, |w| w[first + i]);
+            sum += self.points[first + i].coords * b;
+            w += b;
+        }
+        Point::from(if self.weights.is_some() { sum / w } else { sum })
     }
 
     /// Start point.

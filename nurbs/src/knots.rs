@@ -27,8 +27,11 @@ pub(crate) struct Basis<const N: usize> {
 macro_rules! for_degree {
     ($degree:expr, $this:ident . $method:ident ( $($argument:expr),* )) => {
         match $degree {
-            0..=3 => $this.$method::<4>($($argument),*),
-            4..=7 => $this.$method::<8>($($argument),*),
+            1 => $this.$method::<2>($($argument),*),
+            2 => $this.$method::<3>($($argument),*),
+            3 => $this.$method::<4>($($argument),*),
+            5 => $this.$method::<6>($($argument),*),
+            4 | 6 | 7 => $this.$method::<8>($($argument),*),
             _ => $this.$method::<{ $crate::MAX_DEGREE + 1 }>($($argument),*),
         }
     };
@@ -161,14 +164,36 @@ impl KnotVector {
     /// from there on.
     #[must_use]
     pub fn basis_functions(&self, t: f64) -> (usize, Vec<f64>) {
-        let basis = self.basis::<{ MAX_DEGREE + 1 }>(t);
-        (basis.first, basis.n[0][..=self.degree].to_vec())
+        let (first, values) = self.values::<{ MAX_DEGREE + 1 }>(t);
+        (first, values[..=self.degree].to_vec())
     }
 
     /// Non-vanishing basis functions at `t` with first and second derivatives
     /// (Cox–de Boor recursion; The NURBS Book, eq. 2.5 and 2.7). `N` must be above the degree.
     pub(crate) fn basis<const N: usize>(&self, t: f64) -> Basis<N> {
-        let (p, i) = (self.degree, self.span(t));
+        // Where the scratch is just large enough the degree is a constant, and loops unroll.
+        let exact = self.degree + 1 == N;
+        if exact {
+            self.basis_up_to::<N, true>(N - 1, t)
+        } else {
+            self.basis_up_to::<N, true>(self.degree, t)
+        }
+    }
+
+    /// The same without derivatives.
+    pub(crate) fn values<const N: usize>(&self, t: f64) -> (usize, [f64; N]) {
+        let exact = self.degree + 1 == N;
+        let basis = if exact {
+            self.basis_up_to::<N, false>(N - 1, t)
+        } else {
+            self.basis_up_to::<N, false>(self.degree, t)
+        };
+        (basis.first, basis.n[0])
+    }
+
+    #[inline(always)]
+    fn basis_up_to<const N: usize, const DERIVATIVES: bool>(&self, p: usize, t: f64) -> Basis<N> {
+        let i = self.span(t);
         // The 2p knots around the span: u[p - 1 + k] is knot i + k.
         let u = &self.knots[i + 1 - p..=i + p];
         let mut n = [[0.0; N]; 3];
@@ -190,6 +215,9 @@ impl KnotVector {
                 carry = (t - left) * w;
             }
             b[d] = carry;
+        }
+        if !DERIVATIVES {
+            return Basis { first: i - p, n };
         }
         // Derivative of degree d from the basis of degree d - 1:
         // N' = d (N_{j,d-1} / (u_{j+d} - u_j) - N_{j+1,d-1} / (u_{j+d+1} - u_{j+1})).

@@ -127,16 +127,16 @@ impl NurbsSurface {
     }
 
     fn point_sized<const N: usize>(&self, u: f64, v: f64) -> Point3 {
-        let (bu, bv) = (self.knots_u.basis::<N>(u), self.knots_v.basis::<N>(v));
+        let ((first_u, bu), (first_v, bv)) = (self.knots_u.values::<N>(u), self.knots_v.values::<N>(v));
         let columns = self.size().1;
         let mut sum = Vector4::zeros();
         for i in 0..=self.knots_u.degree() {
-            let row = &self.net[(bu.first + i) * columns + bv.first..];
+            let row = &self.net[(first_u + i) * columns + first_v..];
             let mut inner = Vector4::zeros();
             for j in 0..=self.knots_v.degree() {
-                inner += row[j] * bv.n[0][j];
+                inner += row[j] * bv[j];
             }
-            sum += inner * bu.n[0][i];
+            sum += inner * bu[i];
         }
         Point3::from(sum.xyz() / sum.w)
     }

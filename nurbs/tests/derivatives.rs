@@ -282,6 +282,7 @@ fn leaves_are_the_surface_to_twelve_digits_at_every_degree() {
                             (knot(rng.random()), knot(if k < 4 { f64::from(k) / 3.0 } else { rng.random() }));
                         let (a, b) = (leaves.jet(u, v), surface.jet(u, v));
                         assert_eq!(batched(&leaves, u, v), a, "one and eight are the same bits");
+                        assert_eq!(leaves.point(u, v), a.p, "with derivatives or without");
                         for (k, (x, y)) in parts(&a).iter().zip(parts(&b)).enumerate() {
                             let off = (x - y).norm() / scale[k];
                             // Positions are 4 m from the origin, derivatives of a leaf of 60 mm.

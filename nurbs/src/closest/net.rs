@@ -1,7 +1,7 @@
 use nalgebra::Vector4;
 
 use super::interval::Interval;
-use crate::bernstein::{binomials, centred_powers};
+use crate::bernstein::binomials;
 use crate::{NurbsSurface, Point3, Vector3};
 
 /// Knot intervals shorter than this share of the domain are rounding errors.
@@ -203,31 +203,5 @@ impl Net {
             (all.clone().filter(|k| inner(k, 2 * m + 1, columns))).map(|k| bend(k, columns)).sum();
         let bend_v: f64 = (all.filter(|k| inner(k, columns, 1))).map(|k| bend(k, 1)).sum();
         Some(if bend_u >= bend_v { Direction::U } else { Direction::V })
-    }
-
-    /// Coefficients in powers of `(s, t)` on `[-½, ½]²`, padded to `order + 1` powers both ways; entry
-    /// `i·(order + 1) + j` belongs to `sⁱ tʲ`.
-    pub(super) fn powers(&self, order: usize) -> Vec<[f64; 4]> {
-        let (p, q) = self.degree;
-        let (mu, mv) = (centred_powers(p), centred_powers(q));
-        let mut half = vec![Vector4::zeros(); (p + 1) * (q + 1)];
-        for i in 0..=p {
-            for j in 0..=q {
-                for k in 0..=q {
-                    half[i * (q + 1) + j] += self.at(i, k) * mv[k][j];
-                }
-            }
-        }
-        let mut out = vec![[0.0; 4]; (order + 1) * (order + 1)];
-        for i in 0..=p {
-            for j in 0..=q {
-                let mut sum = Vector4::zeros();
-                for k in 0..=p {
-                    sum += half[k * (q + 1) + j] * mu[k][i];
-                }
-                out[i * (order + 1) + j] = sum.into();
-            }
-        }
-        out
     }
 }

@@ -1,5 +1,5 @@
 use super::piece::Piece;
-use crate::{NurbsSurface, Vector3};
+use crate::Vector3;
 
 /// A step this short is the last one: the position is then carried along by its Taylor polynomial, with an
 /// error of third order (below 1e-12 mm), and Newton's next residual would be of second order.
@@ -24,7 +24,6 @@ pub(super) struct Spot {
 /// `cutoff_squared`.
 pub(super) fn descend(
     piece: &Piece,
-    surface: &NurbsSurface,
     local: &Vector3,
     start: (f64, f64),
     convexity: Option<[f64; 2]>,
@@ -33,8 +32,8 @@ pub(super) fn descend(
     let (mut s, mut t) = start;
     let mut previous = Spot { s, t, position: Vector3::zeros(), distance_squared: f64::INFINITY };
     for _ in 0..LARGEST_STEP_COUNT {
-        let j = piece.jet(surface, s, t);
-        let away = j.p - local;
+        let j = piece.jet(s, t);
+        let away = j.p.coords - local;
         let distance_squared = away.norm_squared();
         if distance_squared > previous.distance_squared * (1.0 + 1e-14) {
             // Too long a step: come back most of the way.
@@ -45,15 +44,15 @@ pub(super) fn descend(
             (s, t) = (next_s, next_t);
             continue;
         }
-        previous = Spot { s, t, position: j.p, distance_squared };
-        let (gs, gt) = (away.dot(&j.s), away.dot(&j.t));
+        previous = Spot { s, t, position: j.p.coords, distance_squared };
+        let (gs, gt) = (away.dot(&j.su), away.dot(&j.sv));
         if let Some([least_s, least_t]) = convexity
             && distance_squared - 2.0 * (drop(gs, least_s, s) + drop(gt, least_t, t)) > cutoff_squared
         {
             return None;
         }
-        let (e, f, g) = (j.s.norm_squared(), j.s.dot(&j.t), j.t.norm_squared());
-        let (hss, hst, htt) = (e + away.dot(&j.ss), f + away.dot(&j.st), g + away.dot(&j.tt));
+        let (e, f, g) = (j.su.norm_squared(), j.su.dot(&j.sv), j.sv.norm_squared());
+        let (hss, hst, htt) = (e + away.dot(&j.suu), f + away.dot(&j.suv), g + away.dot(&j.svv));
         let (ds, dt) = newton_step((gs, gt), (hss, hst, htt), (e, f, g), (s, t));
         // As far as the square allows.
         let room = |x: f64, d: f64| match d {
@@ -63,11 +62,11 @@ pub(super) fn descend(
         };
         let fraction = room(s, ds).min(room(t, dt)).min(1.0);
         let (ds, dt) = (ds * fraction, dt * fraction);
-        let tangent = j.s * ds + j.t * dt;
+        let tangent = j.su * ds + j.sv * dt;
         let (next_s, next_t) = ((s + ds).clamp(-0.5, 0.5), (t + dt).clamp(-0.5, 0.5));
         if fraction == 1.0 && tangent.norm_squared() <= LAST_STEP_MM * LAST_STEP_MM {
-            let bend = j.ss * (0.5 * ds * ds) + j.st * (ds * dt) + j.tt * (0.5 * dt * dt);
-            let position = j.p + tangent + bend;
+            let bend = j.suu * (0.5 * ds * ds) + j.suv * (ds * dt) + j.svv * (0.5 * dt * dt);
+            let position = j.p.coords + tangent + bend;
             let distance_squared = (position - local).norm_squared();
             return Some(if distance_squared < previous.distance_squared {
                 Spot { s: next_s, t: next_t, position, distance_squared }

@@ -3,10 +3,8 @@ use nalgebra::Matrix3;
 use super::interval::{Interval, dot};
 use super::net::{Direction, JetRange, Net};
 use super::rim::Chord;
-use crate::{FaceId, NurbsSurface, Point3, Vector3};
-
-/// Above this degree the power basis loses digits, and the face's own evaluator is used instead.
-const LARGEST_POWER_DEGREE: usize = 7;
+use crate::leaf::Leaf;
+use crate::{FaceId, Jet, Point3, Vector3};
 
 /// A small piece of a face's surface in a frame of its own: axis `x` along `u`, axis `z` along the normal, so
 /// that its box is thin. Its parameters `(s, t)` run over `[-½, ½]²`.
@@ -28,19 +26,7 @@ pub(super) struct Piece {
     start: [f64; 4],
     middle: (f64, f64),
 
-    order: usize,
-    powers: Box<[[f64; 4]]>,
-}
-
-/// Position and derivatives by `s`, `t` in the piece's frame.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct LocalJet {
-    pub(super) p: Vector3,
-    pub(super) s: Vector3,
-    pub(super) t: Vector3,
-    pub(super) ss: Vector3,
-    pub(super) st: Vector3,
-    pub(super) tt: Vector3,
+    leaf: Leaf,
 }
 
 /// What the ranges of the derivatives say about the squared distance from a point over the whole piece.
@@ -66,12 +52,7 @@ impl Piece {
             dot(&range.su, &range.sv),
             range.sv[0].squared() + range.sv[1].squared() + range.sv[2].squared(),
         ];
-        let order = net.degree.0.max(net.degree.1);
-        let (order, powers) = if order <= LARGEST_POWER_DEGREE {
-            (order, moved.powers(order).into_boxed_slice())
-        } else {
-            (0, Box::default())
-        };
+        let leaf = Leaf::for_evaluation([net.degree.0, net.degree.1], net.rational, &moved.points);
         let mid = |r: &Interval| 0.5 * (r.lo + r.hi);
         let (a, b) = (mid(&range.su[0]), mid(&range.sv[0]));
         let (c, d) = (mid(&range.su[1]), mid(&range.sv[1]));
@@ -93,8 +74,7 @@ impl Piece {
             first,
             start,
 
-            order,
-            powers,
+            leaf,
         }
     }
 
@@ -198,54 +178,9 @@ impl Piece {
         if self.first[0].hi >= self.first[2].hi { Direction::U } else { Direction::V }
     }
 
-    /// Position and derivatives; `surface` is the face's, needed where the degree is high.
-    pub(super) fn jet(&self, surface: &NurbsSurface, s: f64, t: f64) -> LocalJet {
-        let [p, ds, dt, dss, dst, dtt] = match self.order {
-            0 => return self.exact_jet(surface, s, t),
-            1 => powers_jet(1, &self.powers, s, t),
-            2 => powers_jet(2, &self.powers, s, t),
-            3 => powers_jet(3, &self.powers, s, t),
-            5 => powers_jet(5, &self.powers, s, t),
-            n => powers_jet(n, &self.powers, s, t),
-        };
-        let xyz = |a: &[f64; 4]| Vector3::new(a[0], a[1], a[2]);
-        if !self.net.rational {
-            return LocalJet {
-                p: xyz(&p),
-                s: xyz(&ds),
-                t: xyz(&dt),
-                ss: xyz(&dss),
-                st: xyz(&dst),
-                tt: xyz(&dtt),
-            };
-        }
-        // Quotient rule, The NURBS Book eq. 4.20.
-        let inverse = 1.0 / p[3];
-        let at = xyz(&p) * inverse;
-        let s = (xyz(&ds) - at * ds[3]) * inverse;
-        let t = (xyz(&dt) - at * dt[3]) * inverse;
-        LocalJet {
-            p: at,
-            s,
-            t,
-            ss: (xyz(&dss) - s * (2.0 * ds[3]) - at * dss[3]) * inverse,
-            st: (xyz(&dst) - s * dt[3] - t * ds[3] - at * dst[3]) * inverse,
-            tt: (xyz(&dtt) - t * (2.0 * dt[3]) - at * dtt[3]) * inverse,
-        }
-    }
-
-    fn exact_jet(&self, surface: &NurbsSurface, s: f64, t: f64) -> LocalJet {
-        let (u, v) = self.parameters(s, t);
-        let (du, dv) = (self.net.u.1 - self.net.u.0, self.net.v.1 - self.net.v.0);
-        let j = surface.jet(u, v);
-        LocalJet {
-            p: self.local(&j.p),
-            s: self.axes * j.su * du,
-            t: self.axes * j.sv * dv,
-            ss: self.axes * j.suu * (du * du),
-            st: self.axes * j.suv * (du * dv),
-            tt: self.axes * j.svv * (dv * dv),
-        }
+    /// Position and derivatives by `s`, `t` in the piece's frame.
+    pub(super) fn jet(&self, s: f64, t: f64) -> Jet {
+        self.leaf.jet(s, t)
     }
 }
 
@@ -268,37 +203,4 @@ fn frame(net: &Net) -> (Point3, Matrix3<f64>) {
         });
     let y = z.cross(&x);
     (origin, Matrix3::from_rows(&[x.transpose(), y.transpose(), z.transpose()]))
-}
-
-/// `a·x + b`, four lanes.
-#[inline(always)]
-fn step(a: [f64; 4], x: f64, b: [f64; 4]) -> [f64; 4] {
-    [a[0] * x + b[0], a[1] * x + b[1], a[2] * x + b[2], a[3] * x + b[3]]
-}
-
-/// Value and first two derivatives of the tensor polynomial by Horner's rule in both directions. Inlined
-/// with a constant `n`, the loops unroll.
-#[inline(always)]
-fn powers_jet(n: usize, powers: &[[f64; 4]], s: f64, t: f64) -> [[f64; 4]; 6] {
-    const ZERO: [f64; 4] = [0.0; 4];
-    let [mut p, mut ds, mut dss, mut dt, mut dst, mut dtt] = [ZERO; 6];
-    let powers = &powers[..(n + 1) * (n + 1)];
-    for i in (0..=n).rev() {
-        let row = &powers[i * (n + 1)..(i + 1) * (n + 1)];
-        // Horner with derivatives: second derivative is twice the third running sum.
-        let (mut a, mut b, mut c) = (row[n], ZERO, ZERO);
-        for j in (0..n).rev() {
-            c = step(c, t, b);
-            b = step(b, t, a);
-            a = step(a, t, row[j]);
-        }
-        dss = step(dss, s, ds);
-        ds = step(ds, s, p);
-        p = step(p, s, a);
-        dst = step(dst, s, dt);
-        dt = step(dt, s, b);
-        dtt = step(dtt, s, c);
-    }
-    let twice = |a: [f64; 4]| a.map(|x| 2.0 * x);
-    [p, ds, dt, twice(dss), dst, twice(dtt)]
 }

@@ -26,7 +26,7 @@ pub(super) struct Found {
 }
 
 /// Whether a monotone piece may hold a local minimum: the sides from which the distance rises are open.
-fn may_exit(piece: &Piece, trim: &Trim, signs: [i8; 2]) -> bool {
+pub(super) fn may_exit(piece: &Piece, trim: &Trim, signs: [i8; 2]) -> bool {
     [(0, piece.net.u), (1, piece.net.v)].into_iter().all(|(axis, (low, high))| match signs[axis] {
         1 => trim.is_open(axis, low),
         -1 => trim.is_open(axis, high),
@@ -113,9 +113,8 @@ impl<'q> Search<'q> {
         if barren && !piece.chords.is_empty() {
             return;
         }
-        let surface = &self.index.model.faces[piece.face].surface;
         let start = piece.start(&local);
-        let Some(spot) = descend(piece, surface, &local, start, convexity, self.best_squared) else {
+        let Some(spot) = descend(piece, &local, start, convexity, self.best_squared) else {
             return;
         };
         // A barren piece wholly inside the trims gives a bound early that keeps others from being searched.

@@ -48,6 +48,50 @@ pub(super) fn derivatives<A: Arithmetic>(a: A, leaf: &Leaf, u: A::Real, v: A::Re
     project(a, leaf, homogeneous)
 }
 
+/// The point of a leaf at `(u, v)`.
+#[inline(always)]
+pub(super) fn point<A: Arithmetic>(a: A, leaf: &Leaf, u: A::Real, v: A::Real) -> [A::Real; 3] {
+    let Some(powers) = &leaf.powers else {
+        return derivatives(a, leaf, u, v).p;
+    };
+    let s = a.sub(u, a.all(leaf.middle.0));
+    let t = a.sub(v, a.all(leaf.middle.1));
+    let [x, y, z, w] = match leaf.degree[1] {
+        3 => values::<A, 4>(a, leaf, powers, s, t),
+        _ => values::<A, 0>(a, leaf, powers, s, t),
+    };
+    let inverse = if leaf.rational { a.div(a.all(1.0), w) } else { a.all(1.0) };
+    let o = &leaf.origin;
+    [
+        a.add(a.mul(x, inverse), a.all(o.x)),
+        a.add(a.mul(y, inverse), a.all(o.y)),
+        a.add(a.mul(z, inverse), a.all(o.z)),
+    ]
+}
+
+/// Horner's rule without derivatives; `M` columns, any number if 0.
+#[inline(always)]
+fn values<A: Arithmetic, const M: usize>(
+    a: A,
+    leaf: &Leaf,
+    powers: &[f64],
+    s: A::Real,
+    t: A::Real,
+) -> [A::Real; 4] {
+    let columns = if M == 0 { leaf.degree[1] + 1 } else { M };
+    let mut out = [a.all(0.0); 4];
+    for (value, powers) in out.iter_mut().zip(powers.chunks_exact((leaf.degree[0] + 1) * columns)) {
+        for row in powers.chunks_exact(columns).rev() {
+            let mut inner = a.all(0.0);
+            for &c in row.iter().rev() {
+                inner = a.mul_add(inner, t, a.all(c));
+            }
+            *value = a.mul_add(*value, s, inner);
+        }
+    }
+    out
+}
+
 /// Horner's rule for each coordinate; `M` columns, any number if 0.
 #[inline(always)]
 fn coordinates<A: Arithmetic, const M: usize>(

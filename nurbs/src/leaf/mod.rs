@@ -44,21 +44,35 @@ pub struct Leaf {
 
 impl Leaf {
     /// Prepares a surface that is a single polynomial piece.
-    fn new(piece: &NurbsSurface) -> Self {
-        let count = piece.net().len() as f64;
-        let origin = Point3::from(piece.net().iter().map(|h| h.xyz() / h.w).sum::<Vector3>() / count);
+    fn of(piece: &NurbsSurface) -> Self {
+        let degree = [piece.knots_u().degree(), piece.knots_v().degree()];
         let (u, v) = piece.domain();
+        Leaf::new(degree, u, v, piece.is_rational(), piece.net())
+    }
+
+    /// Prepares a Bézier piece on `u` and `v` by its homogeneous points.
+    fn new(degree: [usize; 2], u: (f64, f64), v: (f64, f64), rational: bool, net: &[Vector4<f64>]) -> Self {
+        let origin = Point3::from(net.iter().map(|h| h.xyz() / h.w).sum::<Vector3>() / net.len() as f64);
         let mut leaf = Leaf {
-            degree: [piece.knots_u().degree(), piece.knots_v().degree()],
-            rational: piece.is_rational(),
+            degree,
+            rational,
             u,
             v,
             middle: (0.5 * (u.0 + u.1), 0.5 * (v.0 + v.1)),
             origin,
-            net: piece.net().iter().map(|h| (h.xyz() - origin.coords * h.w).push(h.w)).collect(),
+            net: net.iter().map(|h| (h.xyz() - origin.coords * h.w).push(h.w)).collect(),
             powers: None,
         };
         leaf.powers = powers::powers(&leaf);
+        leaf
+    }
+
+    /// The same on `[-½, ½]²` for evaluation only: what only bounds need is left out.
+    pub(crate) fn for_evaluation(degree: [usize; 2], rational: bool, net: &[Vector4<f64>]) -> Self {
+        let mut leaf = Leaf::new(degree, (-0.5, 0.5), (-0.5, 0.5), rational, net);
+        if leaf.powers.is_some() {
+            leaf.net = Box::default();
+        }
         leaf
     }
 
@@ -78,6 +92,12 @@ impl Leaf {
     /// on either side are ignored. Parameters are the surface's; outside the leaf its polynomials go on.
     pub fn shapes(&self, places: &[Places], shapes: &mut [Shapes]) {
         Arch::new().dispatch(Batch { leaf: self, places, shapes });
+    }
+
+    /// The point at one place, mm.
+    #[must_use]
+    pub fn point(&self, u: f64, v: f64) -> Point3 {
+        Arch::new().dispatch(Place { leaf: self, u, v })
     }
 
     /// Point and derivatives to the second order at one place.
@@ -139,6 +159,25 @@ impl WithSimd for One<'_> {
     }
 }
 
+struct Place<'a> {
+    leaf: &'a Leaf,
+    u: f64,
+    v: f64,
+}
+
+impl WithSimd for Place<'_> {
+    type Output = Point3;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Point3 {
+        Point3::from(if S::IS_SCALAR {
+            kernel::point(Single::<false>, self.leaf, self.u, self.v)
+        } else {
+            kernel::point(Single::<true>, self.leaf, self.u, self.v)
+        })
+    }
+}
+
 /// A surface as its leaves.
 #[derive(Debug, Clone)]
 pub struct Leaves {
@@ -152,7 +191,7 @@ impl Leaves {
     #[must_use]
     pub fn new(surface: &NurbsSurface) -> Self {
         Leaves {
-            leaves: surface.bezier_pieces().iter().map(Leaf::new).collect(),
+            leaves: surface.bezier_pieces().iter().map(Leaf::of).collect(),
             breaks: [surface.knots_u().breaks(), surface.knots_v().breaks()],
         }
     }
@@ -172,6 +211,19 @@ impl Leaves {
             inner.partition_point(|&k| k <= t)
         });
         &self.leaves[i * (self.breaks[1].len() - 1) + j]
+    }
+
+    /// `((u_min, u_max), (v_min, v_max))`.
+    #[must_use]
+    pub fn domain(&self) -> ((f64, f64), (f64, f64)) {
+        let [u, v] = self.breaks.each_ref().map(|b| (b[0], b[b.len() - 1]));
+        (u, v)
+    }
+
+    /// The point at `(u, v)`, mm.
+    #[must_use]
+    pub fn point(&self, u: f64, v: f64) -> Point3 {
+        self.at(u, v).point(u, v)
     }
 
     /// Point and derivatives to the second order at `(u, v)`, as [`NurbsSurface::jet`] gives them.
@@ -202,9 +254,9 @@ mod tests {
     #[test]
     fn smooth_leaves_are_held_by_powers_and_wild_ones_of_a_high_degree_are_not() {
         for p in 1..=15 {
-            assert!(Leaf::new(&piece(p, 3, false, 0.0)).powers.is_some(), "degree {p}");
+            assert!(Leaf::of(&piece(p, 3, false, 0.0)).powers.is_some(), "degree {p}");
         }
-        assert!(Leaf::new(&piece(15, 15, false, 40.0)).powers.is_none());
+        assert!(Leaf::of(&piece(15, 15, false, 40.0)).powers.is_none());
     }
 
     #[cfg(target_arch = "x86_64")]
@@ -216,7 +268,7 @@ mod tests {
         };
         for (p, q) in [(1, 1), (2, 3), (3, 3), (5, 5), (9, 4), (15, 15)] {
             for (rational, wild) in [(false, 0.0), (true, 0.0), (true, 40.0)] {
-                let leaf = Leaf::new(&piece(p, q, rational, wild));
+                let leaf = Leaf::of(&piece(p, q, rational, wild));
                 let u = std::array::from_fn(|k| k as f64 / 7.0);
                 let places = [Places { u, v: u.map(|u| 1.0 - u * u) }; 3];
                 let mut wide = [Shapes::default(); 3];

@@ -83,19 +83,19 @@ impl NurbsSurface {
     fn grid_sized<const N: usize>(&self, us: &[f64], vs: &[f64]) -> Vec<Point3> {
         let columns = self.size().1;
         let (p, q) = (self.knots_u().degree(), self.knots_v().degree());
-        let bases: Vec<_> = vs.iter().map(|&v| self.knots_v().basis::<N>(v)).collect();
+        let bases: Vec<_> = vs.iter().map(|&v| self.knots_v().values::<N>(v)).collect();
         let mut points = Vec::with_capacity(us.len() * vs.len());
         let mut row = vec![Vector4::zeros(); columns];
         for &u in us {
-            let basis = self.knots_u().basis::<N>(u);
+            let (first, values) = self.knots_u().values::<N>(u);
             row.fill(Vector4::zeros());
             for i in 0..=p {
-                let source = &self.net()[(basis.first + i) * columns..][..columns];
-                row.iter_mut().zip(source).for_each(|(r, s)| *r += s * basis.n[0][i]);
+                let source = &self.net()[(first + i) * columns..][..columns];
+                row.iter_mut().zip(source).for_each(|(r, s)| *r += s * values[i]);
             }
-            points.extend(bases.iter().map(|b| {
-                let polygon = &row[b.first..=b.first + q];
-                let h = polygon.iter().zip(&b.n[0]).fold(Vector4::zeros(), |h, (c, n)| h + c * *n);
+            points.extend(bases.iter().map(|(first, values)| {
+                let polygon = &row[*first..=first + q];
+                let h = polygon.iter().zip(values).fold(Vector4::zeros(), |h, (c, n)| h + c * *n);
                 Point3::from(h.xyz() / h.w)
             }));
         }

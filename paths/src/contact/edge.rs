@@ -1,4 +1,4 @@
-use claymill_nurbs::{Curve2, NurbsSurface, Point3};
+use claymill_nurbs::{Curve2, Leaves, Point3};
 
 /// Bisection of a piece of edge stops at this fraction of the piece.
 const STEPS: usize = 60;
@@ -9,7 +9,7 @@ const STEPS: usize = 60;
 /// The height `g(t) = z(t) + √(R² − d(t)²)` has the derivative of `(C − P)·P′` where `C` is the centre that
 /// rests on `P(t)`; pieces are short enough for `g` to have one maximum, which bisection on that sign finds.
 pub(crate) fn highest(
-    surface: &NurbsSurface,
+    surface: &Leaves,
     pcurve: &Curve2,
     (t0, t1): (f64, f64),
     x: f64,

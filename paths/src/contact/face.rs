@@ -1,4 +1,4 @@
-use claymill_nurbs::{NurbsSurface, Point3, Vector3};
+use claymill_nurbs::{Leaves, Point3, Vector3};
 use nalgebra::Matrix2;
 
 /// Outcome of looking for the contact of a dropped ball on one surface.
@@ -20,9 +20,9 @@ const STEEPEST_NZ: f64 = 0.02;
 
 /// Inverse-offset Newton (geometry.md §6.1): the `(u, v)` whose offset point `S + R·n` lies above `(x, y)`,
 /// with `n` on the upper side.
-pub(crate) fn polish(s: &NurbsSurface, start: (f64, f64), x: f64, y: f64, r: f64) -> Polished {
+pub(crate) fn polish(s: &Leaves, start: (f64, f64), x: f64, y: f64, r: f64) -> Polished {
     let ((u0, u1), (v0, v1)) = s.domain();
-    let (mut u, mut v) = s.clamp(start.0, start.1);
+    let (mut u, mut v) = (start.0.clamp(u0, u1), start.1.clamp(v0, v1));
     let mut stuck = 0;
     for _ in 0..ITERATIONS {
         let jet = s.jet(u, v);

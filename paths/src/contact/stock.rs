@@ -1,8 +1,8 @@
 use std::collections::HashSet;
 
 use claymill_nurbs::{
-    Aabb, Curve2, Domain, Face, FaceId, FaceMesh, MeshOptions, Model, NurbsError, NurbsSurface, Point2,
-    Point3, Vector3, tessellate,
+    Aabb, Curve2, Domain, Face, FaceId, FaceMesh, Leaves, MeshOptions, Model, NurbsError, NurbsSurface,
+    Point2, Point3, Vector3, tessellate,
 };
 use rayon::prelude::*;
 
@@ -238,6 +238,8 @@ pub(crate) struct Stock<'a> {
 #[derive(Debug)]
 struct SetupFace {
     surface: NurbsSurface,
+    /// The same for evaluation.
+    leaves: Leaves,
     /// The trims; `None` where the whole domain belongs to the face.
     domain: Option<Domain>,
     boundary: Vec<Curve2>,
@@ -258,10 +260,14 @@ impl<'a> Stock<'a> {
         let faces: Vec<SetupFace> = model
             .faces
             .par_iter()
-            .map(|f| SetupFace {
-                surface: f.surface.mapped(|p| frame.to_setup(&p)),
-                domain: (!f.loops.is_empty()).then(|| Domain::new(f)),
-                boundary: f.boundary().into_iter().flat_map(|l| l.edges).map(|e| e.pcurve).collect(),
+            .map(|f| {
+                let surface = f.surface.mapped(|p| frame.to_setup(&p));
+                SetupFace {
+                    leaves: Leaves::new(&surface),
+                    surface,
+                    domain: (!f.loops.is_empty()).then(|| Domain::new(f)),
+                    boundary: f.boundary().into_iter().flat_map(|l| l.edges).map(|e| e.pcurve).collect(),
+                }
             })
             .collect();
         let triangles: Vec<Triangle> = flat
@@ -372,7 +378,7 @@ impl<'a> Search<'a> {
 
     fn try_face(&mut self, face: FaceId, start: (f64, f64)) -> Polished {
         let f = &self.stock.faces[face];
-        let polished = polish(&f.surface, start, self.x, self.y, self.stock.radius_mm);
+        let polished = polish(&f.leaves, start, self.x, self.y, self.stock.radius_mm);
         if let Polished::Contact { centre, normal, u, v } = polished {
             if f.domain.as_ref().is_some_and(|d| !d.contains(u, v)) {
                 return Polished::Outside { u, v };
@@ -456,7 +462,7 @@ impl<'a> Search<'a> {
             self.offer(location);
             return;
         }
-        let surface = &self.stock.faces[t.face as usize].surface;
+        let surface = &self.stock.faces[t.face as usize].leaves;
         let middle = |i: usize, j: usize| Point2::from((uv[i].coords + uv[j].coords) * 0.5);
         let m = [middle(0, 1), middle(1, 2), middle(2, 0)];
         let q = m.map(|c| surface.point(c.x, c.y));
@@ -506,7 +512,7 @@ impl<'a> Search<'a> {
         }
         let face = &self.stock.faces[e.face as usize];
         let pcurve = &face.boundary[e.pcurve as usize];
-        if let Some((z, point)) = highest(&face.surface, pcurve, e.t, self.x, self.y, r) {
+        if let Some((z, point)) = highest(&face.leaves, pcurve, e.t, self.x, self.y, r) {
             let centre = Point3::new(self.x, self.y, z);
             let normal = (centre - point) / r;
             let location = Location { centre, normal, face: e.face as usize, support: Support::Edge };

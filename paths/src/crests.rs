@@ -164,7 +164,7 @@ mod tests {
             source: Source::default(),
         };
         let model = Model { faces: vec![face], ..Model::default() };
-        let flat = FlatPart::new(&model, 8000.0, R).unwrap();
+        let flat = FlatPart::new(&model, &[false], 8000.0, R).unwrap();
         let top = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0];
         let stock = Stock::new(&model, &flat, &top, R);
         let corners = [[0.0, 0.0], [200.0, 0.0], [200.0, 40.0 * cosine], [0.0, 40.0 * cosine]];

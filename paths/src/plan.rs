@@ -156,19 +156,13 @@ pub fn plan(
     check(model, options)?;
     progress("setups", 0.0);
     let area_mm2 = regions.face_area_mm2.iter().sum();
-    let flat = FlatPart::new(model, area_mm2, radius_mm).map_err(|(face, source)| PlanError::Face {
-        face,
-        entity: model.faces[face].source.entity.clone(),
-        source,
+    let flat = FlatPart::new(model, regions.excluded, area_mm2, radius_mm).map_err(|(face, source)| {
+        PlanError::Face { face, entity: model.faces[face].source.entity.clone(), source }
     })?;
     let frames = Frame::five(options.orientation);
     let stocks: Vec<Stock> = frames.par_iter().map(|f| Stock::new(model, &flat, f, radius_mm)).collect();
     progress("setups", 0.5);
-    let mut fates = assign(model, &flat, &frames, &stocks, regions.of_face, 0.5 * options.scallop_mm);
-    for (face, fate) in fates.iter_mut().enumerate().filter(|(face, _)| regions.excluded[*face]) {
-        let _ = face;
-        fate.iter_mut().for_each(|f| *f = Fate::default());
-    }
+    let fates = assign(model, &flat, &frames, &stocks, regions, 0.5 * options.scallop_mm);
     let account = Account::new(&flat, &fates, regions);
     let faces_of = group(regions.of_face);
     progress("region meshes", 0.0);

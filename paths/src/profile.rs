@@ -295,7 +295,7 @@ mod tests {
             source: Source::default(),
         };
         let model = Model { faces: vec![face], ..Model::default() };
-        let flat = FlatPart::new(&model, 1600.0, 6.0).unwrap();
+        let flat = FlatPart::new(&model, &[false], 1600.0, 6.0).unwrap();
         let top = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0];
         let stock = Stock::new(&model, &flat, &top, 6.0);
         // Point symmetric: the ends and the middle go the same way, the quarters do not.

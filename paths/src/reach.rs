@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::Frame;
 use crate::contact::{FlatPart, Location, Stock, Support};
+use crate::plan::Regions;
 
 /// A surface that leans further from the tool axis than this is not cut from there (`n·axis`, 80°).
 pub(crate) const LEAST_FACING: f64 = 0.173_648;
@@ -42,7 +43,7 @@ pub(crate) struct Fate {
 /// A triangle is probed in its middle and at its corners, which it shares with its neighbours.
 const PROBES: usize = 4;
 
-/// Decides for every triangle of every face which setups cut it.
+/// Decides for every triangle of every face which setups cut it; none does where a face is excluded.
 ///
 /// Probes that keep the ball up by no more than `allowed_mm` along the normal count as reached.
 pub(crate) fn assign(
@@ -50,18 +51,24 @@ pub(crate) fn assign(
     flat: &FlatPart,
     frames: &[Frame],
     stocks: &[Stock],
-    region_of_face: &[usize],
+    regions: &Regions,
     allowed_mm: f64,
 ) -> Vec<Vec<Fate>> {
-    let seen: Vec<Vec<[[Seen; PROBES]; 5]>> = (0..model.faces.len())
-        .into_par_iter()
-        .map(|face| probe_face(model, flat, frames, stocks, face, allowed_mm))
-        .collect();
-    let leads = lead_setups(flat, &seen, region_of_face);
+    let probed = |face: usize| {
+        if regions.excluded[face] {
+            return Vec::new();
+        }
+        probe_face(model, flat, frames, stocks, face, allowed_mm)
+    };
+    let seen: Vec<Vec<[[Seen; PROBES]; 5]>> = (0..model.faces.len()).into_par_iter().map(probed).collect();
+    let leads = lead_setups(flat, &seen, regions.of_face);
     seen.par_iter()
         .enumerate()
         .map(|(face, triangles)| {
-            let order = &leads[region_of_face[face]];
+            if regions.excluded[face] {
+                return vec![Fate::default(); flat.meshes[face].triangles.len()];
+            }
+            let order = &leads[regions.of_face[face]];
             triangles.iter().map(|t| decide(t, order)).collect()
         })
         .collect()

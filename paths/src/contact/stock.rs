@@ -22,6 +22,8 @@ const LONGEST_EDGE_MM: f64 = 12.0;
 /// Edges in ball radii, at most: what a setup reaches is probed on every triangle, and a small ball gets into
 /// places that a large triangle would hide.
 const LONGEST_EDGE_RADII: f64 = 2.0;
+/// On faces that are not to be cut nothing is probed, mm.
+const EXCLUDED_EDGE_MM: f64 = 200.0;
 /// Of a huge model edges may be longer, so that there are no more than about so many triangles in all.
 const TRIANGLES: f64 = 4e6;
 /// Edges are cut into pieces that leave their chord by no more than this, mm.
@@ -75,17 +77,29 @@ struct EdgePiece {
 }
 
 impl FlatPart {
-    /// Covers a model of `area_mm2` for a ball.
-    pub(crate) fn new(model: &Model, area_mm2: f64, radius_mm: f64) -> Result<Self, (FaceId, NurbsError)> {
+    /// Covers a model of `area_mm2` for a ball; what is `excluded` only stands in the way.
+    pub(crate) fn new(
+        model: &Model,
+        excluded: &[bool],
+        area_mm2: f64,
+        radius_mm: f64,
+    ) -> Result<Self, (FaceId, NurbsError)> {
         let edge_mm = LONGEST_EDGE_MM.min(LONGEST_EDGE_RADII * radius_mm);
         // Two triangles to a square of edges.
         let longest_edge_mm = edge_mm.max((2.0 * area_mm2 / TRIANGLES).sqrt());
-        let options = MeshOptions { deviation_mm: DEVIATION_MM, longest_edge_mm };
+        let options = |id: FaceId| MeshOptions {
+            deviation_mm: DEVIATION_MM,
+            longest_edge_mm: if excluded[id] {
+                longest_edge_mm.max(EXCLUDED_EDGE_MM)
+            } else {
+                longest_edge_mm
+            },
+        };
         let meshes: Vec<FaceMesh> = model
             .faces
             .par_iter()
             .enumerate()
-            .map(|(id, f)| tessellate(f, &options).map_err(|e| (id, e)))
+            .map(|(id, f)| tessellate(f, &options(id)).map_err(|e| (id, e)))
             .collect::<Result<_, _>>()?;
         let curvature = model.faces.par_iter().zip(&meshes).map(|(f, m)| curvature_ranges(f, m)).collect();
         let deviation_mm = model.faces.par_iter().zip(&meshes).map(|(f, m)| deviations(f, m)).collect();

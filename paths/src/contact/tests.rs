@@ -31,7 +31,7 @@ fn drop(surfaces: Vec<NurbsSurface>, at: &[(f64, f64)]) -> Vec<Option<Location>>
 fn drop_on(faces: Vec<Face>, at: &[(f64, f64)]) -> Vec<Option<Location>> {
     let model = Model { faces, ..Model::default() };
     let area_mm2 = model.faces.iter().map(Face::area_mm2).sum();
-    let flat = FlatPart::new(&model, area_mm2, R).unwrap();
+    let flat = FlatPart::new(&model, &vec![false; model.faces.len()], area_mm2, R).unwrap();
     // Front +x: setup coordinates are model coordinates.
     let top = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0];
     let stock = Stock::new(&model, &flat, &top, R);
@@ -199,7 +199,7 @@ fn chords_of_an_arc_do_not_hold_the_ball_up() {
     let Some(folder) = claymill_tests::corpus() else { return };
     let model = claymill_exchange::read(&folder.join("prismatic_ctc05_inch.stp")).unwrap().model;
     let area_mm2 = model.faces.iter().map(Face::area_mm2).sum();
-    let flat = FlatPart::new(&model, area_mm2, RADIUS_MM).unwrap();
+    let flat = FlatPart::new(&model, &vec![false; model.faces.len()], area_mm2, RADIUS_MM).unwrap();
     let rear = Frame::five(Orientation::new("+z".parse().unwrap(), "-y".parse().unwrap()).unwrap())[4];
     let stock = Stock::new(&model, &flat, &rear, RADIUS_MM);
     let closest = ClosestPoints::new(&model);

@@ -183,9 +183,21 @@ fn coverage_findings(
     }
     for (state, difference) in &coverage.planner_difference_mm2 {
         if difference.abs() > ACCOUNT_SHARE * total {
+            let (size, than) = (difference.abs(), if *difference > 0.0 { "more" } else { "less" });
             let text =
-                format!("the planner's {state:?} area differs from the measured one by {difference:.0} mm²");
+                format!("the planner counted {size:.0} mm² {than} as {} than was measured", words(*state));
             find(Code::PlannerAccount, Warning, text, &None);
         }
+    }
+}
+
+fn words(state: SurfaceState) -> &'static str {
+    match state {
+        SurfaceState::Cut => "cut",
+        SurfaceState::Hidden => "hidden",
+        SurfaceState::TooTight => "too tight",
+        SurfaceState::ReachableLeft => "within reach but left",
+        SurfaceState::Excluded => "excluded",
+        SurfaceState::NotMeasured => "not measured",
     }
 }

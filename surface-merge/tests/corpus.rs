@@ -111,3 +111,40 @@ fn the_same_car_in_more_patches_gives_the_same_regions() {
         assert_eq!(a.boundary_loops, b.boundary_loops, "region {}", a.id);
     }
 }
+
+/// Length of the naked stretches that are not on a side of the box around all of them, by face, mm.
+fn naked_inside(m: &Merge) -> std::collections::BTreeMap<usize, f64> {
+    let ends = || m.naked.iter().flat_map(|n| n.ends);
+    let side =
+        |k: usize| ends().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], p| [a.min(p[k]), b.max(p[k])]);
+    let sides = [side(0), side(1), side(2)];
+    let on_side = |ends: &[claymill_nurbs::Point3; 2]| {
+        (0..3).any(|k| sides[k].iter().any(|at| ends.iter().all(|p| (p[k] - at).abs() < 1.0)))
+    };
+    let mut inside = std::collections::BTreeMap::new();
+    for n in m.naked.iter().filter(|n| !on_side(&n.ends)) {
+        *inside.entry(n.stretch.face).or_default() += n.length_mm;
+    }
+    inside
+}
+
+#[test]
+fn what_is_naked_is_a_rim_or_a_wide_gap() {
+    if let Some(hull) = corpus("ship_hull_55.iges") {
+        let m = merged(&hull);
+        // Half a hull is open at the middle plane, the deck, the transom and the keel; all else gapes.
+        let inside: f64 = naked_inside(&m).values().sum();
+        let gaps: f64 = m.wide_gaps.iter().map(|g| if g.to_edge { 2.0 } else { 1.0 } * g.length_mm).sum();
+        assert!(m.wide_gaps.len() > 20 && gaps > 3400.0, "{gaps}");
+        // The rest gapes wider than the search radius.
+        assert!(inside - gaps < 0.02 * m.account.naked_mm, "{inside} {gaps}");
+    }
+    if let Some(nose) = corpus("race_car_nose_141.stp") {
+        let m = merged(&nose);
+        // Half a nose is open at the middle plane and at its rear; the outline of one plate is free.
+        let inside = naked_inside(&m);
+        let rest: f64 = inside.iter().filter(|(face, _)| **face != 140).map(|(_, length)| length).sum();
+        assert!(rest < 1.0, "{inside:?}");
+        assert_eq!(m.wide_gaps.len(), 1);
+    }
+}

@@ -52,7 +52,7 @@ mod surface;
 pub mod tolerance;
 mod winding;
 
-pub use closest::{ClosestPoints, Foot, Hint, Nearest};
+pub use closest::{ClosestPoints, Crossing, Crossings, Foot, Hint, Nearest};
 pub use curve::{Curve2, Curve3, NurbsCurve};
 pub use domain::Domain;
 pub use error::NurbsError;

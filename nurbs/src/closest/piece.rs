@@ -83,6 +83,11 @@ impl Piece {
         self.axes * (p - self.origin)
     }
 
+    /// A direction in the frame of the piece.
+    pub(super) fn turned(&self, direction: &Vector3) -> Vector3 {
+        self.axes * direction
+    }
+
     /// A point of the frame in model space.
     pub(super) fn world(&self, p: &Vector3) -> Point3 {
         self.origin + self.axes.tr_mul(p)
@@ -176,6 +181,16 @@ impl Piece {
     /// The parameter along which the piece is longer.
     pub(super) fn longer_direction(&self) -> Direction {
         if self.first[0].hi >= self.first[2].hi { Direction::U } else { Direction::V }
+    }
+
+    /// Ranges of the derivatives by `s` and `t` in the piece's frame.
+    pub(super) fn slopes(&self) -> (&[Interval; 3], &[Interval; 3]) {
+        (&self.range.su, &self.range.sv)
+    }
+
+    /// Position in the piece's frame.
+    pub(super) fn point(&self, s: f64, t: f64) -> Vector3 {
+        self.leaf.point(s, t).coords
     }
 
     /// Position and derivatives by `s`, `t` in the piece's frame.

@@ -1,4 +1,4 @@
-use crate::{Aabb, Point3};
+use crate::{Aabb, Point3, Vector3};
 
 /// A binary hierarchy of boxes over items `0..n`, children's boxes stored with the parent.
 #[derive(Debug)]
@@ -69,9 +69,41 @@ impl Tree {
             }
         }
     }
+
+    /// Visits the items whose boxes meet the line from `origin` along a unit vector.
+    pub(super) fn along(&self, origin: &Point3, unit: &Vector3, length: f64, mut visit: impl FnMut(usize)) {
+        let mut stack: Vec<u32> = self.root.into_iter().collect();
+        while let Some(child) = stack.pop() {
+            if child & ITEM != 0 {
+                visit((child & !ITEM) as usize);
+                continue;
+            }
+            let node = &self.nodes[child as usize];
+            let met = node.boxes.iter().zip(node.children).filter(|(b, _)| b.meets(origin, unit, length));
+            stack.extend(met.map(|(_, child)| child));
+        }
+    }
 }
 
 impl Box32 {
+    /// Whether a line meets the box, by its stretches between opposite sides.
+    fn meets(&self, origin: &Point3, unit: &Vector3, length: f64) -> bool {
+        let (mut from, mut to) = (0.0f64, length);
+        for k in 0..3 {
+            let (low, high) = (f64::from(self.min[k]) - origin[k], f64::from(self.max[k]) - origin[k]);
+            if unit[k].abs() < f64::MIN_POSITIVE {
+                if low > 0.0 || high < 0.0 {
+                    return false;
+                }
+                continue;
+            }
+            let (a, b) = (low / unit[k], high / unit[k]);
+            (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
+        }
+        // The boxes are rounded outward by more than this rounds.
+        from <= to + 1e-9
+    }
+
     fn around(b: &Aabb) -> Self {
         let down = |x: f64| (x as f32).next_down();
         let up = |x: f64| (x as f32).next_up();

@@ -46,6 +46,8 @@ pub(crate) enum Command {
     Control(ControlArgs),
     /// Pictures of a model or a job folder.
     Render(RenderArgs),
+    /// The tool on its way over the model, as an animation true to the time.
+    Animate(AnimateArgs),
     /// Pictures and report of a job folder, made anew.
     Report(ReportArgs),
     /// Write a generated model with its planted answers.
@@ -286,6 +288,39 @@ pub(crate) struct VerifyArgs {
     /// The machine definition (TOML) that the program was written with.
     #[arg(long, value_name = "FILE", requires = "program")]
     pub(crate) machine: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct AnimateArgs {
+    /// Job folder.
+    pub(crate) folder: PathBuf,
+    /// File to write: .png (animated), .gif, or .mp4 and .webm through ffmpeg.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+    /// The model, where it is no longer at the path that the job names.
+    #[arg(long)]
+    pub(crate) model: Option<PathBuf>,
+    /// How long the animation takes, s: the whole job in that time.
+    #[arg(long, default_value_t = 10.0, value_name = "S")]
+    pub(crate) seconds: f64,
+    /// Frames a second.
+    #[arg(long, default_value_t = 12)]
+    pub(crate) fps: u16,
+    /// Twelve frames on one sheet instead, as a .png.
+    #[arg(long)]
+    pub(crate) storyboard: bool,
+    /// Look only at a box of this size around the tool, mm.
+    #[arg(long, value_name = "MM")]
+    pub(crate) follow: Option<f64>,
+    /// iso, top, left, right, front or rear.
+    #[arg(long, default_value = "iso")]
+    pub(crate) view: String,
+    /// Another camera instead, as in `claymill render`.
+    #[arg(long, value_name = "CAMERA", allow_hyphen_values = true, conflicts_with = "view")]
+    pub(crate) camera: Option<String>,
+    /// Width and height in pixels.
+    #[arg(long, default_value = "960x540", value_name = "WxH")]
+    pub(crate) size: String,
 }
 
 #[derive(Debug, Args)]

@@ -28,13 +28,14 @@ pub(crate) fn install() {
 fn remove(folder: &Path) {
     for _ in 0..ATTEMPTS {
         let _ = std::fs::remove_dir_all(folder);
+        let _ = std::fs::remove_file(folder);
         if !folder.exists() {
             return;
         }
     }
 }
 
-/// Names a folder that is removed when the process is interrupted.
+/// Names a folder or file that is removed when the process is interrupted.
 pub(crate) fn remove_on_interrupt(path: PathBuf) {
     unfinished().push(path);
 }

@@ -35,7 +35,8 @@ struct Node {
 }
 
 /// Time of each move of a program that begins and ends at rest, s.
-pub(crate) fn times_s(moves: &[Move], feeds: &Feeds) -> Vec<f64> {
+#[must_use]
+pub fn times_s(moves: &[Move], feeds: &Feeds) -> Vec<f64> {
     let mut nodes = Vec::new();
     let mut heading: Option<Vector3> = None;
     for (of, m) in moves.iter().enumerate() {

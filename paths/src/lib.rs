@@ -52,6 +52,7 @@ mod tour;
 
 pub use contact::{Location, Support};
 pub use frame::{Axis, AxisError, Frame, Orientation, ParallelAxes, RowsAlong};
+pub use kinematics::times_s;
 pub use obstacles::plan_around;
 pub use part::CLEARANCE_MM;
 pub use plan::{Feeds, Plan, PlanError, PlanOptions, Progress, Regions, TOOL_ID, plan};

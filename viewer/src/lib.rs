@@ -22,12 +22,14 @@
 //! ```
 
 mod adapter;
+mod animation;
 mod borders;
 mod browser;
 mod camera;
 mod error;
 mod heat;
 mod lettering;
+mod movie;
 mod overlay;
 mod palette;
 mod picture;
@@ -43,10 +45,12 @@ mod thinning;
 mod thumbnail;
 mod touch;
 
+pub use animation::Reel;
 pub use browser::{BrowserInput, browser_glb};
 pub use camera::{Axes, Camera, View};
 pub use error::ViewError;
 pub use heat::{HeatScale, heat_colour};
+pub use movie::Movie;
 pub use palette::{CLAY, NOT_CUT, RegionExtent, Rgb, colour_regions, region_palette, stroke_shade};
 pub use picture::Picture;
 pub use pins::{Pin, PinShape};

@@ -145,6 +145,8 @@ pub struct Scene {
     pub caption: Vec<String>,
     /// Largest distance of the triangles from the true surface, mm: lines this far behind still show.
     pub deviation_mm: f64,
+    /// What the camera frames instead of everything, so that pictures of a series stand still; empty: everything.
+    pub framed: Vec<Point3>,
 }
 
 /// Vertices a surface buffer holds at most: 56 MB, well below the smallest limit of any adapter.
@@ -232,13 +234,15 @@ impl Scene {
         self.surfaces.iter().all(|s| s.indices.is_empty()) && self.lines.iter().all(|l| l.strips.is_empty())
     }
 
-    /// All points that the camera has to frame: the surfaces', or without any the lines'.
+    /// All points that the camera has to frame: those it is told to, or the surfaces', or without any the lines'.
     pub fn points(&self) -> impl Iterator<Item = Point3> + Clone {
         let surface = self.surfaces.iter().flat_map(|s| s.vertices.iter().map(|v| v.position));
         let only_lines = self.surfaces.iter().all(|s| s.vertices.is_empty());
         let lines = self.lines.iter().filter(move |_| only_lines).flat_map(|l| l.points.iter().copied());
         let origin = self.origin.coords;
-        surface.chain(lines).map(move |p| Point3::from(p.map(f64::from)) + origin)
+        let told = !self.framed.is_empty();
+        let all = surface.chain(lines).filter(move |_| !told);
+        self.framed.iter().copied().chain(all.map(move |p| Point3::from(p.map(f64::from)) + origin))
     }
 }
 

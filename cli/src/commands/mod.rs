@@ -1,5 +1,6 @@
 //! One file a command.
 
+mod animate;
 mod compare;
 mod compare_plot;
 mod control;
@@ -38,6 +39,7 @@ use crate::console::Console;
 use crate::console::outln;
 use crate::failure::Failure;
 
+pub(crate) use animate::animate;
 pub(crate) use compare::compare;
 pub(crate) use control::control;
 pub(crate) use demo::demo;

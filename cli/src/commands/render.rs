@@ -28,10 +28,7 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
         None => args.axes.clone(),
     };
     let axes = pictures::axes(orientation(context.console, &axes, &loaded.bounds)?);
-    let view = match &args.camera {
-        Some(camera) => parse_camera(camera, &axes)?,
-        None => named_view(&args.view, &axes)?,
-    };
+    let view = camera(args.camera.as_deref(), &args.view, &axes)?;
 
     context.console.stage("merging");
     let (region_of_face, tolerance_mm, program) = match &job {
@@ -96,6 +93,14 @@ fn done(context: &Context, written: &Path) -> Result<ExitCode, Failure> {
         context.print_json(&serde_json::json!({ "written": written }))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The camera as told, or else the view of that name.
+pub(crate) fn camera(camera: Option<&str>, view: &str, axes: &Axes) -> Result<View, Failure> {
+    match camera {
+        Some(camera) => parse_camera(camera, axes),
+        None => named_view(view, axes),
+    }
 }
 
 pub(crate) fn named_view(name: &str, axes: &Axes) -> Result<View, Failure> {

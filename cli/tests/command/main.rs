@@ -1,5 +1,6 @@
 //! The command as users have it: the built binary, real files, exit codes.
 
+mod animate;
 mod bad_input;
 mod browser;
 mod compare;

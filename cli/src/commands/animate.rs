@@ -1,0 +1,195 @@
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
+
+use claymill_paths::{Feeds, times_s};
+use claymill_toolpath::{Job, Program, read_job, read_moves, read_regions, write_whole};
+use claymill_viewer::{Movie, PictureOptions, Reel, Renderer, StrokeStyle, View};
+
+use super::pictures::{self, Album};
+use super::render::{camera, parse_size};
+use super::{Context, orientation, region_of_face, report};
+use crate::args::{AnimateArgs, AxisArgs, ShowName};
+use crate::failure::{Failure, advice_on};
+use crate::interrupt;
+
+/// The model that the tool runs over.
+const SHOWN: [ShowName; 3] = [ShowName::Regions, ShowName::Joints, ShowName::Trims];
+/// Frames of a storyboard and how many stand side by side.
+const STORYBOARD: (u32, u32) = (12, 3);
+/// Frames that fit into memory without a thought: 2 GB.
+const MOST_BYTES: u64 = 2_000_000_000;
+
+/// What the extension asks for.
+#[derive(Clone, Copy, PartialEq)]
+enum Format {
+    Png,
+    Gif,
+    Video,
+}
+
+fn format_of(path: &Path) -> Result<Format, Failure> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+    match extension.as_deref() {
+        Some("png" | "apng") => Ok(Format::Png),
+        Some("gif") => Ok(Format::Gif),
+        Some("mp4" | "webm") => Ok(Format::Video),
+        _ => Err(Failure::usage(
+            format!("{}: the extension names no format of animations", path.display()),
+            "Name the file .png (animated), .gif, .mp4 or .webm.",
+        )),
+    }
+}
+
+/// `claymill animate`.
+pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode, Failure> {
+    let console = context.console;
+    let format = format_of(&args.out)?;
+    let size = parse_size(&args.size)?;
+    let count = frames(args, format, size)?;
+    if format == Format::Video && Command::new("ffmpeg").arg("-version").output().is_err() {
+        return Err(Failure::problem(
+            "there is no ffmpeg to make the video with",
+            "Install it (apt-get install ffmpeg), or write a .gif or an animated .png.",
+        ));
+    }
+    let job = read_job(&args.folder)?;
+    let program = read_moves(&args.folder)?;
+    let regions = read_regions(&args.folder)?;
+    let path = args.model.clone().unwrap_or_else(|| PathBuf::from(&job.model.path));
+    let loaded = context.load(&path)?;
+    let model = &loaded.import.model;
+    let region_of_face = region_of_face(&regions, model.faces.len())?;
+    let axes = AxisArgs { up: Some(job.request.up.clone()), length: Some(job.request.length.clone()) };
+    let axes = pictures::axes(orientation(console, &axes, &loaded.bounds)?);
+    let view = camera(args.camera.as_deref(), &args.view, &axes)?;
+
+    console.stage("preparing");
+    let cut = pictures::cut_faces(&job);
+    let album = Album::new(model, &region_of_face, Some(&cut), regions.tolerance_mm);
+    let mut bare = album.scene(&report::title(&job), None, &SHOWN)?;
+    bare.legend.clear();
+    let colours = album.colours();
+    let style = StrokeStyle { region_colours: Some(&colours), tools: &job.tools, ..StrokeStyle::new(0.3) };
+    let reel = Reel::new(bare, &program, &seconds(&job, &program), &style);
+
+    console.stage("frames");
+    console.expect("frames", u64::from(count), "frames");
+    let renderer = Renderer::new()?;
+    let options = PictureOptions { size, ..pictures::options(&axes) };
+    let mut movie = Movie { frames: Vec::new(), frames_per_s: args.fps };
+    for k in 0..count {
+        console.at("frames", f64::from(k) / f64::from(count));
+        let at_s = reel.duration_s() * f64::from(k) / f64::from(count.max(2) - 1);
+        let view: View = reel.view(&view, at_s, args.follow);
+        movie.frames.push(renderer.render(&reel.scene(at_s), &view, &options)?);
+    }
+    console.stage("writing");
+    write(args, format, &movie)?;
+    console.finish();
+    let step_s = reel.duration_s() / f64::from(count.max(2) - 1);
+    let pace = if args.storyboard {
+        format!("one every {:.1} min of the machine's time", step_s / 60.0)
+    } else {
+        format!("{:.0} times as fast as the machine", step_s * f64::from(args.fps))
+    };
+    console.say(format!("{}: {count} frames, {pace}", args.out.display()));
+    if context.json {
+        context.print_json(
+            &serde_json::json!({ "written": args.out, "frames": count, "machining_s": reel.duration_s() }),
+        )?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// How many frames, if they fit into memory.
+fn frames(args: &AnimateArgs, format: Format, [width, height]: [u32; 2]) -> Result<u32, Failure> {
+    if args.follow.is_some_and(|mm| !(mm.is_finite() && mm > 0.0)) {
+        return Err(Failure::usage("--follow needs a size", "For example: --follow 300."));
+    }
+    if args.storyboard {
+        if format != Format::Png {
+            return Err(Failure::usage("a storyboard is one picture", "Name the file .png."));
+        }
+        return Ok(STORYBOARD.0);
+    }
+    if !(args.seconds > 0.0 && args.seconds <= 3600.0 && args.fps > 0 && args.fps <= 100) {
+        return Err(Failure::usage(
+            format!("{} s at {} frames a second is no animation", args.seconds, args.fps),
+            "For example: --seconds 12 --fps 15.",
+        ));
+    }
+    let count = (args.seconds * f64::from(args.fps)).round().max(2.0) as u32;
+    let bytes = 4 * u64::from(width) * u64::from(height) * u64::from(count);
+    if bytes > MOST_BYTES {
+        return Err(Failure::usage(
+            format!("{count} frames of {width} x {height} pixels are {} GB", bytes / 1_000_000_000),
+            "Choose a smaller --size, fewer --seconds or a lower --fps.",
+        ));
+    }
+    Ok(count)
+}
+
+/// Seconds of every move: every setup begins and ends at rest.
+fn seconds(job: &Job, program: &Program) -> Vec<f64> {
+    let feeds = Feeds {
+        cut_mm_per_min: job.request.feed_mm_per_min,
+        rapid_mm_per_min: job.request.rapid_mm_per_min,
+        ..Feeds::default()
+    };
+    program.moves.chunk_by(|a, b| a.setup == b.setup).flat_map(|moves| times_s(moves, &feeds)).collect()
+}
+
+fn write(args: &AnimateArgs, format: Format, movie: &Movie) -> Result<(), Failure> {
+    let impossible = |e: &dyn std::fmt::Display| Failure::problem(format!("{}: {e}", args.out.display()), "");
+    let bytes = match format {
+        _ if args.storyboard => movie.sheet(STORYBOARD.1).png(),
+        Format::Png => movie.apng().map_err(|e| impossible(&e))?,
+        Format::Gif => movie.gif().map_err(|e| impossible(&e))?,
+        Format::Video => return video(&args.out, movie),
+    };
+    write_whole(&args.out, &bytes)
+        .map_err(|e| Failure::problem(format!("{}: {e}", args.out.display()), advice_on(&e)))
+}
+
+/// Through ffmpeg, beside the destination and then renamed.
+fn video(out: &Path, movie: &Movie) -> Result<(), Failure> {
+    let failed = |e: &std::io::Error| Failure::problem(format!("{}: {e}", out.display()), advice_on(e));
+    let Some(first) = movie.frames.first() else { return Ok(()) };
+    let name = out.file_name().unwrap_or_default().to_string_lossy();
+    // The extension tells ffmpeg the format.
+    let partial = out.with_file_name(format!(".{}.{name}", std::process::id()));
+    interrupt::remove_on_interrupt(partial.clone());
+    let run = || -> std::io::Result<std::process::Output> {
+        let mut ffmpeg = Command::new("ffmpeg")
+            .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pixel_format", "rgb24"])
+            .args(["-video_size", &format!("{}x{}", first.width, first.height)])
+            .args(["-framerate", &movie.frames_per_s.to_string(), "-i", "-"])
+            // Colours at half the size need even sides.
+            .args(["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p"])
+            .arg(&partial)
+            .stdin(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()?;
+        let sent = ffmpeg
+            .stdin
+            .take()
+            .map_or(Ok(()), |mut pipe| movie.write_raw(&mut pipe).and_then(|()| pipe.flush()));
+        let done = ffmpeg.wait_with_output()?;
+        // What ffmpeg says of itself comes before the broken pipe that it left.
+        if done.status.success() { sent.map(|()| done) } else { Ok(done) }
+    };
+    let done = run();
+    let result = match &done {
+        Ok(d) if d.status.success() => std::fs::rename(&partial, out).map_err(|e| failed(&e)),
+        Ok(d) => {
+            let said = String::from_utf8_lossy(&d.stderr);
+            Err(Failure::problem(format!("ffmpeg could not write {}: {}", out.display(), said.trim()), ""))
+        }
+        Err(e) => Err(failed(e)),
+    };
+    if result.is_err() {
+        let _ = std::fs::remove_file(&partial);
+    }
+    result
+}

@@ -1,0 +1,85 @@
+//! The job in time.
+
+use std::fs;
+
+use claymill_toolpath::read_job;
+
+use crate::run::{claymill, run};
+use crate::scratch;
+use crate::whole_job::planned;
+
+fn animate(out: &str, more: &[&str]) -> crate::run::Run {
+    let line = ["animate", "lace", "--size", "160x90", "--json", "-o", out];
+    run(planned(), line.iter().chain(more))
+}
+
+#[test]
+fn an_animation_takes_the_time_of_the_job_and_shows_more_and_more_of_it() {
+    let folder = scratch();
+    let file = folder.path().join("panel.png");
+    let made = animate(&file.to_string_lossy(), &["--seconds", "2", "--fps", "4"]);
+    if made.stderr.contains("no graphics adapter") {
+        eprintln!("skipped: no graphics adapter");
+        return;
+    }
+    assert_eq!(made.code, Some(0), "{made:?}");
+    let told = made.json();
+    assert_eq!(told["frames"], 8);
+    // The planner's account, and the same kinematics over what it wrote.
+    let planned_s = read_job(&planned().join("lace")).unwrap().totals.time_s;
+    let took_s = told["machining_s"].as_f64().unwrap();
+    assert!((took_s - planned_s).abs() < 1e-3 * planned_s, "{took_s} s, planned {planned_s} s");
+
+    let bytes = fs::read(&file).unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
+    assert_eq!(reader.info().animation_control().unwrap().num_frames, 8);
+    let mut buffer = vec![0; reader.output_buffer_size().unwrap()];
+    let mut changed = 0;
+    for k in 0..8 {
+        reader.next_frame(&mut buffer).unwrap();
+        let part = *reader.info().frame_control().unwrap();
+        changed += u32::from(k > 0 && part.width > 3 && part.height > 3);
+    }
+    assert_eq!(changed, 7, "the tool moves in every frame");
+}
+
+#[test]
+fn storyboards_and_gifs_are_pictures_too_and_what_cannot_be_made_is_refused() {
+    let folder = scratch();
+    let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let sheet = animate(&path("sheet.png"), &["--storyboard"]);
+    if sheet.stderr.contains("no graphics adapter") {
+        eprintln!("skipped: no graphics adapter");
+        return;
+    }
+    assert_eq!(sheet.code, Some(0), "{sheet:?}");
+    let bytes = fs::read(path("sheet.png")).unwrap();
+    let side = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap());
+    assert_eq!((side(16), side(20)), (3 * 166 + 6, 4 * 96 + 6));
+    let near = ["--seconds", "1", "--fps", "3", "--follow", "60", "--view", "top"];
+    assert_eq!(animate(&path("near.gif"), &near).code, Some(0));
+    assert_eq!(&fs::read(path("near.gif")).unwrap()[..6], b"GIF89a");
+
+    for (out, more, code, says) in [
+        ("a.avi", &[][..], 2, ".mp4 or .webm"),
+        ("a.gif", &["--storyboard"], 2, "one picture"),
+        ("a.gif", &["--fps", "0"], 2, "no animation"),
+        ("a.gif", &["--follow=-3"], 2, "--follow 300"),
+        ("none/a.gif", &["--seconds", "0.2"], 1, "a.gif"),
+    ] {
+        let refused = animate(&path(out), more);
+        assert_eq!(refused.code, Some(code), "{out} {more:?}: {refused:?}");
+        assert!(refused.stderr.contains(says), "{refused:?}");
+    }
+    let alone = claymill()
+        .args(["animate", "lace", "-o", &path("a.mp4")])
+        .current_dir(planned())
+        .env("PATH", folder.path())
+        .output()
+        .unwrap();
+    assert_eq!(alone.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&alone.stderr).contains("there is no ffmpeg"));
+    let mut left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    left.sort();
+    assert_eq!(left, ["near.gif", "sheet.png"]);
+}

@@ -1,0 +1,279 @@
+//! A job in time: the tool on its way, and what it has cut by then.
+//!
+//! ```text
+//!   moves ──► polylines with the times between which they are drawn ─┐
+//!   seconds of each move (kinematics) ──► where the tool is ─────────┴─► a scene at any time
+//! ```
+
+use claymill_nurbs::{Aabb, Point3, Vector3};
+use claymill_toolpath::{Move, MoveKind, Program};
+
+use crate::camera::View;
+use crate::palette::{Rgb, stroke_shade};
+use crate::pins::{Pin, PinShape};
+use crate::scene::{LineKind, LineLayer, Scene, Strip, SurfaceVertex};
+use crate::strokes::{StrokeStyle, consecutive_passes, drawn_moves, flatten, kind_colour};
+
+/// Colours of the tool and of the mark at its tip.
+const BALL: Rgb = [235, 235, 238];
+const SHANK: Rgb = [120, 124, 132];
+const MARK: Rgb = [205, 62, 0];
+/// The shank is drawn this many radii long; nothing is known of the holder.
+const SHANK_RADII: f64 = 14.0;
+/// Free border around the model, for the tool beside it.
+const MARGIN: f64 = 0.1;
+/// Corners of a circle.
+const ROUND: u32 = 24;
+
+/// A polyline and when it is drawn, s.
+#[derive(Debug, Clone, Copy)]
+struct Timed {
+    strip: Strip,
+    from_s: f64,
+    to_s: f64,
+}
+
+/// Where the tool's tip is at some time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Station {
+    at_s: f64,
+    tip: Point3,
+    axis: Vector3,
+    radius_mm: f64,
+}
+
+/// A job that can be seen at any time.
+#[derive(Debug, Clone)]
+pub struct Reel {
+    bare: Scene,
+    layers: Vec<(LineLayer, Vec<Timed>)>,
+    stations: Vec<Station>,
+    setups: Vec<(f64, String)>,
+}
+
+impl Reel {
+    /// From a scene of the model without paths, the moves, and the seconds that each takes.
+    #[must_use]
+    pub fn new(mut bare: Scene, program: &Program, seconds: &[f64], style: &StrokeStyle<'_>) -> Self {
+        let drawn = drawn_moves(&bare, program, style);
+        let passes = consecutive_passes(&program.moves);
+        let mut layers: Vec<(LineLayer, Vec<Timed>)> =
+            [(LineKind::Link, 1.4), (LineKind::Lead, 1.4), (LineKind::Cut, 1.5)]
+                .map(|(kind, width_px)| {
+                    let thinned = kind != LineKind::Lead;
+                    (LineLayer { kind, width_px, opacity: 1.0, thinned, ..LineLayer::default() }, Vec::new())
+                })
+                .into();
+        bare.framed = bare.points().collect();
+        let (mut stations, mut setups) = (Vec::new(), Vec::new());
+        let mut now_s = 0.0;
+        for (((m, parts), &pass), &took_s) in program.moves.iter().zip(&drawn).zip(&passes).zip(seconds) {
+            if setups.last().is_none_or(|(_, name)| *name != m.setup) {
+                setups.push((now_s, m.setup.clone()));
+            }
+            let radius_mm = style.tools.iter().find(|t| t.id == m.tool).map_or(1.0, |t| t.tool.radius_mm());
+            add_stations(&mut stations, m, now_s, took_s, radius_mm);
+            let layer = match m.kind {
+                MoveKind::Link => Some(0),
+                MoveKind::LeadIn | MoveKind::LeadOut => Some(1),
+                MoveKind::Cut => Some(2),
+                MoveKind::Rapid => None,
+            };
+            if let Some((layer, times)) = layer.map(|l| &mut layers[l]) {
+                let colour = match (m.kind, style.region_colours.and_then(|c| c.get(m.region))) {
+                    (MoveKind::Cut, Some(&c)) => stroke_shade(c),
+                    _ => kind_colour(m.kind),
+                };
+                for part in parts.iter().flatten() {
+                    let before = layer.strips.len();
+                    layer.add(part.iter(), &bare.origin, colour, pass);
+                    let added = layer.strips[before..].iter();
+                    times.extend(added.map(|&strip| Timed { strip, from_s: now_s, to_s: now_s + took_s }));
+                }
+            }
+            now_s += took_s;
+        }
+        for (layer, _) in &mut layers {
+            layer.strips.clear();
+        }
+        Reel { bare, layers, stations, setups }
+    }
+
+    /// How long the job takes, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.stations.last().map_or(0.0, |s| s.at_s)
+    }
+
+    /// The view that holds the model all the time; or, with `follow_mm`, a box of that size around the tip.
+    #[must_use]
+    pub fn view(&self, view: &View, at_s: f64, follow_mm: Option<f64>) -> View {
+        let name = view.name.clone();
+        match (follow_mm, self.station(at_s)) {
+            (Some(size), Some(s)) => {
+                let half = Vector3::repeat(0.5 * size);
+                view.clone().focused(&name, Aabb { min: s.tip - half, max: s.tip + half })
+            }
+            _ => View { margin: MARGIN, ..view.clone() },
+        }
+    }
+
+    /// What is to be seen at a time.
+    #[must_use]
+    pub fn scene(&self, at_s: f64) -> Scene {
+        let mut scene = self.bare.clone();
+        for (layer, times) in &self.layers {
+            let strips = times.iter().take_while(|t| t.from_s <= at_s).map(|t| Strip {
+                count: if t.to_s <= at_s {
+                    t.strip.count
+                } else {
+                    let share = (at_s - t.from_s) / (t.to_s - t.from_s).max(1e-9);
+                    ((t.strip.count as f64 * share) as usize).max(2)
+                },
+                ..t.strip
+            });
+            let strips: Vec<Strip> = strips.collect();
+            if !strips.is_empty() {
+                scene.lines.push(LineLayer { strips, ..layer.clone() });
+            }
+        }
+        let setup = self.setups.iter().rfind(|(from_s, _)| *from_s <= at_s).map_or("", |s| s.1.as_str());
+        let clock = |s: f64| format!("{}:{:02}:{:02}", s as u64 / 3600, s as u64 / 60 % 60, s as u64 % 60);
+        scene.caption.truncate(1);
+        scene.caption.push(format!("setup {setup}, {} of {}", clock(at_s), clock(self.duration_s())));
+        if let Some(s) = self.station(at_s) {
+            add_tool(&mut scene, &s);
+            scene.pins.push(Pin { at: s.tip, shape: PinShape::Ring, colour: MARK });
+        }
+        scene
+    }
+
+    fn station(&self, at_s: f64) -> Option<Station> {
+        let after = self.stations.partition_point(|s| s.at_s < at_s);
+        let (b, a) =
+            (self.stations.get(after).or(self.stations.last())?, self.stations.get(after.saturating_sub(1))?);
+        let share = ((at_s - a.at_s) / (b.at_s - a.at_s).max(1e-12)).clamp(0.0, 1.0);
+        // Between two setups the tool is nowhere: it does not tilt on the way.
+        let axis = if share < 0.5 { a.axis } else { b.axis };
+        Some(Station { at_s, tip: a.tip + (b.tip - a.tip) * share, axis, radius_mm: b.radius_mm })
+    }
+}
+
+/// Points of the tip's way; within a move the time goes with the length.
+fn add_stations(stations: &mut Vec<Station>, m: &Move, from_s: f64, took_s: f64, radius_mm: f64) {
+    const CHORD_MM: f64 = 0.5;
+    let Ok(curve) = m.curve() else { return };
+    let points = flatten(&curve, CHORD_MM);
+    let whole_mm: f64 = points.windows(2).map(|ab| (ab[1] - ab[0]).norm()).sum();
+    let axis = Vector3::from(m.axis_start);
+    let mut gone_mm = 0.0;
+    for (i, &tip) in points.iter().enumerate() {
+        if let Some(before) = i.checked_sub(1) {
+            gone_mm += (tip - points[before]).norm();
+        }
+        let share = if whole_mm > 0.0 { gone_mm / whole_mm } else { 1.0 };
+        stations.push(Station { at_s: from_s + share * took_s, tip, axis, radius_mm });
+    }
+}
+
+/// A ball and a shank of its diameter, turned about the tool axis.
+fn add_tool(scene: &mut Scene, s: &Station) {
+    const LEVELS: u32 = 10;
+    let side = if s.axis.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
+    let u = s.axis.cross(&side).normalize();
+    let v = s.axis.cross(&u);
+    let r = s.radius_mm;
+    // Rings from the tip up: height and radius over the ball's, slope of the normal along the axis, colour.
+    let ball = (0..=LEVELS).map(|k| {
+        let (sin, cos) = (0.5 * std::f64::consts::PI * f64::from(k) / f64::from(LEVELS)).sin_cos();
+        (r * (1.0 - cos), r * sin, -cos, BALL)
+    });
+    let top = SHANK_RADII * r;
+    let shank = [(r, r, 0.0, SHANK), (top, r, 0.0, SHANK), (top, r, 1.0, SHANK), (top, 0.0, 1.0, SHANK)];
+    let rings: Vec<_> = ball.chain(shank).collect();
+    let mut vertices = Vec::new();
+    for &(height, radius, along, colour) in &rings {
+        for k in 0..ROUND {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(ROUND)).sin_cos();
+            let out = u * cos + v * sin;
+            let normal = out * (1.0 - f64::abs(along).powi(2)).max(0.0).sqrt() + s.axis * along;
+            let p = s.tip + s.axis * height + out * radius - scene.origin.coords;
+            vertices.push(SurfaceVertex {
+                position: [p.x as f32, p.y as f32, p.z as f32],
+                normal: [normal.x as f32, normal.y as f32, normal.z as f32],
+                colour: [colour[0], colour[1], colour[2], 255],
+            });
+        }
+    }
+    let mut triangles = Vec::new();
+    for ring in 0..rings.len() as u32 - 1 {
+        for k in 0..ROUND {
+            let [a, b] = [k, (k + 1) % ROUND].map(|k| ring * ROUND + k);
+            triangles.extend([[a, b, b + ROUND], [a, b + ROUND, a + ROUND]]);
+        }
+    }
+    scene.add_triangles(&vertices, &triangles);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use claymill_toolpath::{Tool, ToolRecord};
+
+    /// Two passes of 100 mm, ten seconds each, with a link of two seconds between them.
+    fn reel() -> Reel {
+        let step = |kind, pass, from: [f64; 3], to: [f64; 3]| Move {
+            setup: "top".into(),
+            tool: "T1".into(),
+            pass,
+            ..Move::straight(kind, from.into(), to.into(), Vector3::z(), 6000.0)
+        };
+        let moves = vec![
+            step(MoveKind::Cut, 1, [0.0, 0.0, 0.0], [100.0, 0.0, 0.0]),
+            step(MoveKind::Link, 2, [100.0, 0.0, 0.0], [100.0, 3.0, 0.0]),
+            step(MoveKind::Cut, 2, [100.0, 3.0, 0.0], [0.0, 3.0, 0.0]),
+        ];
+        let tools = [ToolRecord { id: "T1".into(), tool: Tool::Ball { radius_mm: 5.0 } }];
+        let style = StrokeStyle { tools: &tools, ..StrokeStyle::new(0.1) };
+        let mut bare = Scene::new(Point3::origin());
+        let corner =
+            |x, y| SurfaceVertex { position: [x, y, -9.0], normal: [0.0, 0.0, 1.0], colour: [90; 4] };
+        bare.add_triangles(&[corner(0.0, 0.0), corner(100.0, 0.0), corner(0.0, 3.0)], &[[0, 1, 2]]);
+        Reel::new(bare, &Program { moves }, &[10.0, 2.0, 10.0], &style)
+    }
+
+    #[test]
+    fn the_tool_is_where_the_time_says() {
+        let reel = reel();
+        assert_eq!(reel.duration_s(), 22.0);
+        for (at_s, x, y) in
+            [(0.0, 0.0, 0.0), (5.0, 50.0, 0.0), (11.0, 100.0, 1.5), (17.0, 50.0, 3.0), (22.0, 0.0, 3.0)]
+        {
+            let s = reel.station(at_s).unwrap();
+            approx::assert_abs_diff_eq!(s.tip, Point3::new(x, y, 0.0), epsilon = 1e-9);
+            let scene = reel.scene(at_s);
+            let drawn =
+                scene.surfaces[0].vertices[3..].iter().map(|v| Point3::from(v.position.map(f64::from)));
+            let lowest = drawn.min_by(|a, b| a.z.total_cmp(&b.z)).unwrap();
+            approx::assert_abs_diff_eq!(lowest, s.tip, epsilon = 1e-4);
+        }
+    }
+
+    #[test]
+    fn only_what_was_cut_by_then_is_drawn_and_the_view_stands_still() {
+        let reel = reel();
+        let strips = |at_s: f64| {
+            let of = |kind| move |l: &&LineLayer| l.kind == kind;
+            let scene = reel.scene(at_s);
+            [LineKind::Cut, LineKind::Link]
+                .map(|kind| scene.lines.iter().find(of(kind)).map_or(0, |l| l.strips.len()))
+        };
+        assert_eq!([strips(3.0), strips(10.5), strips(13.0)], [[1, 0], [1, 1], [2, 1]]);
+        let view = View::looking("top", -Vector3::z(), Vector3::y());
+        let framed = |at_s: f64| reel.scene(at_s).points().collect::<Vec<_>>();
+        assert_eq!(framed(0.0), framed(15.0));
+        assert!(reel.view(&view, 15.0, None).focus.is_none());
+        let near = reel.view(&view, 5.0, Some(40.0)).focus.unwrap();
+        approx::assert_abs_diff_eq!(near.centre(), Point3::new(50.0, 0.0, 0.0), epsilon = 1e-9);
+    }
+}

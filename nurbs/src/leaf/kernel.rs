@@ -101,16 +101,22 @@ fn coordinates<A: Arithmetic, const M: usize>(
     s: A::Real,
     t: A::Real,
 ) -> [Jet<A::Real>; 4] {
-    let columns = leaf.degree[1] + 1;
-    let block = (leaf.degree[0] + 1) * columns;
     let mut out = [[a.all(0.0); 6]; 4];
-    for (jet, powers) in out.iter_mut().zip(powers.chunks_exact(block)) {
-        *jet = if M == 0 {
-            across_long(a, powers, columns, s, t)
-        } else {
-            let (rows, _) = powers.as_chunks::<M>();
-            across(a, rows, s, t)
-        };
+    if M == 0 {
+        let columns = leaf.degree[1] + 1;
+        for (jet, powers) in out.iter_mut().zip(powers.chunks_exact((leaf.degree[0] + 1) * columns)) {
+            *jet = across_long(a, powers, columns, s, t);
+        }
+        return out;
+    }
+    let (rows, _) = powers.as_chunks::<M>();
+    let count = leaf.degree[0] + 1;
+    let of = |k: usize| rows.get(k * count..(k + 1) * count).unwrap_or_default();
+    out[0] = across(a, of(0), s, t);
+    out[1] = across(a, of(1), s, t);
+    out[2] = across(a, of(2), s, t);
+    if leaf.rational {
+        out[3] = across(a, of(3), s, t);
     }
     out
 }

@@ -16,6 +16,9 @@ const AIM_MM: f64 = FIT_TOLERANCE_MM - 2.0 * WRITTEN_STEP_MM;
 /// Shorter stretches cannot be told from a point in the written digits, mm.
 const SHORTEST_MM: f64 = 20.0 * WRITTEN_STEP_MM;
 const ROUNDS: usize = 12;
+/// Rounds of taking out knots, and how much worse than the tolerance a prediction may be to be tried.
+const THIN_ROUNDS: usize = 8;
+const HOPEFUL: f64 = 1.5;
 /// Data points per span, at least; and their largest distance, mm.
 const DATA_PER_SPAN: usize = 8;
 const DATA_MM: f64 = 0.5;
@@ -172,7 +175,8 @@ fn straight(profile: &Profile, over: &Over) -> Option<Fit> {
 }
 
 /// Fits a smooth stretch by one C² cubic NURBS on the safe side of the exact locations: least squares on
-/// arc length, spans split where the error is too large, rounded to the written digits, then measured again.
+/// arc length, spans split where the error is too large, rounded to the written digits, then measured again;
+/// in the end knots that are not needed are taken out.
 ///
 /// `None` when the stretch is shorter than the written digits can show, or does not come within tolerance.
 fn fit_one(profile: &Profile, over: &Over) -> Option<Fit> {
@@ -181,21 +185,62 @@ fn fit_one(profile: &Profile, over: &Over) -> Option<Fit> {
     if length < SHORTEST_MM {
         return None;
     }
-    let mut breaks = target.first_breaks(length);
+    let spline = |breaks: Vec<f64>| Spline::closest(&target, breaks, length, profile, over);
+    let mut found = spline(target.first_breaks(length))?;
     for _ in 0..ROUNDS {
-        let points = closest_cubic(&target, &breaks, length)?;
-        let curve = round(&points, &breaks, over)?;
-        let errors = span_errors(&curve, &breaks, profile, over);
-        let worst = |e: &(f64, f64)| (FIT_BIAS_MM - e.0).max(e.1 - FIT_BIAS_MM);
-        if errors.iter().all(|e| worst(e) <= FIT_TOLERANCE_MM) {
+        if found.is_within() {
+            let Spline { curve, errors, .. } = thinned(found, &spline);
             let low = errors.iter().map(|e| e.0).fold(f64::INFINITY, f64::min);
             let high = errors.iter().map(|e| e.1).fold(f64::NEG_INFINITY, f64::max);
             return Some(Fit { curve, error_mm: (low, high) });
         }
+        let finer = found.finer();
+        if finer.len() == found.breaks.len() {
+            return None;
+        }
+        found = spline(finer)?;
+    }
+    None
+}
+
+/// A fitted spline with what it misses.
+struct Spline {
+    breaks: Vec<f64>,
+    curve: Curve3,
+    /// Lowest and highest distance from the exact locations, span by span, mm.
+    errors: Vec<(f64, f64)>,
+}
+
+impl Spline {
+    fn closest(
+        target: &Target,
+        breaks: Vec<f64>,
+        length: f64,
+        profile: &Profile,
+        over: &Over,
+    ) -> Option<Self> {
+        let curve = round(&closest_cubic(target, &breaks, length)?, &breaks, over)?;
+        let errors = span_errors(&curve, &breaks, profile, over);
+        Some(Spline { breaks, curve, errors })
+    }
+
+    /// Largest distance from the biased path over a span, mm.
+    fn miss_mm(&self, span: usize) -> f64 {
+        let (low, high) = self.errors[span];
+        (FIT_BIAS_MM - low).max(high - FIT_BIAS_MM)
+    }
+
+    fn is_within(&self) -> bool {
+        (0..self.errors.len()).all(|span| self.miss_mm(span) <= FIT_TOLERANCE_MM)
+    }
+
+    /// The breaks, with more of them where too much is missed.
+    fn finer(&self) -> Vec<f64> {
         let mut finer = vec![0.0];
-        for (span, e) in breaks.windows(2).zip(&errors) {
-            let parts = if worst(e) > FIT_TOLERANCE_MM {
-                (worst(e) / AIM_MM).powf(0.25).ceil().clamp(2.0, 6.0) as usize
+        for (i, span) in self.breaks.windows(2).enumerate() {
+            let miss_mm = self.miss_mm(i);
+            let parts = if miss_mm > FIT_TOLERANCE_MM {
+                (miss_mm / AIM_MM).powf(0.25).ceil().clamp(2.0, 6.0) as usize
             } else {
                 1
             };
@@ -203,12 +248,66 @@ fn fit_one(profile: &Profile, over: &Over) -> Option<Fit> {
             finer.extend((1..parts).map(cut).filter(|&b| b - span[0] > 0.005 && span[1] - b > 0.005));
             finer.push(span[1]);
         }
-        if finer.len() == breaks.len() {
-            return None;
-        }
-        breaks = finer;
+        finer
     }
-    None
+
+    /// Breaks that may not be needed, none next to another: the error of two spans made one grows with the fourth
+    /// power of their length.
+    fn spare(&self, needed: &[f64]) -> Vec<usize> {
+        let width = |i: usize| self.breaks[i + 1] - self.breaks[i];
+        let predicted_mm = |k: usize| {
+            let (a, b) = (width(k - 1), width(k));
+            let longer = (a + b) / a.max(b);
+            self.miss_mm(k - 1).max(self.miss_mm(k)) * longer.powi(4)
+        };
+        let mut spare: Vec<(f64, usize)> = (1..self.breaks.len() - 1)
+            .filter(|&k| !needed.contains(&self.breaks[k]) && width(k - 1) + width(k) <= LONGEST_SPAN_MM)
+            .map(|k| (predicted_mm(k), k))
+            .filter(|(miss_mm, _)| *miss_mm <= HOPEFUL * FIT_TOLERANCE_MM)
+            .collect();
+        spare.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut chosen = vec![false; self.breaks.len()];
+        for (_, k) in spare {
+            chosen[k] = !chosen[k - 1] && !chosen[k + 1];
+        }
+        (0..chosen.len()).filter(|&k| chosen[k]).collect()
+    }
+}
+
+/// Takes out breaks as long as the spline stays within tolerance. Splitting halves spans around a jump of curvature
+/// from whatever place they happen to begin at, which leaves more breaks than the jump needs.
+fn thinned(mut good: Spline, spline: &dyn Fn(Vec<f64>) -> Option<Spline>) -> Spline {
+    let mut needed: Vec<f64> = Vec::new();
+    for _ in 0..THIN_ROUNDS {
+        let mut out = good.spare(&needed);
+        while !out.is_empty() {
+            let kept = good.breaks.iter().enumerate().filter(|(k, _)| !out.contains(k)).map(|(_, b)| *b);
+            let Some(trial) = spline(kept.collect()) else { return good };
+            let missed: Vec<[f64; 2]> = (0..trial.errors.len())
+                .filter(|&span| trial.miss_mm(span) > FIT_TOLERANCE_MM)
+                .map(|span| [trial.breaks[span], trial.breaks[span + 1]])
+                .collect();
+            if missed.is_empty() {
+                good = trial;
+                break;
+            }
+            // What was taken out of a span that now misses, or else next to it, was needed.
+            let back = |wide: f64| -> Vec<usize> {
+                let near = |b: f64| {
+                    missed.iter().any(|[from, to]| {
+                        let margin = wide * (to - from);
+                        b > from - margin && b < to + margin
+                    })
+                };
+                out.iter().copied().filter(|&k| near(good.breaks[k])).collect()
+            };
+            let restored =
+                [0.0, 1.0].into_iter().map(back).find(|b| !b.is_empty()).unwrap_or_else(|| out.clone());
+            needed.extend(restored.iter().map(|&k| good.breaks[k]));
+            out.retain(|k| !restored.contains(k));
+        }
+    }
+    good
 }
 
 /// Control points of the least-squares cubic whose ends are the target's ends.
@@ -331,5 +430,7 @@ mod tests {
         };
         let fit = fit_along_x(&sampled(-100.0, 25.0, exact));
         assert!(fit.error_mm.0 > 0.0 && fit.error_mm.1 < 5e-3, "{:?}", fit.error_mm);
+        // Splitting alone leaves 16.
+        assert!(fit.curve.points().len() <= 10, "{} control points", fit.curve.points().len());
     }
 }

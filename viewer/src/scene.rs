@@ -1,4 +1,4 @@
-use claymill_nurbs::{Aabb, FaceMesh, Model, Point3, Vector3};
+use claymill_nurbs::{Aabb, Curve2, Face, FaceMesh, Model, Point3, Vector3};
 use claymill_toolpath::Program;
 use rayon::prelude::*;
 
@@ -283,25 +283,35 @@ pub fn face_colours(view: &ModelView<'_>, colouring: Colouring) -> Vec<Rgb> {
     (0..view.model.faces.len()).map(colour).collect()
 }
 
-/// Colours of the regions of `view`, by region id: the same in every picture of the model.
+/// Colours of the regions of `view`, by region id: the same in every picture of the model, however fine its triangles.
 #[must_use]
 pub fn region_colours(view: &ModelView<'_>) -> Vec<Rgb> {
     let count = view.region_of_face.iter().max().map_or(0, |m| m + 1);
     let nothing = RegionExtent { area: 0.0, boxes: Vec::new() };
     let mut regions = vec![nothing; count];
-    for (mesh, &r) in view.meshes.iter().zip(view.region_of_face) {
-        regions[r].area += mesh_area(mesh);
-        if !mesh.points.is_empty() {
-            regions[r].boxes.push(Aabb::of(&mesh.points));
+    for (face, &r) in view.model.faces.iter().zip(view.region_of_face) {
+        let bounds = outline_box(face);
+        if !bounds.is_empty() {
+            regions[r].area += (bounds.max - bounds.min).norm_squared();
+            regions[r].boxes.push(bounds);
         }
     }
     colour_regions(&regions)
 }
 
-fn mesh_area(mesh: &FaceMesh) -> f64 {
-    let corner = |i: u32| mesh.points[i as usize];
-    let twice = |t: &[u32; 3]| (corner(t[1]) - corner(t[0])).cross(&(corner(t[2]) - corner(t[0]))).norm();
-    mesh.triangles.iter().map(twice).sum::<f64>() * 0.5
+/// Box of places along the face's outline.
+fn outline_box(face: &Face) -> Aabb {
+    const PLACES: u32 = 8;
+    let along = |pcurve: &Curve2| {
+        let (t0, t1) = pcurve.domain();
+        (0..=PLACES)
+            .map(|k| pcurve.point(t0 + (t1 - t0) * f64::from(k) / f64::from(PLACES)))
+            .map(|p| face.surface.point(p.x, p.y))
+            .collect::<Vec<_>>()
+    };
+    let points: Vec<Point3> =
+        face.boundary().iter().flat_map(|l| &l.edges).flat_map(|e| along(&e.pcurve)).collect();
+    Aabb::of(&points)
 }
 
 pub(crate) fn mesh_deviation_mm(meshes: &[FaceMesh]) -> f32 {

@@ -292,7 +292,8 @@ pub fn region_colours(view: &ModelView<'_>) -> Vec<Rgb> {
     for (face, &r) in view.model.faces.iter().zip(view.region_of_face) {
         let bounds = outline_box(face);
         if !bounds.is_empty() {
-            regions[r].area += (bounds.max - bounds.min).norm_squared();
+            let side = bounds.max - bounds.min;
+            regions[r].area += (side.x * side.y).hypot(side.y * side.z).hypot(side.z * side.x);
             regions[r].boxes.push(bounds);
         }
     }

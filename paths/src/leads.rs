@@ -52,8 +52,7 @@ impl SetupContext<'_> {
         // The map is coarse: a wall beside a short way counts as if it stood in it.
         let short = (b - a).xy().norm() <= SHORT_WAY_MM && high > ends + WORTH_MM;
         let low = if short { self.height_between(&a, &b).max(ends).min(high) } else { high };
-        // Rounded up, so that what is written is not below what is proven.
-        round_to_written((low * 10.0).ceil() / 10.0)
+        rounded_up(low)
     }
 
     /// The clear height along a straight way, from the ball dropped every few millimetres. Between two drops a
@@ -77,7 +76,7 @@ impl SetupContext<'_> {
     }
 
     fn safe_height(&self) -> f64 {
-        round_to_written(((self.heights.highest() + CLEARANCE_MM) * 10.0).ceil() / 10.0)
+        rounded_up(self.heights.highest() + CLEARANCE_MM)
     }
 
     fn down(&self, place: Point3, to: Point3, height: f64) -> Vec<Move> {
@@ -152,6 +151,11 @@ impl SetupContext<'_> {
         let q = self.frame.to_setup(&p);
         self.frame.to_model(&Point3::new(q.x, q.y, height))
     }
+}
+
+/// A height that is written: not below the one that is proven.
+fn rounded_up(height: f64) -> f64 {
+    round_to_written((height * 10.0).ceil() / 10.0)
 }
 
 /// Places on a circle.

@@ -21,32 +21,37 @@ pub(crate) struct Turn {
     pub(crate) reversed: bool,
 }
 
+impl Turn {
+    /// Where the pass starts and ends when it is cut this way.
+    pub(crate) fn ends(&self, passes: &[Ends]) -> Ends {
+        let Ends { start, end } = passes[self.pass];
+        if self.reversed { Ends { start: end, end: start } } else { Ends { start, end } }
+    }
+}
+
 /// Lace passes cell by cell (`lace`), or one-way passes row by row (`box`).
 pub(crate) fn order(passes: &[Ends], style: LinkStyle) -> Vec<Turn> {
-    let mut turns = nearest_first(passes, style);
-    if style == LinkStyle::Lace {
-        tour::shorten(passes, &mut turns, true);
+    match style {
+        LinkStyle::Lace => {
+            let mut turns = nearest_first(passes, true, |ends| ends.end);
+            tour::shorten(passes, &mut turns, true);
+            turns
+        }
+        // The next row is the one that starts nearest to where this one started.
+        LinkStyle::Box => nearest_first(passes, false, |ends| ends.start),
     }
-    turns
 }
 
 /// The order of whole parts, each cut from its start to its end.
 pub(crate) fn order_parts(parts: &[Ends]) -> Vec<usize> {
-    let mut left: Vec<usize> = (1..parts.len()).collect();
-    let mut turns: Vec<Turn> = parts.first().map(|_| Turn { pass: 0, reversed: false }).into_iter().collect();
-    while let Some(last) = turns.last()
-        && !left.is_empty()
-    {
-        let way = |slot: usize| (parts[left[slot]].start - parts[last.pass].end).norm();
-        let nearest = (0..left.len()).min_by(|&a, &b| way(a).total_cmp(&way(b)));
-        turns.push(Turn { pass: left.remove(nearest.unwrap_or(0)), reversed: false });
-    }
+    let mut turns = nearest_first(parts, false, |ends| ends.end);
     tour::shorten(parts, &mut turns, false);
     turns.into_iter().map(|t| t.pass).collect()
 }
 
-/// Always goes on with the pass that can be reached over the shortest way. Ties go to the lower number.
-fn nearest_first(passes: &[Ends], style: LinkStyle) -> Vec<Turn> {
+/// Always goes on with the pass that can be reached over the shortest way, the first one first. Ties go to the lower
+/// number. `leave` is the place from where the way on is measured.
+fn nearest_first(passes: &[Ends], reversible: bool, leave: impl Fn(&Ends) -> Point3) -> Vec<Turn> {
     let mut left: Vec<usize> = (0..passes.len()).collect();
     let mut turns = Vec::with_capacity(passes.len());
     let Some(first) = passes.first() else { return turns };
@@ -54,32 +59,21 @@ fn nearest_first(passes: &[Ends], style: LinkStyle) -> Vec<Turn> {
     while !left.is_empty() {
         let mut best = (f64::INFINITY, 0, false);
         for (slot, &pass) in left.iter().enumerate() {
-            let ends = &passes[pass];
-            let way = |to: Point3| (to - here).norm_squared();
-            let mut consider = |distance: f64, reversed: bool| {
+            let Ends { start, end } = passes[pass];
+            for (to, reversed) in [(start, false), (end, true)].into_iter().take(1 + usize::from(reversible))
+            {
+                let distance = (to - here).norm_squared();
                 if distance < best.0 {
                     best = (distance, slot, reversed);
                 }
-            };
-            match style {
-                LinkStyle::Lace => {
-                    consider(way(ends.start), false);
-                    consider(way(ends.end), true);
-                }
-                // One-way passes all run forwards; the next row is the one that starts nearest to where
-                // this one started.
-                LinkStyle::Box => consider(way(ends.start), false),
             }
         }
         let (_, slot, reversed) = best;
         // Keeps the order of what is left, so that ties stay with the lower row.
         let pass = left.remove(slot);
-        let ends = &passes[pass];
-        here = match (style, reversed) {
-            (LinkStyle::Lace, false) => ends.end,
-            (LinkStyle::Lace, true) | (LinkStyle::Box, _) => ends.start,
-        };
-        turns.push(Turn { pass, reversed });
+        let turn = Turn { pass, reversed };
+        here = leave(&turn.ends(passes));
+        turns.push(turn);
     }
     turns
 }

@@ -56,9 +56,7 @@ struct Tour<'a> {
 
 impl Tour<'_> {
     fn ends(&self, at: usize) -> Ends {
-        let Turn { pass, reversed } = self.turns[at];
-        let Ends { start, end } = self.passes[pass];
-        if reversed { Ends { start: end, end: start } } else { Ends { start, end } }
+        self.turns[at].ends(self.passes)
     }
 
     /// Cost of the way from one place in the order to another; nothing before the first and after the last.

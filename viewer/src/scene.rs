@@ -289,8 +289,8 @@ pub fn region_colours(view: &ModelView<'_>) -> Vec<Rgb> {
     let count = view.region_of_face.iter().max().map_or(0, |m| m + 1);
     let nothing = RegionExtent { area: 0.0, boxes: Vec::new() };
     let mut regions = vec![nothing; count];
-    for (face, &r) in view.model.faces.iter().zip(view.region_of_face) {
-        let bounds = outline_box(face);
+    let boxes: Vec<Aabb> = view.model.faces.par_iter().map(outline_box).collect();
+    for (bounds, &r) in boxes.into_iter().zip(view.region_of_face) {
         if !bounds.is_empty() {
             let side = bounds.max - bounds.min;
             regions[r].area += (side.x * side.y).hypot(side.y * side.z).hypot(side.z * side.x);
@@ -305,10 +305,8 @@ fn outline_box(face: &Face) -> Aabb {
     const PLACES: u32 = 8;
     let along = |pcurve: &Curve2| {
         let (t0, t1) = pcurve.domain();
-        (0..=PLACES)
-            .map(|k| pcurve.point(t0 + (t1 - t0) * f64::from(k) / f64::from(PLACES)))
-            .map(|p| face.surface.point(p.x, p.y))
-            .collect::<Vec<_>>()
+        let at = |k: u32| t0 + (t1 - t0) * f64::from(k) / f64::from(PLACES);
+        (0..=PLACES).map(|k| face.surface.point_on(pcurve, at(k))).collect::<Vec<_>>()
     };
     let points: Vec<Point3> =
         face.boundary().iter().flat_map(|l| &l.edges).flat_map(|e| along(&e.pcurve)).collect();

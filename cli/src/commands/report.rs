@@ -3,12 +3,11 @@ use std::process::ExitCode;
 
 use claymill_nurbs::Model;
 use claymill_paths::Orientation;
-use claymill_toolpath::{
-    Job, LinkStyle, Program, REPORT_FILE, RegionsFile, read_job, read_moves, read_regions,
-};
+use claymill_toolpath::{Job, Program, REPORT_FILE, RegionsFile, read_job, read_moves, read_regions};
 use claymill_verify::{CrestSample, Verification, VerifyOptions, verify_with_crests};
 use claymill_viewer::{ReportError, ReportInput, write_report};
 
+use super::plan::JOB_TOML;
 use super::{Context, orientation, pictures, region_of_face};
 use crate::args::{AxisArgs, ReportArgs};
 use crate::failure::Failure;
@@ -94,37 +93,10 @@ pub(crate) fn title(job: &Job) -> String {
     path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
 }
 
-/// The command line that makes the job again, with every option that was chosen or guessed.
+/// The command line that makes the job again: its own job file holds every option that was chosen or guessed.
 fn command(job: &Job, out: &Path) -> String {
-    let r = &job.request;
-    let link = match r.link {
-        LinkStyle::Lace => "lace",
-        LinkStyle::Box => "box",
-    };
-    let mut words: Vec<String> = vec!["claymill".into(), "plan".into(), job.model.path.clone()];
-    let mut option = |name: &str, value: String| words.extend([format!("--{name}"), value]);
-    option("tool", r.tool.to_string());
-    option("scallop", r.scallop_mm.to_string());
-    option("strategy", r.strategy.clone());
-    option("link", link.into());
-    option("preset", r.preset.replace('_', "-"));
-    option("feed", r.feed_mm_per_min.to_string());
-    option("up", r.up.clone());
-    option("length", r.length.clone());
-    for what in &r.only {
-        option("only", what.clone());
-    }
-    for what in &r.skip {
-        option("skip", what.clone());
-    }
-    for obstacle in &r.check {
-        option("check", obstacle.path.clone());
-    }
-    if let Some(obstacle) = r.check.first() {
-        option("mesh-unit", obstacle.unit_mm.to_string());
-    }
-    words.extend(["-o".into(), out.display().to_string()]);
-    words.iter().map(|w| quoted(w)).collect::<Vec<_>>().join(" ")
+    let (options, out) = (out.join(JOB_TOML).display().to_string(), out.display().to_string());
+    ["claymill", "plan", &job.model.path, "--job", &options, "-o", &out].map(quoted).join(" ")
 }
 
 /// A word as a shell reads it back.

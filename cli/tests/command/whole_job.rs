@@ -168,7 +168,12 @@ fn rows_run_at_the_angle_asked_for() {
     let made = plan(folder, "angled", &["--angle", "-30", "--only", "region:0"]);
     assert_eq!(made.code, Some(0), "{made:?}");
     let job = check_job(folder, "angled");
-    assert!(fs::read_to_string(folder.join("angled/job.toml")).unwrap().contains("angle = -30.0"));
+    let report = fs::read_to_string(folder.join("angled/report.html")).unwrap();
+    assert!(report.contains("claymill plan panel.igs --job angled/job.toml -o angled"));
+    let again = run(folder, ["plan", "panel.igs", "--job", "angled/job.toml", "-o", "angled_again"]);
+    assert_eq!(again.code, Some(0), "{again:?}");
+    let moves = |job: &str| fs::read(folder.join(job).join(TOOLPATHS_FILE)).unwrap();
+    assert!(moves("angled") == moves("angled_again"));
     let rows: Vec<Vector3> = read_moves(&folder.join("angled"))
         .unwrap()
         .moves

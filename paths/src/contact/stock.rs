@@ -370,6 +370,11 @@ fn is_beside(uv: &[Point2; 3], u: f64, v: f64) -> bool {
     [wb, wc, 1.0 - wb - wc].iter().all(|w| (-1.0..=2.0).contains(w))
 }
 
+/// The place with these barycentric coordinates.
+fn weighted<const D: usize>(corners: &[nalgebra::Point<f64, D>; 3], at: [f64; 3]) -> nalgebra::Point<f64, D> {
+    (0..3).map(|i| corners[i].coords * at[i]).sum::<nalgebra::SVector<f64, D>>().into()
+}
+
 struct Search<'a> {
     stock: &'a Stock<'a>,
     x: f64,
@@ -432,7 +437,7 @@ impl<'a> Search<'a> {
         {
             return;
         }
-        let start: nalgebra::Vector2<f64> = (0..3).map(|i| uv[i].coords * rest.at[i]).sum();
+        let start = weighted(&uv, rest.at);
         let proven = match self.try_face(t.face as usize, (start.x, start.y)) {
             Polished::Contact { u, v, .. } | Polished::Outside { u, v } => here(u, v),
             Polished::Failed => false,
@@ -469,7 +474,7 @@ impl<'a> Search<'a> {
         }
         fine = fine && self.lies_flat(t, &uv, &n);
         if level >= DEEPEST || fine {
-            let at = Point3::from((0..3).map(|i| p[i].coords * high.at[i]).sum::<claymill_nurbs::Vector3>());
+            let at = weighted(&p, high.at);
             let centre = Point3::new(self.x, self.y, high.z);
             let normal = (centre - at).normalize();
             let location = Location { centre, normal, face: t.face as usize, support: Support::Bound };
@@ -509,9 +514,8 @@ impl<'a> Search<'a> {
             return 1.0;
         };
         let middle = Point2::from((uv[0].coords + uv[1].coords + uv[2].coords) / 3.0);
-        let touch = Point2::from((0..3).map(|i| uv[i].coords * touch[i]).sum::<nalgebra::Vector2<f64>>());
         let corners = [0, 1, 2].map(|i| uv[i] + (middle - uv[i]) * CORNER_INSET);
-        let places = corners.into_iter().chain([middle, touch]);
+        let places = corners.into_iter().chain([middle, weighted(uv, touch)]);
         places.filter(|p| domain.contains(p.x, p.y)).count() as f64 / 5.0
     }
 

@@ -4,7 +4,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::figures::{area, count, deviation, duration, length, share};
 use super::plots::against_each_other;
-use super::{POLICY, ReportPicture, image};
+use super::{ReportPicture, head, image};
 
 /// One job of a comparison.
 #[derive(Debug, Clone)]
@@ -40,13 +40,7 @@ pub fn comparison_html(input: &ComparisonInput<'_>) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta http-equiv="Content-Security-Policy" content=(POLICY);
-                title { (input.title) " – strategies side by side" }
-                style { (PreEscaped(include_str!("style.css"))) }
-            }
+            (head(&format!("{} – strategies side by side", input.title)))
             body {
                 header {
                     h1 { (input.title) ": side by side" }

@@ -95,6 +95,19 @@ pub fn write_report(path: &Path, input: &ReportInput<'_>) -> Result<(), ReportEr
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; \
                       base-uri 'none'; form-action 'none'";
 
+/// What every page begins with.
+fn head(title: &str) -> Markup {
+    html! {
+        head {
+            meta charset="utf-8";
+            meta name="viewport" content="width=device-width, initial-scale=1";
+            meta http-equiv="Content-Security-Policy" content=(POLICY);
+            title { (title) }
+            style { (PreEscaped(include_str!("style.css"))) }
+        }
+    }
+}
+
 /// The report as text.
 #[must_use]
 pub fn report_html(input: &ReportInput<'_>) -> String {
@@ -102,13 +115,7 @@ pub fn report_html(input: &ReportInput<'_>) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta http-equiv="Content-Security-Policy" content=(POLICY);
-                title { (input.title) " – claymill report" }
-                style { (PreEscaped(include_str!("style.css"))) }
-            }
+            (head(&format!("{} – claymill report", input.title)))
             body {
                 header {
                     h1 { (input.title) }

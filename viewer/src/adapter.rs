@@ -3,11 +3,17 @@ use wgpu::{Adapter, Backends, DeviceType, Instance, InstanceDescriptor};
 use crate::ViewError;
 
 /// A device that can draw, and where it runs.
-pub(crate) struct Gpu {
-    pub(crate) device: wgpu::Device,
-    pub(crate) queue: wgpu::Queue,
-    pub(crate) name: String,
-    pub(crate) largest_side_px: u32,
+pub struct Gpu {
+    /// What draws.
+    pub device: wgpu::Device,
+    /// Where it takes its orders.
+    pub queue: wgpu::Queue,
+    /// The adapter that it runs on.
+    pub adapter: wgpu::Adapter,
+    /// The adapter's name, for reports.
+    pub name: String,
+    /// Longest side of a picture, pixels.
+    pub largest_side_px: u32,
 }
 
 /// Longest side of a picture, pixels: what a readback buffer of 256 MiB holds as a square.
@@ -28,32 +34,50 @@ pub(crate) fn open_on(backends: Backends) -> Result<Gpu, ViewError> {
         backends,
         ..InstanceDescriptor::new_without_display_handle_from_env()
     });
-    let adapters = pollster::block_on(instance.enumerate_adapters(backends));
-    let found: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
-    let wanted_name = std::env::var("WGPU_ADAPTER_NAME").ok().map(|n| n.to_lowercase());
-    let only_software = std::env::var("WGPU_FORCE_FALLBACK_ADAPTER").is_ok_and(|v| v != "0" && !v.is_empty());
-    let usable = |a: &Adapter| {
-        let info = a.get_info();
-        wanted_name.as_ref().is_none_or(|wanted| info.name.to_lowercase().contains(wanted))
-            && (!only_software || info.device_type == DeviceType::Cpu)
-    };
-    let Some(adapter) = adapters.into_iter().filter(usable).min_by_key(rank) else {
-        let reason = if found.is_empty() {
-            format!("none answers on {backends:?}")
-        } else {
-            format!("the environment excludes {}", found.join(", "))
+    Gpu::open(&instance, backends, None)
+}
+
+impl Gpu {
+    /// Opens the best adapter of `backends` that can draw on `surface`, if there is one to draw on:
+    /// `WGPU_ADAPTER_NAME` and `WGPU_FORCE_FALLBACK_ADAPTER` decide when set; else a graphics card goes before a
+    /// software driver, and Vulkan before OpenGL.
+    ///
+    /// # Errors
+    /// There is none, or it refuses to work.
+    pub fn open(
+        instance: &Instance,
+        backends: Backends,
+        surface: Option<&wgpu::Surface<'_>>,
+    ) -> Result<Self, ViewError> {
+        let adapters = pollster::block_on(instance.enumerate_adapters(backends));
+        let found: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
+        let wanted_name = std::env::var("WGPU_ADAPTER_NAME").ok().map(|n| n.to_lowercase());
+        let only_software =
+            std::env::var("WGPU_FORCE_FALLBACK_ADAPTER").is_ok_and(|v| v != "0" && !v.is_empty());
+        let usable = |a: &Adapter| {
+            let info = a.get_info();
+            wanted_name.as_ref().is_none_or(|wanted| info.name.to_lowercase().contains(wanted))
+                && (!only_software || info.device_type == DeviceType::Cpu)
+                && surface.is_none_or(|s| a.is_surface_supported(s))
         };
-        return Err(ViewError::NoAdapter { reason });
-    };
-    let info = adapter.get_info();
-    let name = format!("{} ({:?}, {:?})", info.name, info.backend, info.device_type);
-    let limits = wgpu::Limits::downlevel_defaults().using_resolution(adapter.limits());
-    let largest_side_px = limits.max_texture_dimension_2d.min(LARGEST_SIDE_PX);
-    let descriptor =
-        wgpu::DeviceDescriptor { label: Some("claymill"), required_limits: limits, ..Default::default() };
-    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-        .map_err(|e| ViewError::Device { adapter: name.clone(), reason: e.to_string() })?;
-    Ok(Gpu { device, queue, name, largest_side_px })
+        let Some(adapter) = adapters.into_iter().filter(usable).min_by_key(rank) else {
+            let reason = if found.is_empty() {
+                format!("none answers on {backends:?}")
+            } else {
+                format!("not usable here: {}", found.join(", "))
+            };
+            return Err(ViewError::NoAdapter { reason });
+        };
+        let info = adapter.get_info();
+        let name = format!("{} ({:?}, {:?})", info.name, info.backend, info.device_type);
+        let limits = wgpu::Limits::downlevel_defaults().using_resolution(adapter.limits());
+        let largest_side_px = limits.max_texture_dimension_2d.min(LARGEST_SIDE_PX);
+        let descriptor =
+            wgpu::DeviceDescriptor { label: Some("claymill"), required_limits: limits, ..Default::default() };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|e| ViewError::Device { adapter: name.clone(), reason: e.to_string() })?;
+        Ok(Gpu { device, queue, adapter, name, largest_side_px })
+    }
 }
 
 fn rank(adapter: &Adapter) -> (u8, u8) {

@@ -142,7 +142,7 @@ impl Reel {
         scene.caption.truncate(1);
         scene.caption.push(format!("setup {setup}, {} of {}", clock(at_s), clock(self.duration_s())));
         if let Some(s) = self.station(at_s) {
-            add_tool(&mut scene, &s);
+            scene.add_tool(&s.tip, &s.axis, s.radius_mm);
             scene.pins.push(Pin { at: s.tip, shape: PinShape::Ring, colour: MARK });
         }
         scene
@@ -176,43 +176,45 @@ fn add_stations(stations: &mut Vec<Station>, m: &Move, from_s: f64, took_s: f64,
     }
 }
 
-/// A ball and a shank of its diameter, turned about the tool axis.
-fn add_tool(scene: &mut Scene, s: &Station) {
-    const LEVELS: u32 = 10;
-    let side = if s.axis.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
-    let u = s.axis.cross(&side).normalize();
-    let v = s.axis.cross(&u);
-    let r = s.radius_mm;
-    // Rings from the tip up: height and radius over the ball's, slope of the normal along the axis, colour.
-    let ball = (0..=LEVELS).map(|k| {
-        let (sin, cos) = (0.5 * std::f64::consts::PI * f64::from(k) / f64::from(LEVELS)).sin_cos();
-        (r * (1.0 - cos), r * sin, -cos, BALL)
-    });
-    let top = SHANK_RADII * r;
-    let shank = [(r, r, 0.0, SHANK), (top, r, 0.0, SHANK), (top, r, 1.0, SHANK), (top, 0.0, 1.0, SHANK)];
-    let rings: Vec<_> = ball.chain(shank).collect();
-    let mut vertices = Vec::new();
-    for &(height, radius, along, colour) in &rings {
-        for k in 0..ROUND {
-            let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(ROUND)).sin_cos();
-            let out = u * cos + v * sin;
-            let normal = out * (1.0 - f64::abs(along).powi(2)).max(0.0).sqrt() + s.axis * along;
-            let p = s.tip + s.axis * height + out * radius - scene.origin.coords;
-            vertices.push(SurfaceVertex {
-                position: [p.x as f32, p.y as f32, p.z as f32],
-                normal: [normal.x as f32, normal.y as f32, normal.z as f32],
-                colour: [colour[0], colour[1], colour[2], 255],
-            });
+impl Scene {
+    /// Adds a ball and a shank of its diameter, turned about the unit vector `axis`, with its lowest point at `tip`.
+    pub fn add_tool(&mut self, tip: &Point3, axis: &Vector3, radius_mm: f64) {
+        const LEVELS: u32 = 10;
+        let side = if axis.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
+        let u = axis.cross(&side).normalize();
+        let v = axis.cross(&u);
+        let r = radius_mm;
+        // Rings from the tip up: height and radius over the ball's, slope of the normal along the axis, colour.
+        let ball = (0..=LEVELS).map(|k| {
+            let (sin, cos) = (0.5 * std::f64::consts::PI * f64::from(k) / f64::from(LEVELS)).sin_cos();
+            (r * (1.0 - cos), r * sin, -cos, BALL)
+        });
+        let top = SHANK_RADII * r;
+        let shank = [(r, r, 0.0, SHANK), (top, r, 0.0, SHANK), (top, r, 1.0, SHANK), (top, 0.0, 1.0, SHANK)];
+        let rings: Vec<_> = ball.chain(shank).collect();
+        let mut vertices = Vec::new();
+        for &(height, radius, along, colour) in &rings {
+            for k in 0..ROUND {
+                let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(ROUND)).sin_cos();
+                let out = u * cos + v * sin;
+                let normal = out * (1.0 - f64::abs(along).powi(2)).max(0.0).sqrt() + axis * along;
+                let p = tip + axis * height + out * radius - self.origin.coords;
+                vertices.push(SurfaceVertex {
+                    position: [p.x as f32, p.y as f32, p.z as f32],
+                    normal: [normal.x as f32, normal.y as f32, normal.z as f32],
+                    colour: [colour[0], colour[1], colour[2], 255],
+                });
+            }
         }
-    }
-    let mut triangles = Vec::new();
-    for ring in 0..rings.len() as u32 - 1 {
-        for k in 0..ROUND {
-            let [a, b] = [k, (k + 1) % ROUND].map(|k| ring * ROUND + k);
-            triangles.extend([[a, b, b + ROUND], [a, b + ROUND, a + ROUND]]);
+        let mut triangles = Vec::new();
+        for ring in 0..rings.len() as u32 - 1 {
+            for k in 0..ROUND {
+                let [a, b] = [k, (k + 1) % ROUND].map(|k| ring * ROUND + k);
+                triangles.extend([[a, b, b + ROUND], [a, b + ROUND, a + ROUND]]);
+            }
         }
+        self.add_triangles(&vertices, &triangles);
     }
-    scene.add_triangles(&vertices, &triangles);
 }
 
 #[cfg(test)]

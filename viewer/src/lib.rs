@@ -45,6 +45,7 @@ mod thinning;
 mod thumbnail;
 mod touch;
 
+pub use adapter::Gpu;
 pub use animation::Reel;
 pub use browser::{BrowserInput, browser_glb};
 pub use camera::{Axes, Camera, View};
@@ -64,5 +65,5 @@ pub use scene::{
     face_colours, region_colours,
 };
 pub use segments::CLOSEST_PASSES_PX;
-pub use strokes::{StrokeStyle, flatten, kind_colour};
+pub use strokes::{StrokeStyle, drawn_moves, flatten, kind_colour};
 pub use thumbnail::{Thumbnail, region_thumbnails};

@@ -78,8 +78,10 @@ fn layer_of(kind: MoveKind) -> LineKind {
 /// A contact that moves by more than this, in ball radii, and by more than twice what the tip moves, jumps.
 const JUMP_RADII: f64 = 0.3;
 
-/// Each move as the polylines that are drawn for it: several where the contact jumps. `None`: it is no curve.
-pub(crate) fn drawn_moves(
+/// Each move as the polylines that are drawn for it over the surfaces of `scene`: several where the contact jumps.
+/// `None`: it is no curve.
+#[must_use]
+pub fn drawn_moves(
     scene: &Scene,
     program: &Program,
     style: &StrokeStyle<'_>,

@@ -46,6 +46,8 @@ pub(crate) enum Command {
     Control(ControlArgs),
     /// Pictures of a model or a job folder.
     Render(RenderArgs),
+    /// Look at a model or a job folder in a window: turn, pick, measure, cut open, run along the paths.
+    View(ViewArgs),
     /// The tool on its way over the model, as an animation true to the time.
     Animate(AnimateArgs),
     /// Pictures and report of a job folder, made anew.
@@ -435,6 +437,26 @@ pub(crate) struct RenderArgs {
     /// Leave the tool paths out.
     #[arg(long)]
     pub(crate) no_paths: bool,
+    #[command(flatten)]
+    pub(crate) axes: AxisArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ViewArgs {
+    /// Job folder or model file.
+    pub(crate) what: PathBuf,
+    /// The model, where it is no longer at the path that the job names.
+    #[arg(long)]
+    pub(crate) model: Option<PathBuf>,
+    /// Dark surroundings.
+    #[arg(long)]
+    pub(crate) dark: bool,
+    /// Width and height of the window.
+    #[arg(long, default_value = "1440x900", value_name = "WxH")]
+    pub(crate) size: String,
+    /// Write a picture of the window as it opens instead of opening it; needs no display.
+    #[arg(long, value_name = "PNG")]
+    pub(crate) picture: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) axes: AxisArgs,
 }

@@ -47,6 +47,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Stream(args) => commands::stream(&context, args),
         Command::Post(args) => commands::post(&context, args),
         Command::Render(args) => commands::render(&context, args),
+        Command::View(args) => commands::view(&context, args),
         Command::Animate(args) => commands::animate(&context, args),
         Command::Report(args) => commands::report(&context, args),
         Command::Sample(args) => commands::sample(&context, args),

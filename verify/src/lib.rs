@@ -185,6 +185,25 @@ pub fn verify_with_crests(
     Ok((found, samples))
 }
 
+/// The crests alone, along the passes, with nothing else measured: the data of a scallop map.
+///
+/// # Errors
+/// As [`verify_program`].
+pub fn crest_samples(
+    model: &Model,
+    job: &Job,
+    program: &Program,
+    options: &VerifyOptions,
+    progress: Progress<'_>,
+) -> Result<Vec<CrestSample>, VerifyError> {
+    let bench = Bench::new(model, job, program, options, progress)?;
+    let scene = &bench.scene;
+    let swept = swept::Swept::new(&scene.tracks, options.chord_mm);
+    let mesh = mesh::Mesh::joined(&bench.meshes, &scene.obstacles.triangles);
+    let reach = reach::Reach::new(scene, &mesh);
+    Ok(crest::measure(scene, &swept, &reach, &scene::Stage::begin("scallop crests", progress)).1)
+}
+
 /// What the swept balls leave on points spread evenly over all faces, face by face: the data of a residual
 /// map.
 ///

@@ -131,7 +131,7 @@ fn frames(args: &AnimateArgs, format: Format, [width, height]: [u32; 2]) -> Resu
 }
 
 /// Seconds of every move: every setup begins and ends at rest.
-fn seconds(job: &Job, program: &Program) -> Vec<f64> {
+pub(super) fn seconds(job: &Job, program: &Program) -> Vec<f64> {
     let feeds = Feeds {
         cut_mm_per_min: job.request.feed_mm_per_min,
         rapid_mm_per_min: job.request.rapid_mm_per_min,

@@ -22,6 +22,7 @@ mod stream;
 mod sweep;
 mod sweep_plot;
 mod verify;
+mod view;
 mod why;
 
 use std::path::Path;
@@ -52,6 +53,7 @@ pub(crate) use report::report;
 pub(crate) use sample::sample;
 pub(crate) use stream::stream;
 pub(crate) use verify::verify;
+pub(crate) use view::view;
 
 /// What every command gets.
 pub(crate) struct Context<'a> {

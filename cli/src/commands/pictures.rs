@@ -18,7 +18,7 @@ use crate::console::Console;
 use crate::failure::{Failure, advice_on};
 
 /// Fine enough for pictures of a whole vehicle: half a pixel is about 1 mm there.
-const PICTURE_MESH: MeshOptions = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 60.0 };
+pub(crate) const PICTURE_MESH: MeshOptions = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 60.0 };
 /// Fine enough for reflections, which see the normals between vertices.
 const REFLECTION_MESH: MeshOptions = MeshOptions { deviation_mm: 0.05, longest_edge_mm: 15.0 };
 /// Fine enough for a map of heights, and the cells in which the highest crest counts.
@@ -298,7 +298,7 @@ impl Album<'_> {
 }
 
 /// A face that cannot be triangulated is left out of the picture, not of the job.
-fn meshes(model: &Model, options: &MeshOptions) -> Vec<FaceMesh> {
+pub(crate) fn meshes(model: &Model, options: &MeshOptions) -> Vec<FaceMesh> {
     model.faces.par_iter().map(|face| tessellate(face, options).unwrap_or_default()).collect()
 }
 

@@ -15,6 +15,8 @@ mod other_formats;
 mod post;
 mod roadster;
 mod run;
+#[cfg(feature = "window")]
+mod view;
 mod whole_job;
 
 /// A folder that goes when its test ends.

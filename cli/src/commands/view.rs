@@ -1,0 +1,140 @@
+use std::process::ExitCode;
+
+use super::Context;
+use crate::args::ViewArgs;
+use crate::failure::Failure;
+
+/// `claymill view`.
+#[cfg(not(feature = "window"))]
+pub(crate) fn view(_: &Context, args: &ViewArgs) -> Result<ExitCode, Failure> {
+    Err(Failure::problem(
+        format!("{}: this claymill was built without its window", args.what.display()),
+        "Build it with the feature `window`, or make pictures with `claymill render`.",
+    ))
+}
+
+#[cfg(feature = "window")]
+pub(crate) use with_window::view;
+
+#[cfg(feature = "window")]
+mod with_window {
+    use std::path::{Path, PathBuf};
+    use std::sync::Arc;
+
+    use claymill_surface_merge::Preset;
+    use claymill_toolpath::{VERIFY_FILE, read_job, read_moves, read_regions};
+    use claymill_verify::Verification;
+    use claymill_window::{Exhibit, Headless, JobToShow, WindowError, WindowOptions, show};
+
+    use super::{Context, ExitCode, Failure, ViewArgs};
+    use crate::args::AxisArgs;
+    use crate::commands::render::parse_size;
+    use crate::commands::{animate, merge, orientation, pictures, region_of_face};
+    use crate::console::outln;
+
+    impl From<WindowError> for Failure {
+        fn from(error: WindowError) -> Self {
+            match error {
+                WindowError::View(e) => e.into(),
+                e @ WindowError::NoDisplay { .. } => Failure::problem(
+                    e,
+                    "Run it on a desktop, or with DISPLAY set to an X server (ssh -X, Xvfb). `claymill render` and \
+                     `claymill view --picture PNG` need no display.",
+                ),
+            }
+        }
+    }
+
+    /// `claymill view`.
+    pub(crate) fn view(context: &Context, args: &ViewArgs) -> Result<ExitCode, Failure> {
+        let size = parse_size(&args.size)?;
+        let exhibit = exhibit(context, args)?;
+        if let Some(picture) = &args.picture {
+            return save(context, exhibit, args, size, picture);
+        }
+        context.console.finish();
+        let options = WindowOptions { size, dark: args.dark };
+        let json = context.json;
+        show(exhibit, options, &mut |said| {
+            if json {
+                outln!("{said}");
+            }
+        })?;
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// The window as it opens, without one.
+    fn save(
+        context: &Context,
+        exhibit: Exhibit,
+        args: &ViewArgs,
+        size: [u32; 2],
+        path: &Path,
+    ) -> Result<ExitCode, Failure> {
+        context.console.stage("drawing");
+        let exhibit = Arc::new(exhibit);
+        let mut window = Headless::new(&exhibit, size)?;
+        window.pane.desk.dark = args.dark;
+        window.open()?;
+        window.rest()?;
+        window.picture()?.save(path)?;
+        context.console.finish();
+        context.console.say(path.display());
+        if context.json {
+            context.print_json(&serde_json::json!({ "written": path }))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn exhibit(context: &Context, args: &ViewArgs) -> Result<Exhibit, Failure> {
+        let job = if args.what.is_dir() { Some(read_job(&args.what)?) } else { None };
+        let named = || job.as_ref().map_or_else(|| args.what.clone(), |job| PathBuf::from(&job.model.path));
+        let path = args.model.clone().unwrap_or_else(named);
+        let loaded = context.load(&path)?;
+        let axes = match &job {
+            Some(job) => AxisArgs {
+                up: args.axes.up.clone().or_else(|| Some(job.request.up.clone())),
+                length: args.axes.length.clone().or_else(|| Some(job.request.length.clone())),
+            },
+            None => args.axes.clone(),
+        };
+        let axes = pictures::axes(orientation(context.console, &axes, &loaded.bounds)?);
+        let model = loaded.import.model;
+        context.console.stage("merging");
+        let (regions, region_of_face) = match &job {
+            Some(_) => {
+                let regions = read_regions(&args.what)?;
+                let of_face = region_of_face(&regions, model.faces.len())?;
+                (regions, of_face)
+            }
+            None => {
+                let merged = merge::regions(&model, &Preset::Clay.options())?;
+                (merge::record(&merged, Preset::Clay), merged.region_of_face)
+            }
+        };
+        context.console.stage("meshing");
+        let meshes = pictures::meshes(&model, &pictures::PICTURE_MESH);
+        let job = match job {
+            Some(job) => {
+                let program = read_moves(&args.what)?;
+                if program.moves.is_empty() {
+                    context.console.say("warning: the job holds no moves; the model alone is shown");
+                }
+                let seconds = animate::seconds(&job, &program);
+                let verification = verification(context, &args.what);
+                Some(JobToShow { job, program, seconds, verification })
+            }
+            None => None,
+        };
+        let title = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        Ok(Exhibit { title, model, meshes, region_of_face, regions, axes, job })
+    }
+
+    /// What verification wrote; a job is worth a look without.
+    fn verification(context: &Context, folder: &Path) -> Option<Verification> {
+        let path = folder.join(VERIFY_FILE);
+        let text = std::fs::read_to_string(&path).ok()?;
+        let read = serde_json::from_str(&text);
+        read.map_err(|e| context.console.say(format!("warning: {}: {e}", path.display()))).ok()
+    }
+}

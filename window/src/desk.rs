@@ -1,0 +1,572 @@
+//! The state of a window, without a window: what is shown, from where, at what time, and what was picked.
+
+use std::sync::{Arc, Mutex};
+
+use claymill_nurbs::{Aabb, ClosestPoints, Point3, Vector3};
+use claymill_verify::{Severity, VerifyOptions};
+use claymill_viewer::{Colouring, HeatScale, Rgb, Scene, View, ViewError, region_colours};
+
+use crate::exhibit::{Exhibit, Shared};
+use crate::facts::{self, Facts, Measured};
+use crate::joints::{Seam, Seams};
+use crate::layers::{self, Layers, LineLook, Paint};
+use crate::lines::Lines;
+use crate::pick::{self, OnLine, Section, Spot, box_near};
+use crate::sight::Sight;
+use crate::tracks::{ToolPlace, Tracks, tool_at};
+
+/// Passes that would come closer together in the picture are thinned out, pixels.
+const CLOSEST_PASSES_PX: f64 = 4.0;
+/// Size of the cells in which the highest crest counts, in step-overs and at least, mm.
+const MAP_CELL_MM: f64 = 6.0;
+/// How far the map looks for crests along the passes, mm.
+const CREST_SPACING_MM: f64 = 4.0;
+
+/// What a click means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tool {
+    /// Shows what is known of the place.
+    Select,
+    /// Takes a point to measure from or to.
+    Measure,
+}
+
+/// What was picked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picked {
+    /// The surface.
+    pub spot: Option<Spot>,
+    /// The move.
+    pub on_path: Option<OnLine>,
+    /// The seam.
+    pub on_seam: Option<OnLine>,
+    /// What is known of them.
+    pub facts: Facts,
+}
+
+/// A plane along an axis of the vehicle, before which everything is cut away.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cutting {
+    /// Whether it cuts.
+    pub on: bool,
+    /// 0 along, 1 across, 2 up.
+    pub axis: usize,
+    /// Where along the axis, as a part of the model's extent.
+    pub share: f64,
+    /// Keep the other side.
+    pub flipped: bool,
+}
+
+/// The time shown, and how fast it goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Clock {
+    /// Time since the start of the job, s.
+    pub now_s: f64,
+    /// Whether it runs.
+    pub playing: bool,
+    /// Seconds of the machine a second.
+    pub speed: f64,
+}
+
+/// A place worth a look.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Marked {
+    /// Where, mm.
+    pub at: Point3,
+    /// What is there.
+    pub text: String,
+    /// Whether it is a fault.
+    pub fault: bool,
+}
+
+/// The measurement of scallops, which takes its time.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Crests {
+    /// Not asked for.
+    Unknown,
+    /// Under way: the stage and its share.
+    Measuring(String, f64),
+    /// Done: place and height, mm.
+    Known(Arc<Vec<(Point3, f64)>>),
+    /// Why not.
+    Failed(String),
+}
+
+/// Where the measuring thread leaves its news.
+type News = Arc<Mutex<Crests>>;
+
+/// The state machine behind the window.
+pub struct Desk<'a> {
+    exhibit: &'a Shared,
+    closest: ClosestPoints<'a>,
+    bounds: Aabb,
+    /// The surfaces in their colours; vertices in the order of the faces' meshes.
+    pub(crate) scene: Scene,
+    pub(crate) seams: Vec<Seam>,
+    pub(crate) seam_lines: Lines,
+    pub(crate) tracks: Tracks,
+    region_colours: Vec<Rgb>,
+    marks: Vec<Marked>,
+    /// The camera.
+    pub sight: Sight,
+    /// What is shown.
+    pub layers: Layers,
+    /// What a click means.
+    pub tool: Tool,
+    /// The section plane.
+    pub cutting: Cutting,
+    /// The time.
+    pub clock: Clock,
+    /// Dark surroundings.
+    pub dark: bool,
+    picked: Option<Picked>,
+    measured: Vec<Spot>,
+    news: News,
+    crests: Crests,
+    painted: Option<(Paint, bool)>,
+    /// Counts repaintings of the surfaces.
+    pub(crate) paintings: u64,
+    said: Vec<serde_json::Value>,
+}
+
+impl<'a> Desk<'a> {
+    /// Lays everything out, for a picture of `size` pixels.
+    ///
+    /// # Errors
+    /// There is nothing to show, or the exhibit's lists do not fit its model.
+    pub fn new(exhibit: &'a Shared, size: [u32; 2]) -> Result<Self, ViewError> {
+        let bounds = exhibit.bounds();
+        if bounds.is_empty() {
+            return Err(ViewError::EmptyScene);
+        }
+        let mut scene = Scene::of_model(&exhibit.view(None), Colouring::Clay)?;
+        scene.lines.clear();
+        if scene.surfaces.is_empty() {
+            scene.origin = bounds.centre();
+        }
+        let (closest, (seams, tracks)) = rayon::join(
+            || ClosestPoints::new(&exhibit.model),
+            || {
+                rayon::join(
+                    || Seams::new(exhibit, &scene.origin),
+                    || exhibit.job.as_ref().map_or_else(Tracks::default, |j| Tracks::new(&scene, j)),
+                )
+            },
+        );
+        let axes = exhibit.axes;
+        let sight = Sight::new(&View::iso(&axes), axes.up, &outline(exhibit, &bounds), size);
+        let clock = Clock { now_s: tracks.duration_s(), playing: false, speed: 60.0 };
+        let mut desk = Desk {
+            closest,
+            bounds,
+            seam_lines: Lines::new(&seams.strokes, 0.0),
+            seams: seams.seams,
+            tracks,
+            region_colours: region_colours(&exhibit.view(None)),
+            marks: marks(exhibit),
+            sight,
+            layers: Layers::new(exhibit),
+            tool: Tool::Select,
+            cutting: Cutting { on: false, axis: 1, share: 0.5, flipped: false },
+            clock,
+            dark: false,
+            picked: None,
+            measured: Vec::new(),
+            news: Arc::new(Mutex::new(Crests::Unknown)),
+            crests: Crests::Unknown,
+            painted: None,
+            paintings: 0,
+            said: Vec::new(),
+            scene,
+            exhibit,
+        };
+        // Only faults are shown unasked.
+        desk.layers.marks = desk.marks.iter().any(|m| m.fault);
+        desk.repaint();
+        Ok(desk)
+    }
+
+    /// What is shown.
+    #[must_use]
+    pub fn exhibit(&self) -> &'a Exhibit {
+        self.exhibit
+    }
+
+    /// Around everything, mm.
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// Colour of each region.
+    #[must_use]
+    pub fn region_colours(&self) -> &[Rgb] {
+        &self.region_colours
+    }
+
+    /// Places of findings.
+    #[must_use]
+    pub fn marks(&self) -> &[Marked] {
+        &self.marks
+    }
+
+    /// What was picked.
+    #[must_use]
+    pub fn picked(&self) -> Option<&Picked> {
+        self.picked.as_ref()
+    }
+
+    /// Points taken to measure between.
+    #[must_use]
+    pub fn measured_points(&self) -> &[Spot] {
+        &self.measured
+    }
+
+    /// What lies between the last two points.
+    #[must_use]
+    pub fn measured(&self) -> Option<Measured> {
+        match self.measured.as_slice() {
+            [a, b] => Some(Measured::between(a, b)),
+            _ => None,
+        }
+    }
+
+    /// How far the measurement of scallops is.
+    #[must_use]
+    pub fn crests(&self) -> &Crests {
+        &self.crests
+    }
+
+    /// Seams of each class, for the layer tree.
+    #[must_use]
+    pub fn seams(&self) -> &[Seam] {
+        &self.seams
+    }
+
+    /// What happened since the last call, for other programs.
+    pub fn take_said(&mut self) -> Vec<serde_json::Value> {
+        std::mem::take(&mut self.said)
+    }
+
+    // --- camera -------------------------------------------------------------------------------------------
+
+    /// Looks from a named side at all that is shown.
+    pub fn look(&mut self, name: &str) {
+        if let Some(view) = View::named(name, &self.exhibit.axes) {
+            let points = self.framed();
+            // A view along an axis is for measuring by eye.
+            self.sight.set_perspective(view.opening_deg.is_some());
+            self.sight.look(&view, &points);
+        }
+    }
+
+    /// Shows all that is switched on.
+    pub fn fit(&mut self) {
+        let points = self.framed();
+        self.sight.fit(&points);
+    }
+
+    /// Shows one region large.
+    pub fn fit_region(&mut self, region: usize) {
+        let points = self.exhibit.outline(|f| self.exhibit.region_of_face[f] == region);
+        self.sight.fit(&points);
+    }
+
+    fn framed(&self) -> Vec<Point3> {
+        let points =
+            self.exhibit.outline(|f| self.layers.shows_face(self.exhibit, f) || !self.layers.surfaces);
+        if points.is_empty() { crate::exhibit::corners(&self.bounds).to_vec() } else { points }
+    }
+
+    /// What a drag that begins at a place of the picture holds: the surface there, or the depth of the model's middle.
+    #[must_use]
+    pub fn hold(&self, at_px: [f64; 2]) -> Point3 {
+        if let Some(spot) = self.spot(at_px) {
+            return spot.point;
+        }
+        let ray = self.sight.ray(at_px, 0.0);
+        let toward = ray.along.dot(&self.sight.forward());
+        ray.from
+            + ray.along * ((self.bounds.centre() - ray.from).dot(&self.sight.forward()) / toward.max(1e-6))
+    }
+
+    // --- section ------------------------------------------------------------------------------------------
+
+    /// Axis of the section plane as a unit vector, with its name.
+    #[must_use]
+    pub fn cutting_axis(&self) -> (Vector3, &'static str) {
+        let axes = self.exhibit.axes;
+        match self.cutting.axis {
+            0 => (axes.forward, "along"),
+            1 => (axes.up.cross(&axes.forward), "across"),
+            _ => (axes.up, "up"),
+        }
+    }
+
+    /// Extent of the model along the section's axis, mm.
+    #[must_use]
+    pub fn cutting_range(&self) -> [f64; 2] {
+        let (axis, _) = self.cutting_axis();
+        let along = crate::exhibit::corners(&self.bounds).map(|c| axis.dot(&c.coords));
+        [
+            along.iter().copied().fold(f64::INFINITY, f64::min),
+            along.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        ]
+    }
+
+    /// The half space that is shown, if there is a section.
+    #[must_use]
+    pub fn section(&self) -> Option<Section> {
+        let [low, high] = self.cutting_range();
+        let at_mm = low + (high - low) * self.cutting.share;
+        let (axis, _) = self.cutting_axis();
+        let sign = if self.cutting.flipped { -1.0 } else { 1.0 };
+        self.cutting.on.then(|| Section { normal: axis * sign, at_mm: at_mm * sign })
+    }
+
+    // --- time ---------------------------------------------------------------------------------------------
+
+    /// How long the job takes, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.tracks.duration_s()
+    }
+
+    /// Lets time pass; returns whether anything moved.
+    pub fn tick(&mut self, passed_s: f64) -> bool {
+        if !self.clock.playing {
+            return false;
+        }
+        self.clock.now_s = (self.clock.now_s + passed_s * self.clock.speed).min(self.duration_s());
+        if self.clock.now_s >= self.duration_s() {
+            self.clock.playing = false;
+        }
+        true
+    }
+
+    /// Starts or stops; from the end it starts anew.
+    pub fn play(&mut self) {
+        if !self.clock.playing && self.clock.now_s >= self.duration_s() {
+            self.clock.now_s = 0.0;
+        }
+        self.clock.playing = !self.clock.playing && self.duration_s() > 0.0;
+    }
+
+    /// Goes to the start of the next move, or back to the start of this one or the one before.
+    pub fn step(&mut self, forward: bool) {
+        let begins = &self.tracks.begins_s;
+        if begins.len() < 2 {
+            return;
+        }
+        self.clock.playing = false;
+        let after = begins.partition_point(|b| *b <= self.clock.now_s);
+        let before = begins.partition_point(|b| *b < self.clock.now_s);
+        let to = if forward { begins.get(after) } else { before.checked_sub(1).map(|b| &begins[b]) };
+        self.clock.now_s = to.copied().unwrap_or(if forward { self.duration_s() } else { 0.0 });
+    }
+
+    /// The move that is on and the part of it that is done; `None` when the job is over.
+    #[must_use]
+    pub fn now(&self) -> Option<(usize, f64)> {
+        if self.clock.now_s >= self.duration_s() {
+            return None;
+        }
+        let of = self.tracks.move_at(self.clock.now_s);
+        let (from, to) = (self.tracks.begins_s[of], self.tracks.begins_s[of + 1]);
+        Some((of, ((self.clock.now_s - from) / (to - from).max(1e-12)).clamp(0.0, 1.0)))
+    }
+
+    /// The tool at the time shown; none when the job is over.
+    #[must_use]
+    pub fn tool_place(&self) -> Option<ToolPlace> {
+        let (of, share) = self.now()?;
+        tool_at(self.exhibit.job.as_ref()?, of, share)
+    }
+
+    /// Moves up to here are drawn.
+    pub(crate) fn until(&self) -> (u32, f32) {
+        self.now().map_or((u32::MAX, 1.0), |(of, share)| (of as u32, share as f32))
+    }
+
+    // --- picking ------------------------------------------------------------------------------------------
+
+    /// The exact surface under a place of the picture.
+    #[must_use]
+    pub fn spot(&self, at_px: [f64; 2]) -> Option<Spot> {
+        let reach = self.reach_mm();
+        let ray = self.sight.ray(at_px, reach);
+        let length = 2.0 * reach + self.sight.eye_mm().unwrap_or(0.0);
+        let shown = |f: usize| self.layers.shows_face(self.exhibit, f);
+        let section = self.section();
+        pick::spot(&self.closest, &self.exhibit.model.faces, &ray, length, shown, section.as_ref())
+    }
+
+    /// A line of sight that starts so far before the target and goes on as far behind it misses nothing, mm.
+    fn reach_mm(&self) -> f64 {
+        2.0 * self.bounds.diagonal() + (self.bounds.centre() - self.sight.target()).norm()
+    }
+
+    /// Acts on a click: picks, or takes a point to measure.
+    pub fn click(&mut self, at_px: [f64; 2]) {
+        match self.tool {
+            Tool::Select => self.pick(at_px),
+            Tool::Measure => self.take_point(at_px),
+        }
+    }
+
+    fn pick(&mut self, at_px: [f64; 2]) {
+        let spot = self.spot(at_px);
+        let section = self.section();
+        let near = |b: &Aabb| box_near(b, &self.scene.origin, &self.sight, at_px);
+        let on = |lines: &Lines, spacing_mm: f32, until, shown: &dyn Fn(u32) -> bool| {
+            let ranges = lines.visible(spacing_mm, until, near);
+            let (spot, section) = (spot.as_ref(), section.as_ref());
+            pick::line(lines, ranges, &self.scene.origin, &self.sight, at_px, shown, spot, section)
+        };
+        let seam_shown = |tag: u32| self.layers.shows_seam(self.exhibit, &self.seams[tag as usize]);
+        let on_seam = on(&self.seam_lines, 0.0, (u32::MAX, 1.0), &seam_shown);
+        let on_path = self.exhibit.job.as_ref().and_then(|job| {
+            let shown = |tag: u32| self.layers.shows_move(job, &job.program.moves[tag as usize]);
+            on(&self.tracks.lines, self.spacing_mm(), self.until(), &shown)
+        });
+        if spot.is_none() && on_path.is_none() && on_seam.is_none() {
+            self.picked = None;
+            return;
+        }
+        let heights = match &self.crests {
+            Crests::Known(heights) => Some(heights.as_slice()),
+            _ => None,
+        };
+        let facts = Facts {
+            surface: spot.as_ref().map(|s| facts::surface(self.exhibit, s, heights)),
+            path: on_path.and_then(|l| {
+                let begins = &self.tracks.begins_s;
+                facts::path(self.exhibit, l.tag as usize, l.share, begins, &l.point, heights)
+            }),
+            joint: on_seam.map(|l| facts::joint(self.exhibit, &self.seams[l.tag as usize], &l.point)),
+        };
+        let ray = self.sight.ray(at_px, self.reach_mm());
+        let sight = serde_json::json!({ "from_mm": ray.from, "along": ray.along });
+        self.said.push(serde_json::json!({ "at_px": at_px, "sight": sight, "picked": facts }));
+        self.picked = Some(Picked { spot, on_path, on_seam, facts });
+    }
+
+    fn take_point(&mut self, at_px: [f64; 2]) {
+        let Some(spot) = self.spot(at_px) else { return };
+        if self.measured.len() == 2 {
+            self.measured.clear();
+        }
+        self.measured.push(spot);
+        if let Some(measured) = self.measured() {
+            self.said.push(serde_json::json!({ "measured": measured }));
+        }
+    }
+
+    /// Forgets what was picked and measured.
+    pub fn clear(&mut self) {
+        self.picked = None;
+        self.measured.clear();
+    }
+
+    // --- what the picture is made of ----------------------------------------------------------------------
+
+    /// Distance that passes keep in the picture, mm.
+    pub(crate) fn spacing_mm(&self) -> f32 {
+        (CLOSEST_PASSES_PX * self.sight.mm_per_px()) as f32
+    }
+
+    pub(crate) fn move_looks(&self) -> Vec<LineLook> {
+        let job = self.exhibit.job.as_ref();
+        job.map_or_else(Vec::new, |j| layers::move_looks(j, &self.region_colours, &self.layers))
+    }
+
+    pub(crate) fn seam_looks(&self) -> Vec<LineLook> {
+        layers::seam_looks(self.exhibit, &self.seams, &self.layers)
+    }
+
+    /// Takes in what the measuring thread found and paints the surfaces as the layers say.
+    pub fn repaint(&mut self) {
+        if let Ok(news) = self.news.lock()
+            && *news != self.crests
+        {
+            self.crests = news.clone();
+        }
+        let known = matches!(self.crests, Crests::Known(_));
+        let wanted = (self.layers.paint, known && self.layers.paint == Paint::Scallop);
+        if self.painted == Some(wanted) {
+            return;
+        }
+        self.painted = Some(wanted);
+        self.paintings += 1;
+        let asked_mm = self.exhibit.job.as_ref().map_or(0.1, |j| j.job.request.scallop_mm);
+        let scale = HeatScale { asked_mm, cell_mm: MAP_CELL_MM };
+        let crests = self.crests.clone();
+        let heights = match &crests {
+            Crests::Known(heights) => Some((heights.as_slice(), scale)),
+            _ => None,
+        };
+        layers::paint(&mut self.scene, self.exhibit, self.layers.paint, heights);
+    }
+
+    /// Starts to measure scallops, beside everything else. `folder` holds the job, for obstacles named in it.
+    pub fn measure_crests(&mut self) {
+        if self.exhibit.job.is_none() || matches!(self.crests, Crests::Measuring(..) | Crests::Known(_)) {
+            return;
+        }
+        self.crests = Crests::Measuring("preparing the model".into(), 0.0);
+        let (exhibit, news) = (Arc::clone(self.exhibit), Arc::clone(&self.news));
+        let say = move |news: &News, what: Crests| {
+            if let Ok(mut news) = news.lock() {
+                *news = what;
+            }
+        };
+        say(&news, self.crests.clone());
+        std::thread::spawn(move || {
+            let Some(job) = &exhibit.job else { return };
+            let options = VerifyOptions { crest_spacing_mm: CREST_SPACING_MM, ..VerifyOptions::default() };
+            let progress = |stage: &str, share: f64| say(&news, Crests::Measuring(stage.to_owned(), share));
+            let found =
+                claymill_verify::crest_samples(&exhibit.model, &job.job, &job.program, &options, &progress);
+            let done = match found {
+                Ok(samples) => {
+                    Crests::Known(Arc::new(samples.into_iter().map(|c| (c.foot, c.height_mm)).collect()))
+                }
+                Err(e) => Crests::Failed(e.to_string()),
+            };
+            say(&news, done);
+        });
+    }
+}
+
+/// What the first view frames.
+fn outline(exhibit: &Exhibit, bounds: &Aabb) -> Vec<Point3> {
+    let points = exhibit.outline(|_| true);
+    if points.is_empty() { crate::exhibit::corners(bounds).to_vec() } else { points }
+}
+
+/// Places of findings, the deepest gouge first.
+fn marks(exhibit: &Exhibit) -> Vec<Marked> {
+    let Some(found) = exhibit.job.as_ref().and_then(|j| j.verification.as_ref()) else {
+        return Vec::new();
+    };
+    let gouge = found.gouge.deepest_at.as_ref().map(|p| Marked {
+        at: Point3::from(p.point_mm),
+        text: format!("deepest gouge: {:.4} mm", found.gouge.deepest_mm),
+        fault: found.gouge.deeper_than_5_um > 0,
+    });
+    let highest = found.scallop.crests.max_at.as_ref().map(|p| Marked {
+        at: Point3::from(p.point_mm),
+        text: format!("highest scallop: {:.4} mm", found.scallop.crests.max_mm),
+        fault: false,
+    });
+    let findings = found.verdict.findings.iter().filter_map(|f| {
+        let at = Point3::from(f.place.as_ref()?.point_mm);
+        Some(Marked { at, text: f.message.clone(), fault: f.severity == Severity::Error })
+    });
+    let left = found.coverage.reachable_left_at.iter().map(|l| Marked {
+        at: Point3::from(l.at.point_mm),
+        text: format!("{:.1} mm² within reach were left", l.area_mm2),
+        fault: false,
+    });
+    gouge.into_iter().chain(highest).chain(findings).chain(left).collect()
+}

@@ -1,0 +1,500 @@
+//! The panels around the picture.
+
+use claymill_toolpath::MoveKind;
+use claymill_viewer::{HeatScale, Rgb, heat_colour, kind_colour};
+use egui::{Align, ComboBox, Layout, RichText, ScrollArea, Slider, Ui};
+
+use crate::desk::{Crests, Desk, Tool};
+use crate::facts::{self, Facts, JointFacts, PathFacts, SurfaceFacts};
+use crate::joints::JointClass;
+use crate::layers::{self, KINDS, Paint, PathPaint, class_colour};
+use crate::theme;
+use crate::widgets::{PlayerSign, fact, figure_right, heading, layer, player, sign, toggle};
+
+/// Speeds of the player, seconds of the machine a second.
+const SPEEDS: [f64; 6] = [1.0, 10.0, 60.0, 300.0, 1200.0, 3600.0];
+
+/// Views, tools and theme.
+pub(crate) fn toolbar(ui: &mut Ui, desk: &mut Desk<'_>) {
+    ui.horizontal(|ui| {
+        let views = [
+            ("Iso", "iso", "I"),
+            ("Top", "top", "T"),
+            ("Left", "left", "L"),
+            ("Right", "right", "R"),
+            ("Front", "front", "F"),
+            ("Rear", "rear", "B"),
+        ];
+        for (label, view, key) in views {
+            if ui.button(label).on_hover_text(format!("View {view} ({key})")).clicked() {
+                desk.look(view);
+            }
+        }
+        if ui.button("Fit").on_hover_text("Show everything (Home)").clicked() {
+            desk.fit();
+        }
+        ui.separator();
+        let perspective = desk.sight.is_perspective();
+        if toggle(ui, perspective, "Perspective", "Near things are larger (P)") {
+            desk.sight.set_perspective(!perspective);
+        }
+        if toggle(ui, desk.cutting.on, "Section", "Cut the view open along a plane (X)") {
+            desk.cutting.on = !desk.cutting.on;
+        }
+        if toggle(
+            ui,
+            desk.layers.zebra,
+            "Zebra",
+            "Stripes mirrored in the surfaces show their continuity (Z)",
+        ) {
+            desk.layers.zebra = !desk.layers.zebra;
+        }
+        ui.separator();
+        for (tool, label, hint) in [
+            (Tool::Select, "Select", "A click shows what is known of the place (Esc)"),
+            (Tool::Measure, "Measure", "Two clicks measure on the exact surfaces (M)"),
+        ] {
+            if toggle(ui, desk.tool == tool, label, hint) {
+                desk.tool = tool;
+            }
+        }
+        if desk.cutting.on {
+            ui.separator();
+            section(ui, desk);
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let hint = "Light or dark surroundings (D)";
+            if toggle(ui, desk.dark, "Dark", hint) {
+                desk.dark = !desk.dark;
+            }
+        });
+    });
+}
+
+fn section(ui: &mut Ui, desk: &mut Desk<'_>) {
+    for (axis, label) in ["Length", "Width", "Height"].into_iter().enumerate() {
+        if toggle(ui, desk.cutting.axis == axis, label, "Direction of the section plane's normal") {
+            desk.cutting.axis = axis;
+        }
+    }
+    let [low, high] = desk.cutting_range();
+    let mut at_mm = low + (high - low) * desk.cutting.share;
+    let slider = Slider::new(&mut at_mm, low..=high).suffix(" mm").fixed_decimals(1);
+    if ui.add(slider).changed() {
+        desk.cutting.share = ((at_mm - low) / (high - low).max(1e-9)).clamp(0.0, 1.0);
+    }
+    if ui.button("Flip").on_hover_text("Show the other side").clicked() {
+        desk.cutting.flipped = !desk.cutting.flipped;
+    }
+}
+
+/// The layer tree.
+pub(crate) fn tree(ui: &mut Ui, desk: &mut Desk<'_>) {
+    ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        surfaces(ui, desk);
+        edges(ui, desk);
+        if desk.exhibit().job.is_some() {
+            paths(ui, desk);
+        }
+        if !desk.marks().is_empty() {
+            heading(ui, "Findings");
+            let count = desk.marks().len().to_string();
+            layer(ui, &mut desk.layers.marks, None, "Marks", &count);
+        }
+        regions(ui, desk);
+        ui.add_space(8.0);
+    });
+}
+
+fn surfaces(ui: &mut Ui, desk: &mut Desk<'_>) {
+    heading(ui, "Model");
+    let faces = format!("{} faces", desk.exhibit().model.faces.len());
+    layer(ui, &mut desk.layers.surfaces, None, "Surfaces", &faces);
+    let job = desk.exhibit().job.is_some();
+    let names = [
+        (Paint::Regions, "Regions"),
+        (Paint::Clay, "Clay"),
+        (Paint::File, "Colours of the file"),
+        (Paint::Coverage, "Cut and not cut"),
+        (Paint::Scallop, "Scallop height"),
+    ];
+    let of_job = |p: Paint| matches!(p, Paint::Coverage | Paint::Scallop);
+    let current = names.iter().find(|n| n.0 == desk.layers.paint).map_or("", |n| n.1);
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Coloured by").weak());
+        ComboBox::from_id_salt("paint").width(ui.available_width() - 8.0).selected_text(current).show_ui(
+            ui,
+            |ui| {
+                for (paint, name) in names.into_iter().filter(|n| job || !of_job(n.0)) {
+                    ui.selectable_value(&mut desk.layers.paint, paint, name);
+                }
+            },
+        );
+    });
+    match desk.layers.paint {
+        Paint::Coverage => {
+            for (colour, text) in [
+                (layers::CUT, "cut"),
+                (layers::HIDDEN, "hidden from every setup"),
+                (layers::TOO_TIGHT, "too tight for the ball"),
+                (layers::EXCLUDED, "left out on request"),
+            ] {
+                legend(ui, colour, text);
+            }
+        }
+        Paint::Scallop => scallops(ui, desk),
+        _ => {}
+    }
+}
+
+fn legend(ui: &mut Ui, colour: Rgb, text: &str) {
+    ui.horizontal(|ui| {
+        ui.add_space(4.0);
+        sign(ui, theme::colour(colour));
+        ui.label(RichText::new(text).weak());
+    });
+}
+
+fn scallops(ui: &mut Ui, desk: &mut Desk<'_>) {
+    match desk.crests().clone() {
+        Crests::Unknown => desk.measure_crests(),
+        Crests::Measuring(stage, share) => {
+            ui.add(egui::ProgressBar::new(share as f32).desired_height(6.0));
+            ui.label(RichText::new(format!("{stage} …")).weak());
+        }
+        Crests::Failed(why) => {
+            ui.label(RichText::new(why).color(ui.visuals().error_fg_color));
+        }
+        Crests::Known(_) => {
+            let asked = desk.exhibit().job.as_ref().map_or(0.1, |j| j.job.request.scallop_mm);
+            let scale = HeatScale { asked_mm: asked, cell_mm: 1.0 };
+            for (share, note) in
+                [(0.0, ""), (0.4, ""), (0.8, ""), (1.0, ", as asked"), (1.05, ""), (1.5, " or more")]
+            {
+                legend(ui, heat_colour(share), &format!("{:.3} mm{note}", share * scale.asked_mm));
+            }
+            legend(ui, layers::HIDDEN, "no passes");
+        }
+    }
+}
+
+fn edges(ui: &mut Ui, desk: &mut Desk<'_>) {
+    heading(ui, "Joints");
+    for (i, class) in JointClass::ALL.into_iter().enumerate() {
+        let count = desk.seams().iter().filter(|s| s.class == class).count();
+        let colour = theme::colour(class_colour(class, false));
+        layer(ui, &mut desk.layers.seams[i], Some(colour), class.name(), &count.to_string());
+    }
+}
+
+fn paths(ui: &mut Ui, desk: &mut Desk<'_>) {
+    let Some(shown) = &desk.exhibit().job else { return };
+    heading(ui, "Tool paths");
+    let length = &shown.job.totals.length;
+    let of_kind = [length.cut_mm, length.link_mm, length.lead_mm, length.rapid_mm];
+    for (i, (name, kinds)) in KINDS.into_iter().enumerate() {
+        let colour = theme::colour(kind_colour(kinds[0]));
+        layer(ui, &mut desk.layers.kinds[i], Some(colour), name, &facts::length(of_kind[i]));
+    }
+    let names = [
+        (PathPaint::Region, "Regions"),
+        (PathPaint::Kind, "Kinds of moves"),
+        (PathPaint::Feed, "Feed"),
+        (PathPaint::Setup, "Setups"),
+    ];
+    let current = names.iter().find(|n| n.0 == desk.layers.path_paint).map_or("", |n| n.1);
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Coloured by").weak());
+        ComboBox::from_id_salt("paths").width(ui.available_width() - 8.0).selected_text(current).show_ui(
+            ui,
+            |ui| {
+                for (paint, name) in names {
+                    ui.selectable_value(&mut desk.layers.path_paint, paint, name);
+                }
+            },
+        );
+    });
+    layer(ui, &mut desk.layers.tool, None, "Tool", &shown.job.request.tool.to_string());
+    heading(ui, "Setups");
+    for (i, setup) in shown.job.setups.iter().enumerate() {
+        let by_setup = desk.layers.path_paint == PathPaint::Setup;
+        let swatch = by_setup.then(|| theme::colour(layers::setup_colour(i)));
+        layer(ui, &mut desk.layers.setups[i], swatch, &setup.name, &facts::duration(setup.time_s));
+    }
+}
+
+fn regions(ui: &mut Ui, desk: &mut Desk<'_>) {
+    heading(ui, "Regions");
+    let count = desk.layers.regions.len();
+    ui.horizontal(|ui| {
+        for (label, on) in [("All", true), ("None", false)] {
+            if ui.small_button(label).clicked() {
+                desk.layers.regions.fill(on);
+            }
+        }
+        figure_right(ui, &count.to_string());
+    });
+    let exhibit = desk.exhibit();
+    for region in 0..count {
+        let area = exhibit.regions.regions.get(region).map_or(String::new(), |r| facts::area(r.area_mm2));
+        let swatch = desk.region_colours().get(region).map(|c| theme::colour(*c));
+        let name = format!("Region {region}");
+        let response = layer(ui, &mut desk.layers.regions[region], swatch, &name, &area);
+        if response.double_clicked() {
+            desk.layers.regions[region] = true;
+            desk.fit_region(region);
+        }
+        if response.secondary_clicked() {
+            desk.layers.regions.fill(false);
+            desk.layers.regions[region] = true;
+        }
+        response.on_hover_text("Double click: show large. Right click: show alone.");
+    }
+}
+
+/// What is known of what was picked, measured, and of the whole job.
+pub(crate) fn inspector(ui: &mut Ui, desk: &Desk<'_>) {
+    ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        if let Some(measured) = desk.measured() {
+            heading(ui, "Measured");
+            fact(ui, "Distance", &format!("{:.4} mm", measured.distance_mm));
+            for (name, v) in ["ΔX", "ΔY", "ΔZ"].into_iter().zip(measured.delta_mm) {
+                fact(ui, name, &format!("{v:.4} mm"));
+            }
+            fact(ui, "Along normal", &format!("{:.4} mm", measured.along_normal_mm));
+            fact(ui, "Normals", &format!("{:.3}°", measured.angle_deg));
+            fact(ui, "A", &place(&measured.from_mm));
+            fact(ui, "B", &place(&measured.to_mm));
+        } else if desk.tool == Tool::Measure {
+            heading(ui, "Measure");
+            let next = if desk.measured_points().is_empty() { "first" } else { "second" };
+            ui.label(RichText::new(format!("Click the {next} point on a surface.")).weak());
+        }
+        match desk.picked() {
+            Some(picked) => picked_facts(ui, &picked.facts),
+            None => {
+                heading(ui, "Nothing selected");
+                ui.label(RichText::new("Click a surface, a tool path or a joint.").weak());
+            }
+        }
+        summary(ui, desk);
+        ui.add_space(8.0);
+    });
+}
+
+fn place(p: &[f64; 3]) -> String {
+    format!("{:.3}  {:.3}  {:.3}", p[0], p[1], p[2])
+}
+
+fn picked_facts(ui: &mut Ui, facts: &Facts) {
+    if let Some(path) = &facts.path {
+        path_facts(ui, path);
+    }
+    if let Some(joint) = &facts.joint {
+        joint_facts(ui, joint);
+    }
+    if let Some(surface) = &facts.surface {
+        surface_facts(ui, surface);
+    }
+}
+
+fn surface_facts(ui: &mut Ui, s: &SurfaceFacts) {
+    heading(ui, "Surface");
+    fact(ui, "Face", &format!("{} · no. {}", s.name, s.face));
+    if let Some(layer) = &s.layer {
+        fact(ui, "Layer", layer);
+    }
+    fact(ui, "Kind", &format!("{:?}", s.kind));
+    let region_area = s.region_area_mm2.map_or(String::new(), |a| format!(" · {}", facts::area(a)));
+    fact(ui, "Region", &format!("{}{region_area}", s.region));
+    fact(ui, "Position", &format!("{} mm", place(&s.point_mm)));
+    fact(ui, "Normal", &format!("{:.4}  {:.4}  {:.4}", s.normal[0], s.normal[1], s.normal[2]));
+    fact(ui, "Radii", &radii(s.radii_mm));
+    if let Some(area) = s.area_mm2 {
+        let share = s.cut_share.map_or(String::new(), |c| format!(" · {:.1} % cut", 100.0 * c));
+        fact(ui, "Face area", &format!("{}{share}", facts::area(area)));
+    }
+    for (reason, area) in &s.uncut_mm2 {
+        let why = match reason {
+            claymill_toolpath::UncutReason::Hidden => "Hidden",
+            claymill_toolpath::UncutReason::TooTight => "Too tight",
+            claymill_toolpath::UncutReason::Excluded => "Left out",
+        };
+        fact(ui, why, &facts::area(*area));
+    }
+    match (s.scallop_mm, s.region_scallop_p99_mm) {
+        (Some(h), _) => fact(ui, "Scallop", &format!("{h:.4} mm, measured here")),
+        (None, Some(p99)) => fact(ui, "Scallop", &format!("{p99:.4} mm in the region (p99)")),
+        _ => {}
+    }
+}
+
+/// Of the tightest bends, with the side that they are hollow on.
+fn radii(radii_mm: [Option<f64>; 2]) -> String {
+    let side = |r: f64| if r > 0.0 { "hollow" } else { "crowned" };
+    match radii_mm {
+        [None, None] => "flat".to_owned(),
+        [Some(a), Some(b)] if a * b > 0.0 => format!("{:.2} and {:.2} mm {}", a.abs(), b.abs(), side(a)),
+        [Some(a), Some(b)] => format!("{:.2} mm {}, {:.2} mm {}", a.abs(), side(a), b.abs(), side(b)),
+        [Some(r), None] | [None, Some(r)] => format!("{:.2} mm {}, flat across", r.abs(), side(r)),
+    }
+}
+
+fn kind_name(kind: MoveKind) -> &'static str {
+    match kind {
+        MoveKind::Cut => "cut",
+        MoveKind::LeadIn => "lead in",
+        MoveKind::LeadOut => "lead out",
+        MoveKind::Link => "link",
+        MoveKind::Rapid => "rapid",
+    }
+}
+
+fn path_facts(ui: &mut Ui, p: &PathFacts) {
+    heading(ui, "Tool path");
+    fact(ui, "Move", &format!("{} · {}", p.seq, kind_name(p.kind)));
+    fact(ui, "Setup", &p.setup);
+    fact(ui, "Region", &format!("{} · pass {}", p.region, p.pass));
+    fact(ui, "Feed", &format!("{:.0} mm/min · {}", p.feed_mm_per_min, p.tool));
+    fact(ui, "Length", &facts::length(p.length_mm));
+    fact(ui, "NURBS", &format!("degree {}, {} control points", p.degree, p.control_points));
+    fact(ui, "Contact", &format!("{} mm", place(&p.point_mm)));
+    if let Some(tip) = &p.tip_mm {
+        fact(ui, "Tip", &format!("{} mm", place(tip)));
+    }
+    fact(ui, "Time", &facts::clock(p.at_s));
+    if let Some(h) = p.scallop_mm {
+        fact(ui, "Scallop", &format!("{h:.4} mm beside it"));
+    }
+}
+
+fn joint_facts(ui: &mut Ui, j: &JointFacts) {
+    heading(ui, "Joint");
+    fact(ui, "Kind", j.class);
+    fact(ui, "Faces", &j.names.join(" – "));
+    if let (Some(class), Some(verdict)) = (&j.continuity, &j.verdict) {
+        fact(ui, "Class", &format!("{class} · {}", verdict.replace('_', " ")));
+    }
+    if let (Some(gap), Some(angle)) = (j.gap_max_mm, j.angle_max_deg) {
+        fact(ui, "Gap", &format!("{gap:.4} mm at most"));
+        fact(ui, "Angle", &format!("{angle:.3}° at most"));
+    }
+    if let Some(length) = j.length_mm {
+        fact(ui, "Length", &facts::length(length));
+    }
+    if let Some(why) = &j.why {
+        fact(ui, "Why", why);
+    }
+}
+
+fn summary(ui: &mut Ui, desk: &Desk<'_>) {
+    let exhibit = desk.exhibit();
+    heading(ui, if exhibit.job.is_some() { "Job" } else { "Model" });
+    fact(ui, "File", &exhibit.title);
+    let size = desk.bounds();
+    let size = size.max - size.min;
+    let model_area: f64 = exhibit.regions.regions.iter().map(|r| r.area_mm2).sum();
+    match &exhibit.job {
+        None => {
+            fact(
+                ui,
+                "Faces",
+                &format!("{} in {} regions", exhibit.model.faces.len(), desk.layers.regions.len()),
+            );
+            fact(ui, "Area", &facts::area(model_area));
+            fact(ui, "Size", &format!("{:.0} × {:.0} × {:.0} mm", size.x, size.y, size.z));
+        }
+        Some(shown) => {
+            let (job, totals) = (&shown.job, &shown.job.totals);
+            fact(
+                ui,
+                "Faces",
+                &format!("{} in {} regions", exhibit.model.faces.len(), desk.layers.regions.len()),
+            );
+            let share = 100.0 * job.area.cut_mm2 / job.area.total_mm2.max(1e-9);
+            fact(
+                ui,
+                "Cut",
+                &format!(
+                    "{} of {} · {share:.1} %",
+                    facts::area(job.area.cut_mm2),
+                    facts::area(job.area.total_mm2)
+                ),
+            );
+            fact(ui, "Tool", &format!("{} · {:.0} mm/min", job.request.tool, job.request.feed_mm_per_min));
+            fact(
+                ui,
+                "Strategy",
+                &format!("{} · scallop {} mm", job.request.strategy, job.request.scallop_mm),
+            );
+            fact(ui, "Passes", &format!("{} · {} retracts", totals.passes, totals.retracts));
+            fact(ui, "Length", &facts::length(totals.length.total_mm()));
+            fact(ui, "Time", &facts::duration(desk.duration_s()));
+            if let Some(v) = &shown.verification {
+                let gouge = match v.gouge.deepest_mm {
+                    d if d > 0.0 => format!("{d:.4} mm deep at most"),
+                    _ => "none".to_owned(),
+                };
+                fact(ui, "Gouges", &gouge);
+                fact(ui, "Scallop", &format!("{:.4} mm (p99)", v.scallop.crests.p99_mm));
+                fact(ui, "Verdict", if v.verdict.passed { "passed" } else { "not passed" });
+            }
+        }
+    }
+}
+
+/// Player and clock.
+pub(crate) fn timeline(ui: &mut Ui, desk: &mut Desk<'_>) {
+    let Some(shown) = &desk.exhibit().job else { return };
+    ui.horizontal(|ui| {
+        if player(ui, PlayerSign::Start, "To the start") {
+            (desk.clock.now_s, desk.clock.playing) = (0.0, false);
+        }
+        if player(ui, PlayerSign::Back, "One move back (left arrow)") {
+            desk.step(false);
+        }
+        let (sign, hint) = match desk.clock.playing {
+            true => (PlayerSign::Pause, "Stop (space)"),
+            false => (PlayerSign::Play, "Run along the paths (space)"),
+        };
+        if player(ui, sign, hint) {
+            desk.play();
+        }
+        if player(ui, PlayerSign::Forward, "One move on (right arrow)") {
+            desk.step(true);
+        }
+        if player(ui, PlayerSign::End, "To the end: everything is cut") {
+            (desk.clock.now_s, desk.clock.playing) = (desk.duration_s(), false);
+        }
+        ComboBox::from_id_salt("speed").width(64.0).selected_text(format!("× {}", desk.clock.speed)).show_ui(
+            ui,
+            |ui| {
+                for speed in SPEEDS {
+                    ui.selectable_value(&mut desk.clock.speed, speed, format!("× {speed}"));
+                }
+            },
+        );
+        let total = desk.duration_s();
+        ui.label(format!("{} / {}", facts::clock(desk.clock.now_s), facts::clock(total)));
+        let now = desk.now().and_then(|(of, _)| shown.program.moves.get(of));
+        let text = now.map_or_else(
+            || "job done".to_owned(),
+            |m| {
+                let (kind, feed) = (kind_name(m.kind), m.feed);
+                format!(
+                    "{} · region {} · pass {} · {kind} {feed:.0} mm/min · move {}",
+                    m.setup, m.region, m.pass, m.seq
+                )
+            },
+        );
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            ui.add_sized([330.0, 18.0], egui::Label::new(RichText::new(text).weak()).truncate());
+            let width = (ui.available_width() - 8.0).max(60.0);
+            ui.spacing_mut().slider_width = width;
+            let slider = Slider::new(&mut desk.clock.now_s, 0.0..=total).show_value(false);
+            if ui.add(slider).changed() {
+                desk.clock.playing = false;
+            }
+        });
+    });
+}

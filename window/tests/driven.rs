@@ -1,0 +1,353 @@
+//! The window driven by the events of a hand, against geometry that is known exactly: a ball of 40 mm radius over a
+//! plate with rows of passes 2 mm apart. No display is needed; pictures only where there is an adapter.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
+
+use approx::assert_abs_diff_eq;
+use claymill_nurbs::analytic::{Frame, plane_patch, sphere};
+use claymill_nurbs::{
+    Face, MeshOptions, Model, NurbsSurface, Point3, Source, SurfaceKind, Vector3, tessellate,
+};
+use claymill_toolpath::{Job, Move, MoveKind, Program, RegionsFile};
+use claymill_viewer::{Axes, ViewError};
+use claymill_window::{Care, Exhibit, Headless, JobToShow, Paint, Tool};
+use egui::{Key, Modifiers, PointerButton};
+use serde_json::{Value, json};
+
+const SIZE: [u32; 2] = [1200, 760];
+const CENTRE: [f64; 3] = [300.0, -120.0, 60.0];
+const RADIUS_MM: f64 = 40.0;
+const ROWS: u32 = 81;
+
+fn face(surface: NurbsSurface, kind: SurfaceKind, entity: &str, name: Option<&str>) -> Face {
+    let source = Source { entity: entity.into(), name: name.map(Into::into), ..Source::default() };
+    Face { surface, loops: Vec::new(), reversed: false, kind, source }
+}
+
+/// Rows along y over the plate, every other one backwards, and the way between them; a second a row.
+fn job() -> JobToShow {
+    let mut moves = Vec::new();
+    for row in 0..ROWS {
+        let x = 220.0 + 2.0 * f64::from(row);
+        let ends = [Point3::new(x, -200.0, 0.0), Point3::new(x, -40.0, 0.0)];
+        let [from, to] = if row % 2 == 0 { ends } else { [ends[1], ends[0]] };
+        let of = |kind, from, to| Move {
+            seq: moves.len() as u64,
+            setup: "top".into(),
+            region: 1,
+            pass: row + 1,
+            tool: "T1".into(),
+            ..Move::straight(kind, from, to, Vector3::z(), 6000.0)
+        };
+        let cut = of(MoveKind::Cut, from, to);
+        moves.push(cut);
+    }
+    let length = json!({ "cut_mm": 160.0 * f64::from(ROWS), "lead_mm": 0, "link_mm": 0, "rapid_mm": 0 });
+    let area =
+        |mm2: f64| json!({ "total_mm2": mm2, "cut_mm2": 0.5 * mm2, "uncut_mm2": { "hidden": 0.5 * mm2 } });
+    let account = |face: usize, mm2: f64| {
+        let mut account = area(mm2);
+        account["face"] = json!(face);
+        account["entity"] = json!("");
+        account["region"] = json!(face);
+        account
+    };
+    let job: Job = serde_json::from_value(json!({
+        "format_version": 1, "claymill_version": "", "peak_memory_mb": 0, "timings": [], "tolerances": {},
+        "model": { "path": "", "sha256": "", "units": "mm", "unit_mm": 1, "faces_in_file": 2, "faces_read": 2,
+                   "skipped": [], "area_mm2": 1, "box_mm": [0, 0, 0, 1, 1, 1] },
+        "request": { "tool": { "shape": "ball", "radius_mm": 5 }, "scallop_mm": 0.1, "strategy": "planar",
+                     "link": "lace", "preset": "clay", "up": "+z", "length": "-y", "only": [], "skip": [],
+                     "feed_mm_per_min": 6000, "rapid_mm_per_min": 20000 },
+        "tools": [{ "id": "T1", "shape": "ball", "radius_mm": 5 }],
+        "setups": [{ "name": "top", "axis": [0, 0, 1], "clearance_mm": 120, "area_mm2": 1, "time_s": f64::from(ROWS) }],
+        "regions": [], "area": area(60_000.0),
+        "faces": [account(0, 20_000.0), account(1, 40_000.0)],
+        "totals": { "moves": ROWS, "passes": ROWS, "retracts": 0, "length": length, "control_points": 2 * ROWS,
+                    "time_s": ROWS, "lifted_locations": 0 },
+    }))
+    .unwrap();
+    let seconds = vec![1.0; moves.len()];
+    JobToShow { job, program: Program { moves }, seconds, verification: None }
+}
+
+fn exhibit() -> Arc<Exhibit> {
+    let frame = |at: Point3| Frame::new(at, Vector3::z(), Vector3::x()).unwrap();
+    let ball = sphere(&frame(CENTRE.into()), RADIUS_MM, (0.0, 2.0 * PI), (-FRAC_PI_2, FRAC_PI_2)).unwrap();
+    let plate =
+        plane_patch(&frame(Point3::new(300.0, -120.0, 0.0)), (-100.0, 100.0), (-100.0, 100.0)).unwrap();
+    let faces = vec![
+        face(ball, SurfaceKind::Sphere, "DE 17", Some("HEADLAMP")),
+        face(plate, SurfaceKind::Plane, "DE 19", None),
+    ];
+    let options = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 60.0 };
+    let meshes = faces.iter().map(|f| tessellate(f, &options).unwrap()).collect();
+    Arc::new(Exhibit {
+        title: "ball over a plate".into(),
+        model: Model { faces, ..Model::default() },
+        meshes,
+        region_of_face: vec![0, 1],
+        regions: RegionsFile { tolerance_mm: 0.01, ..RegionsFile::default() },
+        axes: Axes::default(),
+        job: Some(job()),
+    })
+}
+
+/// Where a point is in the picture.
+fn seen(window: &Headless<'_>, p: [f64; 3]) -> egui::Pos2 {
+    window.in_window(window.pane.desk.sight.project(&p.into()).unwrap())
+}
+
+fn point(v: &Value) -> Point3 {
+    Point3::from([0, 1, 2].map(|i| v[i].as_f64().unwrap()))
+}
+
+/// What the click on a place of the model tells other programs.
+fn told(window: &mut Headless<'_>, at: [f64; 3]) -> Value {
+    let at = seen(window, at);
+    window.click(at).unwrap();
+    window.pane.desk.take_said().pop().expect("something is said")
+}
+
+#[test]
+fn a_click_tells_the_exact_surface_and_not_its_triangles() {
+    let exhibit = exhibit();
+    let mut window = Headless::new(&exhibit, SIZE).unwrap();
+    window.frame(Vec::new()).unwrap();
+    for (direction, view) in
+        [([0.3, -0.5, 0.7], Key::I), ([0.1, 0.2, 0.9], Key::T), ([0.2, -0.9, 0.1], Key::F)]
+    {
+        window.key(view).unwrap();
+        let way = Vector3::from(direction).normalize();
+        let place = Point3::from(CENTRE) + way * RADIUS_MM;
+        let said = told(&mut window, place.into());
+        let surface = &said["picked"]["surface"];
+        assert_eq!(surface["name"], "HEADLAMP (DE 17)", "{said}");
+        assert_eq!((surface["face"].as_u64(), surface["region"].as_u64()), (Some(0), Some(0)));
+        let found = point(&surface["point_mm"]);
+        // On the ball to the last digits, at the place within the pixel that was clicked.
+        assert_abs_diff_eq!((found - Point3::from(CENTRE)).norm(), RADIUS_MM, epsilon = 1e-9);
+        assert!((found - place).norm() < 2.0 * window.pane.desk.sight.mm_per_px(), "{found} for {place}");
+        let normal = Vector3::from(point(&surface["normal"]).coords);
+        assert_abs_diff_eq!(normal, (found - Point3::from(CENTRE)).normalize(), epsilon = 1e-9);
+        for radius in surface["radii_mm"].as_array().unwrap() {
+            assert_abs_diff_eq!(radius.as_f64().unwrap(), -RADIUS_MM, epsilon = 1e-6);
+        }
+        assert_abs_diff_eq!(surface["cut_share"].as_f64().unwrap(), 0.5, epsilon = 1e-12);
+        assert!(said["picked"]["path"].is_null(), "no path runs over the ball: {said}");
+    }
+}
+
+#[test]
+fn a_click_on_a_pass_tells_its_move_and_the_tip() {
+    let exhibit = exhibit();
+    let mut window = Headless::new(&exhibit, SIZE).unwrap();
+    window.frame(Vec::new()).unwrap();
+    window.key(Key::T).unwrap();
+    let at = [230.0, -170.0, 0.0];
+    let centre = seen(&window, at);
+    window.wheel(centre, 12.0).unwrap();
+    let said = told(&mut window, at);
+    let path = &said["picked"]["path"];
+    assert_eq!(
+        (path["seq"].as_u64(), path["pass"].as_u64(), path["region"].as_u64()),
+        (Some(5), Some(6), Some(1))
+    );
+    assert_eq!((path["kind"].as_str(), path["setup"].as_str()), (Some("cut"), Some("top")));
+    assert_eq!(path["feed_mm_per_min"].as_f64(), Some(6000.0));
+    let near = 1.5 * window.pane.desk.sight.mm_per_px();
+    for field in ["tip_mm", "point_mm"] {
+        assert!((point(&path[field]) - Point3::from(at)).norm() < near, "{field}: {path}");
+    }
+    // The sixth row runs backwards: after 130 of 160 mm, five whole seconds before.
+    assert_abs_diff_eq!(path["at_s"].as_f64().unwrap(), 5.0 + 130.0 / 160.0, epsilon = near / 100.0);
+    assert_eq!(said["picked"]["surface"]["name"], "DE 19");
+}
+
+#[test]
+fn an_open_boundary_is_told_as_such() {
+    let exhibit = exhibit();
+    let mut window = Headless::new(&exhibit, SIZE).unwrap();
+    window.frame(Vec::new()).unwrap();
+    window.key(Key::T).unwrap();
+    let said = told(&mut window, [200.0, -120.0, 0.0]);
+    let joint = &said["picked"]["joint"];
+    assert_eq!(joint["class"], "open boundary");
+    assert_eq!(joint["faces"], json!([1]));
+}
+
+#[test]
+fn two_clicks_measure_between_exact_points() {
+    let exhibit = exhibit();
+    let mut window = Headless::new(&exhibit, SIZE).unwrap();
+    window.frame(Vec::new()).unwrap();
+    window.key(Key::T).unwrap();
+    window.key(Key::M).unwrap();
+    assert_eq!(window.pane.desk.tool, Tool::Measure);
+    let up = Vector3::new(0.2, -0.3, 0.8).normalize();
+    let high = Point3::from(CENTRE) + up * RADIUS_MM;
+    for at in [high.into(), [360.0, -60.0, 0.0]] {
+        let at = seen(&window, at);
+        window.click(at).unwrap();
+    }
+    let said = window.pane.desk.take_said().pop().unwrap();
+    let measured = &said["measured"];
+    let (a, b) = (point(&measured["from_mm"]), point(&measured["to_mm"]));
+    let normal = (a - Point3::from(CENTRE)) / RADIUS_MM;
+    let scale = window.pane.desk.sight.mm_per_px();
+    assert!((a - high).norm() < 3.0 * scale && (b - Point3::new(360.0, -60.0, 0.0)).norm() < 2.0 * scale);
+    // Exact, although the pixels are not.
+    assert_abs_diff_eq!(normal.norm(), 1.0, epsilon = 1e-10);
+    assert_abs_diff_eq!(b.z, 0.0, epsilon = 1e-9);
+    let number = |field: &str| measured[field].as_f64().unwrap();
+    assert_abs_diff_eq!(number("distance_mm"), (b - a).norm(), epsilon = 1e-9);
+    assert_abs_diff_eq!(number("along_normal_mm"), (b - a).dot(&normal), epsilon = 1e-8);
+    assert_abs_diff_eq!(number("angle_deg"), normal.xy().norm().atan2(normal.z).to_degrees(), epsilon = 1e-7);
+    assert_abs_diff_eq!(point(&measured["delta_mm"]).coords, b - a, epsilon = 1e-9);
+}
+
+#[test]
+fn what_is_cut_away_or_switched_off_is_not_picked() {
+    let exhibit = exhibit();
+    let mut window = Headless::new(&exhibit, SIZE).unwrap();
+    window.frame(Vec::new()).unwrap();
+    window.key(Key::T).unwrap();
+    let top = [CENTRE[0] + 5.0, CENTRE[1] - 3.0, 100.0];
+    window.key(Key::X).unwrap();
+    window.pane.desk.cutting.axis = 2;
+    // The box reaches from the plate to the top of the ball: half way up is 10 mm below the ball's middle.
+    let section = window.pane.desk.section().unwrap();
+    assert_abs_diff_eq!(section.at_mm, 50.0, epsilon = 0.5);
+    let said = told(&mut window, top);
+    let z = point(&said["picked"]["surface"]["point_mm"]).z;
+    assert!(z < section.at_mm && z > 19.0, "the lower half of the ball is seen from inside: {z}");
+    window.key(Key::X).unwrap();
+    window.pane.desk.layers.regions[0] = false;
+    let said = told(&mut window, top);
+    assert_eq!(said["picked"]["surface"]["face"].as_u64(), Some(1));
+}
+
+#[test]
+fn the_hand_turns_moves_and_zooms_about_what_it_holds() {
+    let exhibit = exhibit();
+    let mut window = Headless::new(&exhibit, SIZE).unwrap();
+    window.frame(Vec::new()).unwrap();
+    let held = Point3::from(CENTRE) + Vector3::new(0.3, -0.6, 0.6).normalize() * RADIUS_MM;
+    let at = seen(&window, held.into());
+    let scale = window.pane.desk.sight.mm_per_px_at(&held);
+    window.wheel(at, 5.0).unwrap();
+    assert!((seen(&window, held.into()) - at).length() < 2.0);
+    let zoomed = window.pane.desk.sight.mm_per_px_at(&held);
+    assert_abs_diff_eq!(scale / zoomed, 1.2_f64.powi(5), epsilon = 0.02);
+
+    let forward = window.pane.desk.sight.forward();
+    window.drag(PointerButton::Middle, at, at + egui::vec2(90.0, 40.0)).unwrap();
+    assert!((window.pane.desk.sight.forward() - forward).norm() > 0.2);
+    assert!((seen(&window, held.into()) - at).length() < 3.0, "the pivot stands still");
+
+    let forward = window.pane.desk.sight.forward();
+    let to = at + egui::vec2(-120.0, 60.0);
+    window.drag(PointerButton::Secondary, at, to).unwrap();
+    assert_abs_diff_eq!(window.pane.desk.sight.forward(), forward, epsilon = 1e-12);
+    assert!((seen(&window, held.into()) - to).length() < 3.0, "it follows the hand");
+
+    window.hold(Modifiers::SHIFT).unwrap();
+    window.drag(PointerButton::Primary, to, at).unwrap();
+    window.hold(Modifiers::NONE).unwrap();
+    assert!((seen(&window, held.into()) - at).length() < 3.0, "and back");
+    // None of these drags was a click.
+    assert!(window.pane.desk.picked().is_none() && window.pane.desk.take_said().is_empty());
+    window.key(Key::Home).unwrap();
+    assert!(window.pane.desk.sight.mm_per_px() > 2.0 * zoomed);
+}
+
+#[test]
+fn time_goes_on_move_by_move_and_as_fast_as_told() {
+    let exhibit = exhibit();
+    let mut window = Headless::new(&exhibit, SIZE).unwrap();
+    window.frame(Vec::new()).unwrap();
+    assert_eq!(window.pane.desk.duration_s(), f64::from(ROWS));
+    assert!(window.pane.desk.tool_place().is_none(), "the job is over as the window opens");
+    window.pane.desk.clock.now_s = 0.0;
+    for expected in [1, 2, 3] {
+        window.key(Key::ArrowRight).unwrap();
+        let place = window.pane.desk.tool_place().unwrap();
+        assert_eq!((place.of, place.share), (expected, 0.0));
+    }
+    window.key(Key::ArrowLeft).unwrap();
+    assert_eq!(window.pane.desk.now(), Some((2, 0.0)));
+    window.pane.desk.clock.speed = 10.0;
+    window.key(Key::Space).unwrap();
+    let begun = window.pane.desk.clock.now_s;
+    for _ in 0..5 {
+        window.frame_after(Vec::new(), 0.05).unwrap();
+    }
+    let place = window.pane.desk.tool_place().unwrap();
+    let passed = window.pane.desk.clock.now_s - begun;
+    assert_abs_diff_eq!(passed, 2.5, epsilon = 0.2);
+    // Half-way along the fifth row, which runs forward.
+    let share = window.pane.desk.now().unwrap().1;
+    let row = f64::from(place.of as u32);
+    let y = if place.of.is_multiple_of(2) { -200.0 + 160.0 * share } else { -40.0 - 160.0 * share };
+    assert_abs_diff_eq!(place.tip, Point3::new(220.0 + 2.0 * row, y, 0.0), epsilon = 1e-6);
+    window.key(Key::Space).unwrap();
+    let stopped = window.pane.desk.clock.now_s;
+    window.frame_after(Vec::new(), 0.2).unwrap();
+    assert_eq!(window.pane.desk.clock.now_s, stopped);
+}
+
+#[test]
+fn pictures_show_what_is_switched_on() {
+    let exhibit = exhibit();
+    let mut window = Headless::new(&exhibit, SIZE).unwrap();
+    if let Err(e) = window.open() {
+        assert!(matches!(e, ViewError::NoAdapter { .. }), "{e}");
+        eprintln!("skipped: {e}");
+        return;
+    }
+    window.key(Key::T).unwrap();
+    window.pane.desk.layers.paint = Paint::Clay;
+    window.pane.desk.layers.kinds = [false; 4];
+    window.rest().unwrap();
+    assert_eq!(window.last().map(|l| l.0), Some(Care::Fine));
+    let colour = |window: &Headless<'_>, at: [f64; 3]| {
+        let at = seen(window, at);
+        window.picture().unwrap().pixel(at.x as u32, at.y as u32)
+    };
+    let on_row = [240.0, -60.0, 0.0];
+    let bare = colour(&window, on_row);
+    assert!(bare[0] > bare[2], "clay: {bare:?}");
+    window.pane.desk.layers.kinds[0] = true;
+    let at = seen(&window, on_row);
+    window.wheel(at, 14.0).unwrap();
+    window.rest().unwrap();
+    let with_row = colour(&window, on_row);
+    assert!(with_row.iter().zip(&bare).any(|(a, b)| a.abs_diff(*b) > 60), "{with_row:?} over {bare:?}");
+    // Before its time the row is not there.
+    window.pane.desk.clock.now_s = 1.0;
+    window.pane.desk.layers.tool = false;
+    window.rest().unwrap();
+    let before = colour(&window, on_row);
+    assert!(before.iter().zip(&bare).all(|(a, b)| a.abs_diff(*b) < 12), "{before:?} is not {bare:?}");
+    // Nothing on the plate's place: the backdrop.
+    window.pane.desk.layers.regions = vec![false, false];
+    window.pane.desk.layers.seams = [false; 5];
+    window.rest().unwrap();
+    let empty = colour(&window, on_row);
+    assert!(empty[2] > empty[0], "{empty:?}");
+}
+
+#[test]
+fn nothing_to_show_is_said() {
+    let nothing = Arc::new(Exhibit {
+        title: String::new(),
+        model: Model::default(),
+        meshes: Vec::new(),
+        region_of_face: Vec::new(),
+        regions: RegionsFile::default(),
+        axes: Axes::default(),
+        job: None,
+    });
+    assert!(matches!(Headless::new(&nothing, SIZE).err(), Some(ViewError::EmptyScene)));
+}

@@ -3,7 +3,7 @@
 use claymill_nurbs::{FaceId, FaceMesh, Point2};
 use rayon::prelude::*;
 
-use crate::contact::FlatPart;
+use crate::contact::Covering;
 use crate::reach::Fate;
 
 /// What one setup cuts, by face.
@@ -27,9 +27,9 @@ struct Bins {
 }
 
 impl Claims {
-    pub(crate) fn new(flat: &FlatPart, fates: &[Vec<Fate>], setup: usize) -> Self {
+    pub(crate) fn new(covering: &Covering, fates: &[Vec<Fate>], setup: usize) -> Self {
         let mine = |fate: &Fate| fate.setups & (1 << setup) != 0;
-        let faces = flat
+        let faces = covering
             .meshes
             .par_iter()
             .zip(fates)

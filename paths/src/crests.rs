@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use claymill_nurbs::{FaceId, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::contact::{Location, Stock, Support};
+use crate::contact::{BallDrop, Location, March, Support};
 use crate::guide::Guide;
 use crate::near::cut_to_mm;
 use crate::profile::{Chain, STEEPEST_NZ};
@@ -72,14 +72,14 @@ impl Laid {
 /// Over an edge it counts only where both rows run on the part: beyond its border others cut. Only pairs with
 /// a fresh row are looked at.
 pub(crate) fn missing_rows(
-    stock: &Stock,
+    ball: &BallDrop,
     raster: &Raster,
     laid: &[Laid],
     scallop_mm: f64,
     guide: impl Fn(f64) -> Guide + Sync,
     claimed: impl Fn(FaceId, Option<Point2>) -> bool + Sync,
 ) -> Vec<Row> {
-    let closest_mm = CLOSEST * crate::step_over::flat_mm(stock.radius_mm(), scallop_mm);
+    let closest_mm = CLOSEST * crate::step_over::flat_mm(ball.radius_mm(), scallop_mm);
     let on_part = |a: &OnRow, b: &OnRow, m: &Location| match m.support {
         Support::Face { u, v } => claimed(m.face, Some(Point2::new(u, v))),
         Support::Edge | Support::Bound => {
@@ -90,7 +90,7 @@ pub(crate) fn missing_rows(
         let s = raster.middle(column);
         let mut found = Vec::new();
         let mut before: Option<OnRow> = None;
-        let mut near: Option<Location> = None;
+        let mut march = March::new(ball);
         for b in laid.iter().filter_map(|row| row.at(s)) {
             if let Some(a) = before
                 && (a.fresh || b.fresh)
@@ -98,11 +98,10 @@ pub(crate) fn missing_rows(
                 && let Some(q) = raster.claimed_between(column, a.q, b.q)
             {
                 let [x, y] = guide(q).at(s);
-                let m = stock.drop(x, y, near.as_ref());
-                near = m.or(near);
+                let m = march.drop(x, y);
                 if m.is_some_and(|m| {
                     m.normal.z >= STEEPEST_NZ
-                        && left_mm(&a, &b, &m, guide(q).direction(s), stock.radius_mm()) > scallop_mm
+                        && left_mm(&a, &b, &m, guide(q).direction(s), ball.radius_mm()) > scallop_mm
                         && on_part(&a, &b, &m)
                 }) {
                     found.push((q, column));
@@ -141,7 +140,7 @@ mod tests {
     use claymill_nurbs::{Face, Model, Source, SurfaceKind};
 
     use super::*;
-    use crate::contact::FlatPart;
+    use crate::contact::Covering;
     use crate::guide::Line;
     use crate::profile::follow;
     use crate::raster::Patch;
@@ -164,9 +163,9 @@ mod tests {
             source: Source::default(),
         };
         let model = Model { faces: vec![face], ..Model::default() };
-        let flat = FlatPart::new(&model, &[false], 8000.0, R).unwrap();
+        let covering = Covering::new(&model, &[false], 8000.0, R).unwrap();
         let top = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0];
-        let stock = Stock::new(&model, &flat, &top, R);
+        let ball = BallDrop::new(&model, &covering, &top, R);
         let corners = [[0.0, 0.0], [200.0, 0.0], [200.0, 40.0 * cosine], [0.0, 40.0 * cosine]];
         let patch = |k: [usize; 3]| Patch { corners: k.map(|i| corners[i]), distance_mm: 2.8, stretch: 1.0 };
         let raster = Raster::new(&[patch([0, 1, 2]), patch([0, 2, 3])], 1.4).unwrap();
@@ -176,11 +175,11 @@ mod tests {
             .map(|&q| Laid {
                 q,
                 guide: guide(q),
-                chains: follow(&stock, &guide(q), 1.0, 199.0).chains,
+                chains: follow(&ball, &guide(q), 1.0, 199.0).chains,
                 fresh: true,
             })
             .collect();
-        let rows = missing_rows(&stock, &raster, &laid, SCALLOP_MM, guide, |_, _| true);
+        let rows = missing_rows(&ball, &raster, &laid, SCALLOP_MM, guide, |_, _| true);
         for row in &rows {
             let [(from, to)] = row.stretches[..] else { panic!("{row:?}") };
             assert!(from < 4.0 && to > 196.0, "{row:?}");

@@ -32,7 +32,7 @@ impl<'a, 'm> FieldLevels<'a, 'm> {
 
     /// The distance from one guide, counted in step-overs: lines keep the scallop height (geometry.md §5.4).
     pub(crate) fn scallop(mesh: &'a RegionMesh<'m>, context: &SetupContext) -> Result<Self, FieldError> {
-        let radius_mm = context.stock.radius_mm();
+        let radius_mm = context.ball.radius_mm();
         let flat = flat_mm(radius_mm, context.scallop_mm);
         let axis = context.frame.axis();
         let steps_per_mm = |vertex: u32, direction: &Vector3| {

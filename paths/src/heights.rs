@@ -1,4 +1,4 @@
-use crate::contact::Stock;
+use crate::contact::BallDrop;
 
 /// A coarse map of the model's height in a setup: proves that a rapid runs above everything.
 #[derive(Debug)]
@@ -15,10 +15,10 @@ const CELL_MM: f64 = 10.0;
 impl Heights {
     /// Each cell holds an upper bound of all faces over it (their covering triangles and edge pieces with
     /// their deviation).
-    pub(crate) fn new(stock: &Stock) -> Self {
+    pub(crate) fn new(ball: &BallDrop) -> Self {
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 3];
-        stock.for_each_box(|b| {
+        ball.for_each_box(|b| {
             for k in 0..2 {
                 low[k] = low[k].min(b.min[k]);
             }
@@ -38,7 +38,7 @@ impl Heights {
             top: vec![f64::NEG_INFINITY; columns * lines],
             highest: high[2],
         };
-        stock.for_each_box(|b| {
+        ball.for_each_box(|b| {
             let (i, j) = (map.cells(0, b.min.x, b.max.x), map.cells(1, b.min.y, b.max.y));
             for line in j {
                 for cell in &mut map.top[line * map.columns..][i.clone()] {

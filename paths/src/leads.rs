@@ -47,7 +47,7 @@ impl SetupContext<'_> {
     pub(crate) fn link_height(&self, from: Point3, to: Point3) -> f64 {
         let (a, b) = (self.frame.to_setup(&from), self.frame.to_setup(&to));
         let ends = a.z.max(b.z);
-        let top = self.heights.over([a.x, a.y], [b.x, b.y], self.stock.radius_mm());
+        let top = self.heights.over([a.x, a.y], [b.x, b.y], self.ball.radius_mm());
         let high = top.max(ends) + CLEARANCE_MM;
         // The map is coarse: a wall beside a short way counts as if it stood in it.
         let short = (b - a).xy().norm() <= SHORT_WAY_MM && high > ends + WORTH_MM;
@@ -121,11 +121,11 @@ impl SetupContext<'_> {
     /// Whether the straight way from the location `at` up to `place` stays above the exact path of the ball
     /// over it, which must be known all the way.
     fn is_clear(&self, place: &Point3, at: &Point3) -> bool {
-        let (way, radius) = ((place - at).xy(), self.stock.radius_mm());
+        let (way, radius) = ((place - at).xy(), self.ball.radius_mm());
         let length = way.norm();
         let guide =
             Guide::Straight(Line { origin: [at.x, at.y], direction: [way.x / length, way.y / length] });
-        let followed = follow(self.stock, &guide, 0.0, length);
+        let followed = follow(self.ball, &guide, 0.0, length);
         let Some((first, last)) = followed.chains.first().zip(followed.chains.last()) else {
             return false;
         };
@@ -140,7 +140,7 @@ impl SetupContext<'_> {
 
     /// Tip height at which the ball comes to rest.
     fn rest(&self, x: f64, y: f64) -> Option<f64> {
-        self.stock.drop(x, y, None).map(|l| l.centre.z - self.stock.radius_mm())
+        self.ball.drop(x, y).map(|l| l.centre.z - self.ball.radius_mm())
     }
 
     fn rapid(&self, from: Point3, to: Point3) -> Move {

@@ -127,7 +127,7 @@ impl SetupContext<'_> {
     }
 
     fn flat_step_mm(&self) -> f64 {
-        crate::step_over::flat_mm(self.stock.radius_mm(), self.scallop_mm)
+        crate::step_over::flat_mm(self.ball.radius_mm(), self.scallop_mm)
     }
 
     /// Levels at a distance that wastes least: their density is asked for all over the range.
@@ -165,9 +165,9 @@ impl SetupContext<'_> {
             if !a.claimed || a.spot.per_level_mm <= 0.0 {
                 continue;
             }
-            let jet = self.stock.surface(a.spot.face).jet(a.spot.u, a.spot.v);
+            let jet = self.ball.surface(a.spot.face).jet(a.spot.u, a.spot.v);
             let across = a.normal.cross(&(b.point - a.point));
-            let step = on_contact_mm(&jet, &across, &a.normal, self.stock.radius_mm(), self.scallop_mm);
+            let step = on_contact_mm(&jet, &across, &a.normal, self.ball.radius_mm(), self.scallop_mm);
             if let Some(step) = step {
                 needs.push((step / a.spot.per_level_mm) as f32);
             }
@@ -181,7 +181,7 @@ impl SetupContext<'_> {
     }
 
     fn place(&self, spot: Spot) -> Option<Place> {
-        let surface = self.stock.surface(spot.face);
+        let surface = self.ball.surface(spot.face);
         let (n, _) = surface.normal(spot.u, spot.v)?;
         let normal = if n.z < 0.0 { -n } else { n };
         let point = surface.point(spot.u, spot.v);
@@ -189,7 +189,7 @@ impl SetupContext<'_> {
             spot,
             point,
             normal,
-            centre: point + normal * self.stock.radius_mm(),
+            centre: point + normal * self.ball.radius_mm(),
             claimed: self.claims.holds(spot.face, Point2::new(spot.u, spot.v)),
         })
     }
@@ -209,7 +209,7 @@ impl SetupContext<'_> {
     fn lay_stroke(&self, stroke: &Stroke, level: f64, stretch: Option<(f64, f64)>) -> (Laid, u64) {
         let at = &stroke.drawn.at;
         let (s0, s1) = stretch.unwrap_or((at[0].1, at[at.len() - 1].1));
-        let followed = follow(self.stock, &stroke.drawn.guide, s0, s1);
+        let followed = follow(self.ball, &stroke.drawn.guide, s0, s1);
         let lifted = followed.lifted;
         let chains = followed.passes();
         (Laid { q: level, guide: stroke.drawn.guide.clone(), chains, fresh: true }, lifted)
@@ -255,13 +255,12 @@ impl SetupContext<'_> {
         let Place { spot: Spot { face, u, v, .. }, point, normal, centre, .. } = *place;
         let slope = -(normal.x * ex + normal.y * ey) / normal.z;
         let feed = Vector3::new(ex, ey, slope).normalize();
-        if near.left_mm(&point, &normal, &centre, &feed, self.stock.radius_mm()) <= TOO_HIGH * self.scallop_mm
+        if near.left_mm(&point, &normal, &centre, &feed, self.ball.radius_mm()) <= TOO_HIGH * self.scallop_mm
         {
             return false;
         }
         let touch = Location { centre, normal, face, support: Support::Face { u, v } };
-        let held_up = |rest: Location| (rest.centre.z - centre.z) * normal.z > 0.5 * self.scallop_mm;
-        !self.stock.drop(centre.x, centre.y, Some(&touch)).is_none_or(held_up)
+        self.ball.rest_above(&touch, 0.5 * self.scallop_mm / normal.z).is_none()
     }
 }
 

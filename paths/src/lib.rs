@@ -50,7 +50,7 @@ mod step_over;
 mod strategy;
 mod tour;
 
-pub use contact::{Location, Support};
+pub use contact::{BallDrop, Covering, Location, March, Support};
 pub use frame::{Axis, AxisError, Frame, Orientation, ParallelAxes, RowsAlong};
 pub use kinematics::times_s;
 pub use obstacles::plan_around;

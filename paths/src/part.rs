@@ -6,7 +6,7 @@ use claymill_toolpath::{Considered, LinkStyle, Move, MoveKind, round_to_written}
 use rayon::prelude::*;
 
 use crate::claims::Claims;
-use crate::contact::{FlatPart, Stock};
+use crate::contact::{BallDrop, Covering};
 use crate::crests::Laid;
 use crate::field_levels::FieldLevels;
 use crate::guide::{Guide, Line};
@@ -39,12 +39,12 @@ pub(crate) const ROUNDS: usize = 6;
 /// What all parts of a setup share.
 pub(crate) struct SetupContext<'a> {
     pub(crate) model: &'a Model,
-    pub(crate) flat: &'a FlatPart,
+    pub(crate) covering: &'a Covering,
     pub(crate) frame: Frame,
     pub(crate) index: usize,
     pub(crate) fates: &'a [Vec<Fate>],
     pub(crate) claims: &'a Claims,
-    pub(crate) stock: &'a Stock<'a>,
+    pub(crate) ball: &'a BallDrop<'a>,
     pub(crate) heights: &'a Heights,
     pub(crate) strategy: Strategy,
     /// Direction of straight rows; chosen by region when not asked for.
@@ -144,7 +144,7 @@ impl SetupContext<'_> {
 
     /// Fits a chain: the curves of one pass, end to end; `None` when nothing is left in the written digits.
     fn fit_chain(&self, chain: &Chain, guide: &Guide) -> Option<Pass> {
-        let over = Over { guide, frame: &self.frame, radius_mm: self.stock.radius_mm() };
+        let over = Over { guide, frame: &self.frame, radius_mm: self.ball.radius_mm() };
         let mut curves: Vec<Curve3> = Vec::new();
         for Fit { mut curve, .. } in chain.iter().flat_map(|profile| fit(profile, &over)) {
             join(curves.last_mut(), &mut curve);
@@ -196,7 +196,7 @@ impl SetupContext<'_> {
         let length = dx.hypot(dy);
         let longest_mm = match self.link {
             LinkStyle::Lace => LONGEST_LINK_MM,
-            LinkStyle::Box => LINK_STEPS * crate::step_over::flat_mm(self.stock.radius_mm(), self.scallop_mm),
+            LinkStyle::Box => LINK_STEPS * crate::step_over::flat_mm(self.ball.radius_mm(), self.scallop_mm),
         };
         if length > longest_mm {
             return None;
@@ -208,7 +208,7 @@ impl SetupContext<'_> {
                 .then(|| vec![Move::straight(MoveKind::Link, from, to, axis, feed)]);
         }
         let guide = Guide::Straight(Line { origin: [a.x, a.y], direction: [dx / length, dy / length] });
-        let followed = follow(self.stock, &guide, 0.0, length);
+        let followed = follow(self.ball, &guide, 0.0, length);
         let [chain] = followed.chains.as_slice() else {
             return None;
         };

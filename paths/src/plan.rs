@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::claims::Claims;
-use crate::contact::{CONTACT_EPSILON_MM, FlatPart, Stock};
+use crate::contact::{BallDrop, CONTACT_EPSILON_MM, Covering};
 use crate::field_levels::mesh_edge_mm;
 use crate::heights::Heights;
 use crate::kinematics::times_s;
@@ -156,14 +156,16 @@ pub fn plan(
     check(model, options)?;
     progress("setups", 0.0);
     let area_mm2 = regions.face_area_mm2.iter().sum();
-    let flat = FlatPart::new(model, regions.excluded, area_mm2, radius_mm).map_err(|(face, source)| {
-        PlanError::Face { face, entity: model.faces[face].source.entity.clone(), source }
-    })?;
+    let covering =
+        Covering::new(model, regions.excluded, area_mm2, radius_mm).map_err(|(face, source)| {
+            PlanError::Face { face, entity: model.faces[face].source.entity.clone(), source }
+        })?;
     let frames = Frame::five(options.orientation);
-    let stocks: Vec<Stock> = frames.par_iter().map(|f| Stock::new(model, &flat, f, radius_mm)).collect();
+    let balls: Vec<BallDrop> =
+        frames.par_iter().map(|f| BallDrop::new(model, &covering, f, radius_mm)).collect();
     progress("setups", 0.5);
-    let fates = assign(model, &flat, &frames, &stocks, regions, 0.5 * options.scallop_mm);
-    let account = Account::new(&flat, &fates, regions);
+    let fates = assign(model, &covering, &frames, &balls, regions, 0.5 * options.scallop_mm);
+    let account = Account::new(&covering, &fates, regions);
     let faces_of = group(regions.of_face);
     progress("region meshes", 0.0);
     let edge_mm = mesh_edge_mm(radius_mm, options.scallop_mm);
@@ -179,16 +181,16 @@ pub fn plan(
     let mut done = 0;
     let mut out = Output::default();
     for (index, frame) in frames.iter().enumerate() {
-        let heights = Heights::new(&stocks[index]);
-        let claims = Claims::new(&flat, &fates, index);
+        let heights = Heights::new(&balls[index]);
+        let claims = Claims::new(&covering, &fates, index);
         let context = SetupContext {
             model,
-            flat: &flat,
+            covering: &covering,
             frame: *frame,
             index,
             fates: &fates,
             claims: &claims,
-            stock: &stocks[index],
+            ball: &balls[index],
             heights: &heights,
             strategy: options.strategy,
             rows_along: options.row_angle_deg.map(RowsAlong::at_deg),
@@ -269,12 +271,12 @@ struct Account {
 }
 
 impl Account {
-    fn new(flat: &FlatPart, fates: &[Vec<Fate>], regions: &Regions) -> Self {
+    fn new(covering: &Covering, fates: &[Vec<Fate>], regions: &Regions) -> Self {
         let count = regions.of_face.iter().max().map_or(0, |m| m + 1);
         let mut region_setup_mm2 = vec![[0.0; 5]; count];
         let mut faces = Vec::with_capacity(fates.len());
         for (face, fate) in fates.iter().enumerate() {
-            let mesh = &flat.meshes[face];
+            let mesh = &covering.meshes[face];
             let mut sums = ([0.0; 5], 0.0, 0.0);
             let mut total = 0.0;
             for (t, f) in mesh.triangles.iter().zip(fate) {

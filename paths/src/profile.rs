@@ -1,6 +1,6 @@
 use claymill_nurbs::FaceId;
 
-use crate::contact::{Location, Stock, Support};
+use crate::contact::{BallDrop, Location, March, Support};
 use crate::guide::Guide;
 
 /// Samples along a guide are at most this far apart, mm along the profile; a location halfway between each
@@ -129,8 +129,8 @@ fn hermite(a: &Sample, b: &Sample, s: f64) -> (f64, f64) {
 
 /// Drops the ball along `guide` from `s0` to `s1` and returns the chains of the exact profile. A chain ends
 /// where nothing is below, where the contact becomes steep, and where the height jumps.
-pub(crate) fn follow(stock: &Stock, guide: &Guide, s0: f64, s1: f64) -> Followed {
-    let mut walk = Walk { stock, guide, chains: Vec::new(), lifted: 0, near: None };
+pub(crate) fn follow(ball: &BallDrop, guide: &Guide, s0: f64, s1: f64) -> Followed {
+    let mut walk = Walk { guide, chains: Vec::new(), lifted: 0, march: March::new(ball) };
     let mut here = walk.sample(s0);
     if let Some(a) = here {
         walk.begin(a);
@@ -153,19 +153,16 @@ pub(crate) fn follow(stock: &Stock, guide: &Guide, s0: f64, s1: f64) -> Followed
 }
 
 struct Walk<'a> {
-    stock: &'a Stock<'a>,
     guide: &'a Guide,
     chains: Vec<Chain>,
     lifted: u64,
-    near: Option<Location>,
+    march: March<'a>,
 }
 
 impl Walk<'_> {
     fn drop(&mut self, s: f64) -> Option<Location> {
         let [x, y] = self.guide.at(s);
-        let location = self.stock.drop(x, y, self.near.as_ref())?;
-        self.near = Some(location);
-        Some(location)
+        self.march.drop(x, y)
     }
 
     fn sample(&mut self, s: f64) -> Option<Sample> {
@@ -281,7 +278,7 @@ mod tests {
     use claymill_nurbs::{Curve2, Face, KnotVector, Model, Point2, Point3, Source, SurfaceKind, Vector3};
 
     use super::*;
-    use crate::contact::FlatPart;
+    use crate::contact::Covering;
     use crate::{Frame, Orientation};
 
     #[test]
@@ -295,15 +292,15 @@ mod tests {
             source: Source::default(),
         };
         let model = Model { faces: vec![face], ..Model::default() };
-        let flat = FlatPart::new(&model, &[false], 1600.0, 6.0).unwrap();
+        let covering = Covering::new(&model, &[false], 1600.0, 6.0).unwrap();
         let top = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0];
-        let stock = Stock::new(&model, &flat, &top, 6.0);
+        let ball = BallDrop::new(&model, &covering, &top, 6.0);
         // Point symmetric: the ends and the middle go the same way, the quarters do not.
         let points = [(0.0, 0.0), (0.4, 0.25), (0.7, -0.25), (1.1, 0.0)].map(|(x, y)| Point2::new(x, y));
         let curve =
             Curve2::new(KnotVector::new(3, [[0.0; 4], [1.1; 4]].concat()).unwrap(), points.into(), None);
         let guide = Guide::Curved(curve.unwrap());
-        let [chain] = &follow(&stock, &guide, 0.0, 1.1).chains[..] else { panic!() };
+        let [chain] = &follow(&ball, &guide, 0.0, 1.1).chains[..] else { panic!() };
         let [profile] = &chain[..] else { panic!() };
         for w in profile.samples.windows(2) {
             let turn = angle_between(guide.direction(w[0].s), guide.direction(w[1].s));

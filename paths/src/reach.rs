@@ -1,10 +1,10 @@
 //! Which part of the model each setup can cut, and which setup cuts it.
 
-use claymill_nurbs::{Model, Point2, Vector3};
+use claymill_nurbs::{Model, Point2};
 use rayon::prelude::*;
 
 use crate::Frame;
-use crate::contact::{FlatPart, Location, Stock, Support};
+use crate::contact::{BallDrop, Covering, Location, Support};
 use crate::plan::Regions;
 
 /// A surface that leans further from the tool axis than this is not cut from there (`n·axis`, 80°).
@@ -48,9 +48,9 @@ const PROBES: usize = 4;
 /// Probes that keep the ball up by no more than `allowed_mm` along the normal count as reached.
 pub(crate) fn assign(
     model: &Model,
-    flat: &FlatPart,
+    covering: &Covering,
     frames: &[Frame],
-    stocks: &[Stock],
+    balls: &[BallDrop],
     regions: &Regions,
     allowed_mm: f64,
 ) -> Vec<Vec<Fate>> {
@@ -58,15 +58,15 @@ pub(crate) fn assign(
         if regions.excluded[face] {
             return Vec::new();
         }
-        probe_face(model, flat, frames, stocks, face, allowed_mm)
+        probe_face(model, covering, frames, balls, face, allowed_mm)
     };
     let seen: Vec<Vec<[[Seen; PROBES]; 5]>> = (0..model.faces.len()).into_par_iter().map(probed).collect();
-    let leads = lead_setups(flat, &seen, regions.of_face);
+    let leads = lead_setups(covering, &seen, regions.of_face);
     seen.par_iter()
         .enumerate()
         .map(|(face, triangles)| {
             if regions.excluded[face] {
-                return vec![Fate::default(); flat.meshes[face].triangles.len()];
+                return vec![Fate::default(); covering.meshes[face].triangles.len()];
             }
             let order = &leads[regions.of_face[face]];
             triangles.iter().map(|t| decide(t, order)).collect()
@@ -76,36 +76,33 @@ pub(crate) fn assign(
 
 fn probe_face(
     model: &Model,
-    flat: &FlatPart,
+    covering: &Covering,
     frames: &[Frame],
-    stocks: &[Stock],
+    balls: &[BallDrop],
     face: usize,
     allowed_mm: f64,
 ) -> Vec<[[Seen; PROBES]; 5]> {
     let surface = &model.faces[face].surface;
-    let mesh = &flat.meshes[face];
+    let mesh = &covering.meshes[face];
     let probe = |uv: Point2| -> [Seen; 5] {
         let mut seen = [Seen::Steep; 5];
         let Some((normal, _)) = surface.normal(uv.x, uv.y) else {
             return seen;
         };
         let p = surface.point(uv.x, uv.y);
-        for (k, (frame, stock)) in frames.iter().zip(stocks).enumerate() {
+        for (k, (frame, ball)) in frames.iter().zip(balls).enumerate() {
             let facing = normal.dot(&frame.axis());
             if facing.abs() < LEAST_FACING {
                 continue;
             }
             let n = normal * facing.signum();
-            let centre = frame.to_setup(&(p + n * stock.radius_mm()));
-            let near =
-                Location { centre, normal: Vector3::z(), face, support: Support::Face { u: uv.x, v: uv.y } };
-            let lifted = stock.drop(centre.x, centre.y, Some(&near)).map_or(0.0, |l| l.centre.z - centre.z);
-            seen[k] = if lifted * facing.abs() <= allowed_mm {
-                Seen::Reached(facing.abs())
-            } else if lifted < stock.radius_mm() {
-                Seen::Tight
-            } else {
-                Seen::Hidden
+            let centre = frame.to_setup(&(p + n * ball.radius_mm()));
+            let normal = frame.to_setup(&n.into()).coords;
+            let touch = Location { centre, normal, face, support: Support::Face { u: uv.x, v: uv.y } };
+            seen[k] = match ball.rest_above(&touch, allowed_mm / facing.abs()) {
+                None => Seen::Reached(facing.abs()),
+                Some(rest) if rest.centre.z - centre.z < ball.radius_mm() => Seen::Tight,
+                Some(_) => Seen::Hidden,
             };
         }
         seen
@@ -126,7 +123,7 @@ fn probe_face(
 /// For each region, the setups in the order in which they may claim its triangles: whichever faces the
 /// largest area well comes first, then the best for what is left, and so on.
 fn lead_setups(
-    flat: &FlatPart,
+    covering: &Covering,
     seen: &[Vec<[[Seen; PROBES]; 5]>],
     region_of_face: &[usize],
 ) -> Vec<Vec<usize>> {
@@ -141,7 +138,7 @@ fn lead_setups(
             // (area, setups that face it well) of each triangle.
             let mut open: Vec<(f64, [bool; 5])> = Vec::new();
             for &face in faces {
-                let areas = triangle_areas(flat, face);
+                let areas = triangle_areas(covering, face);
                 open.extend(seen[face].iter().zip(areas).map(|(t, area)| {
                     let well = |s: &[Seen; PROBES]| {
                         s.iter().any(|p| matches!(p, Seen::Reached(f) if *f >= GOOD_FACING))
@@ -165,8 +162,8 @@ fn lead_setups(
         .collect()
 }
 
-fn triangle_areas(flat: &FlatPart, face: usize) -> impl Iterator<Item = f64> {
-    let mesh = &flat.meshes[face];
+fn triangle_areas(covering: &Covering, face: usize) -> impl Iterator<Item = f64> {
+    let mesh = &covering.meshes[face];
     mesh.triangles.iter().map(|t| {
         let [a, b, c] = t.map(|i| mesh.points[i as usize]);
         0.5 * (b - a).cross(&(c - a)).norm()

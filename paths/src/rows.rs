@@ -23,7 +23,7 @@ struct Cut {
 impl SetupContext<'_> {
     /// Rows over the part in the cheapest direction, by length of path and turns, or in the one asked for.
     pub(crate) fn rows(&self, faces: &[usize]) -> Option<(RowsAlong, Raster, Vec<Row>)> {
-        let cell = (0.5 * crate::step_over::flat_mm(self.stock.radius_mm(), self.scallop_mm)).clamp(0.3, 3.0);
+        let cell = (0.5 * crate::step_over::flat_mm(self.ball.radius_mm(), self.scallop_mm)).clamp(0.3, 3.0);
         let cuts = self.cuts(faces);
         let asked = self.rows_along.map(|along| vec![along]);
         let turns = (0..(180.0 / TURN_DEG) as u32).map(|k| RowsAlong::at_deg(TURN_DEG * f64::from(k)));
@@ -43,10 +43,10 @@ impl SetupContext<'_> {
     }
 
     fn cuts(&self, faces: &[usize]) -> Vec<Cut> {
-        let r = self.stock.radius_mm();
+        let r = self.ball.radius_mm();
         let of_face = |&face: &usize| {
-            let mesh = &self.flat.meshes[face];
-            let surface = self.stock.surface(face);
+            let mesh = &self.covering.meshes[face];
+            let surface = self.ball.surface(face);
             // Centre of the ball that touches the surface's upper side at these parameters.
             let centre = |uv: Point2| {
                 let (n, _) = surface.normal(uv.x, uv.y)?;
@@ -67,7 +67,7 @@ impl SetupContext<'_> {
 
     fn patches(&self, cuts: &[Cut], along: RowsAlong) -> Vec<Patch> {
         let of_cut = |cut: &Cut| {
-            let distance_mm = row_distance_mm(&cut.jet, along, self.stock.radius_mm(), self.scallop_mm)?;
+            let distance_mm = row_distance_mm(&cut.jet, along, self.ball.radius_mm(), self.scallop_mm)?;
             let (n, [ex, ey]) = (cut.jet.normal()?, along.unit());
             let slope = (n.x * ex + n.y * ey) / n.z;
             let stretch = slope.hypot(1.0).min(1.0 / STEEPEST_NZ);
@@ -89,7 +89,7 @@ impl SetupContext<'_> {
             laid.extend(followed.into_iter().map(|f| f.0).filter(|row| !row.chains.is_empty()));
             laid.sort_by(|a, b| a.q.total_cmp(&b.q));
             rows = missing_rows(
-                self.stock,
+                self.ball,
                 raster,
                 &laid,
                 TOO_HIGH * self.scallop_mm,
@@ -107,7 +107,7 @@ impl SetupContext<'_> {
         let mut laid = Laid { q: row.q, guide: row_guide(along, row.q), chains: Vec::new(), fresh: true };
         let mut lifted = 0;
         for &(s0, s1) in &row.stretches {
-            let followed = follow(self.stock, &laid.guide, s0, s1);
+            let followed = follow(self.ball, &laid.guide, s0, s1);
             lifted += followed.lifted;
             laid.chains.extend(followed.passes());
         }

@@ -1,29 +1,42 @@
 use claymill_nurbs::{Leaves, Point3, Vector3};
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Vector2};
 
 /// Outcome of looking for the contact of a dropped ball on one surface.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Polished {
-    /// The ball rests here.
-    Contact { centre: Point3, normal: Vector3, u: f64, v: f64 },
+    /// The ball rests here; when it moves on horizontally the parameters follow with `pace`.
+    Contact { centre: Point3, normal: Vector3, u: f64, v: f64, pace: Pace },
     /// The search runs out of the surface here.
     Outside { u: f64, v: f64 },
     /// No convergence: steep, singular, or curved more tightly than the ball.
     Failed,
 }
 
-/// Iterations stop at this horizontal residual, mm.
-const RESIDUAL_MM: f64 = 1e-10;
+/// How `(u, v)` of the contact changes with the horizontal place of the ball, close to a contact.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Pace(Matrix2<f64>);
+
+impl Pace {
+    /// Where the contact will be, by and large, when the ball has moved on by `(dx, dy)`.
+    pub(crate) fn ahead(&self, (u, v): (f64, f64), (dx, dy): (f64, f64)) -> (f64, f64) {
+        let step = self.0 * Vector2::new(dx, dy);
+        (u + step.x, v + step.y)
+    }
+}
+
+/// Iterations stop at this horizontal residual, mm; the height is corrected for it along the slope, which leaves less
+/// than 1e-12 mm.
+const RESIDUAL_MM: f64 = 1e-6;
 const ITERATIONS: usize = 16;
 /// Contacts steeper than this (sine of the angle to the vertical wall) are left to subdivision.
 const STEEPEST_NZ: f64 = 0.02;
 
 /// Inverse-offset Newton (geometry.md §6.1): the `(u, v)` whose offset point `S + R·n` lies above `(x, y)`,
-/// with `n` on the upper side.
-pub(crate) fn polish(s: &Leaves, start: (f64, f64), x: f64, y: f64, r: f64) -> Polished {
+/// with `n` on the upper side. The pace is passed on where the start is the contact.
+pub(crate) fn polish(s: &Leaves, start: (f64, f64), pace: Pace, x: f64, y: f64, r: f64) -> Polished {
     let ((u0, u1), (v0, v1)) = s.domain();
     let (mut u, mut v) = (start.0.clamp(u0, u1), start.1.clamp(v0, v1));
-    let mut stuck = 0;
+    let (mut stuck, mut pace) = (0, pace);
     for _ in 0..ITERATIONS {
         let jet = s.jet(u, v);
         let Some(mut n) = jet.normal() else {
@@ -38,7 +51,8 @@ pub(crate) fn polish(s: &Leaves, start: (f64, f64), x: f64, y: f64, r: f64) -> P
         let centre = jet.p + n * r;
         let (rx, ry) = (x - centre.x, y - centre.y);
         if rx * rx + ry * ry < RESIDUAL_MM * RESIDUAL_MM {
-            return Polished::Contact { centre: Point3::new(x, y, centre.z), normal: n, u, v };
+            let z = centre.z - (n.x * rx + n.y * ry) / n.z;
+            return Polished::Contact { centre: Point3::new(x, y, z), normal: n, u, v, pace };
         }
         let forms = jet.curvature(&n);
         let Some(inverse) = forms.first.try_inverse() else {
@@ -52,7 +66,8 @@ pub(crate) fn polish(s: &Leaves, start: (f64, f64), x: f64, y: f64, r: f64) -> P
         if det == 0.0 || !det.is_finite() {
             return Polished::Failed;
         }
-        let (du, dv) = ((rx * cv.y - ry * cv.x) / det, (cu.x * ry - cu.y * rx) / det);
+        pace = Pace(Matrix2::new(cv.y, -cv.x, -cu.y, cu.x) / det);
+        let (du, dv) = pace.ahead((0.0, 0.0), (rx, ry));
         // Half the domain at most: a wild first step must not throw the search across the surface.
         let shrink = (0.5 * (u1 - u0) / du.abs()).min(0.5 * (v1 - v0) / dv.abs()).min(1.0);
         let (nu, nv) = ((u + du * shrink).clamp(u0, u1), (v + dv * shrink).clamp(v0, v1));

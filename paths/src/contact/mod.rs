@@ -7,10 +7,13 @@
 //! more closely: by Newton on the offset surface, and where that proves nothing by subdivision. The heights
 //! returned are those of the NURBS, not of triangles.
 
+mod covering;
+mod drop;
 mod edge;
 mod face;
 mod flat;
-mod stock;
+mod floor;
+mod march;
 mod tree;
 
 #[cfg(test)]
@@ -18,7 +21,9 @@ mod tests;
 
 use claymill_nurbs::{FaceId, Point3, Vector3};
 
-pub(crate) use stock::{FlatPart, Stock};
+pub use covering::Covering;
+pub use drop::BallDrop;
+pub use march::March;
 
 /// A bound that exceeds the best contact by no more than this is not looked into, mm: the largest amount by
 /// which a location can be too low.

@@ -8,7 +8,7 @@ use claymill_nurbs::{
     TrimEdge, TrimLoop, Vector3,
 };
 
-use super::{FlatPart, Location, Stock, Support};
+use super::{BallDrop, Covering, Location, Support};
 use crate::{Frame, Orientation};
 
 const R: f64 = 10.0;
@@ -31,11 +31,11 @@ fn drop(surfaces: Vec<NurbsSurface>, at: &[(f64, f64)]) -> Vec<Option<Location>>
 fn drop_on(faces: Vec<Face>, at: &[(f64, f64)]) -> Vec<Option<Location>> {
     let model = Model { faces, ..Model::default() };
     let area_mm2 = model.faces.iter().map(Face::area_mm2).sum();
-    let flat = FlatPart::new(&model, &vec![false; model.faces.len()], area_mm2, R).unwrap();
+    let covering = Covering::new(&model, &vec![false; model.faces.len()], area_mm2, R).unwrap();
     // Front +x: setup coordinates are model coordinates.
     let top = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0];
-    let stock = Stock::new(&model, &flat, &top, R);
-    at.iter().map(|&(x, y)| stock.drop(x, y, None)).collect()
+    let ball = BallDrop::new(&model, &covering, &top, R);
+    at.iter().map(|&(x, y)| ball.drop(x, y)).collect()
 }
 
 fn plane_through(tilt_deg: f64, x: (f64, f64)) -> NurbsSurface {
@@ -199,13 +199,13 @@ fn chords_of_an_arc_do_not_hold_the_ball_up() {
     let Some(folder) = claymill_tests::corpus() else { return };
     let model = claymill_exchange::read(&folder.join("prismatic_ctc05_inch.stp")).unwrap().model;
     let area_mm2 = model.faces.iter().map(Face::area_mm2).sum();
-    let flat = FlatPart::new(&model, &vec![false; model.faces.len()], area_mm2, RADIUS_MM).unwrap();
+    let covering = Covering::new(&model, &vec![false; model.faces.len()], area_mm2, RADIUS_MM).unwrap();
     let rear = Frame::five(Orientation::new("+z".parse().unwrap(), "-y".parse().unwrap()).unwrap())[4];
-    let stock = Stock::new(&model, &flat, &rear, RADIUS_MM);
+    let ball = BallDrop::new(&model, &covering, &rear, RADIUS_MM);
     let closest = ClosestPoints::new(&model);
     for k in 0..40 {
         let over = rear.to_setup(&Point3::new(-69.7729, 0.0, 3.2 + 0.1 * f64::from(k)));
-        let rest = stock.drop(over.x, over.y, None).unwrap();
+        let rest = ball.drop(over.x, over.y).unwrap();
         let foot = closest.closest(&rear.to_model(&rest.centre), 2.0 * RADIUS_MM).unwrap();
         approx::assert_abs_diff_eq!(foot.distance_mm, RADIUS_MM, epsilon = 1e-3);
     }

@@ -1,5 +1,7 @@
 use claymill_nurbs::Aabb;
 
+use super::floor::Floor;
+
 /// Boxes in a binary tree, to find what a ball dropped at `(x, y)` could rest on.
 #[derive(Debug)]
 pub(crate) struct DropTree {
@@ -31,9 +33,16 @@ impl DropTree {
         DropTree { nodes, items }
     }
 
-    /// Visits every item whose box could carry a ball of radius `r` at a centre height above `floor`,
-    /// most promising first; the visitor returns the new floor.
-    pub(crate) fn descend(&self, x: f64, y: f64, r: f64, mut floor: f64, mut visit: impl FnMut(u32) -> f64) {
+    /// Visits every item whose box could carry a ball of radius `r` above `floor`, most promising first; the
+    /// visitor returns the new floor.
+    pub(crate) fn descend(
+        &self,
+        x: f64,
+        y: f64,
+        r: f64,
+        mut floor: Floor,
+        mut visit: impl FnMut(u32) -> Floor,
+    ) {
         let mut stack = [(0u32, 0.0f64); 96];
         let mut depth = 0;
         if let Some(root) = self.nodes.first() {
@@ -43,10 +52,10 @@ impl DropTree {
         while depth > 0 {
             depth -= 1;
             let (index, bound) = stack[depth];
-            if bound <= floor {
+            let node = &self.nodes[index as usize];
+            if bound <= floor.z || floor.clears_box(node.x, node.y, node.top) {
                 continue;
             }
-            let node = &self.nodes[index as usize];
             if node.count > 0 {
                 let first = node.at as usize;
                 for &item in &self.items[first..first + node.count as usize] {
@@ -58,22 +67,49 @@ impl DropTree {
             let (za, zb) = (self.nodes[a as usize].bound(x, y, r), self.nodes[b as usize].bound(x, y, r));
             let (low, high) = if za <= zb { ((a, za), (b, zb)) } else { ((b, zb), (a, za)) };
             for child in [low, high] {
-                if child.1 > floor {
+                if child.1 > floor.z {
                     stack[depth] = child;
                     depth += 1;
                 }
             }
         }
     }
+
+    /// Visits every item on which a ball of radius `r` somewhere over the rectangle could rest with its centre
+    /// above `low`.
+    pub(crate) fn over(&self, [x, y]: [[f64; 2]; 2], r: f64, low: f64, mut visit: impl FnMut(u32)) {
+        let mut stack = vec![0u32];
+        while let Some(index) = stack.pop() {
+            let Some(node) = self.nodes.get(index as usize) else { continue };
+            let (dx, dy) = (apart(node.x, x), apart(node.y, y));
+            if node.highest(dx * dx + dy * dy, r) <= low {
+                continue;
+            }
+            if node.count > 0 {
+                let first = node.at as usize;
+                self.items[first..first + node.count as usize].iter().for_each(|&item| visit(item));
+            } else {
+                stack.extend([node.at, index + 1]);
+            }
+        }
+    }
+}
+
+/// Distance between two ranges.
+fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[1]).max(b[0] - a[1]).max(0.0)
 }
 
 impl Node {
     /// No ball of radius `r` at `(x, y)` can rest on anything in the box with its centre above this.
     fn bound(&self, x: f64, y: f64, r: f64) -> f64 {
-        let dx = (self.x[0] - x).max(x - self.x[1]).max(0.0);
-        let dy = (self.y[0] - y).max(y - self.y[1]).max(0.0);
-        let d2 = dx * dx + dy * dy;
-        if d2 >= r * r { f64::NEG_INFINITY } else { self.top + (r * r - d2).sqrt() }
+        let (dx, dy) = (apart(self.x, [x, x]), apart(self.y, [y, y]));
+        self.highest(dx * dx + dy * dy, r)
+    }
+
+    /// Where the centre of a ball is at most that rests on the box from this far (horizontally, squared).
+    fn highest(&self, distance2: f64, r: f64) -> f64 {
+        if distance2 >= r * r { f64::NEG_INFINITY } else { self.top + (r * r - distance2).sqrt() }
     }
 }
 

@@ -1,0 +1,80 @@
+//! A ball dropped along rows over a whole model, on one core: `drop MODEL [RADIUS [ROWS [STEP]]] [-o FILE]` (mm).
+//! Prints a line of key and value each: locations, CPU seconds for covering and for dropping, what carries the ball.
+//! The file gets `x y z` of every location's centre, three little-endian f64 each, `z` NaN where nothing is below.
+
+use std::io::Write;
+use std::time::Instant;
+
+use claymill_nurbs::Face;
+use claymill_paths::{BallDrop, Covering, Frame, March, Orientation, Support};
+
+/// CPU time of this thread in seconds; the clock on the wall where the system does not tell it.
+fn cpu(start: Instant) -> f64 {
+    std::thread::yield_now();
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let spent = text.split_whitespace().next().and_then(|x| x.parse::<f64>().ok());
+    spent.map_or_else(|| start.elapsed().as_secs_f64(), |ns| ns * 1e-9)
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments: Vec<String> = std::env::args().skip(1).collect();
+    let file = arguments.iter().position(|a| a == "-o").map(|at| arguments.split_off(at).swap_remove(1));
+    let number = |k: usize, usual: f64| arguments.get(k).map_or(Ok(usual), |a| a.parse());
+    let (radius_mm, rows_mm, step_mm) = (number(1, 10.0)?, number(2, 2.0)?, number(3, 1.0)?);
+    let model = claymill_exchange::read(arguments.first().ok_or("which model?")?.as_ref())?.model;
+    let start = Instant::now();
+    let area_mm2 = model.faces.iter().map(Face::area_mm2).sum();
+    let covering = Covering::new(&model, &vec![false; model.faces.len()], area_mm2, radius_mm)
+        .map_err(|(face, error)| format!("face {face}: {error}"))?;
+    // Front +x: setup coordinates are model coordinates.
+    let [top, ..] = Frame::five(Orientation::new("+z".parse()?, "+x".parse()?)?);
+    let ball = BallDrop::new(&model, &covering, &top, radius_mm);
+    println!("covered_s {:.3}", start.elapsed().as_secs_f64());
+    let points = model.faces.iter().flat_map(|f| f.surface.net()).map(|h| h.xyz() / h.w);
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for p in points {
+        for k in 0..2 {
+            (low[k], high[k]) = (low[k].min(p[k]), high[k].max(p[k]));
+        }
+    }
+    let count = |k: usize, step: f64| ((high[k] - low[k]) / step) as usize + 1;
+    let (lines, columns) = (count(1, rows_mm), count(0, step_mm));
+    let mut found = Vec::with_capacity(lines * columns);
+    let before = cpu(start);
+    for j in 0..lines {
+        let y = low[1] + rows_mm * j as f64;
+        let mut march = March::new(&ball);
+        for i in 0..columns {
+            let x = low[0] + step_mm * i as f64;
+            found.push((x, y, march.drop(x, y)));
+        }
+    }
+    let seconds = cpu(start) - before;
+    let kinds = found.iter().filter_map(|(.., l)| l.as_ref().map(|l| l.support));
+    let mut counts = [0usize; 3];
+    for kind in kinds {
+        counts[match kind {
+            Support::Face { .. } => 0,
+            Support::Edge => 1,
+            Support::Bound => 2,
+        }] += 1;
+    }
+
+    println!("places {}", found.len());
+    println!("dropped_cpu_s {seconds:.3}");
+    println!("locations {}", counts.iter().sum::<usize>());
+    println!("per_s {:.0}", counts.iter().sum::<usize>() as f64 / seconds);
+    for (name, count) in ["face", "edge", "bound"].iter().zip(counts) {
+        println!("{name} {count}");
+    }
+    if let Some(file) = file {
+        let mut out = std::io::BufWriter::new(std::fs::File::create(file)?);
+        for (x, y, location) in found {
+            for v in [x, y, location.map_or(f64::NAN, |l| l.centre.z)] {
+                out.write_all(&v.to_le_bytes())?;
+            }
+        }
+        out.flush()?;
+    }
+    Ok(())
+}

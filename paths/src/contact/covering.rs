@@ -1,0 +1,221 @@
+use std::collections::HashSet;
+
+use claymill_nurbs::{
+    Curve2, Face, FaceId, FaceMesh, MeshOptions, Model, NurbsError, NurbsSurface, Point2, Point3, tessellate,
+};
+use rayon::prelude::*;
+
+/// Coarseness of the covering triangles: coarser means fewer boxes to search but more candidates per
+/// location; it does not touch accuracy. The mesh's own bound counts how far parameters slide along the
+/// surface as well; what matters here is the distance from the triangle's plane (see [`deviations`]), which is
+/// about ten times smaller.
+const DEVIATION_MM: f64 = 0.25;
+const LONGEST_EDGE_MM: f64 = 12.0;
+/// Edges in ball radii, at most: what a setup reaches is probed on every triangle, and a small ball gets into
+/// places that a large triangle would hide.
+const LONGEST_EDGE_RADII: f64 = 2.0;
+/// On faces that are not to be cut nothing is probed, mm.
+const EXCLUDED_EDGE_MM: f64 = 200.0;
+/// Of a huge model edges may be longer, so that there are no more than about so many triangles in all.
+const TRIANGLES: f64 = 4e6;
+/// Edges are cut into pieces that leave their chord by no more than this, mm.
+const EDGE_DEVIATION_MM: f64 = 0.02;
+const EDGE_PIECE_MM: f64 = 15.0;
+/// Sampled curvatures and deviations are multiplied by this before they count as bounds.
+const SAMPLING_MARGIN: f64 = 1.25;
+/// Sampled distances from a triangle's plane are multiplied by this and raised by the floor.
+const DEVIATION_MARGIN: f64 = 1.5;
+const DEVIATION_FLOOR_MM: f64 = 1e-4;
+/// Normals on both sides of a knot that differ by more than this (0.1°) make a crease.
+const CREASE_SINE: f64 = 1.7e-3;
+
+/// The model's faces as triangles that know their surface, in model coordinates: made once, used by every
+/// setup.
+#[derive(Debug)]
+pub struct Covering {
+    pub(crate) meshes: Vec<FaceMesh>,
+    /// Per face and triangle: how far the surface may be from the triangle's plane, mm.
+    pub(super) deviation_mm: Vec<Vec<f32>>,
+    /// Per face and triangle: smallest and largest normal curvature there and on the triangles around it, for
+    /// the normal `Su × Sv`, 1/mm.
+    pub(super) curvature: Vec<Vec<[f32; 2]>>,
+    /// Per face and triangle: whether a side is a chord of a trim curve, so that part of the triangle may lie
+    /// outside the trims.
+    pub(super) rimmed: Vec<Vec<bool>>,
+    pub(super) edges: Vec<EdgePiece>,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct EdgePiece {
+    pub(super) face: u32,
+    pub(super) pcurve: u32,
+    pub(super) t: (f64, f64),
+    pub(super) a: Point3,
+    pub(super) b: Point3,
+    pub(super) deviation_mm: f64,
+}
+
+impl Covering {
+    /// Covers a model of `area_mm2` for a ball; what is `excluded` only stands in the way.
+    ///
+    /// # Errors
+    /// A face that cannot be covered with triangles, with the reason.
+    pub fn new(
+        model: &Model,
+        excluded: &[bool],
+        area_mm2: f64,
+        radius_mm: f64,
+    ) -> Result<Self, (FaceId, NurbsError)> {
+        let edge_mm = LONGEST_EDGE_MM.min(LONGEST_EDGE_RADII * radius_mm);
+        // Two triangles to a square of edges.
+        let longest_edge_mm = edge_mm.max((2.0 * area_mm2 / TRIANGLES).sqrt());
+        let options = |id: FaceId| MeshOptions {
+            deviation_mm: DEVIATION_MM,
+            longest_edge_mm: if excluded[id] {
+                longest_edge_mm.max(EXCLUDED_EDGE_MM)
+            } else {
+                longest_edge_mm
+            },
+        };
+        let meshes: Vec<FaceMesh> = model
+            .faces
+            .par_iter()
+            .enumerate()
+            .map(|(id, f)| tessellate(f, &options(id)).map_err(|e| (id, e)))
+            .collect::<Result<_, _>>()?;
+        let curvature = model.faces.par_iter().zip(&meshes).map(|(f, m)| curvature_ranges(f, m)).collect();
+        let deviation_mm = model.faces.par_iter().zip(&meshes).map(|(f, m)| deviations(f, m)).collect();
+        let rimmed = model.faces.par_iter().zip(&meshes).map(|(f, m)| rimmed(f, m)).collect();
+        let edges = model.faces.par_iter().enumerate().flat_map_iter(|(id, f)| edge_pieces(id, f)).collect();
+        Ok(Covering { meshes, deviation_mm, curvature, rimmed, edges })
+    }
+}
+
+/// Distance of the surface from the plane of each triangle, sampled in the middle and on the sides, where a
+/// quadratic has its extremes.
+fn deviations(face: &Face, mesh: &FaceMesh) -> Vec<f32> {
+    const PLACES: [[f64; 3]; 4] = [[1.0 / 3.0; 3], [0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]];
+    let of = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| mesh.points[i as usize]);
+        let uv = t.map(|i| mesh.uv[i as usize].coords);
+        let n = (b - a).cross(&(c - a)).try_normalize(0.0);
+        let off = |w: &[f64; 3]| {
+            let at = uv[0] * w[0] + uv[1] * w[1] + uv[2] * w[2];
+            let d = face.surface.point(at.x, at.y) - a;
+            n.map_or(d.norm(), |n| d.dot(&n).abs())
+        };
+        let most = PLACES.iter().map(off).fold(0.0, f64::max);
+        (most * DEVIATION_MARGIN + DEVIATION_FLOOR_MM) as f32
+    };
+    mesh.triangles.iter().map(of).collect()
+}
+
+/// Marks the triangles with a side on the boundary of a trimmed face.
+fn rimmed(face: &Face, mesh: &FaceMesh) -> Vec<bool> {
+    if face.loops.is_empty() {
+        return vec![false; mesh.triangles.len()];
+    }
+    let closed = |ring: &Vec<u32>| ring.iter().copied().zip(ring.iter().copied().cycle().skip(1)).collect();
+    let pairs: Vec<Vec<(u32, u32)>> = mesh.rings.iter().map(closed).collect();
+    let rim: HashSet<(u32, u32)> = pairs.into_iter().flatten().map(|(a, b)| (a.min(b), a.max(b))).collect();
+    let on_rim = |a: u32, b: u32| rim.contains(&(a.min(b), a.max(b)));
+    mesh.triangles.iter().map(|&[a, b, c]| on_rim(a, b) || on_rim(b, c) || on_rim(c, a)).collect()
+}
+
+/// Range of normal curvature over each triangle and those around it, from their corners and middles.
+fn curvature_ranges(face: &Face, mesh: &FaceMesh) -> Vec<[f32; 2]> {
+    let unknown = [f32::NEG_INFINITY, f32::INFINITY];
+    let at = |uv: Point2| {
+        let jet = face.surface.jet(uv.x, uv.y);
+        let range = jet.normal().and_then(|n| jet.curvature(&n).principal());
+        range.map_or(unknown, |(a, b)| [a as f32, b as f32])
+    };
+    let join = |a: [f32; 2], b: [f32; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+    if is_creased(&face.surface) {
+        return vec![unknown; mesh.triangles.len()];
+    }
+    let corners: Vec<_> = mesh.uv.iter().map(|&uv| at(uv)).collect();
+    let widen = |k: f32, sign: f32| {
+        if k * sign > 0.0 { k * SAMPLING_MARGIN as f32 } else { k }
+    };
+    let own: Vec<[f32; 2]> = mesh
+        .triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|i| mesh.uv[i as usize]);
+            let middle = at(Point2::from((a.coords + b.coords + c.coords) / 3.0));
+            t.iter().map(|&i| corners[i as usize]).fold(middle, join)
+        })
+        .collect();
+    let mut around = corners;
+    for (t, &range) in mesh.triangles.iter().zip(&own) {
+        for &i in t {
+            around[i as usize] = join(around[i as usize], range);
+        }
+    }
+    mesh.triangles
+        .iter()
+        .zip(own)
+        .map(|(t, own)| {
+            let r = t.iter().map(|&i| around[i as usize]).fold(own, join);
+            [widen(r[0], -1.0), widen(r[1], 1.0)]
+        })
+        .collect()
+}
+
+/// Whether the normal jumps at a knot inside the surface (knots of full multiplicity may hide a crease; those
+/// of exact arcs do not).
+fn is_creased(s: &NurbsSurface) -> bool {
+    let jumps = |before: (f64, f64), after: (f64, f64)| {
+        let normal = |(u, v): (f64, f64)| s.jet(u, v).normal();
+        matches!((normal(before), normal(after)), (Some(a), Some(b)) if a.cross(&b).norm() > CREASE_SINE)
+    };
+    let inner = |k: &claymill_nurbs::KnotVector| -> Vec<(f64, f64)> {
+        let breaks = k.breaks();
+        let beside = 1e-9 * (breaks[breaks.len() - 1] - breaks[0]);
+        let full = |b: &&f64| k.multiplicity(**b) >= k.degree();
+        breaks[1..breaks.len() - 1].iter().filter(full).map(|b| (b - beside, b + beside)).collect()
+    };
+    let ((u0, u1), (v0, v1)) = s.domain();
+    let places = |a: f64, b: f64| (0..=8).map(move |i| a + (b - a) * f64::from(i) / 8.0);
+    inner(s.knots_u()).iter().any(|&(a, b)| places(v0, v1).any(|v| jumps((a, v), (b, v))))
+        || inner(s.knots_v()).iter().any(|&(a, b)| places(u0, u1).any(|u| jumps((u, a), (u, b))))
+}
+
+fn edge_pieces(id: FaceId, face: &Face) -> Vec<EdgePiece> {
+    let mut pieces = Vec::new();
+    let boundary = face.boundary();
+    for (k, edge) in boundary.iter().flat_map(|l| &l.edges).enumerate() {
+        for span in edge.pcurve.knots().breaks().windows(2) {
+            cut_edge(&face.surface, &edge.pcurve, (span[0], span[1]), 0, &mut |t, a, b, deviation_mm| {
+                pieces.push(EdgePiece { face: id as u32, pcurve: k as u32, t, a, b, deviation_mm });
+            });
+        }
+    }
+    pieces
+}
+
+/// Halves `[t0, t1]` until it is short and flat; deviation is sampled at quarter points.
+fn cut_edge(
+    s: &NurbsSurface,
+    c: &Curve2,
+    (t0, t1): (f64, f64),
+    depth: u32,
+    emit: &mut impl FnMut((f64, f64), Point3, Point3, f64),
+) {
+    let at = |f: f64| s.point_on(c, t0 + (t1 - t0) * f);
+    let (a, b) = (at(0.0), at(1.0));
+    let chord = b - a;
+    let off = |p: Point3| {
+        let along = if chord.norm_squared() > 0.0 { (p - a).dot(&chord) / chord.norm_squared() } else { 0.0 };
+        (p - (a + chord * along.clamp(0.0, 1.0))).norm()
+    };
+    let deviation = [0.25, 0.5, 0.75].map(|f| off(at(f))).into_iter().fold(0.0, f64::max) * SAMPLING_MARGIN;
+    if depth < 20 && (deviation > EDGE_DEVIATION_MM || chord.norm() > EDGE_PIECE_MM || depth < 1) {
+        let middle = 0.5 * (t0 + t1);
+        cut_edge(s, c, (t0, middle), depth + 1, emit);
+        cut_edge(s, c, (middle, t1), depth + 1, emit);
+    } else if chord.norm() + deviation > 0.0 {
+        emit((t0, t1), a, b, deviation);
+    }
+}

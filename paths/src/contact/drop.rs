@@ -1,0 +1,404 @@
+use claymill_nurbs::{Aabb, Curve2, Domain, FaceId, Leaves, Model, NurbsSurface, Point2, Point3, Vector3};
+use rayon::prelude::*;
+
+use super::covering::{Covering, EdgePiece};
+use super::edge::highest;
+use super::face::{Pace, Polished, polish};
+use super::flat::{box_height, on_point, on_segment, on_triangle, plane_height};
+use super::floor::Floor;
+use super::tree::DropTree;
+use super::{CONTACT_EPSILON_MM, Location, Support};
+use crate::Frame;
+
+/// A triangle where `κ⁺·R` exceeds this may hold more than one contact.
+const TIGHT: f64 = 0.8;
+/// A ball that touches the inside of a face this near to the rim rests on the rim as well, but for `d² / 2R`:
+/// a tenth of a micrometre for a ball of 2 mm, mm.
+const AT_RIM_MM: f64 = 0.02;
+/// So far inside, as a share of the way to the middle, a triangle's corners are judged.
+const CORNER_INSET: f64 = 0.02;
+/// Triangles cut this often that are outside the trims in all places looked at are outside.
+const SLIVER_LEVEL: u32 = 3;
+/// A triangle whose normal leans further from its surface's (60°) stands across it.
+const ALONG_COSINE: f64 = 0.5;
+/// Deepest subdivision of a triangle; its deviation shrinks by 4 at each level.
+const DEEPEST: u32 = 12;
+
+/// The whole model as seen from one setup, ready for dropping a ball of one radius on it.
+#[derive(Debug)]
+pub struct BallDrop<'a> {
+    radius_mm: f64,
+    covering: &'a Covering,
+    faces: Vec<SetupFace>,
+    triangles: Vec<Triangle>,
+    edges: Vec<EdgePiece>,
+    tree: DropTree,
+}
+
+#[derive(Debug)]
+struct SetupFace {
+    surface: NurbsSurface,
+    /// The same for evaluation.
+    leaves: Leaves,
+    /// The trims; `None` where the whole domain belongs to the face.
+    domain: Option<Domain>,
+    boundary: Vec<Curve2>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Triangle {
+    p: [Point3; 3],
+    face: u32,
+    index: u32,
+    deviation_mm: f32,
+    tight: bool,
+    rimmed: bool,
+}
+
+impl<'a> BallDrop<'a> {
+    /// Looks at a covered model from a setup. The radius should be the one that it was covered for.
+    #[must_use]
+    pub fn new(model: &Model, covering: &'a Covering, frame: &Frame, radius_mm: f64) -> Self {
+        let faces: Vec<SetupFace> = model
+            .faces
+            .par_iter()
+            .map(|f| {
+                let surface = f.surface.mapped(|p| frame.to_setup(&p));
+                SetupFace {
+                    leaves: Leaves::new(&surface),
+                    surface,
+                    domain: (!f.loops.is_empty()).then(|| Domain::new(f)),
+                    boundary: f.boundary().into_iter().flat_map(|l| l.edges).map(|e| e.pcurve).collect(),
+                }
+            })
+            .collect();
+        let triangles: Vec<Triangle> = covering
+            .meshes
+            .par_iter()
+            .zip(&covering.curvature)
+            .zip(&covering.deviation_mm)
+            .enumerate()
+            .flat_map_iter(|(face, ((mesh, curvature), deviation))| {
+                mesh.triangles.iter().enumerate().map(move |(index, t)| {
+                    let p = t.map(|i| frame.to_setup(&mesh.points[i as usize]));
+                    // The mesh's triangles agree with Su × Sv; the upper side decides which curvature is κ⁺.
+                    let up = (p[1] - p[0]).cross(&(p[2] - p[0])).z >= 0.0;
+                    let kappa = if up { curvature[index][1] } else { -curvature[index][0] };
+                    Triangle {
+                        p,
+                        face: face as u32,
+                        index: index as u32,
+                        deviation_mm: deviation[index],
+                        tight: f64::from(kappa) * radius_mm > TIGHT,
+                        rimmed: covering.rimmed[face][index],
+                    }
+                })
+            })
+            .collect();
+        let edges: Vec<EdgePiece> = covering
+            .edges
+            .iter()
+            .map(|e| EdgePiece { a: frame.to_setup(&e.a), b: frame.to_setup(&e.b), ..e.clone() })
+            .collect();
+        let boxes: Vec<Aabb> = triangles
+            .iter()
+            .map(|t| Aabb::of(&t.p).inflated(f64::from(t.deviation_mm)))
+            .chain(edges.iter().map(|e| Aabb::of([&e.a, &e.b]).inflated(e.deviation_mm)))
+            .collect();
+        BallDrop { radius_mm, covering, faces, triangles, edges, tree: DropTree::new(&boxes) }
+    }
+
+    pub(crate) fn radius_mm(&self) -> f64 {
+        self.radius_mm
+    }
+
+    /// The surface of a face in the setup's coordinates.
+    pub(crate) fn surface(&self, face: FaceId) -> &NurbsSurface {
+        &self.faces[face].surface
+    }
+
+    /// Calls `visit` with a box around every covered piece, in the setup's coordinates.
+    pub(crate) fn for_each_box(&self, mut visit: impl FnMut(&Aabb)) {
+        for t in &self.triangles {
+            visit(&Aabb::of(&t.p).inflated(f64::from(t.deviation_mm)));
+        }
+        for e in &self.edges {
+            visit(&Aabb::of([&e.a, &e.b]).inflated(e.deviation_mm));
+        }
+    }
+
+    /// Drops the ball at `(x, y)` on everything (setup coordinates, mm). `None` where nothing is below.
+    #[must_use]
+    pub fn drop(&self, x: f64, y: f64) -> Option<Location> {
+        let mut search = Search::new(self, x, y);
+        search.descend();
+        search.finish()
+    }
+
+    /// Where a ball that would touch the model in `touch` comes to rest if something holds it up by more than `by_mm`
+    /// before it gets there.
+    pub(crate) fn rest_above(&self, touch: &Location, by_mm: f64) -> Option<Location> {
+        let mut search = Search::new(self, touch.centre.x, touch.centre.y);
+        search.best = Some(*touch);
+        search.floor = Floor::under(&touch.centre, &touch.normal, self.radius_mm, by_mm);
+        search.descend();
+        search.finish().filter(|rest| rest.centre.z > touch.centre.z + by_mm)
+    }
+
+    /// Calls `visit` with all that a ball over the rectangle could rest on with its centre above `low`: its number, and
+    /// points with the distance from their hull.
+    pub(super) fn over(
+        &self,
+        rectangle: [[f64; 2]; 2],
+        low: f64,
+        mut visit: impl FnMut(u32, [Point3; 3], f64),
+    ) {
+        self.tree.over(rectangle, self.radius_mm, low, |item| match self.triangles.get(item as usize) {
+            Some(t) => visit(item, t.p, f64::from(t.deviation_mm)),
+            None => {
+                let e = &self.edges[item as usize - self.triangles.len()];
+                visit(item, [e.a, e.b, e.b], e.deviation_mm);
+            }
+        });
+    }
+}
+
+/// Whether the parameters lie in the triangle or no further from it than its own size.
+fn is_beside(uv: &[Point2; 3], u: f64, v: f64) -> bool {
+    let (a, b) = (uv[1] - uv[0], uv[2] - uv[0]);
+    let p = Point2::new(u, v) - uv[0];
+    let area = a.perp(&b);
+    // Barycentric coordinates times the area, which may have either sign.
+    let (wb, wc) = (p.perp(&b) * area.signum(), a.perp(&p) * area.signum());
+    let area = area.abs();
+    [wb, wc, area - wb - wc].iter().all(|w| (-area..=2.0 * area).contains(w))
+}
+
+/// The place with these barycentric coordinates.
+fn weighted<const D: usize>(corners: &[nalgebra::Point<f64, D>; 3], at: [f64; 3]) -> nalgebra::Point<f64, D> {
+    (0..3).map(|i| corners[i].coords * at[i]).sum::<nalgebra::SVector<f64, D>>().into()
+}
+
+/// The search for what a ball over `(x, y)` rests on.
+pub(super) struct Search<'a> {
+    ball: &'a BallDrop<'a>,
+    x: f64,
+    y: f64,
+    pub(super) best: Option<Location>,
+    /// What would have to be exceeded for another best.
+    pub(super) floor: Floor,
+    /// Triangles on rims that wait to be subdivided until the rims themselves are met: most fall below these.
+    rims: Vec<(&'a Triangle, [Point2; 3])>,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(ball: &'a BallDrop<'a>, x: f64, y: f64) -> Self {
+        Search { ball, x, y, best: None, floor: Floor::NONE, rims: Vec::new() }
+    }
+
+    /// Begins with what carried a ball close by; says how fast the contact moves if it is still on the same face.
+    pub(super) fn start_from(&mut self, near: &Location, pace: &Pace) -> Option<Pace> {
+        let mut onward = None;
+        match near.support {
+            Support::Face { u, v } => {
+                let moved = (self.x - near.centre.x, self.y - near.centre.y);
+                if let Polished::Contact { pace, .. } =
+                    self.try_face(near.face, pace.ahead((u, v), moved), *pace)
+                {
+                    onward = Some(pace);
+                }
+            }
+            Support::Edge => {}
+            Support::Bound => return None,
+        }
+        // The point that was touched is there in any case.
+        let touched = near.centre - near.normal * self.ball.radius_mm;
+        if self.best.is_none()
+            && let Some(z) = on_point(&touched, self.x, self.y, self.ball.radius_mm)
+        {
+            self.floor.z = z - CONTACT_EPSILON_MM;
+        }
+        onward
+    }
+
+    /// Looks at everything, the most promising first.
+    pub(super) fn descend(&mut self) {
+        let ball = self.ball;
+        ball.tree.descend(self.x, self.y, ball.radius_mm, self.floor, |item| {
+            self.visit(item);
+            self.floor
+        });
+    }
+
+    /// Looks at one triangle or piece of an edge.
+    pub(super) fn visit(&mut self, item: u32) {
+        let ball = self.ball;
+        match ball.triangles.get(item as usize) {
+            Some(t) => self.triangle(t),
+            None => self.edge(&ball.edges[item as usize - ball.triangles.len()]),
+        }
+    }
+
+    /// What carries the ball when everything has been looked at.
+    pub(super) fn finish(mut self) -> Option<Location> {
+        for (t, uv) in std::mem::take(&mut self.rims) {
+            self.subdivide(t, uv, t.p, f64::from(t.deviation_mm), 0);
+        }
+        self.best
+    }
+
+    fn offer(&mut self, location: Location) {
+        if self.best.is_none_or(|b| location.centre.z > b.centre.z) {
+            let Location { centre, normal, .. } = &location;
+            let floor = Floor::under(centre, normal, self.ball.radius_mm, CONTACT_EPSILON_MM);
+            if floor.z > self.floor.z {
+                self.floor = floor;
+            }
+            self.best = Some(location);
+        }
+    }
+
+    fn try_face(&mut self, face: FaceId, start: (f64, f64), pace: Pace) -> Polished {
+        let f = &self.ball.faces[face];
+        let polished = polish(&f.leaves, start, pace, self.x, self.y, self.ball.radius_mm);
+        if let Polished::Contact { centre, normal, u, v, .. } = polished {
+            if f.domain.as_ref().is_some_and(|d| !d.contains(u, v)) {
+                return Polished::Outside { u, v };
+            }
+            self.offer(Location { centre, normal, face, support: Support::Face { u, v } });
+        }
+        polished
+    }
+
+    fn triangle(&mut self, t: &'a Triangle) {
+        let delta = f64::from(t.deviation_mm);
+        let (r, floor) = (self.ball.radius_mm, self.floor.z);
+        if self.floor.clears_hull(&t.p, delta) || box_height(&t.p, self.x, self.y, r + delta) <= floor {
+            return;
+        }
+        let mesh = &self.ball.covering.meshes[t.face as usize];
+        let uv = mesh.triangles[t.index as usize].map(|i| mesh.uv[i as usize]);
+        // A sheet that curves less tightly than the ball leaves it on all sides of a contact (geometry.md
+        // §6.3), so a contact speaks for its own triangle and for those around it, as long as none of them
+        // is tight. Further away on the same face a second contact is possible, across a groove.
+        let here = |u: f64, v: f64| !t.tight && is_beside(&uv, u, v);
+        if let Some(Location { face, support: Support::Face { u, v }, .. }) = self.best
+            && face == t.face as usize
+            && here(u, v)
+        {
+            return;
+        }
+        let n = (t.p[1] - t.p[0]).cross(&(t.p[2] - t.p[0]));
+        if let Some((z, _)) = plane_height(&t.p[0], &n, self.x, self.y, r + delta)
+            && z <= floor
+        {
+            return;
+        }
+        let Some(rest) = on_triangle(&t.p, &n, self.x, self.y, r + delta) else {
+            return;
+        };
+        if rest.z <= floor {
+            return;
+        }
+        let start = weighted(&uv, rest.at);
+        let proven = match self.try_face(t.face as usize, (start.x, start.y), Pace::default()) {
+            Polished::Contact { u, v, .. } | Polished::Outside { u, v } => here(u, v),
+            Polished::Failed => false,
+        };
+        match (proven, t.rimmed) {
+            (true, _) => {}
+            (false, true) => self.rims.push((t, uv)),
+            (false, false) => self.subdivide(t, uv, t.p, delta, 0),
+        }
+    }
+
+    /// Cuts a triangle in four in the parameter plane until its bound falls below the best contact, or is so
+    /// close to the surface that the bound itself can serve as the height.
+    fn subdivide(&mut self, t: &Triangle, uv: [Point2; 3], p: [Point3; 3], delta: f64, level: u32) {
+        let (r, floor) = (self.ball.radius_mm, self.floor.z);
+        let n = (p[1] - p[0]).cross(&(p[2] - p[0]));
+        let Some(high) = on_triangle(&p, &n, self.x, self.y, r + delta) else {
+            return;
+        };
+        if high.z <= floor {
+            return;
+        }
+        let low = on_triangle(&p, &n, self.x, self.y, r);
+        let mut fine = low.is_some_and(|low| high.z - low.z < CONTACT_EPSILON_MM);
+        // Where a trim curve bends inwards its chord takes in a sliver that is not the face's. Edges are met
+        // on their own.
+        if t.rimmed && (fine || level >= SLIVER_LEVEL) {
+            let inside = self.share_inside(t, &uv, high.at);
+            let size = (0..3).map(|i| (p[(i + 1) % 3] - p[i]).norm()).fold(0.0, f64::max);
+            if inside == 0.0 && level >= SLIVER_LEVEL || inside < 1.0 && size < AT_RIM_MM {
+                return;
+            }
+            fine &= inside == 1.0;
+        }
+        fine = fine && self.lies_flat(t, &uv, &n);
+        if level >= DEEPEST || fine {
+            let at = weighted(&p, high.at);
+            let centre = Point3::new(self.x, self.y, high.z);
+            let normal = (centre - at).normalize();
+            let location = Location { centre, normal, face: t.face as usize, support: Support::Bound };
+            self.offer(location);
+            return;
+        }
+        let surface = &self.ball.faces[t.face as usize].leaves;
+        let middle = |i: usize, j: usize| Point2::from((uv[i].coords + uv[j].coords) * 0.5);
+        let m = [middle(0, 1), middle(1, 2), middle(2, 0)];
+        let q = m.map(|c| surface.point(c.x, c.y));
+        let quarters = [
+            ([uv[0], m[0], m[2]], [p[0], q[0], q[2]]),
+            ([m[0], uv[1], m[1]], [q[0], p[1], q[1]]),
+            ([m[2], m[1], uv[2]], [q[2], q[1], p[2]]),
+            ([m[0], m[1], m[2]], [q[0], q[1], q[2]]),
+        ];
+        for (uv, p) in quarters {
+            self.subdivide(t, uv, p, 0.25 * delta, level + 1);
+        }
+    }
+
+    /// Whether a triangle lies along its surface. One whose corners are all on a bent side of the face stands
+    /// across it, however small its distance: its surface is the side and not what its chords enclose.
+    fn lies_flat(&self, t: &Triangle, uv: &[Point2; 3], n: &Vector3) -> bool {
+        let middle = (uv[0].coords + uv[1].coords + uv[2].coords) / 3.0;
+        let surface = &self.ball.faces[t.face as usize].surface;
+        match (surface.normal(middle.x, middle.y), n.try_normalize(0.0)) {
+            (Some((normal, _)), Some(n)) => normal.dot(&n).abs() >= ALONG_COSINE,
+            _ => true,
+        }
+    }
+
+    /// How many places in a triangle, its middle, close to its corners and where the ball would touch, belong
+    /// to the face, as a share. The corners themselves may be on a trim curve.
+    fn share_inside(&self, t: &Triangle, uv: &[Point2; 3], touch: [f64; 3]) -> f64 {
+        let Some(domain) = &self.ball.faces[t.face as usize].domain else {
+            return 1.0;
+        };
+        let middle = Point2::from((uv[0].coords + uv[1].coords + uv[2].coords) / 3.0);
+        let corners = [0, 1, 2].map(|i| uv[i] + (middle - uv[i]) * CORNER_INSET);
+        let places = corners.into_iter().chain([middle, weighted(uv, touch)]);
+        places.filter(|p| domain.contains(p.x, p.y)).count() as f64 / 5.0
+    }
+
+    fn edge(&mut self, e: &EdgePiece) {
+        let r = self.ball.radius_mm;
+        let ends = [e.a, e.b];
+        if self.floor.clears_hull(&ends, e.deviation_mm)
+            || box_height(&ends, self.x, self.y, r + e.deviation_mm) <= self.floor.z
+        {
+            return;
+        }
+        let bound = on_segment(&e.a, &e.b, self.x, self.y, r + e.deviation_mm);
+        let Some((_, share)) = bound.filter(|(z, _)| *z > self.floor.z) else { return };
+        let face = &self.ball.faces[e.face as usize];
+        let pcurve = &face.boundary[e.pcurve as usize];
+        if let Some((z, point)) = highest(&face.leaves, pcurve, e.t, share, self.x, self.y, r) {
+            let centre = Point3::new(self.x, self.y, z);
+            let normal = (centre - point) / r;
+            let location = Location { centre, normal, face: e.face as usize, support: Support::Edge };
+            self.offer(location);
+        }
+    }
+}

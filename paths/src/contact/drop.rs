@@ -187,13 +187,13 @@ pub(super) struct Search<'a> {
     pub(super) best: Option<Location>,
     /// What would have to be exceeded for another best.
     pub(super) floor: Floor,
-    /// Triangles on rims that wait to be subdivided until the rims themselves are met: most fall below these.
-    rims: Vec<(&'a Triangle, [Point2; 3])>,
+    /// Triangles that wait to be subdivided until everything has been met: most then fall below the best contact.
+    unproven: Vec<(&'a Triangle, [Point2; 3])>,
 }
 
 impl<'a> Search<'a> {
     pub(super) fn new(ball: &'a BallDrop<'a>, x: f64, y: f64) -> Self {
-        Search { ball, x, y, best: None, floor: Floor::NONE, rims: Vec::new() }
+        Search { ball, x, y, best: None, floor: Floor::NONE, unproven: Vec::new() }
     }
 
     /// Begins with what carried a ball close by; says how fast the contact moves if it is still on the same face.
@@ -241,7 +241,7 @@ impl<'a> Search<'a> {
 
     /// What carries the ball when everything has been looked at.
     pub(super) fn finish(mut self) -> Option<Location> {
-        for (t, uv) in std::mem::take(&mut self.rims) {
+        for (t, uv) in std::mem::take(&mut self.unproven) {
             self.subdivide(t, uv, t.p, f64::from(t.deviation_mm), 0);
         }
         self.best
@@ -305,10 +305,8 @@ impl<'a> Search<'a> {
             Polished::Contact { u, v, .. } | Polished::Outside { u, v } => here(u, v),
             Polished::Failed => false,
         };
-        match (proven, t.rimmed) {
-            (true, _) => {}
-            (false, true) => self.rims.push((t, uv)),
-            (false, false) => self.subdivide(t, uv, t.p, delta, 0),
+        if !proven {
+            self.unproven.push((t, uv));
         }
     }
 

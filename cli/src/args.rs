@@ -187,6 +187,10 @@ pub(crate) struct JobOptions {
     /// Tool: `ball:R` with the radius in mm [default: ball:10].
     #[arg(long, value_name = "SHAPE:SIZE")]
     pub(crate) tool: Option<String>,
+    /// What holds the tool: how far it sticks out, mm, and sections from the tool up as diameters and length, for
+    /// example 60:27-34x50,63x26; without sections a shrink-fit chuck on HSK-A63. It is drawn, not yet planned with.
+    #[arg(long, value_name = "STICKOUT[:SECTIONS]")]
+    pub(crate) holder: Option<String>,
     /// Scallop height between passes, mm [default: 0.1].
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) scallop: Option<f64>,
@@ -311,6 +315,13 @@ pub(crate) struct AnimateArgs {
     /// Twelve frames on one sheet instead, as a .png.
     #[arg(long)]
     pub(crate) storyboard: bool,
+    /// Show the material that is left instead of the paths: at the start of every setup it stands this far above what
+    /// was not cut before, along the tool axis, mm.
+    #[arg(long, value_name = "MM", num_args = 0..=1, default_missing_value = "3")]
+    pub(crate) stock: Option<f64>,
+    /// Draw the tool with this holder instead of the job's: see plan.
+    #[arg(long, value_name = "STICKOUT[:SECTIONS]")]
+    pub(crate) holder: Option<String>,
     /// Look only at a box of this size around the tool, mm.
     #[arg(long, value_name = "MM")]
     pub(crate) follow: Option<f64>,
@@ -411,17 +422,32 @@ pub(crate) struct RenderArgs {
     /// PNG file to write; or a model file with the regions, and as .glb with the tool paths too (.igs, .stp, .glb).
     #[arg(short, long, value_name = "PNG")]
     pub(crate) out: PathBuf,
-    /// iso, top, left, right, front or rear.
-    #[arg(long, default_value = "iso")]
-    pub(crate) view: String,
+    /// iso, top, left, right, front or rear; several make a file each, NAME-VIEW.png.
+    #[arg(long, default_value = "iso", value_delimiter = ',')]
+    pub(crate) view: Vec<String>,
     /// Another camera instead: AZIMUTH/ELEVATION in degrees (0/0 in front, 90/0 on the left, 0/90 above), or
     /// eye and target in mm as X,Y,Z,X,Y,Z.
     #[arg(long, value_name = "CAMERA", allow_hyphen_values = true, conflicts_with = "view")]
     pub(crate) camera: Option<String>,
+    /// Only a part of the model fills the picture: region:3, face:17, layer:NAME; several with commas.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    pub(crate) focus: Vec<String>,
     /// What is drawn.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "WHAT",
           default_values_t = [ShowName::Regions, ShowName::Joints, ShowName::Trims, ShowName::Cut, ShowName::Link])]
     pub(crate) show: Vec<ShowName>,
+    /// What colours the tool paths; with anything but region the model is drawn in clay.
+    #[arg(long, value_enum, default_value_t = PathColour::Region, value_name = "WHAT")]
+    pub(crate) paths_by: PathColour,
+    /// The job at a time: paths until then and the tool where it is. 40%, 90 (seconds), 12:30 or 1:12:30.
+    #[arg(long, value_name = "TIME")]
+    pub(crate) at: Option<String>,
+    /// Material over the model where it is drawn (stock), mm along the tool axis.
+    #[arg(long, default_value_t = 3.0, value_name = "MM")]
+    pub(crate) allowance: f64,
+    /// Draw the tool with this holder instead of the job's: see plan.
+    #[arg(long, value_name = "STICKOUT[:SECTIONS]")]
+    pub(crate) holder: Option<String>,
     /// Mirror light and dark stripes in the surfaces, to judge their continuity.
     #[arg(long)]
     pub(crate) zebra: bool,
@@ -437,6 +463,9 @@ pub(crate) struct RenderArgs {
     /// Leave the tool paths out.
     #[arg(long)]
     pub(crate) no_paths: bool,
+    /// The model of a job, where it is no longer at the path that the job names.
+    #[arg(long)]
+    pub(crate) model: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) axes: AxisArgs,
 }
@@ -485,6 +514,34 @@ pub(crate) enum ShowName {
     Lead,
     /// Rapid moves.
     Rapid,
+    /// Numbers of the regions.
+    Labels,
+    /// Control points of the surfaces.
+    ControlNets,
+    /// Control polygons of cuts and links, at the ball's middle.
+    ControlPolygons,
+    /// The tool with its holder, halfway through the job or --at.
+    Tool,
+    /// The material that is left --at a time, by default at the end.
+    Stock,
+    /// The model coloured by the scallop height, which is measured for it.
+    Scallop,
+    /// The model coloured by what is cut and what is not and why, which is measured for it.
+    Uncut,
+    /// Marks where the ball enters a face by more than 1 µm, which is measured for it.
+    Gouges,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PathColour {
+    /// Cuts by their region, all else by its kind.
+    Region,
+    /// Cut, link, lead and rapid.
+    Kind,
+    /// First to last pass of each region.
+    Pass,
+    /// Slow to fast.
+    Feed,
 }
 
 #[derive(Debug, Args)]

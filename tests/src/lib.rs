@@ -5,6 +5,7 @@
 //!   toolpaths.jsonl ─┬─ form ──── clamped cubics, head to tail, rapids across or along the axis
 //!                    └─ ball ──── points along the curves ─ closest point ─► depth, excess, clearance
 //!   report.html ─────── browser ─ a real Chromium: console, network, pixels, clicks
+//!   *.png ───────────── picture ─ how much two pictures differ to an eye
 //! ```
 
 mod ball;
@@ -12,9 +13,11 @@ mod browser;
 mod corpus;
 mod form;
 mod partition;
+mod picture;
 
 pub use ball::{Ball, measure_ball};
 pub use browser::{Browser, Screenshot};
 pub use corpus::corpus;
 pub use form::check_form;
 pub use partition::same_partition;
+pub use picture::{Perceived, Pixels, perceived};

@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{MoveKind, Tool};
+use crate::{Holder, MoveKind, Tool};
 
 /// Version of the job folder's format; raised when a reader of the old one would misread the new one.
 pub const FORMAT_VERSION: u32 = 1;
@@ -130,6 +130,9 @@ pub struct ToolRecord {
     /// Shape and size.
     #[serde(flatten)]
     pub tool: Tool,
+    /// What holds it, if that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub holder: Option<Holder>,
 }
 
 /// A tool direction.

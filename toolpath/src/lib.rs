@@ -24,6 +24,7 @@
 //! ```
 
 mod folder;
+mod holder;
 mod job;
 mod moves;
 mod regions;
@@ -34,6 +35,7 @@ pub use folder::{
     FolderError, FolderWriter, JOB_FILE, REGIONS_FILE, REPORT_FILE, TOOLPATHS_FILE, VERIFY_FILE, read_job,
     read_moves, read_regions, sha256_of,
 };
+pub use holder::{Holder, HolderError, HolderSection};
 pub use job::{
     Area, Considered, FORMAT_VERSION, FaceAccount, Job, LengthByKind, LinkStyle, ModelFacts, Obstacle,
     RegionTotals, Request, Setup, Skipped, StageTiming, ToolRecord, Totals, UncutReason,

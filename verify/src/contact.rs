@@ -3,7 +3,7 @@ use claymill_toolpath::MoveKind;
 use rayon::prelude::*;
 
 use crate::distribution::Distribution;
-use crate::report::{Contact, Gouge, Place};
+use crate::report::{Contact, Gouge, GougeSample, Place};
 use crate::scene::{Scene, Stage};
 use crate::track::Track;
 
@@ -28,12 +28,17 @@ struct Probe {
     foot: Option<Foot>,
 }
 
+/// Deeper than this is a gouge worth a mark, mm; and how many marks a move has at most.
+const GOUGE_MM: f64 = 1e-3;
+const MARKED: usize = 200;
+
 /// What was found along one track.
 #[derive(Default)]
 struct Along {
     samples: u64,
     deepest: Option<(f64, Place)>,
     deeper: [u64; 3],
+    gouges: Vec<GougeSample>,
     excess: Option<(f64, Place)>,
     gaps: Distribution,
     contact_samples: u64,
@@ -49,7 +54,7 @@ struct Along {
 /// - the derivatives predict the gaps and a larger ball at the same contact is empty: the gap is a smooth
 ///   curve, and its extremum is where the derivative vanishes;
 /// - otherwise the interval is halved.
-pub(crate) fn measure(scene: &Scene<'_>, stage: &Stage<'_>) -> (Gouge, Contact) {
+pub(crate) fn measure(scene: &Scene<'_>, stage: &Stage<'_>) -> (Gouge, Contact, Vec<GougeSample>) {
     let tracks: Vec<&Track> = scene.tracks.iter().filter(|t| t.sweeps()).collect();
     let found: Vec<Along> = tracks
         .par_iter()
@@ -164,6 +169,10 @@ impl Walk<'_> {
         for (count, limit) in along.deeper.iter_mut().zip([1e-3, 2e-3, 5e-3]) {
             *count += u64::from(gap < -limit);
         }
+        if gap < -GOUGE_MM && along.gouges.len() < MARKED {
+            let move_seq = self.track.seq;
+            along.gouges.push(GougeSample { foot: foot.point, depth_mm: -gap, move_seq });
+        }
         if gap < along.deepest.as_ref().map_or(0.0, |d| d.0) {
             along.deepest = Some((gap, self.place(probe, &foot)));
         }
@@ -202,7 +211,7 @@ impl Walk<'_> {
     }
 }
 
-fn summarise(found: Vec<Along>, limit_mm: f64) -> (Gouge, Contact) {
+fn summarise(found: Vec<Along>, limit_mm: f64) -> (Gouge, Contact, Vec<GougeSample>) {
     let mut all = Along::default();
     for one in found {
         all.samples += one.samples;
@@ -224,6 +233,7 @@ fn summarise(found: Vec<Along>, limit_mm: f64) -> (Gouge, Contact) {
             all.excess = Some(e);
         }
         all.gaps.append(one.gaps);
+        all.gouges.extend(one.gouges);
     }
     let share = |length: f64| {
         if all.cut_mm > 0.0 { length / all.cut_mm } else { 0.0 }
@@ -246,5 +256,5 @@ fn summarise(found: Vec<Along>, limit_mm: f64) -> (Gouge, Contact) {
         on_edge_share: share(all.edge_mm),
         in_air_share: share(all.air_mm),
     };
-    (gouge, contact)
+    (gouge, contact, all.gouges)
 }

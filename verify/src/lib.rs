@@ -51,9 +51,9 @@ use claymill_toolpath::{FORMAT_VERSION, JOB_FILE, Job, Program, read_job, read_m
 pub use error::VerifyError;
 pub use options::{Progress, VerifyOptions};
 pub use report::{
-    AreaAt, Contact, Coverage, CrestSample, Crests, FaceCoverage, Gouge, HISTOGRAM_BIN, HISTOGRAM_BINS,
-    Obstacles, Place, Rapids, RegionCrests, ResidualSample, Scallop, SurfaceResidual, SurfaceState,
-    Verification,
+    AreaAt, Contact, Coverage, CrestSample, Crests, FaceCoverage, Gouge, GougeSample, HISTOGRAM_BIN,
+    HISTOGRAM_BINS, Obstacles, Place, Rapids, RegionCrests, ResidualSample, Scallop, SurfaceResidual,
+    SurfaceState, Verification,
 };
 pub use verdict::{Finding, FindingCode, Severity, Verdict};
 
@@ -152,7 +152,7 @@ pub fn verify_with_crests(
     let reach = reach::Reach::new(scene, &mesh);
 
     let stage = |name| scene::Stage::begin(name, progress);
-    let (gouge, contact) = contact::measure(scene, &stage("gouge and contact"));
+    let (gouge, contact, _) = contact::measure(scene, &stage("gouge and contact"));
     let rapids = rapids::measure(scene, &reach, &stage("rapids"));
     let obstacles = obstacles::measure(scene, &stage("obstacles"));
     let (crests, samples) = crest::measure(scene, &swept, &reach, &stage("scallop crests"));
@@ -223,6 +223,41 @@ pub fn residual_samples(
     let stage = scene::Stage::begin("coverage", progress);
     let faces = surface::measure(&bench.scene, &bench.meshes, &swept, &reach, &stage);
     Ok(faces.into_iter().flat_map(|f| f.samples).collect())
+}
+
+/// The crests that were measured, along the passes, and nothing else: the data of a scallop map.
+///
+/// # Errors
+/// As [`verify_program`].
+pub fn crest_samples(
+    model: &Model,
+    job: &Job,
+    program: &Program,
+    options: &VerifyOptions,
+    progress: Progress<'_>,
+) -> Result<Vec<CrestSample>, VerifyError> {
+    let bench = Bench::new(model, job, program, options, progress)?;
+    let swept = swept::Swept::new(&bench.scene.tracks, options.chord_mm);
+    let mesh = mesh::Mesh::joined(&bench.meshes, &bench.scene.obstacles.triangles);
+    let reach = reach::Reach::new(&bench.scene, &mesh);
+    let stage = scene::Stage::begin("scallop crests", progress);
+    Ok(crest::measure(&bench.scene, &swept, &reach, &stage).1)
+}
+
+/// Places where the ball enters a face by more than a micrometre, in the order of the moves, at most 200 a move.
+///
+/// # Errors
+/// As [`verify_program`].
+pub fn gouge_samples(
+    model: &Model,
+    job: &Job,
+    program: &Program,
+    options: &VerifyOptions,
+    progress: Progress<'_>,
+) -> Result<Vec<GougeSample>, VerifyError> {
+    let bench = Bench::new(model, job, program, options, progress)?;
+    let stage = scene::Stage::begin("gouge and contact", progress);
+    Ok(contact::measure(&bench.scene, &stage).2)
 }
 
 /// What all measurements need.

@@ -249,6 +249,17 @@ pub struct CrestSample {
     pub height_mm: f64,
 }
 
+/// A place where the ball enters a face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GougeSample {
+    /// The nearest point of the face, mm.
+    pub foot: claymill_nurbs::Point3,
+    /// How deep, mm.
+    pub depth_mm: f64,
+    /// The move (`seq`).
+    pub move_seq: u64,
+}
+
 /// The material left on one point of the surface: what a residual map is coloured by.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResidualSample {

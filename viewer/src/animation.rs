@@ -6,24 +6,19 @@
 //! ```
 
 use claymill_nurbs::{Aabb, Point3, Vector3};
-use claymill_toolpath::{Move, MoveKind, Program};
+use claymill_toolpath::{Move, MoveKind, Program, ToolRecord};
 
 use crate::camera::View;
-use crate::palette::{Rgb, stroke_shade};
+use crate::palette::Rgb;
 use crate::pins::{Pin, PinShape};
-use crate::scene::{LineKind, LineLayer, Scene, Strip, SurfaceVertex};
-use crate::strokes::{StrokeStyle, consecutive_passes, drawn_moves, flatten, kind_colour};
+use crate::scene::{LineKind, LineLayer, Scene, Strip};
+use crate::strokes::{PathColours, StrokeStyle, consecutive_passes, drawn_moves, flatten};
+use crate::tool::PosedTool;
 
-/// Colours of the tool and of the mark at its tip.
-const BALL: Rgb = [235, 235, 238];
-const SHANK: Rgb = [120, 124, 132];
+/// Colour of the mark at the tool's tip.
 const MARK: Rgb = [205, 62, 0];
-/// The shank is drawn this many radii long; nothing is known of the holder.
-const SHANK_RADII: f64 = 14.0;
 /// Free border around the model, for the tool beside it.
 const MARGIN: f64 = 0.1;
-/// Corners of a circle.
-const ROUND: u32 = 24;
 
 /// A polyline and when it is drawn, s.
 #[derive(Debug, Clone, Copy)]
@@ -35,11 +30,13 @@ struct Timed {
 
 /// Where the tool's tip is at some time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Station {
-    at_s: f64,
-    tip: Point3,
-    axis: Vector3,
-    radius_mm: f64,
+pub(crate) struct Station {
+    pub(crate) at_s: f64,
+    pub(crate) tip: Point3,
+    pub(crate) axis: Vector3,
+    pub(crate) radius_mm: f64,
+    /// Which of the reel's tools.
+    tool: usize,
 }
 
 /// A job that can be seen at any time.
@@ -49,6 +46,7 @@ pub struct Reel {
     layers: Vec<(LineLayer, Vec<Timed>)>,
     stations: Vec<Station>,
     setups: Vec<(f64, String)>,
+    tools: Vec<ToolRecord>,
 }
 
 impl Reel {
@@ -57,6 +55,7 @@ impl Reel {
     pub fn new(mut bare: Scene, program: &Program, seconds: &[f64], style: &StrokeStyle<'_>) -> Self {
         let drawn = drawn_moves(&bare, program, style);
         let passes = consecutive_passes(&program.moves);
+        let colours = PathColours::new(program, style);
         let mut layers: Vec<(LineLayer, Vec<Timed>)> =
             [(LineKind::Link, 1.4), (LineKind::Lead, 1.4), (LineKind::Cut, 1.5)]
                 .map(|(kind, width_px)| {
@@ -71,8 +70,11 @@ impl Reel {
             if setups.last().is_none_or(|(_, name)| *name != m.setup) {
                 setups.push((now_s, m.setup.clone()));
             }
-            let radius_mm = style.tools.iter().find(|t| t.id == m.tool).map_or(1.0, |t| t.tool.radius_mm());
-            add_stations(&mut stations, m, now_s, took_s, radius_mm);
+            let tool = style.tools.iter().position(|t| t.id == m.tool).unwrap_or(style.tools.len());
+            let radius_mm = style.tools.get(tool).map_or(1.0, |t| t.tool.radius_mm());
+            let axis = Vector3::from(m.axis_start);
+            let from = Station { at_s: now_s, tip: Point3::origin(), axis, radius_mm, tool };
+            add_stations(&mut stations, m, &from, took_s);
             let layer = match m.kind {
                 MoveKind::Link => Some(0),
                 MoveKind::LeadIn | MoveKind::LeadOut => Some(1),
@@ -80,10 +82,7 @@ impl Reel {
                 MoveKind::Rapid => None,
             };
             if let Some((layer, times)) = layer.map(|l| &mut layers[l]) {
-                let colour = match (m.kind, style.region_colours.and_then(|c| c.get(m.region))) {
-                    (MoveKind::Cut, Some(&c)) => stroke_shade(c),
-                    _ => kind_colour(m.kind),
-                };
+                let colour = colours.of(m);
                 for part in parts.iter().flatten() {
                     let before = layer.strips.len();
                     layer.add(part.iter(), &bare.origin, colour, pass);
@@ -96,7 +95,7 @@ impl Reel {
         for (layer, _) in &mut layers {
             layer.strips.clear();
         }
-        Reel { bare, layers, stations, setups }
+        Reel { bare, layers, stations, setups, tools: style.tools.to_vec() }
     }
 
     /// How long the job takes, s.
@@ -141,85 +140,66 @@ impl Reel {
         let clock = |s: f64| format!("{}:{:02}:{:02}", s as u64 / 3600, s as u64 / 60 % 60, s as u64 % 60);
         scene.caption.truncate(1);
         scene.caption.push(format!("setup {setup}, {} of {}", clock(at_s), clock(self.duration_s())));
-        if let Some(s) = self.station(at_s) {
-            scene.add_tool(&s.tip, &s.axis, s.radius_mm);
-            scene.pins.push(Pin { at: s.tip, shape: PinShape::Ring, colour: MARK });
+        if let Some(tool) = self.tool(at_s) {
+            scene.add_posed_tool(&tool);
+            scene.pins.push(Pin { at: tool.tip, shape: PinShape::Ring, colour: MARK });
         }
         scene
     }
 
-    fn station(&self, at_s: f64) -> Option<Station> {
+    /// The model without paths and tool.
+    pub(crate) fn bare(&self) -> &Scene {
+        &self.bare
+    }
+
+    /// Where the tool is, in the order of time.
+    pub(crate) fn stations(&self) -> &[Station] {
+        &self.stations
+    }
+
+    /// When each setup begins, s.
+    pub(crate) fn setup_times(&self) -> Vec<f64> {
+        self.setups.iter().map(|s| s.0).collect()
+    }
+
+    /// The tool as it stands at a time; none where no tool of the job is at work.
+    #[must_use]
+    pub fn tool(&self, at_s: f64) -> Option<PosedTool<'_>> {
+        let s = self.station(at_s)?;
+        Some(PosedTool { record: self.tools.get(s.tool)?, tip: s.tip, axis: s.axis })
+    }
+
+    pub(crate) fn station(&self, at_s: f64) -> Option<Station> {
         let after = self.stations.partition_point(|s| s.at_s < at_s);
         let (b, a) =
             (self.stations.get(after).or(self.stations.last())?, self.stations.get(after.saturating_sub(1))?);
         let share = ((at_s - a.at_s) / (b.at_s - a.at_s).max(1e-12)).clamp(0.0, 1.0);
         // Between two setups the tool is nowhere: it does not tilt on the way.
         let axis = if share < 0.5 { a.axis } else { b.axis };
-        Some(Station { at_s, tip: a.tip + (b.tip - a.tip) * share, axis, radius_mm: b.radius_mm })
+        Some(Station { at_s, tip: a.tip + (b.tip - a.tip) * share, axis, ..*b })
     }
 }
 
 /// Points of the tip's way; within a move the time goes with the length.
-fn add_stations(stations: &mut Vec<Station>, m: &Move, from_s: f64, took_s: f64, radius_mm: f64) {
+fn add_stations(stations: &mut Vec<Station>, m: &Move, from: &Station, took_s: f64) {
     const CHORD_MM: f64 = 0.5;
     let Ok(curve) = m.curve() else { return };
     let points = flatten(&curve, CHORD_MM);
     let whole_mm: f64 = points.windows(2).map(|ab| (ab[1] - ab[0]).norm()).sum();
-    let axis = Vector3::from(m.axis_start);
     let mut gone_mm = 0.0;
     for (i, &tip) in points.iter().enumerate() {
         if let Some(before) = i.checked_sub(1) {
             gone_mm += (tip - points[before]).norm();
         }
         let share = if whole_mm > 0.0 { gone_mm / whole_mm } else { 1.0 };
-        stations.push(Station { at_s: from_s + share * took_s, tip, axis, radius_mm });
-    }
-}
-
-impl Scene {
-    /// Adds a ball and a shank of its diameter, turned about the unit vector `axis`, with its lowest point at `tip`.
-    pub fn add_tool(&mut self, tip: &Point3, axis: &Vector3, radius_mm: f64) {
-        const LEVELS: u32 = 10;
-        let side = if axis.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
-        let u = axis.cross(&side).normalize();
-        let v = axis.cross(&u);
-        let r = radius_mm;
-        // Rings from the tip up: height and radius over the ball's, slope of the normal along the axis, colour.
-        let ball = (0..=LEVELS).map(|k| {
-            let (sin, cos) = (0.5 * std::f64::consts::PI * f64::from(k) / f64::from(LEVELS)).sin_cos();
-            (r * (1.0 - cos), r * sin, -cos, BALL)
-        });
-        let top = SHANK_RADII * r;
-        let shank = [(r, r, 0.0, SHANK), (top, r, 0.0, SHANK), (top, r, 1.0, SHANK), (top, 0.0, 1.0, SHANK)];
-        let rings: Vec<_> = ball.chain(shank).collect();
-        let mut vertices = Vec::new();
-        for &(height, radius, along, colour) in &rings {
-            for k in 0..ROUND {
-                let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(ROUND)).sin_cos();
-                let out = u * cos + v * sin;
-                let normal = out * (1.0 - f64::abs(along).powi(2)).max(0.0).sqrt() + axis * along;
-                let p = tip + axis * height + out * radius - self.origin.coords;
-                vertices.push(SurfaceVertex {
-                    position: [p.x as f32, p.y as f32, p.z as f32],
-                    normal: [normal.x as f32, normal.y as f32, normal.z as f32],
-                    colour: [colour[0], colour[1], colour[2], 255],
-                });
-            }
-        }
-        let mut triangles = Vec::new();
-        for ring in 0..rings.len() as u32 - 1 {
-            for k in 0..ROUND {
-                let [a, b] = [k, (k + 1) % ROUND].map(|k| ring * ROUND + k);
-                triangles.extend([[a, b, b + ROUND], [a, b + ROUND, a + ROUND]]);
-            }
-        }
-        self.add_triangles(&vertices, &triangles);
+        stations.push(Station { at_s: from.at_s + share * took_s, tip, ..*from });
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::SurfaceVertex;
     use claymill_toolpath::{Tool, ToolRecord};
 
     /// Two passes of 100 mm, ten seconds each, with a link of two seconds between them.
@@ -235,7 +215,7 @@ mod tests {
             step(MoveKind::Link, 2, [100.0, 0.0, 0.0], [100.0, 3.0, 0.0]),
             step(MoveKind::Cut, 2, [100.0, 3.0, 0.0], [0.0, 3.0, 0.0]),
         ];
-        let tools = [ToolRecord { id: "T1".into(), tool: Tool::Ball { radius_mm: 5.0 } }];
+        let tools = [ToolRecord { id: "T1".into(), tool: Tool::Ball { radius_mm: 5.0 }, holder: None }];
         let style = StrokeStyle { tools: &tools, ..StrokeStyle::new(0.1) };
         let mut bare = Scene::new(Point3::origin());
         let corner =

@@ -258,6 +258,19 @@ impl Camera {
         Some([0.5 * width + self.right.dot(&q) * scale, 0.5 * height - self.up.dot(&q) * scale])
     }
 
+    /// Grows towards the eye, and is straight over the picture of a plane.
+    pub(crate) fn nearness(&self, p: &Point3) -> f64 {
+        let depth = self.forward.dot(&(p - self.target));
+        self.eye_mm.map_or(-depth, |eye| 1.0 / (eye + depth))
+    }
+
+    /// The place seen at a pixel of an orthographic picture, at a [`Camera::nearness`].
+    pub(crate) fn unprojected(&self, [x, y]: [f64; 2], nearness: f64) -> Point3 {
+        let [width, height] = self.size.map(f64::from);
+        let (right, up) = ((x - 0.5 * width) * self.mm_per_px, (0.5 * height - y) * self.mm_per_px);
+        self.target + self.right * right + self.up * up - self.forward * nearness
+    }
+
     /// Direction of `v` in the picture: right, up, toward the eye.
     #[must_use]
     pub fn in_picture(&self, v: &Vector3) -> Vector3 {

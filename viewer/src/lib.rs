@@ -27,9 +27,13 @@ mod borders;
 mod browser;
 mod camera;
 mod error;
+mod front;
 mod heat;
+mod labels;
 mod lettering;
+mod marks;
 mod movie;
+mod nets;
 mod overlay;
 mod palette;
 mod picture;
@@ -40,9 +44,11 @@ mod render;
 mod report;
 mod scene;
 mod segments;
+mod stock;
 mod strokes;
 mod thinning;
 mod thumbnail;
+mod tool;
 mod touch;
 
 pub use adapter::Gpu;
@@ -51,8 +57,12 @@ pub use browser::{BrowserInput, browser_glb};
 pub use camera::{Axes, Camera, View};
 pub use error::ViewError;
 pub use heat::{HeatScale, heat_colour};
+pub use labels::Label;
+pub use marks::StateScale;
 pub use movie::Movie;
-pub use palette::{CLAY, NOT_CUT, RegionExtent, Rgb, colour_regions, region_palette, stroke_shade};
+pub use palette::{
+    CLAY, NOT_CUT, RegionExtent, Rgb, colour_regions, region_legend, region_palette, stroke_shade,
+};
 pub use picture::Picture;
 pub use pins::{Pin, PinShape};
 pub use render::{Backdrop, PictureOptions, Renderer, render_png};
@@ -65,5 +75,7 @@ pub use scene::{
     face_colours, region_colours,
 };
 pub use segments::CLOSEST_PASSES_PX;
-pub use strokes::{StrokeStyle, drawn_moves, flatten, kind_colour};
+pub use stock::Stock;
+pub use strokes::{ColourBy, StrokeStyle, drawn_moves, flatten, kind_colour};
 pub use thumbnail::{Thumbnail, region_thumbnails};
+pub use tool::PosedTool;

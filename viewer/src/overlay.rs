@@ -1,6 +1,7 @@
 use claymill_nurbs::Vector3;
 
 use crate::camera::Camera;
+use crate::labels::draw_labels;
 use crate::lettering::{draw_strokes, fill, text_width, write_text};
 use crate::picture::Picture;
 use crate::pins::{draw_pin, draw_pins};
@@ -9,6 +10,10 @@ use crate::scene::{LegendEntry, Mark, Scene};
 
 const INK: [u8; 3] = [38, 42, 48];
 const SOFT_INK: [u8; 3] = [92, 98, 106];
+
+/// Ground of the legend, and how much it covers where the model is below it.
+const PANEL: [u8; 3] = [255, 255, 255];
+const OVER_MODEL: f32 = 0.86;
 
 /// Sizes that follow the picture's.
 struct Layout {
@@ -27,12 +32,17 @@ pub(crate) fn annotate(picture: &mut Picture, scene: &Scene, camera: &Camera, mo
     let layout = Layout { letter, border: 2.2 * letter, line: 2.15 * letter };
     draw_pins(picture, &scene.pins, camera, letter);
     let mut page = Page::new([picture.width, picture.height], model);
-    if camera.is_orthographic() {
-        page.take(scale_bar(picture, &layout, camera.mm_per_px() as f32));
-    }
+    page.take(scale_bar(picture, &layout, camera));
     page.take(axes(picture, &layout, camera));
     caption(picture, &layout, &mut page, &scene.caption);
     legend(picture, &layout, &mut page, &legend_rows(scene, share));
+    let nameless = draw_labels(picture, scene, camera, &mut page, letter);
+    if nameless > 0 {
+        let text = format!("{nameless} more would need a closer look");
+        let size = [text_width(&text, letter), 2.0 * letter];
+        let (_, [left, top]) = page.place(&[size], layout.border, &[Corner::BottomLeft]);
+        write_text(picture, &text, left, top + letter, letter, SOFT_INK);
+    }
 }
 
 fn caption(picture: &mut Picture, layout: &Layout, page: &mut Page, lines: &[String]) {
@@ -43,6 +53,10 @@ fn caption(picture: &mut Picture, layout: &Layout, page: &mut Page, lines: &[Str
     let widest = lines.iter().enumerate().map(|(i, text)| text_width(text, look(i).0)).fold(0.0, f32::max);
     let size = [widest, lines.len() as f32 * layout.line];
     let (_, [left, top]) = page.place(&[size], layout.border, &[Corner::TopLeft, Corner::BottomLeft]);
+    if page.covered_share(&Area { corner: [left, top], size }) > 0.0 {
+        let pad = 0.6 * layout.letter;
+        fill(picture, [left - pad, top - pad], size.map(|s| s + 2.0 * pad), PANEL, OVER_MODEL);
+    }
     let mut y = top + 1.4 * layout.letter;
     for (i, text) in lines.iter().enumerate() {
         let (height, ink) = look(i);
@@ -82,10 +96,13 @@ fn legend(picture: &mut Picture, layout: &Layout, page: &mut Page, rows: &[(Opti
         let width = columns as f32 * (column + gap) - gap;
         [width + 2.0 * pad, lines * layout.line + 1.2 * pad]
     };
-    let panels = [1, 2, 3, 4].map(panel);
+    let room = picture.width as f32 - 2.0 * (layout.border - pad);
+    let fits = |columns: &usize| *columns == 1 || panel(*columns)[0] <= room;
+    let panels: Vec<[f32; 2]> = (1..=4).filter(fits).map(panel).collect();
     let corners = [Corner::TopRight, Corner::BottomRight, Corner::TopLeft, Corner::BottomLeft];
     let (chosen, [x, y]) = page.place(&panels, layout.border - pad, &corners);
-    fill(picture, [x, y], panels[chosen], [255, 255, 255], 0.6);
+    let over_model = page.covered_share(&Area { corner: [x, y], size: panels[chosen] }) > 0.0;
+    fill(picture, [x, y], panels[chosen], PANEL, if over_model { OVER_MODEL } else { 0.6 });
     let lines = rows.len().div_ceil(chosen + 1);
     for (i, (entry, text)) in rows.iter().enumerate() {
         let left = x + pad + (i / lines) as f32 * (column + gap);
@@ -111,7 +128,8 @@ fn legend(picture: &mut Picture, layout: &Layout, page: &mut Page, rows: &[(Opti
 }
 
 /// A length of 1, 2 or 5 times a power of ten that takes about a sixth of the width. Returns its place.
-fn scale_bar(picture: &mut Picture, layout: &Layout, mm_per_px: f32) -> Area {
+fn scale_bar(picture: &mut Picture, layout: &Layout, camera: &Camera) -> Area {
+    let mm_per_px = camera.mm_per_px() as f32;
     let wanted_mm = picture.width as f32 / 6.0 * mm_per_px;
     let decade = 10_f32.powf(wanted_mm.log10().floor());
     let length_mm =
@@ -121,6 +139,8 @@ fn scale_bar(picture: &mut Picture, layout: &Layout, mm_per_px: f32) -> Area {
     } else {
         format!("{} mm", (length_mm * 1e6).round() / 1e6)
     };
+    // In perspective a scale holds at one distance only.
+    let text = if camera.is_orthographic() { text } else { format!("{text} at the middle") };
     let (x0, x1) = (layout.border, layout.border + length_mm / mm_per_px);
     let y = picture.height as f32 - layout.border;
     let tick = 0.55 * layout.letter;
@@ -128,7 +148,8 @@ fn scale_bar(picture: &mut Picture, layout: &Layout, mm_per_px: f32) -> Area {
     draw_strokes(picture, &bar, 0.16 * layout.letter, INK, 1.0);
     write_text(picture, &text, x0 + 0.5 * layout.letter, y - 0.9 * layout.letter, layout.letter, INK);
     let height = 3.0 * layout.letter;
-    Area { corner: [x0, y - height], size: [x1 - x0, height + layout.border] }
+    let width = (x1 - x0).max(layout.letter + text_width(&text, layout.letter));
+    Area { corner: [x0, y - height], size: [width, height + layout.border] }
 }
 
 /// The model axes as seen, the ones toward the eye drawn last. Returns their place.

@@ -1,5 +1,7 @@
 use claymill_nurbs::{Aabb, Vector3};
 
+use crate::scene::{LegendEntry, Mark};
+
 /// An sRGB colour.
 pub type Rgb = [u8; 3];
 
@@ -85,6 +87,29 @@ pub fn colour_regions(regions: &[RegionExtent]) -> Vec<Rgb> {
     chosen.into_iter().map(|c| c.map_or(CLAY, |c| palette[c])).collect()
 }
 
+/// The legend of regions coloured by [`colour_regions`]: a line a colour, with the numbers of all regions that have it.
+#[must_use]
+pub fn region_legend(colours: &[Rgb]) -> Vec<LegendEntry> {
+    const NAMED: usize = 6;
+    let mut of_colour: Vec<(Rgb, Vec<usize>)> = Vec::new();
+    for (region, &colour) in colours.iter().enumerate() {
+        match of_colour.iter_mut().find(|(c, _)| *c == colour) {
+            Some((_, regions)) => regions.push(region),
+            None => of_colour.push((colour, vec![region])),
+        }
+    }
+    let entry = |(colour, regions): (Rgb, Vec<usize>)| {
+        let numbers: Vec<String> = regions.iter().take(NAMED).map(ToString::to_string).collect();
+        let word = if regions.len() == 1 { "region" } else { "regions" };
+        let more = match regions.len().saturating_sub(NAMED) {
+            0 => String::new(),
+            n => format!(" and {n} more"),
+        };
+        LegendEntry { mark: Mark::Area, colour, text: format!("{word} {}{more}", numbers.join(", ")) }
+    };
+    of_colour.into_iter().map(entry).collect()
+}
+
 fn close(a: &Aabb, b: &Aabb, reach: f64) -> bool {
     (0..3).all(|i| a.min[i] - reach <= b.max[i] && b.min[i] - reach <= a.max[i])
 }
@@ -154,6 +179,15 @@ mod tests {
         for c in region_palette() {
             assert_eq!(from_oklab(to_oklab(c)), c);
         }
+    }
+
+    #[test]
+    fn the_legend_names_every_region_or_says_how_many_more() {
+        let (red, blue) = ([200, 0, 0], [0, 0, 200]);
+        let colours: Vec<Rgb> = (0..10).map(|k| if k == 3 { blue } else { red }).collect();
+        let legend = region_legend(&colours);
+        let lines: Vec<(Rgb, &str)> = legend.iter().map(|e| (e.colour, e.text.as_str())).collect();
+        assert_eq!(lines, [(red, "regions 0, 1, 2, 4, 5, 6 and 3 more"), (blue, "region 3")]);
     }
 
     #[test]

@@ -65,6 +65,27 @@ impl<'a> Page<'a> {
         self.taken.push(area);
     }
 
+    /// What is kept free, in the order in which it was taken.
+    #[cfg(test)]
+    pub(crate) fn taken(&self) -> &[Area] {
+        &self.taken
+    }
+
+    /// Whether nothing placed before is in `area`.
+    pub(crate) fn is_free(&self, area: &Area) -> bool {
+        self.taken.iter().all(|t| !overlap(t, area))
+    }
+
+    /// Whether `area` lies in the picture.
+    pub(crate) fn holds(&self, area: &Area) -> bool {
+        (0..2).all(|i| area.corner[i] >= 0.0 && area.corner[i] + area.size[i] <= self.size[i])
+    }
+
+    /// Part of `area` that shows the model.
+    pub(crate) fn covered_share(&self, area: &Area) -> f32 {
+        self.model.count(area) as f32 / (area.size[0] * area.size[1]).max(1.0)
+    }
+
     /// Chooses one of several sizes and a corner: the first size that hides nothing of the model in some
     /// corner, else what hides least. Returns which size, and the top left of its place.
     pub(crate) fn place(&mut self, sizes: &[[f32; 2]], border: f32, corners: &[Corner]) -> (usize, [f32; 2]) {

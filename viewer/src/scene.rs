@@ -1,9 +1,13 @@
+use std::collections::HashSet;
+use std::ops::Range;
+
 use claymill_nurbs::{Aabb, Curve2, Face, FaceMesh, Model, Point3, Vector3};
 use claymill_toolpath::Program;
 use rayon::prelude::*;
 
 use crate::ViewError;
 use crate::borders::{BorderKind, classify_borders};
+use crate::labels::Label;
 use crate::palette::{CLAY, NOT_CUT, RegionExtent, Rgb, colour_regions};
 use crate::pins::{Pin, PinShape};
 use crate::strokes::{self, StrokeStyle};
@@ -99,6 +103,8 @@ pub struct LineLayer {
     pub strips: Vec<Strip>,
     /// Line width, pixels.
     pub width_px: f32,
+    /// Size of a dot at each point, pixels, where points are farther apart than a few dots; 0: none.
+    pub dots_px: f32,
     /// 1 covers, 0 is invisible.
     pub opacity: f32,
     /// Whether strips of different passes are thinned out where they would come closer together in the
@@ -139,6 +145,10 @@ pub struct Scene {
     pub lines: Vec<LineLayer>,
     /// Marked places, drawn over everything.
     pub pins: Vec<Pin>,
+    /// Names of faces, drawn over everything where they hide least.
+    pub labels: Vec<Label>,
+    /// Which surface holds each face of the model, and which of its vertices are the face's.
+    pub face_vertices: Vec<(usize, Range<u32>)>,
     /// The legend, top to bottom.
     pub legend: Vec<LegendEntry>,
     /// Caption lines, the first one larger.
@@ -189,6 +199,9 @@ impl Scene {
             .collect();
         for (mesh, vertices) in view.meshes.iter().zip(parts) {
             self.add_triangles(&vertices, &mesh.triangles);
+            let end = self.surfaces.last().map_or(0, |s| s.vertices.len() as u32);
+            let surface = self.surfaces.len().saturating_sub(1);
+            self.face_vertices.push((surface, end - vertices.len() as u32..end));
         }
     }
 
@@ -325,16 +338,51 @@ pub(crate) fn face_vertices(
 ) -> Vec<SurfaceVertex> {
     let (mesh, surface) = (&view.meshes[f], &view.model.faces[f].surface);
     let normals = facet_normals(mesh);
+    let outward = outward_on_rings(mesh);
+    // Chords of two faces along one edge are apart by what both deviate at most: wider by that, no gap shows between them.
+    let wider_mm = f64::from(mesh.deviation_mm.iter().copied().fold(0.0, f32::max)) + HAIR_MM;
     let vertex = |i: usize| {
         let exact = surface.normal(mesh.uv[i].x, mesh.uv[i].y).map(|(n, _)| n);
         let n = exact.unwrap_or(normals[i]);
+        let out = outward[i].try_normalize(1e-9).map_or(Vector3::zeros(), |o| o * wider_mm);
         SurfaceVertex {
-            position: relative(&mesh.points[i], origin),
+            position: relative(&(mesh.points[i] + out), origin),
             normal: [n.x as f32, n.y as f32, n.z as f32],
             colour: [colour[0], colour[1], colour[2], 255],
         }
     };
     (0..mesh.points.len()).map(vertex).collect()
+}
+
+/// Edges that touch exactly would show gaps where pixels fall between them, mm.
+const HAIR_MM: f64 = 0.02;
+
+/// For vertices on a mesh's rings a direction away from the triangles there; zero inside.
+fn outward_on_rings(mesh: &FaceMesh) -> Vec<Vector3> {
+    let mut outward = vec![Vector3::zeros(); mesh.points.len()];
+    let mut on_ring = vec![false; mesh.points.len()];
+    let mut edges: HashSet<[u32; 2]> = HashSet::new();
+    for ring in &mesh.rings {
+        for i in 0..ring.len() {
+            let (a, b) = (ring[i], ring[(i + 1) % ring.len()]);
+            edges.insert([a.min(b), a.max(b)]);
+            on_ring[a as usize] = true;
+        }
+    }
+    for t in &mesh.triangles {
+        for k in 0..3 {
+            let [a, b, c] = [t[k], t[(k + 1) % 3], t[(k + 2) % 3]];
+            if on_ring[a as usize] && on_ring[b as usize] && edges.contains(&[a.min(b), a.max(b)]) {
+                let [pa, pb, pc] = [a, b, c].map(|i| mesh.points[i as usize]);
+                let along = (pb - pa).try_normalize(0.0).unwrap_or(Vector3::zeros());
+                let inward = (pc - pa) - along * (pc - pa).dot(&along);
+                let out = -inward.try_normalize(0.0).unwrap_or(Vector3::zeros());
+                outward[a as usize] += out;
+                outward[b as usize] += out;
+            }
+        }
+    }
+    outward
 }
 
 /// Area-weighted normals of the triangles around each vertex: for where the surface itself has none.

@@ -48,8 +48,10 @@ pub(crate) fn visible_lines(
     let frame = Frame { scene, camera, size, border_px: f64::from(layer.width_px) + 1.0 };
     let draw = |(colour, points): (Rgb, &[[f32; 3]])| {
         let colour = [colour[0], colour[1], colour[2], (layer.opacity * 255.0).round() as u8];
-        let ends = frame.segments(points);
-        ends.into_iter().map(move |[a, b]| Segment { a, width_px: layer.width_px, b, lift_mm, colour })
+        let lines = frame.segments(points).into_iter().map(|ends| (ends, layer.width_px));
+        let dots = frame.dots(points, layer.dots_px).into_iter().map(|p| ([p, p], layer.dots_px));
+        let all: Vec<_> = lines.chain(dots).collect();
+        all.into_iter().map(move |([a, b], width_px)| Segment { a, width_px, b, lift_mm, colour })
     };
     if !layer.thinned {
         let strips = layer.strips.par_iter();
@@ -91,6 +93,25 @@ impl Frame<'_> {
         let toward_eye_mm = self.camera.in_picture(&Vector3::from(p.map(f64::from))).z;
         let depth = toward_eye_mm / self.camera.mm_per_px() * (DECIMATION_PX / DEPTH_DECIMATION_PX);
         Some([x, y, depth])
+    }
+
+    /// The points that get a dot of this size: none closer than a few dots to its neighbours on the line.
+    fn dots(&self, points: &[[f32; 3]], size_px: f32) -> Vec<[f32; 3]> {
+        const DOTS_APART: f64 = 2.5;
+        if size_px <= 0.0 {
+            return Vec::new();
+        }
+        let pixels: Vec<Option<[f64; 2]>> = points.iter().map(|p| self.project(p)).collect();
+        let apart = |i: usize, j: usize| match (pixels[i], pixels[j]) {
+            (Some(a), Some(b)) => (a[0] - b[0]).hypot(a[1] - b[1]) >= DOTS_APART * f64::from(size_px),
+            _ => true,
+        };
+        let shown = |i: usize| {
+            let inside = pixels[i].is_some_and(|p| !self.outside(&p, &p));
+            let end = i + 1 == points.len();
+            inside && (i == 0 || apart(i - 1, i)) && (end || apart(i, i + 1))
+        };
+        (0..points.len()).filter(|&i| shown(i)).map(|i| points[i]).collect()
     }
 
     /// The polyline's segments, without points that do not show and without segments outside.

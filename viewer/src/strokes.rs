@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use claymill_nurbs::{Curve3, Point3, Vector3};
 use claymill_toolpath::{Move, MoveKind, Program, ToolRecord};
 use rayon::prelude::*;
@@ -6,6 +8,20 @@ use crate::palette::{Rgb, stroke_shade};
 use crate::scene::{LegendEntry, LineKind, LineLayer, Mark, Scene};
 use crate::touch::TriangleTree;
 
+/// What decides the colour of tool paths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ColourBy {
+    /// Cuts take a dark shade of their region's colour, where [`StrokeStyle::region_colours`] has one; all else its kind's.
+    #[default]
+    Region,
+    /// Every kind of move has its colour.
+    Kind,
+    /// From the first pass of a region to its last.
+    Pass,
+    /// From the slowest feed to the fastest.
+    Feed,
+}
+
 /// How tool paths are drawn.
 #[derive(Debug, Clone, Copy)]
 pub struct StrokeStyle<'a> {
@@ -13,6 +29,8 @@ pub struct StrokeStyle<'a> {
     pub chord_mm: f64,
     /// Cuts take a dark shade of their region's colour (by region id); `None`: one colour for all.
     pub region_colours: Option<&'a [Rgb]>,
+    /// What decides their colour.
+    pub by: ColourBy,
     /// Whether rapids are drawn.
     pub rapids: bool,
     /// The job's tools. Moves hold the tip, which lies inside the surface on every slope (at 45 degrees by
@@ -25,7 +43,7 @@ impl StrokeStyle<'_> {
     /// A plain style with this chord tolerance.
     #[must_use]
     pub fn new(chord_mm: f64) -> Self {
-        StrokeStyle { chord_mm, region_colours: None, rapids: true, tools: &[] }
+        StrokeStyle { chord_mm, region_colours: None, by: ColourBy::Region, rapids: true, tools: &[] }
     }
 }
 
@@ -96,6 +114,10 @@ pub fn drawn_moves(
 pub(crate) fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyle<'_>) -> usize {
     let flat = drawn_moves(scene, program, style);
     let pass_numbers = consecutive_passes(&program.moves);
+    let colours = PathColours::new(program, style);
+    let seen = |kind: LineKind| {
+        program.moves.iter().zip(&flat).any(|(m, parts)| layer_of(m.kind) == kind && parts.is_some())
+    };
 
     for (layer, width_px, name) in [
         (LineKind::Rapid, 1.0, "rapid"),
@@ -118,7 +140,7 @@ pub(crate) fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyl
             let Some(parts) = parts.as_ref().filter(|_| layer_of(m.kind) == layer) else {
                 continue;
             };
-            colour = move_colour(m, style);
+            colour = colours.of(m);
             for points in parts {
                 lines.add(points.iter(), &scene.origin, colour, pass);
             }
@@ -126,20 +148,101 @@ pub(crate) fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyl
         if lines.strips.is_empty() {
             continue;
         }
-        if layer == LineKind::Cut && style.region_colours.is_some() {
+        let own =
+            matches!(style.by, ColourBy::Kind) || layer != LineKind::Cut && style.by == ColourBy::Region;
+        if layer == LineKind::Cut && style.by == ColourBy::Region && style.region_colours.is_some() {
             colour = [60, 60, 64];
         }
-        scene.legend.push(LegendEntry { mark: Mark::Line(width_px.max(1.5)), colour, text: name.to_owned() });
+        if own || style.by == ColourBy::Region {
+            scene.legend.push(LegendEntry {
+                mark: Mark::Line(width_px.max(1.5)),
+                colour,
+                text: name.to_owned(),
+            });
+        }
         scene.lines.push(lines);
+    }
+    if [LineKind::Rapid, LineKind::Link, LineKind::Lead, LineKind::Cut].into_iter().any(seen) {
+        scene.legend.extend(colours.legend());
     }
     flat.iter().filter(|f| f.is_none()).count()
 }
 
-fn move_colour(m: &Move, style: &StrokeStyle<'_>) -> Rgb {
-    let of_region = style.region_colours.and_then(|colours| colours.get(m.region));
-    match of_region {
-        Some(&colour) if m.kind == MoveKind::Cut => stroke_shade(colour),
-        _ => kind_colour(m.kind),
+/// Dark blue to yellow, light growing all the way, so that the order shows without colours too.
+const SCALE: [Rgb; 5] = [[48, 18, 98], [58, 82, 139], [33, 145, 140], [94, 201, 98], [250, 218, 36]];
+
+/// Colour at `share` of the scale, 0 to 1.
+fn scale_colour(share: f64) -> Rgb {
+    let at = share.clamp(0.0, 1.0) * (SCALE.len() - 1) as f64;
+    let k = (at as usize).min(SCALE.len() - 2);
+    let x = at - k as f64;
+    [0, 1, 2].map(|c| (f64::from(SCALE[k][c]) * (1.0 - x) + f64::from(SCALE[k + 1][c]) * x).round() as u8)
+}
+
+/// The colours of a program's moves.
+pub(crate) struct PathColours<'a> {
+    style: StrokeStyle<'a>,
+    /// Feeds that occur, mm/min, ascending.
+    feeds: Vec<f64>,
+    /// Lowest and highest pass number of each setup and region.
+    passes: BTreeMap<(&'a str, usize), [u32; 2]>,
+}
+
+impl<'a> PathColours<'a> {
+    pub(crate) fn new(program: &'a Program, style: &StrokeStyle<'a>) -> Self {
+        let mut feeds: Vec<f64> = program.moves.iter().map(|m| m.feed).collect();
+        feeds.sort_by(f64::total_cmp);
+        feeds.dedup();
+        let mut passes: BTreeMap<(&str, usize), [u32; 2]> = BTreeMap::new();
+        for m in &program.moves {
+            let range = passes.entry((m.setup.as_str(), m.region)).or_insert([m.pass; 2]);
+            *range = [range[0].min(m.pass), range[1].max(m.pass)];
+        }
+        PathColours { style: *style, feeds, passes }
+    }
+
+    pub(crate) fn of(&self, m: &Move) -> Rgb {
+        match self.style.by {
+            ColourBy::Kind => kind_colour(m.kind),
+            ColourBy::Region => {
+                let of_region = self.style.region_colours.and_then(|colours| colours.get(m.region));
+                match of_region {
+                    Some(&colour) if m.kind == MoveKind::Cut => stroke_shade(colour),
+                    _ => kind_colour(m.kind),
+                }
+            }
+            ColourBy::Feed => {
+                let below = self.feeds.partition_point(|f| *f < m.feed);
+                scale_colour(below as f64 / self.feeds.len().saturating_sub(1).max(1) as f64)
+            }
+            ColourBy::Pass => {
+                let range = self.passes.get(&(m.setup.as_str(), m.region)).copied();
+                let [first, last] = range.unwrap_or([m.pass; 2]);
+                scale_colour(f64::from(m.pass - first) / f64::from((last - first).max(1)))
+            }
+        }
+    }
+
+    fn legend(&self) -> Vec<LegendEntry> {
+        const WIDTH_PX: f32 = 3.0;
+        let entry = |share: f64, text: String| LegendEntry {
+            mark: Mark::Line(WIDTH_PX),
+            colour: scale_colour(share),
+            text,
+        };
+        match self.style.by {
+            ColourBy::Region | ColourBy::Kind => Vec::new(),
+            ColourBy::Pass => [(0.0, "first pass of its region"), (0.5, "in the middle"), (1.0, "last pass")]
+                .map(|(share, text)| entry(share, text.to_owned()))
+                .into(),
+            ColourBy::Feed => {
+                let last = self.feeds.len().saturating_sub(1).max(1);
+                // All feeds of a plan; of a post's program some in between.
+                let step = last.div_ceil(8);
+                let named = (0..self.feeds.len()).filter(|k| k % step == 0 || *k == last);
+                named.map(|k| entry(k as f64 / last as f64, format!("{} mm/min", self.feeds[k]))).collect()
+            }
+        }
     }
 }
 

@@ -4,11 +4,11 @@ use std::process::{Command, ExitCode, Stdio};
 
 use claymill_paths::{Feeds, times_s};
 use claymill_toolpath::{Job, Program, read_job, read_moves, read_regions, write_whole};
-use claymill_viewer::{Movie, PictureOptions, Reel, Renderer, StrokeStyle, View};
+use claymill_viewer::{Movie, PictureOptions, Reel, Renderer, Stock, StrokeStyle, View};
 
 use super::pictures::{self, Album};
 use super::render::{camera, parse_size};
-use super::{Context, orientation, region_of_face, report};
+use super::{Context, layers, orientation, region_of_face, report};
 use crate::args::{AnimateArgs, AxisArgs, ShowName};
 use crate::failure::{Failure, advice_on};
 use crate::interrupt;
@@ -67,11 +67,17 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
     console.stage("preparing");
     let cut = pictures::cut_faces(&job);
     let album = Album::new(model, &region_of_face, Some(&cut), regions.tolerance_mm);
+    let album = if args.stock.is_some() { album.for_maps() } else { album };
     let mut bare = album.scene(&report::title(&job), None, &SHOWN)?;
     bare.legend.clear();
     let colours = album.colours();
-    let style = StrokeStyle { region_colours: Some(&colours), tools: &job.tools, ..StrokeStyle::new(0.3) };
+    let tools = layers::tools(&job, args.holder.as_deref())?;
+    if let Some(tool) = tools.first() {
+        bare.explain_tool(tool);
+    }
+    let style = StrokeStyle { region_colours: Some(&colours), tools: &tools, ..StrokeStyle::new(0.3) };
     let reel = Reel::new(bare, &program, &seconds(&job, &program), &style);
+    let mut stock = args.stock.map(|allowance_mm| Stock::of(&reel, allowance_mm));
 
     console.stage("frames");
     console.expect("frames", u64::from(count), "frames");
@@ -82,7 +88,12 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
         console.at("frames", f64::from(k) / f64::from(count));
         let at_s = reel.duration_s() * f64::from(k) / f64::from(count.max(2) - 1);
         let view: View = reel.view(&view, at_s, args.follow);
-        movie.frames.push(renderer.render(&reel.scene(at_s), &view, &options)?);
+        let mut scene = reel.scene(at_s);
+        if let Some(stock) = &mut stock {
+            stock.advance(&reel, at_s);
+            stock.show(&reel, &mut scene);
+        }
+        movie.frames.push(renderer.render(&scene, &view, &options)?);
     }
     console.stage("writing");
     write(args, format, &movie)?;
@@ -106,6 +117,9 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
 fn frames(args: &AnimateArgs, format: Format, [width, height]: [u32; 2]) -> Result<u32, Failure> {
     if args.follow.is_some_and(|mm| !(mm.is_finite() && mm > 0.0)) {
         return Err(Failure::usage("--follow needs a size", "For example: --follow 300."));
+    }
+    if args.stock.is_some_and(|mm| !(mm.is_finite() && mm > 0.0)) {
+        return Err(Failure::usage("--stock needs an allowance", "For example: --stock 3."));
     }
     if args.storyboard {
         if format != Format::Png {
@@ -131,7 +145,7 @@ fn frames(args: &AnimateArgs, format: Format, [width, height]: [u32; 2]) -> Resu
 }
 
 /// Seconds of every move: every setup begins and ends at rest.
-pub(super) fn seconds(job: &Job, program: &Program) -> Vec<f64> {
+pub(crate) fn seconds(job: &Job, program: &Program) -> Vec<f64> {
     let feeds = Feeds {
         cut_mm_per_min: job.request.feed_mm_per_min,
         rapid_mm_per_min: job.request.rapid_mm_per_min,

@@ -11,6 +11,7 @@ mod export;
 mod inspect;
 mod inspect_mesh;
 mod inspect_picture;
+mod layers;
 mod merge;
 mod pictures;
 mod plan;

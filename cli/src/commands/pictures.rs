@@ -3,12 +3,12 @@ use std::path::Path;
 use claymill_controller::Frame;
 use claymill_nurbs::{FaceMesh, MeshOptions, Model, Point3, Vector3, tessellate};
 use claymill_paths::Orientation;
-use claymill_toolpath::{Job, MoveKind, Program, Setup, ToolRecord};
+use claymill_toolpath::{Job, MoveKind, Program, Setup};
 use claymill_verify::CrestSample;
 use claymill_viewer::{
-    Axes, BrowserInput, Colouring, HeatScale, LegendEntry, LineKind, Mark, ModelView, PictureOptions,
-    Renderer, ReportPicture, Rgb, Scene, SetupSheet, StrokeStyle, Thumbnail, View, ViewError, browser_glb,
-    region_colours, region_thumbnails,
+    Axes, BrowserInput, Colouring, HeatScale, Label, LineKind, ModelView, PictureOptions, Renderer,
+    ReportPicture, Rgb, Scene, SetupSheet, StrokeStyle, Thumbnail, View, ViewError, browser_glb,
+    region_colours, region_legend, region_thumbnails,
 };
 use rayon::prelude::*;
 
@@ -19,11 +19,13 @@ use crate::failure::{Failure, advice_on};
 
 /// Fine enough for pictures of a whole vehicle: half a pixel is about 1 mm there.
 pub(crate) const PICTURE_MESH: MeshOptions = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 60.0 };
+/// Finer than this no picture needs it.
+const FINEST_MM: f64 = 0.02;
 /// Fine enough for reflections, which see the normals between vertices.
 const REFLECTION_MESH: MeshOptions = MeshOptions { deviation_mm: 0.05, longest_edge_mm: 15.0 };
 /// Fine enough for a map of heights, and the cells in which the highest crest counts.
 const MAP_MESH: MeshOptions = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 12.0 };
-const MAP_CELL_MM: f64 = 8.0;
+pub(crate) const MAP_CELL_MM: f64 = 8.0;
 /// What previews show: ways through the air would hide what is cut.
 const PREVIEWED: [ShowName; 5] =
     [ShowName::Regions, ShowName::Joints, ShowName::Trims, ShowName::Cut, ShowName::Link];
@@ -35,9 +37,10 @@ const SHOWN_ON_SHEETS: [&str; 2] = ["preview-top.png", "preview-side.png"];
 /// Size of the pictures on setup sheets, pixels.
 const SHEET_SIZE: [u32; 2] = [1280, 720];
 /// Drawn lines leave their curves by no more than this, mm.
-const CHORD_MM: f64 = 0.3;
-/// Regions named in the legend.
-const NAMED_REGIONS: usize = 8;
+pub(crate) const CHORD_MM: f64 = 0.3;
+/// Layers that are surfaces.
+const SURFACES: [ShowName; 5] =
+    [ShowName::Model, ShowName::Regions, ShowName::Stock, ShowName::Scallop, ShowName::Uncut];
 
 impl From<ViewError> for Failure {
     fn from(error: ViewError) -> Self {
@@ -51,11 +54,11 @@ impl From<ViewError> for Failure {
     }
 }
 
-/// Tool paths and the tools that run along them.
+/// Tool paths and how they are drawn.
 #[derive(Clone, Copy)]
 pub(crate) struct Paths<'a> {
     pub(crate) program: &'a Program,
-    pub(crate) tools: &'a [ToolRecord],
+    pub(crate) style: StrokeStyle<'a>,
 }
 
 /// A model that is ready to be drawn.
@@ -80,6 +83,32 @@ impl<'a> Album<'a> {
     /// The same with triangles fine enough for reflections.
     pub(crate) fn for_reflections(self) -> Self {
         Album { meshes: meshes(self.model, &REFLECTION_MESH), ..self }
+    }
+
+    /// The same with triangles fine enough for maps.
+    pub(crate) fn for_maps(self) -> Self {
+        Album { meshes: meshes(self.model, &MAP_MESH), ..self }
+    }
+
+    /// The same with triangles for a picture in which a pixel is `mm_per_px`.
+    pub(crate) fn for_scale(self, mm_per_px: f64) -> Self {
+        let deviation_mm = (0.4 * mm_per_px).clamp(FINEST_MM, PICTURE_MESH.deviation_mm);
+        let finer = MeshOptions { deviation_mm, ..PICTURE_MESH };
+        Album { meshes: meshes(self.model, &finer), ..self }
+    }
+
+    /// A number on each region.
+    fn labels(&self, colours: &[Rgb]) -> Vec<Label> {
+        let mut faces = vec![Vec::new(); colours.len()];
+        for (face, &region) in self.region_of_face.iter().enumerate() {
+            faces[region].push(face);
+        }
+        let label = |(region, faces): (usize, Vec<usize>)| Label {
+            text: region.to_string(),
+            colour: colours[region],
+            faces,
+        };
+        faces.into_iter().enumerate().map(label).collect()
     }
 
     fn view(&self) -> ModelView<'_> {
@@ -115,16 +144,16 @@ impl<'a> Album<'a> {
         let facts = format!("{} faces in {} regions", self.model.faces.len(), colours.len());
         scene.caption = vec![title.to_owned(), facts];
         if shown(ShowName::Regions) {
-            for (region, &colour) in colours.iter().enumerate().take(NAMED_REGIONS) {
-                scene.legend.push(LegendEntry { mark: Mark::Area, colour, text: format!("region {region}") });
-            }
+            scene.legend.extend(region_legend(&colours));
         }
-        if let Some(Paths { program, tools }) = paths {
-            let style = StrokeStyle { region_colours: Some(&colours), tools, ..StrokeStyle::new(CHORD_MM) };
+        if shown(ShowName::Labels) {
+            scene.labels = self.labels(&colours);
+        }
+        if let Some(Paths { program, style }) = paths {
             let moves = program.moves.iter().filter(|m| shown(shown_as(m.kind))).cloned().collect();
             scene.add_paths(&Program { moves }, &style);
         }
-        if !shown(ShowName::Regions) && !shown(ShowName::Model) {
+        if !SURFACES.iter().any(|s| shown(*s)) {
             // Only now: paths are drawn where they touch the surfaces.
             scene.surfaces.clear();
         }
@@ -268,7 +297,10 @@ impl Album<'_> {
         folder: &Path,
     ) -> Result<Vec<ReportPicture>, Failure> {
         let (job, title) = (finished.job, report::title(finished.job));
-        let paths = Paths { program: finished.program, tools: &job.tools };
+        let colours = self.colours();
+        let style =
+            StrokeStyle { region_colours: Some(&colours), tools: &job.tools, ..StrokeStyle::new(CHORD_MM) };
+        let paths = Paths { program: finished.program, style };
         let painted = self.scene(&title, Some(paths), &PREVIEWED)?;
         let bare = self.scene(&title, None, &PREVIEWED)?;
         let heights = self.scallop_map(&title, finished.crests, job.request.scallop_mm)?;

@@ -6,8 +6,8 @@ use claymill_nurbs::Point3;
 use claymill_paths::{Feeds, Plan, PlanError, PlanOptions, Regions, Strategy, plan_around};
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
-    FORMAT_VERSION, FolderWriter, JOB_FILE, Job, LinkStyle, ModelFacts, Obstacle, Program, REGIONS_FILE,
-    REPORT_FILE, Skipped, Tool, ToolRecord, VERIFY_FILE, read_moves, sha256_of,
+    FORMAT_VERSION, FolderWriter, Holder, JOB_FILE, Job, LinkStyle, ModelFacts, Obstacle, Program,
+    REGIONS_FILE, REPORT_FILE, Skipped, Tool, ToolRecord, VERIFY_FILE, read_moves, sha256_of,
 };
 use claymill_verify::{Verification, VerifyOptions, verify_with_crests};
 
@@ -28,6 +28,7 @@ pub(crate) struct Request {
     model: PathBuf,
     options: JobOptions,
     tool: Tool,
+    holder: Option<Holder>,
     scallop_mm: f64,
     strategy: StrategyName,
     link: LinkStyle,
@@ -71,6 +72,7 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
     let list = |a: Vec<String>, b: Vec<String>| if a.is_empty() { b } else { a };
     JobOptions {
         tool: first.tool.or(second.tool),
+        holder: first.holder.or(second.holder),
         scallop: first.scallop.or(second.scallop),
         strategy: first.strategy.or(second.strategy),
         angle: first.angle.or(second.angle),
@@ -93,6 +95,7 @@ impl Request {
     pub(crate) fn new(model: &Path, options: &JobOptions) -> Result<Self, Failure> {
         let tool = options.tool.as_deref().unwrap_or("ball:10").parse::<Tool>();
         let tool = tool.map_err(|e| Failure::usage(e, "For example: --tool ball:10."))?;
+        let holder = options.holder.as_deref().map(|text| holder(text, &tool)).transpose()?;
         let scallop_mm = options.scallop.unwrap_or(0.1);
         if !(scallop_mm > 0.0 && scallop_mm < tool.radius_mm()) {
             return Err(PlanError::Scallop { scallop_mm, radius_mm: tool.radius_mm() }.into());
@@ -110,6 +113,7 @@ impl Request {
         Ok(Request {
             model: model.to_owned(),
             tool,
+            holder,
             scallop_mm,
             strategy: options.strategy.unwrap_or(StrategyName::Planar),
             link: match options.link {
@@ -121,6 +125,12 @@ impl Request {
             options: options.clone(),
         })
     }
+}
+
+/// The holder as written on the command line or in a job file.
+pub(crate) fn holder(text: &str, tool: &Tool) -> Result<Holder, Failure> {
+    Holder::parse(text, tool)
+        .map_err(|e| Failure::usage(e, "For example: --holder 60, or --holder 60:27-34x50,63x26."))
 }
 
 impl From<StrategyName> for Strategy {
@@ -298,7 +308,11 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
             rapid_mm_per_min: options.feeds.rapid_mm_per_min,
         },
         tolerances: plan.tolerances,
-        tools: vec![ToolRecord { id: claymill_paths::TOOL_ID.to_owned(), tool: request.tool }],
+        tools: vec![ToolRecord {
+            id: claymill_paths::TOOL_ID.to_owned(),
+            tool: request.tool,
+            holder: request.holder.clone(),
+        }],
         setups: plan.setups,
         regions: plan.regions,
         totals: plan.totals,
@@ -313,6 +327,7 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
 fn write_job_file(folder: &FolderWriter, request: &Request, options: &PlanOptions) -> Result<(), Failure> {
     let whole = JobOptions {
         tool: Some(request.tool.to_string()),
+        holder: request.holder.as_ref().map(ToString::to_string),
         scallop: Some(request.scallop_mm),
         strategy: Some(request.strategy),
         link: Some(match request.link {

@@ -2,22 +2,41 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::ValueEnum;
-use claymill_nurbs::Point3;
+use claymill_nurbs::{Aabb, Model, Point3};
 use claymill_surface_merge::Preset;
-use claymill_toolpath::{Program, read_job, read_moves, read_regions};
-use claymill_viewer::{Axes, Backdrop, PictureOptions, Renderer, View};
+use claymill_toolpath::{Job, Program, read_job, read_moves, read_regions};
+use claymill_viewer::{Axes, Backdrop, ColourBy, PictureOptions, Renderer, Scene, StrokeStyle, View};
 
 use super::export::{ExportFormat, export};
-use super::{Context, diagrams, merge, orientation, pictures, plan, region_of_face};
-use crate::args::{AxisArgs, PresetName, RenderArgs, ShowName};
+use super::{Context, diagrams, layers, merge, orientation, pictures, plan, region_of_face};
+use crate::args::{AxisArgs, PathColour, PresetName, RenderArgs, ShowName};
 use crate::failure::Failure;
 use crate::merging::MergingArgs;
+use crate::select;
+
+/// Layers that need a job.
+const OF_A_JOB: [ShowName; 5] =
+    [ShowName::Tool, ShowName::Stock, ShowName::Scallop, ShowName::Uncut, ShowName::Gouges];
+/// Layers that colour the whole model by themselves.
+const PAINTED: [ShowName; 3] = [ShowName::Stock, ShowName::Scallop, ShowName::Uncut];
 
 /// `claymill render`.
 pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, Failure> {
     let size = parse_size(&args.size)?;
     let job = if args.what.is_dir() { Some(read_job(&args.what)?) } else { None };
-    let path = job.as_ref().map_or_else(|| args.what.clone(), |job| PathBuf::from(&job.model.path));
+    let needs_job = |s: &&ShowName| OF_A_JOB.contains(s);
+    if let (None, Some(layer)) = (&job, args.show.iter().find(needs_job)) {
+        let name = layer.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
+        return Err(Failure::usage(
+            format!("{} is a model: {name} is a layer of jobs", args.what.display()),
+            "Name a job folder, made by `claymill plan`.",
+        ));
+    }
+    let path = args
+        .model
+        .clone()
+        .or_else(|| job.as_ref().map(|job| PathBuf::from(&job.model.path)))
+        .unwrap_or_else(|| args.what.clone());
     let loaded = context.load(&path)?;
     let model = &loaded.import.model;
     let axes = match &job {
@@ -28,7 +47,6 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
         None => args.axes.clone(),
     };
     let axes = pictures::axes(orientation(context.console, &axes, &loaded.bounds)?);
-    let view = camera(args.camera.as_deref(), &args.view, &axes)?;
 
     context.console.stage("merging");
     let (region_of_face, tolerance_mm, program) = match &job {
@@ -42,35 +60,31 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
             (merged.region_of_face, merged.tolerance.value_mm, Program::default())
         }
     };
+    let views = views(args, model, &region_of_face, &axes)?;
     context.console.stage("drawing");
-    let tools = job.as_ref().map_or(&[][..], |job| &job.tools);
-    let paths =
-        (!args.no_paths && !program.moves.is_empty()).then_some(pictures::Paths { program: &program, tools });
     let title = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let cut = job.as_ref().map(pictures::cut_faces).filter(|cut| cut.len() == model.faces.len());
-    let album = pictures::Album::new(model, &region_of_face, cut.as_deref(), tolerance_mm);
+    let mut album = pictures::Album::new(model, &region_of_face, cut.as_deref(), tolerance_mm);
     // Anything but a model format is a picture, as ever.
     if let Ok(format) = ExportFormat::of(&args.out) {
         context.console.stage("exporting");
         export(&args.out, format, model, &album, &region_of_face, &program)?;
-        return done(context, &args.out);
+        return done(context, std::slice::from_ref(&args.out));
     }
-    let album = if args.zebra { album.for_reflections() } else { album };
-    let mut scene = album.scene(&title, paths, &args.show)?;
-    let diagrams = [ShowName::Classes, ShowName::Worst, ShowName::IsoLines];
-    if args.show.iter().any(|s| diagrams.contains(s)) {
-        let named = job.as_ref().and_then(|job| PresetName::from_str(&job.request.preset, true).ok());
-        let preset = Preset::from(named.unwrap_or(PresetName::Clay));
-        let toml = args.what.join(plan::JOB_TOML);
-        let merging = if job.is_some() && toml.exists() {
-            plan::read_job_file(&toml)?.merging
-        } else {
-            MergingArgs::default()
-        };
-        let options = merging.options(preset, model)?;
-        let merged = merge::regions(model, &options)?;
-        diagrams::draw(&mut scene, model, &merged, &options, &args.show);
+    if let Some(focus) = views.iter().filter_map(|v| v.focus).next() {
+        album = album.for_scale(focus.diagonal() / f64::from(size[0].max(1)));
     }
+    if args.show.iter().any(|s| PAINTED.contains(s)) {
+        album = album.for_maps();
+    }
+    if args.zebra {
+        album = album.for_reflections();
+    }
+    let mut scene = match &job {
+        Some(job) => of_job(context, args, &album, &title, &layers::Work { model, job, program: &program })?,
+        None => album.scene(&title, None, &args.show)?,
+    };
+    add_more(args, job.as_ref(), model, &mut scene)?;
     if args.zebra {
         diagrams::explain_zebra(&mut scene);
     }
@@ -82,15 +96,126 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
         reflection_lines: args.zebra,
         ..pictures::options(&axes)
     };
-    claymill_viewer::render_png(&Renderer::new()?, &scene, &view, &options, &args.out)?;
-    done(context, &args.out)
+    let renderer = Renderer::new()?;
+    let mut written = Vec::new();
+    for (k, view) in views.iter().enumerate() {
+        context.console.at("pictures", k as f64 / views.len() as f64);
+        let out = if views.len() == 1 { args.out.clone() } else { named_after(&args.out, &view.name) };
+        claymill_viewer::render_png(&renderer, &scene, view, &options, &out)?;
+        written.push(out);
+    }
+    done(context, &written)
 }
 
-fn done(context: &Context, written: &Path) -> Result<ExitCode, Failure> {
+/// The scene of a job with its paths, or at a time of it.
+fn of_job(
+    context: &Context,
+    args: &RenderArgs,
+    album: &pictures::Album<'_>,
+    title: &str,
+    work: &layers::Work<'_>,
+) -> Result<Scene, Failure> {
+    let shown = |what: ShowName| args.show.contains(&what);
+    let tools = layers::tools(work.job, args.holder.as_deref())?;
+    let colours = album.colours();
+    let style = StrokeStyle {
+        region_colours: Some(&colours),
+        by: match args.paths_by {
+            PathColour::Region => ColourBy::Region,
+            PathColour::Kind => ColourBy::Kind,
+            PathColour::Pass => ColourBy::Pass,
+            PathColour::Feed => ColourBy::Feed,
+        },
+        tools: &tools,
+        ..StrokeStyle::new(pictures::CHORD_MM)
+    };
+    let moment =
+        layers::Moment { at: args.at.as_deref(), tools: &tools, allowance_mm: args.allowance, style };
+    let in_time = args.at.is_some() || shown(ShowName::Stock);
+    let with_paths = !args.no_paths && !in_time && !work.program.moves.is_empty();
+    let paths = with_paths.then_some(pictures::Paths { program: work.program, style });
+    // Colours of paths are told apart on a ground of one colour.
+    let ground = |s: &ShowName| match (s, args.paths_by) {
+        (ShowName::Regions, PathColour::Region) => *s,
+        (ShowName::Regions, _) => ShowName::Model,
+        _ => *s,
+    };
+    let show: Vec<ShowName> = args.show.iter().map(ground).collect();
+    let mut scene = album.scene(title, paths, &show)?;
+    if in_time {
+        scene = layers::at_moment(scene, work, &moment, &args.show)?;
+    } else if shown(ShowName::Tool) {
+        layers::add_tool(&mut scene, work, &moment);
+    }
+    layers::add_measured(context, &mut scene, work, &args.show)?;
+    if shown(ShowName::ControlPolygons) {
+        scene.add_control_polygons(work.program, &tools);
+    }
+    Ok(scene)
+}
+
+/// What comes from the model and from merging it.
+fn add_more(args: &RenderArgs, job: Option<&Job>, model: &Model, scene: &mut Scene) -> Result<(), Failure> {
+    if args.show.contains(&ShowName::ControlNets) {
+        scene.add_control_nets(model);
+    }
+    let diagrams = [ShowName::Classes, ShowName::Worst, ShowName::IsoLines];
+    if !args.show.iter().any(|s| diagrams.contains(s)) {
+        return Ok(());
+    }
+    let named = job.and_then(|job| PresetName::from_str(&job.request.preset, true).ok());
+    let preset = Preset::from(named.unwrap_or(PresetName::Clay));
+    let toml = args.what.join(plan::JOB_TOML);
+    let merging = if job.is_some() && toml.exists() {
+        plan::read_job_file(&toml)?.merging
+    } else {
+        MergingArgs::default()
+    };
+    let options = merging.options(preset, model)?;
+    let merged = merge::regions(model, &options)?;
+    diagrams::draw(scene, model, &merged, &options, &args.show);
+    Ok(())
+}
+
+/// The views asked for, of the whole model or a part.
+fn views(
+    args: &RenderArgs,
+    model: &Model,
+    region_of_face: &[usize],
+    axes: &Axes,
+) -> Result<Vec<View>, Failure> {
+    let named = || args.view.iter().map(|name| named_view(name, axes)).collect::<Result<Vec<_>, _>>();
+    let views = match &args.camera {
+        Some(camera) => vec![parse_camera(camera, axes)?],
+        None => named()?,
+    };
+    if args.focus.is_empty() {
+        return Ok(views);
+    }
+    let left_out = select::excluded(model, region_of_face, &args.focus, &[])?;
+    let part = model.faces.iter().zip(left_out).filter(|(_, out)| !out);
+    let focus = part.fold(Aabb::empty(), |b, (face, _)| b.union(&face.bounds()));
+    Ok(views.into_iter().map(|v| v.clone().focused(&v.name, focus)).collect())
+}
+
+/// `car.png` for the view `iso`: `car-iso.png`.
+fn named_after(out: &Path, view: &str) -> PathBuf {
+    let stem = out.file_stem().unwrap_or_default().to_string_lossy();
+    let extension = out.extension().map_or_else(|| "png".into(), |e| e.to_string_lossy());
+    out.with_file_name(format!("{stem}-{view}.{extension}"))
+}
+
+fn done(context: &Context, written: &[PathBuf]) -> Result<ExitCode, Failure> {
     context.console.finish();
-    context.console.say(written.display());
+    for path in written {
+        context.console.say(path.display());
+    }
     if context.json {
-        context.print_json(&serde_json::json!({ "written": written }))?;
+        let value = match written {
+            [one] => serde_json::json!({ "written": one }),
+            all => serde_json::json!({ "written": all }),
+        };
+        context.print_json(&value)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -7,6 +7,7 @@ mod compare;
 mod corpus;
 mod export;
 mod flaws;
+mod golden;
 #[path = "../../../exchange/tests/iges_text/mod.rs"]
 mod iges_text;
 mod large;

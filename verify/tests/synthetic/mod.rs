@@ -66,7 +66,7 @@ pub(crate) fn job(model: &Model) -> Job {
             rapid_mm_per_min: 20000.0,
         },
         tolerances: Default::default(),
-        tools: vec![ToolRecord { id: "T1".into(), tool }],
+        tools: vec![ToolRecord { id: "T1".into(), tool, holder: None }],
         setups: vec![Setup {
             name: "top".into(),
             axis: [0.0, 0.0, 1.0],

@@ -1,13 +1,10 @@
-//! Pictures compared with kept ones, as an eye would: block by block. `UPDATE_GOLDEN=1` keeps them anew.
+//! Pictures compared with kept ones, as an eye would. `UPDATE_GOLDEN=1` keeps them anew.
 
 use std::path::Path;
 
-use super::*;
+use claymill_tests::{Pixels, perceived};
 
-/// Side of the blocks whose mean colours are compared, pixels: drivers may differ along edges.
-const BLOCK: u32 = 4;
-/// Largest difference of a block and of the mean over all blocks, sRGB steps.
-const ALIKE: (f64, f64) = (8.0, 0.25);
+use super::*;
 
 /// A wavy field in two colours with a ball on it, rows over the field and an outline.
 fn scene(left: Rgb, rows: bool) -> Scene {
@@ -53,37 +50,9 @@ fn options() -> PictureOptions {
     PictureOptions { size: [320, 200], annotations: false, ..PictureOptions::default() }
 }
 
-/// Largest and mean difference of blocks.
-fn difference(a: &Picture, b: &Picture) -> (f64, f64) {
-    assert_eq!((a.width, a.height), (b.width, b.height));
-    let mean = |p: &Picture, x: u32, y: u32, c: usize| {
-        let pixels = (0..BLOCK * BLOCK).map(|k| p.pixel(x + k % BLOCK, y + k / BLOCK)[c]);
-        pixels.map(f64::from).sum::<f64>() / f64::from(BLOCK * BLOCK)
-    };
-    let mut differences = Vec::new();
-    for y in (0..a.height).step_by(BLOCK as usize) {
-        for x in (0..a.width).step_by(BLOCK as usize) {
-            let channel = |c: usize| (mean(a, x, y, c) - mean(b, x, y, c)).abs();
-            differences.push((0..3).map(channel).fold(0.0, f64::max));
-        }
-    }
-    let sum: f64 = differences.iter().sum();
-    (differences.iter().copied().fold(0.0, f64::max), sum / differences.len() as f64)
-}
-
-fn alike(a: &Picture, b: &Picture) -> bool {
-    let (largest, mean) = difference(a, b);
-    largest <= ALIKE.0 && mean <= ALIKE.1
-}
-
-fn kept(path: &Path) -> Picture {
-    let file = std::fs::File::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
-    let mut data = vec![0; reader.output_buffer_size().unwrap()];
-    let info = reader.next_frame(&mut data).unwrap();
-    assert_eq!(info.color_type, png::ColorType::Rgb, "{}", path.display());
-    let rgba = data.chunks_exact(3).flat_map(|p| [p[0], p[1], p[2], 255]).collect();
-    Picture { width: info.width, height: info.height, rgba }
+fn pixels(p: &Picture) -> Pixels {
+    let rgba = p.rgba.chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect();
+    Pixels { size: [p.width as usize, p.height as usize], rgba }
 }
 
 #[test]
@@ -106,9 +75,9 @@ fn pictures_look_as_they_did_and_changes_are_noticed() {
         if std::env::var("UPDATE_GOLDEN").is_ok_and(|v| v == "1") {
             picture.save(&path).unwrap();
         }
-        let golden = kept(&path);
-        let found = difference(&picture, &golden);
-        assert!(alike(&picture, &golden), "{file} differs by {found:?}");
+        let golden = Pixels::read(&path).unwrap();
+        let found = perceived(&pixels(&picture), &golden);
+        assert!(found.is_alike(), "{file} differs by {found:?}");
 
         let turned = Vector3::new(0.05, 0.0, 0.0) + view.direction.normalize();
         let changes = [
@@ -118,8 +87,8 @@ fn pictures_look_as_they_did_and_changes_are_noticed() {
             ("a wider margin", render(&scene_as_kept, &View { margin: 0.09, ..view.clone() })),
         ];
         for (what, changed) in changes {
-            let found = difference(&changed, &golden);
-            assert!(!alike(&changed, &golden), "{file}: {what} goes unnoticed, {found:?}");
+            let found = perceived(&pixels(&changed), &golden);
+            assert!(!found.is_alike(), "{file}: {what} goes unnoticed, {found:?}");
         }
     }
 }

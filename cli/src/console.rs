@@ -36,7 +36,7 @@ struct Now {
 
 const STEPS: u64 = 1000;
 /// Lines for the user are no longer than the narrowest terminal is wide.
-const COLUMNS: usize = 80;
+pub(crate) const COLUMNS: usize = 80;
 /// Where lines go on.
 const INDENT: usize = 10;
 

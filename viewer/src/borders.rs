@@ -36,18 +36,19 @@ struct SegmentGrid {
     cell_mm: f64,
     cells: HashMap<[i64; 3], Vec<u32>>,
     segments: Vec<Segment>,
+    /// Largest deviation of each face's mesh, mm.
+    deviation_mm: Vec<f64>,
 }
 
 /// Splits the boundaries of all faces into runs that border the same region and runs that border another
 /// region or nothing. Chords of two meshes along one edge differ by up to both meshes' deviation, which is
 /// added to the joint tolerance.
 pub(crate) fn classify_borders(view: &ModelView<'_>) -> Vec<Border> {
-    let reach = view.joint_tolerance_mm + 2.0 * f64::from(mesh_deviation_mm(view.meshes));
-    let grid = SegmentGrid::new(view, reach);
-    (0..view.meshes.len()).into_par_iter().flat_map_iter(|f| face_borders(view, &grid, f, reach)).collect()
+    let grid = SegmentGrid::new(view);
+    (0..view.meshes.len()).into_par_iter().flat_map_iter(|f| face_borders(view, &grid, f)).collect()
 }
 
-fn face_borders(view: &ModelView<'_>, grid: &SegmentGrid, face: usize, reach: f64) -> Vec<Border> {
+fn face_borders(view: &ModelView<'_>, grid: &SegmentGrid, face: usize) -> Vec<Border> {
     let mesh = &view.meshes[face];
     let mut borders: Vec<Border> = Vec::new();
     for ring in &mesh.rings {
@@ -59,8 +60,7 @@ fn face_borders(view: &ModelView<'_>, grid: &SegmentGrid, face: usize, reach: f6
                 continue;
             }
             let segment = Segment { face: face as u32, ends, a, b };
-            let kind =
-                if grid.has_partner(view, &segment, reach) { BorderKind::Patch } else { BorderKind::Region };
+            let kind = if grid.has_partner(view, &segment) { BorderKind::Patch } else { BorderKind::Region };
             match &mut open {
                 Some(border) if border.kind == kind => border.points.push(b),
                 _ => borders.extend(open.replace(Border { kind, points: vec![a, b] })),
@@ -72,7 +72,10 @@ fn face_borders(view: &ModelView<'_>, grid: &SegmentGrid, face: usize, reach: f6
 }
 
 impl SegmentGrid {
-    fn new(view: &ModelView<'_>, reach: f64) -> Self {
+    fn new(view: &ModelView<'_>) -> Self {
+        let deviation_mm: Vec<f64> =
+            view.meshes.iter().map(|m| f64::from(mesh_deviation_mm(std::slice::from_ref(m)))).collect();
+        let reach = view.joint_tolerance_mm + 2.0 * deviation_mm.iter().copied().fold(0.0, f64::max);
         let mut segments = Vec::new();
         for (face, mesh) in view.meshes.iter().enumerate() {
             for ring in &mesh.rings {
@@ -88,6 +91,7 @@ impl SegmentGrid {
             cell_mm: mean.max(2.0 * reach).max(f64::MIN_POSITIVE),
             cells: HashMap::new(),
             segments,
+            deviation_mm,
         };
         for index in 0..grid.segments.len() {
             let Segment { a, b, .. } = grid.segments[index];
@@ -110,7 +114,7 @@ impl SegmentGrid {
     }
 
     /// Whether a face of the same region (or the face itself, along a seam) meets the middle of `s`.
-    fn has_partner(&self, view: &ModelView<'_>, s: &Segment, reach: f64) -> bool {
+    fn has_partner(&self, view: &ModelView<'_>, s: &Segment) -> bool {
         let middle = nalgebra::center(&s.a, &s.b);
         let region = view.region_of_face[s.face as usize];
         let partner = |index: u32| {
@@ -118,7 +122,10 @@ impl SegmentGrid {
             let connected = t.face == s.face && (t.ends.contains(&s.ends[0]) || t.ends.contains(&s.ends[1]));
             !connected
                 && view.region_of_face[t.face as usize] == region
-                && distance_to_segment(&middle, &t.a, &t.b) <= reach
+                && distance_to_segment(&middle, &t.a, &t.b)
+                    <= view.joint_tolerance_mm
+                        + self.deviation_mm[s.face as usize]
+                        + self.deviation_mm[t.face as usize]
         };
         let [x, y, z] = self.key(&middle);
         let around = |d: i64| {

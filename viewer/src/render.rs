@@ -1,7 +1,6 @@
 use std::path::Path;
 
 use nalgebra::Vector3;
-use wgpu::util::DeviceExt;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages, TextureView};
 
 use crate::ViewError;
@@ -165,7 +164,7 @@ impl Renderer {
             [&colour, &depth, &resolved].map(|t| t.create_view(&Default::default()));
 
         let frame = frame_constants(scene, camera, options, factor);
-        let constants = self.buffer(&[frame], BufferUsages::UNIFORM);
+        let constants = self.buffer(&[frame], BufferUsages::UNIFORM)?;
         let constants = wgpu::BindGroupEntry { binding: 0, resource: constants.as_entire_binding() };
         let group = |layout, entries: &[wgpu::BindGroupEntry<'_>]| {
             device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries })
@@ -186,8 +185,8 @@ impl Renderer {
             }
             pass.set_pipeline(&self.pipelines.surface);
             for surface in scene.surfaces.iter().filter(|s| !s.indices.is_empty()) {
-                let vertices = self.buffer(&surface.vertices, BufferUsages::VERTEX);
-                let indices = self.buffer(&surface.indices, BufferUsages::INDEX);
+                let vertices = self.buffer(&surface.vertices, BufferUsages::VERTEX)?;
+                let indices = self.buffer(&surface.indices, BufferUsages::INDEX)?;
                 pass.set_vertex_buffer(0, vertices.slice(..));
                 pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
                 pass.draw_indexed(0..surface.indices.len() as u32, 0, 0..1);
@@ -207,7 +206,7 @@ impl Renderer {
             pass.set_pipeline(&self.pipelines.line);
             for layer in lines {
                 for chunk in layer.segments.chunks(SEGMENTS_PER_BUFFER) {
-                    let instances = self.buffer(chunk, BufferUsages::VERTEX);
+                    let instances = self.buffer(chunk, BufferUsages::VERTEX)?;
                     pass.set_vertex_buffer(0, instances.slice(..));
                     pass.draw(0..4, 0..chunk.len() as u32);
                 }
@@ -235,12 +234,27 @@ impl Renderer {
         })
     }
 
-    fn buffer<T: bytemuck::Pod>(&self, contents: &[T], usage: BufferUsages) -> wgpu::Buffer {
-        self.gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+    /// A buffer with these contents. `create_buffer_init` would panic where the device is lost.
+    fn buffer<T: bytemuck::Pod>(
+        &self,
+        contents: &[T],
+        usage: BufferUsages,
+    ) -> Result<wgpu::Buffer, ViewError> {
+        let bytes: &[u8] = bytemuck::cast_slice(contents);
+        let size = (bytes.len() as u64).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
+        let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
-            contents: bytemuck::cast_slice(contents),
+            size: size.max(wgpu::COPY_BUFFER_ALIGNMENT),
             usage,
-        })
+            mapped_at_creation: true,
+        });
+        buffer
+            .get_mapped_range_mut(..)
+            .map_err(|e| self.failed(&e))?
+            .slice(..bytes.len())
+            .copy_from_slice(bytes);
+        buffer.unmap();
+        Ok(buffer)
     }
 
     fn read_back(
@@ -353,5 +367,33 @@ fn frame_constants(scene: &Scene, camera: &Camera, options: &PictureOptions, fac
         depth: [depth[0], depth[1], depth[2], 0.0],
         occlusion: [reach_px * factor as f32, reach_px * mm_per_px, 0.95, 0.0],
         backdrop,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Axes;
+    use crate::scene::SurfaceVertex;
+
+    #[test]
+    fn a_lost_device_is_an_error_with_the_adapter_s_name() {
+        let Ok(renderer) = Renderer::new() else { return eprintln!("skipped: no graphics adapter") };
+        let mut scene = Scene::default();
+        let corner =
+            |x, y| SurfaceVertex { position: [x, y, 0.0], normal: [0.0, 0.0, 1.0], colour: [200; 4] };
+        scene.add_triangles(&[corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0)], &[[0, 1, 2]]);
+        let view = View::top(&Axes::default());
+        let options = PictureOptions { size: [64, 48], ..PictureOptions::default() };
+        assert!(renderer.render(&scene, &view, &options).is_ok());
+        renderer.gpu.device.destroy();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("lost.png");
+        let error = render_png(&renderer, &scene, &view, &options, &path).unwrap_err();
+        assert!(
+            matches!(&error, ViewError::Device { adapter, .. } if adapter == renderer.adapter()),
+            "{error}"
+        );
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }

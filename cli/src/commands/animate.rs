@@ -55,6 +55,7 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
     }
     let job = read_job(&args.folder)?;
     let program = read_moves(&args.folder)?;
+    has_moves(&args.folder, &program)?;
     let regions = read_regions(&args.folder)?;
     let path = args.model.clone().unwrap_or_else(|| PathBuf::from(&job.model.path));
     let loaded = context.load(&path)?;
@@ -111,6 +112,17 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
         )?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// A job without moves has no time.
+pub(crate) fn has_moves(folder: &Path, program: &Program) -> Result<(), Failure> {
+    if program.moves.is_empty() {
+        return Err(Failure::problem(
+            format!("{} holds no moves", folder.display()),
+            "Nothing was cut: `claymill plan` says why, and so does the report.",
+        ));
+    }
+    Ok(())
 }
 
 /// How many frames, if they fit into memory.

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::plan::{Done, Request, run};
 use super::report::quoted;
-use super::{Context, compare_plot, merge};
+use super::{Context, compare_plot, compare_table, merge};
 use crate::args::{CompareArgs, JobOptions, StrategyName};
 use crate::console::outln;
 use crate::failure::{Failure, advice_on};
@@ -37,26 +37,26 @@ pub(super) struct Entry {
     /// Its job folder inside the comparison's.
     pub(super) name: String,
     pub(super) strategy: String,
-    tool: Tool,
+    pub(super) tool: Tool,
     pub(super) scallop_mm: f64,
-    passed: bool,
+    pub(super) passed: bool,
     #[serde(flatten)]
-    all: Figures,
+    pub(super) all: Figures,
     /// Share of the area within reach that no pass cut.
-    never_cut_share: f64,
+    pub(super) never_cut_share: f64,
     /// Largest gouge, mm.
-    gouge_mm: f64,
+    pub(super) gouge_mm: f64,
     /// Share of the crests between 0.90 and 1.05 of the scallop height.
-    even_share: f64,
+    pub(super) even_share: f64,
     /// Straight moves that would follow the cuts at the same tolerance.
-    straight_moves: u64,
+    pub(super) straight_moves: u64,
     pub(super) histogram: Vec<f64>,
-    regions: Vec<RegionEntry>,
+    pub(super) regions: Vec<RegionEntry>,
 }
 
 /// One region of a combination, in all setups.
 #[derive(Debug, Serialize)]
-struct RegionEntry {
+pub(super) struct RegionEntry {
     region: usize,
     #[serde(flatten)]
     figures: Figures,
@@ -64,21 +64,21 @@ struct RegionEntry {
 
 /// What is compared.
 #[derive(Debug, Clone, Default, Serialize)]
-struct Figures {
-    area_mm2: f64,
-    length: LengthByKind,
+pub(super) struct Figures {
+    pub(super) area_mm2: f64,
+    pub(super) length: LengthByKind,
     /// Area ÷ flat step-over ÷ length of the cuts.
-    efficiency: f64,
-    passes: u32,
-    retracts: u32,
+    pub(super) efficiency: f64,
+    pub(super) passes: u32,
+    pub(super) retracts: u32,
     /// Share of the whole way that does not cut.
-    non_cutting_share: f64,
-    time_s: f64,
-    control_points: u64,
-    scallop_max_mm: f64,
-    scallop_p99_mm: f64,
-    scallop_p95_mm: f64,
-    scallop_mean_mm: f64,
+    pub(super) non_cutting_share: f64,
+    pub(super) time_s: f64,
+    pub(super) control_points: u64,
+    pub(super) scallop_max_mm: f64,
+    pub(super) scallop_p99_mm: f64,
+    pub(super) scallop_p95_mm: f64,
+    pub(super) scallop_mean_mm: f64,
 }
 
 /// `claymill compare`.
@@ -120,7 +120,7 @@ pub(crate) fn compare(context: &Context, args: &CompareArgs) -> Result<ExitCode,
     if context.json {
         context.print_json(&comparison)?;
     } else if !context.console.is_quiet() {
-        outln!("{}", table(&comparison));
+        outln!("{}", compare_table::table(&comparison.entries));
         context.console.say(format!("comparison {}", args.out.display()));
     }
     Ok(exit)
@@ -315,52 +315,4 @@ fn row(head: &str, region: &str, passed: &str, f: &Figures, straight: &str, tail
         f.scallop_p95_mm,
         f.scallop_mean_mm,
     )
-}
-
-/// The table for the terminal, and what the strategies save against single patches.
-fn table(comparison: &Comparison) -> String {
-    let width = comparison.entries.iter().map(|e| e.name.len()).max().unwrap_or(0).max(8);
-    let mut out = format!(
-        "{:width$}  length km  effic.  passes  retracts  not cutting  time h  points/straight  scallop max   p99   p95  mean µm  even   left   gouge µm\n",
-        "strategy"
-    );
-    for e in &comparison.entries {
-        let (f, um) = (&e.all, 1000.0);
-        out += &format!(
-            "{:width$}  {:>9.3}  {:>6.3}  {:>6}  {:>8}  {:>9.1} %  {:>6.1}  {:>6.2} M {:>4.1} ×  {:>11.0}  {:>4.0}  {:>4.0}  {:>7.0}  {:>3.0} %  {:>5.3} %  {:>6.2}{}\n",
-            e.name,
-            f.length.cut_mm * 1e-6,
-            f.efficiency,
-            f.passes,
-            f.retracts,
-            100.0 * f.non_cutting_share,
-            f.time_s / 3600.0,
-            f.control_points as f64 * 1e-6,
-            e.straight_moves as f64 / f.control_points.max(1) as f64,
-            f.scallop_max_mm * um,
-            f.scallop_p99_mm * um,
-            f.scallop_p95_mm * um,
-            f.scallop_mean_mm * um,
-            100.0 * e.even_share,
-            100.0 * e.never_cut_share,
-            e.gouge_mm * um,
-            if e.passed { "" } else { "  NOT PASSED" },
-        );
-    }
-    for patch in comparison.entries.iter().filter(|e| e.strategy == merge::name(&StrategyName::IsoPatch)) {
-        let same = |e: &&Entry| {
-            e.tool == patch.tool && e.scallop_mm == patch.scallop_mm && e.strategy != patch.strategy
-        };
-        for e in comparison.entries.iter().filter(same) {
-            let saved_h = (patch.all.time_s - e.all.time_s) / 3600.0;
-            let what = if saved_h >= 0.0 { "saves" } else { "costs" };
-            out += &format!(
-                "{} {what} {:.1} h of {:.1} h against patch by patch\n",
-                e.name,
-                saved_h.abs(),
-                patch.all.time_s / 3600.0
-            );
-        }
-    }
-    out.trim_end().to_owned()
 }

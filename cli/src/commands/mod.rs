@@ -3,6 +3,7 @@
 mod animate;
 mod compare;
 mod compare_plot;
+mod compare_table;
 mod control;
 mod demo;
 mod diagrams;

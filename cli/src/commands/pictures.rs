@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use claymill_controller::Frame;
-use claymill_nurbs::{FaceMesh, MeshOptions, Model, Point3, Vector3, tessellate};
+use claymill_nurbs::{Aabb, FaceMesh, MeshOptions, Model, Point3, Vector3, tessellate};
 use claymill_paths::Orientation;
 use claymill_toolpath::{Job, MoveKind, Program, Setup};
 use claymill_verify::CrestSample;
@@ -19,8 +19,10 @@ use crate::failure::{Failure, advice_on};
 
 /// Fine enough for pictures of a whole vehicle: half a pixel is about 1 mm there.
 pub(crate) const PICTURE_MESH: MeshOptions = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 60.0 };
+/// Smaller models have smaller triangles.
+const VEHICLE_MM: f64 = 2000.0;
 /// Finer than this no picture needs it.
-const FINEST_MM: f64 = 0.02;
+const FINEST_MM: f64 = 0.005;
 /// Fine enough for reflections, which see the normals between vertices.
 const REFLECTION_MESH: MeshOptions = MeshOptions { deviation_mm: 0.05, longest_edge_mm: 15.0 };
 /// Fine enough for a map of heights, and the cells in which the highest crest counts.
@@ -45,7 +47,9 @@ const SURFACES: [ShowName; 5] =
 impl From<ViewError> for Failure {
     fn from(error: ViewError) -> Self {
         let advice = match &error {
-            ViewError::Size { .. } => "Choose a size such as --size 1920x1080.",
+            ViewError::Size { .. } => {
+                return Failure::usage(error, "Choose a size such as --size 1920x1080.");
+            }
             ViewError::EmptyScene => "Check the model with `claymill inspect`.",
             ViewError::Write { source, .. } => advice_on(source),
             _ => "",
@@ -77,23 +81,25 @@ impl<'a> Album<'a> {
         cut: Option<&'a [bool]>,
         tolerance_mm: f64,
     ) -> Self {
-        Album { model, meshes: meshes(model, &PICTURE_MESH), region_of_face, cut, tolerance_mm }
+        let meshes = meshes(model, &sized(PICTURE_MESH, model));
+        Album { model, meshes, region_of_face, cut, tolerance_mm }
     }
 
     /// The same with triangles fine enough for reflections.
     pub(crate) fn for_reflections(self) -> Self {
-        Album { meshes: meshes(self.model, &REFLECTION_MESH), ..self }
+        Album { meshes: meshes(self.model, &sized(REFLECTION_MESH, self.model)), ..self }
     }
 
     /// The same with triangles fine enough for maps.
     pub(crate) fn for_maps(self) -> Self {
-        Album { meshes: meshes(self.model, &MAP_MESH), ..self }
+        Album { meshes: meshes(self.model, &sized(MAP_MESH, self.model)), ..self }
     }
 
     /// The same with triangles for a picture in which a pixel is `mm_per_px`.
     pub(crate) fn for_scale(self, mm_per_px: f64) -> Self {
-        let deviation_mm = (0.4 * mm_per_px).clamp(FINEST_MM, PICTURE_MESH.deviation_mm);
-        let finer = MeshOptions { deviation_mm, ..PICTURE_MESH };
+        let usual = sized(PICTURE_MESH, self.model);
+        let deviation_mm = (0.4 * mm_per_px).max(FINEST_MM).min(usual.deviation_mm);
+        let finer = MeshOptions { deviation_mm, ..usual };
         Album { meshes: meshes(self.model, &finer), ..self }
     }
 
@@ -162,7 +168,7 @@ impl<'a> Album<'a> {
 
     /// The model painted by the height of the scallop crests on it.
     fn scallop_map(&self, title: &str, crests: &[CrestSample], scallop_mm: f64) -> Result<Scene, Failure> {
-        let meshes = meshes(self.model, &MAP_MESH);
+        let meshes = meshes(self.model, &sized(MAP_MESH, self.model));
         let mut scene = Scene::of_model(&ModelView { meshes: &meshes, ..self.view() }, Colouring::Clay)?;
         scene.lines.retain(|l| l.kind == LineKind::Regions);
         scene.caption = vec![title.to_owned(), format!("scallop height, {scallop_mm} mm asked for")];
@@ -327,6 +333,17 @@ impl Album<'_> {
         }
         Ok(pictures)
     }
+}
+
+/// Triangles for a whole vehicle, made for a smaller model: as fine in its picture.
+fn sized(options: MeshOptions, model: &Model) -> MeshOptions {
+    let net = model.faces.iter().flat_map(|f| f.surface.net()).map(|p| Point3::from(p.xyz() / p.w));
+    let size_mm = net.fold(Aabb::empty(), |mut b, p| {
+        b.add(&p);
+        b
+    });
+    let part = if size_mm.is_empty() { 1.0 } else { (size_mm.diagonal() / VEHICLE_MM).clamp(1e-3, 1.0) };
+    MeshOptions { deviation_mm: part * options.deviation_mm, longest_edge_mm: part * options.longest_edge_mm }
 }
 
 /// A face that cannot be triangulated is left out of the picture, not of the job.

@@ -8,7 +8,7 @@ use claymill_toolpath::{Job, Program, read_job, read_moves, read_regions};
 use claymill_viewer::{Axes, Backdrop, ColourBy, PictureOptions, Renderer, Scene, StrokeStyle, View};
 
 use super::export::{ExportFormat, export};
-use super::{Context, diagrams, layers, merge, orientation, pictures, plan, region_of_face};
+use super::{Context, animate, diagrams, layers, merge, orientation, pictures, plan, region_of_face};
 use crate::args::{AxisArgs, PathColour, PresetName, RenderArgs, ShowName};
 use crate::failure::Failure;
 use crate::merging::MergingArgs;
@@ -132,6 +132,9 @@ fn of_job(
     let moment =
         layers::Moment { at: args.at.as_deref(), tools: &tools, allowance_mm: args.allowance, style };
     let in_time = args.at.is_some() || shown(ShowName::Stock);
+    if in_time || shown(ShowName::Tool) {
+        animate::has_moves(&args.what, work.program)?;
+    }
     let with_paths = !args.no_paths && !in_time && !work.program.moves.is_empty();
     let paths = with_paths.then_some(pictures::Paths { program: work.program, style });
     // Colours of paths are told apart on a ground of one colour.

@@ -83,3 +83,62 @@ fn storyboards_and_gifs_are_pictures_too_and_what_cannot_be_made_is_refused() {
     left.sort();
     assert_eq!(left, ["near.gif", "sheet.png"]);
 }
+
+/// A program in place of ffmpeg that keeps what it is told and what it is sent.
+fn fake_ffmpeg(folder: &std::path::Path, ends: &str) {
+    use std::os::unix::fs::PermissionsExt;
+    let script = format!(
+        "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\ncd '{}'\necho \"$@\" > told\ncat > sent\nfor last; do :; done\n{ends}\n",
+        folder.display()
+    );
+    let file = folder.join("ffmpeg");
+    fs::write(&file, script).unwrap();
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o755)).unwrap();
+}
+
+#[test]
+fn an_encoder_gets_every_frame_and_its_failure_leaves_no_file() {
+    let folder = scratch();
+    let folder = folder.path();
+    fake_ffmpeg(folder, "echo video > \"$last\"");
+    let path = std::env::join_paths(
+        std::iter::once(folder.to_owned()).chain(std::env::split_paths(&std::env::var_os("PATH").unwrap())),
+    )
+    .unwrap();
+    let out = folder.join("job.webm");
+    let video = || {
+        let line = ["animate", "lace", "--size", "100x60", "--seconds", "1", "--fps", "5", "-o"];
+        claymill().args(line).arg(&out).current_dir(planned()).env("PATH", &path).output().unwrap()
+    };
+    let made = video();
+    let stderr = String::from_utf8_lossy(&made.stderr);
+    if stderr.contains("no graphics adapter") {
+        eprintln!("skipped: no graphics adapter");
+        return;
+    }
+    assert_eq!(made.status.code(), Some(0), "{stderr}");
+    assert_eq!(fs::read_to_string(&out).unwrap(), "video\n");
+    let told = fs::read_to_string(folder.join("told")).unwrap();
+    for says in ["-f rawvideo", "-pixel_format rgb24", "-video_size 100x60", "-framerate 5", ".webm"] {
+        assert!(told.contains(says), "{told}");
+    }
+    let sent = fs::read(folder.join("sent")).unwrap();
+    let frame = 3 * 100 * 60;
+    assert_eq!(sent.len(), 5 * frame);
+    let frames: Vec<&[u8]> = sent.chunks(frame).collect();
+    for (k, pair) in frames.windows(2).enumerate() {
+        let changed = pair[0].iter().zip(pair[1]).filter(|(a, b)| a != b).count();
+        assert!((100..frame / 2).contains(&changed), "frame {k}: {changed} bytes");
+    }
+    // Rows are where they belong: the light backdrop above is bluer than below.
+    assert!(frames[0][2] > frames[0][0] && frames[0][frame - 1] <= frames[0][frame - 3]);
+
+    fs::remove_file(&out).unwrap();
+    fake_ffmpeg(folder, "echo half > \"$last\"; echo 'no such codec' >&2; exit 3");
+    let refused = video();
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("no such codec"));
+    let mut left: Vec<_> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name()).collect();
+    left.sort();
+    assert_eq!(left, ["ffmpeg", "sent", "told"]);
+}

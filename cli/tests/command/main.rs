@@ -2,6 +2,7 @@
 
 mod animate;
 mod bad_input;
+mod bad_pictures;
 mod browser;
 mod compare;
 mod corpus;

@@ -12,6 +12,7 @@ mod model;
 mod plots;
 mod sheets;
 mod space;
+mod tool;
 mod work;
 
 use std::path::Path;

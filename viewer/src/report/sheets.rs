@@ -3,7 +3,7 @@ use claymill_toolpath::{Job, MoveKind, Program, Setup};
 use maud::{Markup, html};
 
 use super::figures::{area, count, duration, length, plural, share};
-use super::{ReportInput, SetupSheet, image};
+use super::{ReportInput, SetupSheet, image, tool};
 
 /// Extent of something along three axes, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,12 +39,20 @@ pub(super) fn section(input: &ReportInput<'_>) -> Markup {
 fn sheet(input: &ReportInput<'_>, setup: &Setup, drawn: Option<&SetupSheet>) -> Markup {
     let job = input.job;
     let rows = rows(job, input.program, setup, drawn.map(|d| d.axes));
+    let tools = job.tools.iter().filter(|t| {
+        t.holder.is_some() && input.program.moves.iter().any(|m| m.setup == setup.name && m.tool == t.id)
+    });
     html! {
         article.sheet {
             h3 { "Setup " (setup.name) }
             div.beside {
-                @if let Some(picture) = drawn.and_then(|d| d.picture.as_ref()) {
-                    figure { (image(picture)) figcaption { (picture.caption) } }
+                div {
+                    @if let Some(picture) = drawn.and_then(|d| d.picture.as_ref()) {
+                        figure { (image(picture)) figcaption { (picture.caption) } }
+                    }
+                    @for tool in tools {
+                        figure.held { (tool::drawing(tool)) figcaption { (tool.id) " in its holder, mm, to scale" } }
+                    }
                 }
                 table { tbody { @for (name, value) in &rows { tr { th scope="row" { (name) } td { (value) } } } } }
             }
@@ -61,17 +69,8 @@ fn rows(
     let radius_mm = job.request.tool.radius_mm();
     let mine = || program.moves.iter().filter(|m| m.setup == setup.name);
     let mut rows = Vec::new();
-    let tools: Vec<String> = (job.tools.iter())
-        .filter(|t| mine().any(|m| m.tool == t.id))
-        .map(|t| {
-            format!(
-                "{}: ball end mill, radius {} mm (diameter {} mm)",
-                t.id,
-                t.tool.radius_mm(),
-                2.0 * t.tool.radius_mm()
-            )
-        })
-        .collect();
+    let tools: Vec<String> =
+        (job.tools.iter()).filter(|t| mine().any(|m| m.tool == t.id)).map(tool::words).collect();
     rows.push((
         "Tool",
         if tools.is_empty() { format!("ball end mill, radius {radius_mm} mm") } else { tools.join("; ") },
@@ -80,14 +79,29 @@ fn rows(
     let tips = || mine().filter(|m| m.kind != MoveKind::Rapid).flat_map(|m| m.points.iter());
     let lowest = tips().map(|p| axis.dot(&Vector3::from(*p))).fold(f64::INFINITY, f64::min);
     if lowest.is_finite() {
+        let needed_mm = (setup.clearance_mm - lowest).ceil();
+        let given: Vec<f64> =
+            job.tools.iter().filter_map(|t| t.holder.as_ref()).map(|h| h.stick_out_mm).collect();
+        let shortest = given.iter().copied().fold(f64::INFINITY, f64::min);
         rows.push((
             "Stick-out",
-            format!(
-                "{:.0} mm keep any holder above the whole model; less needs a look, for no holder was given or checked. \
-                 The shank was: as thick as the ball, along its whole length",
-                (setup.clearance_mm - lowest).ceil()
-            ),
+            if shortest >= needed_mm && !given.is_empty() {
+                format!("{shortest} mm, which keeps the holder above the whole model ({needed_mm:.0} mm do)")
+            } else {
+                let own = if given.is_empty() {
+                    "no holder was given".to_owned()
+                } else {
+                    format!("{shortest} mm as given")
+                };
+                format!(
+                    "{own}; {needed_mm:.0} mm keep any holder above the whole model, less needs a look: the holder was not \
+                     checked, the shank was, as thick as the ball along its whole length"
+                )
+            },
         ));
+    }
+    for tool in job.tools.iter().filter(|t| t.holder.is_some()) {
+        rows.push(("Holder, from the tool up", tool::sections(tool).join("; ")));
     }
     if let Some(axes) = axes {
         let [x, y, z] = axes.map(axis_name);

@@ -1,6 +1,6 @@
 // What the report's 3-D view uses of three.js; bundled by make-three.sh.
 export {
-  BufferAttribute, Color, DirectionalLight, DoubleSide, HemisphereLight, LineBasicMaterial,
+  BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Group, HemisphereLight, LatheGeometry, Line, LineBasicMaterial, Mesh,
   MeshLambertMaterial, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from "three";
 export { OrbitControls } from "three/addons/controls/OrbitControls.js";

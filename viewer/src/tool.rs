@@ -85,6 +85,12 @@ impl Scene {
     }
 }
 
+/// The tool's outline, for those who turn it about its axis themselves: height and radius at both ends of every band,
+/// mm, and its colour.
+pub(crate) fn outline(record: &ToolRecord) -> Vec<([[f64; 2]; 2], Rgb)> {
+    bands(record).into_iter().map(|b| (b.ends, b.colour)).collect()
+}
+
 fn bands(record: &ToolRecord) -> Vec<Band> {
     let r = record.tool.radius_mm();
     let mut bands = Vec::new();

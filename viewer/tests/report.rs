@@ -98,6 +98,7 @@ fn with_report<T>(verification: Option<&Verification>, test: impl FnOnce(&Report
         space: None,
         thumbnails: &[],
         program: &Program::default(),
+        seconds: &[],
         sheets: &[],
     })
 }

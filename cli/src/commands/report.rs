@@ -7,6 +7,7 @@ use claymill_toolpath::{Job, Program, REPORT_FILE, RegionsFile, read_job, read_m
 use claymill_verify::{CrestSample, Verification, VerifyOptions, verify_with_crests};
 use claymill_viewer::{ReportError, ReportInput, write_report};
 
+use super::animate::seconds;
 use super::plan::JOB_TOML;
 use super::{Context, orientation, pictures, region_of_face};
 use crate::args::{AxisArgs, ReportArgs};
@@ -79,6 +80,7 @@ pub(crate) fn write(
         region_colours: &sights.colours,
         thumbnails: &sights.thumbnails,
         program: finished.program,
+        seconds: &seconds(finished.job, finished.program),
         sheets: &sights.sheets,
         pictures: &sights.shots,
         space: Some(&sights.space),

@@ -116,6 +116,45 @@ fn layers_views_and_colours_change_what_is_drawn() {
 }
 
 #[test]
+fn the_slider_puts_the_tool_where_the_moves_have_it() {
+    let _alone = alone();
+    let Some(browser) = opened() else { return };
+    let before = stage(&browser);
+    let set = |share: f64| {
+        let script = format!(
+            "(() => {{ const s = document.getElementById('space-time'); s.value = {}; \
+             s.dispatchEvent(new Event('input', {{ bubbles: true }})); return document.getElementById('space').dataset.tip; }})()",
+            1000.0 * share
+        );
+        let told = browser.evaluate(&script);
+        let numbers = told.as_str().unwrap().split(' ').map(|v| v.parse::<f64>().unwrap());
+        <[f64; 3]>::try_from(numbers.collect::<Vec<_>>()).unwrap()
+    };
+    let program = claymill_toolpath::read_moves(&planned().join("lace")).unwrap();
+    let (first, last) = (&program.moves[0], program.moves.last().unwrap());
+    for (share, place) in [(0.0, first.points[0]), (1.0, *last.points.last().unwrap())] {
+        let tip = set(share);
+        assert!((0..3).all(|i| (tip[i] - place[i]).abs() < 0.02), "{tip:?} for {place:?}");
+    }
+    // Halfway it is on some move.
+    let tip = Point3::from(set(0.5));
+    let near = program.moves.iter().filter_map(|m| m.curve().ok()).flat_map(|c| {
+        let (a, b) = c.domain();
+        (0..=400).map(move |k| c.point(a + (b - a) * f64::from(k) / 400.0)).collect::<Vec<_>>()
+    });
+    let off = near.map(|p| (p - tip).norm()).fold(f64::INFINITY, f64::min);
+    assert!(off < 2.0, "{off} mm from every move");
+    let changed = stage(&browser).changed_share(&before);
+    assert!(changed > 0.001, "{changed} of the view changed");
+    press(&browser, "#space-play");
+    let clock = "document.getElementById('space-clock').textContent";
+    let then = browser.evaluate(clock);
+    browser.wait_for(&format!("{clock} !== {then}"));
+    press(&browser, "#space-play");
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+#[test]
 fn a_click_tells_the_region_and_a_place_on_the_model() {
     let _alone = alone();
     let Some(browser) = opened() else { return };

@@ -8,6 +8,7 @@
 
 mod glb;
 mod simplify;
+pub(crate) mod way;
 
 use std::collections::BTreeMap;
 

@@ -48,6 +48,8 @@ pub struct ReportInput<'a> {
     pub thumbnails: &'a [Thumbnail],
     /// The moves; the setup sheets tell what they reach.
     pub program: &'a Program,
+    /// Seconds of each move, for the 3-D view's slider; may be empty.
+    pub seconds: &'a [f64],
     /// For every setup of the job what its sheet shows; may be empty.
     pub sheets: &'a [SetupSheet],
     /// The pictures; the first one is shown large.

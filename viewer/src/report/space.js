@@ -16,12 +16,16 @@
   };
   const OPENING_DEG = 22, CLOSEST_PASSES_PX = 4, MARGIN = 1.06, CLICK_PX = 5;
 
-  async function model() {
-    const text = byId("space-model").textContent;
+  async function unpacked(id) {
+    const text = byId(id).textContent;
     const packed = Uint8Array.fromBase64 ? Uint8Array.fromBase64(text)
       : Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-    const bytes = await new Response(stream).arrayBuffer();
+    return new Response(stream).arrayBuffer();
+  }
+
+  async function model() {
+    const bytes = await unpacked("space-model");
     return new Promise((done, fail) => new THREE.GLTFLoader().parse(bytes, "", done, fail));
   }
 
@@ -257,6 +261,7 @@
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", ground);
     new ResizeObserver(resize).observe(canvas);
 
+    if (facts.way) inTime(new Float32Array(await unpacked("space-way")), gltf.asset.extras, scene, draw);
     place.classList.add("live");
     resize();
     ground();
@@ -265,6 +270,80 @@
     render();
     say("");
     place.dataset.drawnMs = String(Math.round(performance.now()));
+  }
+
+  // The tool at any time of the job, and the last of its way.
+  function inTime(way, { origin_mm: origin, axes }, scene, draw) {
+    const TRAIL = 400, MOVED = 1000;
+    const count = way.length / 4, { duration_s: duration, setups } = facts.way;
+    const turned = (v) => new THREE.Vector3(...axes.map((a) => a[0] * v[0] + a[1] * v[1] + a[2] * v[2]));
+    const inScene = (p) => turned(p.map((c, i) => c - origin[i])).multiplyScalar(1 / 1000);
+    const tool = new THREE.Group();
+    for (const [ends, colour] of facts.tool) {
+      const outline = ends.map(([height, radius]) => new THREE.Vector2(radius / 1000, height / 1000));
+      const material = new THREE.MeshLambertMaterial({ color: colour, side: THREE.DoubleSide });
+      tool.add(new THREE.Mesh(new THREE.LatheGeometry(outline, 32), material));
+    }
+    const trail = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xcd3e00, depthTest: false }));
+    trail.frustumCulled = false;
+    tool.visible = trail.visible = false;
+    scene.add(tool, trail);
+    const slider = byId("space-time"), button = byId("space-play");
+    const clock = (s) => [s / 3600, s / 60 % 60, s % 60].map((v) => String(Math.floor(v)).padStart(2, "0")).join(":");
+
+    // The last point that is not later.
+    const before = (s) => {
+      let low = 0, high = count - 1;
+      while (low < high) {
+        const middle = (low + high + 1) >> 1;
+        if (way[4 * middle] <= s) low = middle; else high = middle - 1;
+      }
+      return low;
+    };
+    const point = (k) => [way[4 * k + 1], way[4 * k + 2], way[4 * k + 3]];
+
+    function show(s) {
+      const k = before(s), n = Math.min(k + 1, count - 1);
+      const share = way[4 * n] > way[4 * k] ? Math.min((s - way[4 * k]) / (way[4 * n] - way[4 * k]), 1) : 0;
+      const from = point(k), to = point(n);
+      const tip = from.map((c, i) => c + share * (to[i] - c));
+      const [start, name, axis] = setups.findLast((setup) => setup[0] <= s + 1e-6) ?? setups[0];
+      tool.position.copy(inScene(tip));
+      tool.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), turned(axis).normalize());
+      const places = [];
+      for (let i = Math.max(k - TRAIL, 0); i <= k; i++) if (way[4 * i] >= start) places.push(inScene(point(i)));
+      places.push(inScene(tip));
+      trail.geometry.dispose();
+      trail.geometry = new THREE.BufferGeometry().setFromPoints(places);
+      tool.visible = trail.visible = true;
+      slider.setAttribute("aria-valuetext", `${clock(s)}, setup ${name}`);
+      byId("space-clock").textContent = `${clock(s)} of ${clock(duration)}, ${name}`;
+      place.dataset.tip = tip.map((c) => c.toFixed(2)).join(" ");
+      draw();
+    }
+
+    let playing = null;
+    const now = () => slider.value / MOVED * duration;
+    function play(on) {
+      if (playing !== null) cancelAnimationFrame(playing);
+      playing = null;
+      button.textContent = on ? "Pause" : "Play";
+      button.setAttribute("aria-pressed", String(on));
+      if (!on) return;
+      if (now() >= duration) slider.value = 0;
+      let last = performance.now();
+      const step = (at) => {
+        const s = Math.min(now() + (at - last) / 1000 * byId("space-speed").value, duration);
+        last = at;
+        slider.value = s / duration * MOVED;
+        show(s);
+        if (s < duration) playing = requestAnimationFrame(step); else play(false);
+      };
+      playing = requestAnimationFrame(step);
+    }
+    slider.addEventListener("input", () => show(now()));
+    button.addEventListener("click", () => play(playing === null));
+    byId("space-clock").textContent = `${clock(0)} of ${clock(duration)}, ${setups[0][1]}`;
   }
 
   // Nodes by what they are, with materials of their own: what is chosen looks different.

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use super::figures::{area, count, deviation, duration, length, plural};
 use super::plots::{css, swatch};
 use super::{ReportInput, ReportPicture};
-use crate::browser::{NO_CREST, step_over_mm};
+use crate::browser::{NO_CREST, step_over_mm, way};
 use crate::heat::{heat_colour, heat_legend};
 use crate::palette::{CLAY, NOT_CUT};
 use crate::strokes::kind_colour;
@@ -73,6 +73,21 @@ fn controls(input: &ReportInput<'_>) -> Markup {
                     ("front", "Front"), ("rear", "Rear")] { button type="button" data-view=(view) { (words) } }
                 button id="space-full" type="button" { "Full screen" }
             }
+            @if in_time(input) {
+                fieldset.time { legend { "Time: the tool on its way" }
+                    button id="space-play" type="button" aria-pressed="false" { "Play" }
+                    input id="space-time" type="range" min="0" max="1000" step="any" value="0" autocomplete="off"
+                        aria-label="Time of the job";
+                    output id="space-clock" for="space-time" {}
+                    label { "Speed "
+                        select id="space-speed" autocomplete="off" {
+                            @for (times, words) in [(10, "10 ×"), (60, "60 ×"), (600, "600 ×")] {
+                                option value=(times) selected[times == 60] { (words) }
+                            }
+                        }
+                    }
+                }
+            }
             fieldset { legend { "Colours" }
                 (colouring("region", "regions")) (colouring("scallop", "scallop height")) (colouring("clay", "clay"))
             }
@@ -106,13 +121,26 @@ fn controls(input: &ReportInput<'_>) -> Markup {
 /// Data and programs of the 3-D view, for the end of the page.
 pub(super) fn scripts(input: &ReportInput<'_>) -> Markup {
     let Some(glb) = input.space else { return html! {} };
+    let way = in_time(input).then(|| way::way(input.program, input.seconds));
+    let mut facts = facts(input);
+    if let Some(way) = &way {
+        facts["way"] = way.facts.clone();
+        let outline = input.job.tools.first().map(crate::tool::outline).unwrap_or_default();
+        facts["tool"] = outline.iter().map(|(ends, colour)| json!([ends, css(*colour)])).collect();
+    }
     html! {
-        script id="space-facts" type="application/json" { (PreEscaped(in_script(&facts(input)))) }
+        script id="space-facts" type="application/json" { (PreEscaped(in_script(&facts))) }
         script id="space-model" type="application/octet-stream" { (PreEscaped(packed(glb))) }
+        @if let Some(way) = &way { script id="space-way" type="application/octet-stream" { (PreEscaped(packed(&way.bytes))) } }
         (PreEscaped(format!("<!--\n{}\n-->", LICENCE.replace("--", "- -"))))
         script { (PreEscaped(LIBRARY)) }
         script { (PreEscaped(PROGRAM)) }
     }
+}
+
+/// Whether the tool can be shown at any time of the job.
+fn in_time(input: &ReportInput<'_>) -> bool {
+    !input.program.moves.is_empty() && input.seconds.len() == input.program.moves.len()
 }
 
 /// JSON that nothing in it can end the element of.

@@ -225,25 +225,6 @@ pub fn residual_samples(
     Ok(faces.into_iter().flat_map(|f| f.samples).collect())
 }
 
-/// The crests that were measured, along the passes, and nothing else: the data of a scallop map.
-///
-/// # Errors
-/// As [`verify_program`].
-pub fn crest_samples(
-    model: &Model,
-    job: &Job,
-    program: &Program,
-    options: &VerifyOptions,
-    progress: Progress<'_>,
-) -> Result<Vec<CrestSample>, VerifyError> {
-    let bench = Bench::new(model, job, program, options, progress)?;
-    let swept = swept::Swept::new(&bench.scene.tracks, options.chord_mm);
-    let mesh = mesh::Mesh::joined(&bench.meshes, &bench.scene.obstacles.triangles);
-    let reach = reach::Reach::new(&bench.scene, &mesh);
-    let stage = scene::Stage::begin("scallop crests", progress);
-    Ok(crest::measure(&bench.scene, &swept, &reach, &stage).1)
-}
-
 /// Places where the ball enters a face by more than a micrometre, in the order of the moves, at most 200 a move.
 ///
 /// # Errors

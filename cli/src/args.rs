@@ -39,6 +39,8 @@ pub(crate) enum Command {
     Verify(VerifyArgs),
     /// Write a job for a machine's control, and read it back.
     Post(PostArgs),
+    /// Run a program on a virtual control of its dialect: cut error, feed, time.
+    Simulate(SimulateArgs),
     /// Stream a job into a control's queue.
     Stream(StreamArgs),
     /// The reference controller: takes a stream and runs along its curves. Orders come on standard input: hold,
@@ -413,6 +415,24 @@ pub(crate) struct PostArgs {
     /// Version of LinuxCNC: 2.9 or 2.10 [default: 2.9].
     #[arg(long, value_name = "VERSION")]
     pub(crate) version: Option<String>,
+    /// Run the program on a virtual control too: cut error, feed and time go into the totals.
+    #[arg(long)]
+    pub(crate) simulate: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SimulateArgs {
+    /// Job folder that the program was written from.
+    pub(crate) folder: PathBuf,
+    /// The program. May be repeated for a program of several files, in order.
+    #[arg(long, value_name = "FILE", required = true)]
+    pub(crate) program: Vec<PathBuf>,
+    /// The program's dialect, where its header does not name it.
+    #[arg(long, value_name = "DIALECT")]
+    pub(crate) dialect: Option<String>,
+    /// The machine definition (TOML) that the program was written with.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) machine: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

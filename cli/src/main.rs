@@ -45,6 +45,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Verify(args) => commands::verify(&context, args),
         Command::Control(args) => commands::control(&context, args),
         Command::Stream(args) => commands::stream(&context, args),
+        Command::Simulate(args) => commands::simulate(&context, args),
         Command::Post(args) => commands::post(&context, args),
         Command::Render(args) => commands::render(&context, args),
         Command::View(args) => commands::view(&context, args),

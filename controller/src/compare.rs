@@ -279,7 +279,8 @@ pub fn elements(text: &str, dialect: Dialect, machine: &Machine) -> Result<Vec<E
     }
 }
 
-fn run<'a>(
+/// Follows a program along its job: `take` gets what the program has, in order.
+pub(crate) fn follow_program<'a>(
     job: &'a MachineJob,
     files: &[PathBuf],
     dialect: Dialect,
@@ -308,7 +309,7 @@ pub fn compare(
     dialect: Dialect,
     machine: &Machine,
 ) -> Result<Comparison, ReadError> {
-    run(job, files, dialect, machine, &mut |_| ())
+    follow_program(job, files, dialect, machine, &mut |_| ())
 }
 
 /// The moves that a program makes, in model coordinates and under the names of the job that it was written
@@ -323,7 +324,7 @@ pub fn moves_of(
     machine: &Machine,
 ) -> Result<(Program, Comparison), ReadError> {
     let mut moves = Vec::new();
-    let comparison = run(job, files, dialect, machine, &mut |found| add_moves(&mut moves, found))?;
+    let comparison = follow_program(job, files, dialect, machine, &mut |found| add_moves(&mut moves, found))?;
     if 2 * comparison.missing > job.strokes() as u64 {
         return Err(ReadError::Astray {
             path: files.first().cloned().unwrap_or_default(),

@@ -1,242 +1,270 @@
-use claymill_nurbs::{Curve3, Point3};
+use std::collections::VecDeque;
 
-use crate::Dynamics;
+use claymill_motion::{Chain, Joint, JointRule, Limits, Looks, Place, Rail, Track};
+use claymill_nurbs::{Point3, Vector3};
 
-/// A curve with its arc length: `t` of a distance from the start.
-#[derive(Debug)]
-struct Rail<'a> {
-    curve: &'a Curve3,
-    /// Parameter and distance at stations, both growing.
-    stations: Vec<(f64, f64)>,
+use crate::reference::Waiting;
+use crate::{Path, Record, SetPoint};
+
+/// The motion of the reference controller: the records that wait, and the way from rest to rest that it is on.
+pub(crate) struct Drive {
+    limits: Limits,
+    rule: JointRule,
+    cycle_s: f64,
+    /// One path at a time.
+    single: bool,
+    waiting: VecDeque<Waiting>,
+    /// End and tool axis of the last path in `waiting`.
+    end: Option<(Point3, Vector3)>,
+    /// Rails of the paths at the front of `waiting`, as far as they are laid.
+    rails: VecDeque<Laid>,
+    /// Records of `waiting` that have been laid, or passed over because they need no rest.
+    laid: usize,
+    track: Track,
+    /// Tool axis at the end of the last rail.
+    turned: Option<Vector3>,
+    /// Places of `track` that the motion knows.
+    known: usize,
+    /// Where the motion began on the first rail of the track, mm.
+    begin_mm: f64,
+    /// Length of the rails that it has left behind.
+    passed_mm: f64,
+    /// Length of the known places.
+    known_mm: f64,
+    motion: Option<Chain>,
+    time_s: f64,
+    /// Where it is, from the start of the path in front, mm.
+    way_mm: f64,
+    speed: f64,
+    last: Option<SetPoint>,
+    held: bool,
+    /// Nothing is laid behind a rest.
+    closed: bool,
+    /// Part of their own feed that paths are run with.
+    pub(crate) feed_share: f64,
 }
 
-/// Distance between stations, mm.
-const STATION_MM: f64 = 0.5;
-const MOST_STATIONS: f64 = 1e6;
-/// Gauss–Legendre nodes and weights on −1..1, three points.
-const GAUSS: [(f64, f64); 3] =
-    [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
+/// A path with its measure.
+struct Laid {
+    seq: u64,
+    rail: Rail,
+}
 
-impl<'a> Rail<'a> {
-    fn new(curve: &'a Curve3) -> Self {
-        let mut stations = vec![(curve.domain().0, 0.0)];
-        let mut along = 0.0;
-        for span in curve.knots().breaks().windows(2) {
-            let rough = length(curve, span[0], span[1]);
-            let parts = (rough / STATION_MM).ceil().clamp(4.0, MOST_STATIONS) as usize;
-            let mut last = span[0];
-            for i in 1..=parts {
-                let t = span[0] + (span[1] - span[0]) * i as f64 / parts as f64;
-                along += length(curve, last, t);
-                stations.push((t, along));
-                last = t;
+/// Ways shorter than this are none, mm.
+const SLIVER_MM: f64 = 1e-7;
+/// A motion is planned anew when its base ends sooner than this, s: in time for its brakes.
+const SOON_S: f64 = 1.0;
+
+impl Drive {
+    pub(crate) fn new(limits: Limits, rule: JointRule, cycle_s: f64, single: bool) -> Self {
+        Drive {
+            limits,
+            rule,
+            cycle_s,
+            single,
+            waiting: VecDeque::new(),
+            end: None,
+            rails: VecDeque::new(),
+            laid: 0,
+            track: Track::new(limits, rule),
+            turned: None,
+            known: 0,
+            begin_mm: 0.0,
+            passed_mm: 0.0,
+            known_mm: 0.0,
+            motion: None,
+            time_s: 0.0,
+            way_mm: 0.0,
+            speed: 0.0,
+            last: None,
+            held: false,
+            closed: false,
+            feed_share: 1.0,
+        }
+    }
+
+    /// The first path was run so far already.
+    pub(crate) fn begin_at(&mut self, way_mm: f64) {
+        self.way_mm = way_mm;
+    }
+
+    pub(crate) fn waiting(&self) -> usize {
+        self.waiting.len()
+    }
+
+    pub(crate) fn front(&self) -> Option<&Waiting> {
+        self.waiting.front()
+    }
+
+    /// How far from the end of the last path that was taken `path` begins; where the axis is another one, the part is
+    /// turned in between.
+    pub(crate) fn gap_mm(&self, path: &Path) -> f64 {
+        match &self.end {
+            Some((end, axis)) if (axis - path.axis_start).norm() < 1e-6 => (end - path.curve.start()).norm(),
+            _ => 0.0,
+        }
+    }
+
+    pub(crate) fn take(&mut self, record: Waiting) {
+        if let Waiting::Path(_, path) = &record {
+            self.end = Some((path.curve.end(), path.axis_end));
+        }
+        self.waiting.push_back(record);
+    }
+
+    pub(crate) fn pop(&mut self) -> Option<Waiting> {
+        self.laid = self.laid.saturating_sub(1);
+        self.waiting.pop_front()
+    }
+
+    pub(crate) fn at_rest(&self) -> bool {
+        self.motion.is_none()
+    }
+
+    /// Plans a motion from rest, where the machine is on the path in front.
+    pub(crate) fn start(&mut self) {
+        self.rails.clear();
+        self.turned = None;
+        self.track = Track::new(self.limits, self.rule);
+        (self.laid, self.known, self.held, self.closed) = (0, 0, false, false);
+        (self.begin_mm, self.passed_mm, self.known_mm) = (self.way_mm, 0.0, 0.0);
+        let mut places = Vec::new();
+        while !self.closed && self.lay() {
+            places.extend(self.next_places());
+        }
+        self.motion = Some(Chain::plan(places, self.limits));
+        self.time_s = 0.0;
+    }
+
+    /// Lays the rail of the next path that the motion can go on to without a rest.
+    fn lay(&mut self) -> bool {
+        while let Some(next) = self.waiting.get(self.laid) {
+            match next {
+                Waiting::Path(..) if self.single && !self.rails.is_empty() => break,
+                Waiting::Path(seq, path) => {
+                    if self.turned.replace(path.axis_end).is_some_and(|a| (a - path.axis_start).norm() > 1e-6)
+                    {
+                        self.track.stop();
+                    }
+                    let rail = Rail::new(path.curve.clone(), Looks::FINE);
+                    self.track.add(&rail, path.feed * self.feed_share);
+                    self.rails.push_back(Laid { seq: *seq, rail });
+                    self.laid += 1;
+                    return true;
+                }
+                Waiting::Other(_, record) if record.needs_rest() => {
+                    self.closed = true;
+                    break;
+                }
+                Waiting::Other(..) => self.laid += 1,
             }
         }
-        Rail { curve, stations }
+        false
     }
 
-    fn length_mm(&self) -> f64 {
-        self.stations[self.stations.len() - 1].1
-    }
-
-    fn parameter(&self, s: f64) -> f64 {
-        let i = self.stations.partition_point(|st| st.1 <= s).clamp(1, self.stations.len() - 1);
-        let ((t0, s0), (t1, s1)) = (self.stations[i - 1], self.stations[i]);
-        if s1 <= s0 {
-            return t1;
-        }
-        let mut t = t0 + (t1 - t0) * ((s - s0) / (s1 - s0)).clamp(0.0, 1.0);
-        for _ in 0..3 {
-            let speed = self.curve.derivatives(t)[1].norm();
-            if speed <= 0.0 {
+    /// Places of the track that the motion does not know, up to the next stop; from where it began.
+    fn next_places(&mut self) -> Vec<(Joint, Place)> {
+        let mut places = Vec::new();
+        while let Some(&(joint, place)) = self.track.places().get(self.known) {
+            if joint.speed <= 0.0 && self.known_mm > self.begin_mm + SLIVER_MM {
+                self.closed = true;
                 break;
             }
-            t = (t - (s0 + length(self.curve, t0, t) - s) / speed).clamp(t0, t1);
+            let left = self.known_mm + place.length_mm - self.begin_mm;
+            if left > SLIVER_MM {
+                places.push((joint, Place { length_mm: place.length_mm.min(left), ..place }));
+            }
+            self.known_mm += place.length_mm;
+            self.known += 1;
         }
-        t
-    }
-}
-
-fn length(curve: &Curve3, a: f64, b: f64) -> f64 {
-    let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
-    GAUSS.iter().map(|(x, w)| w * curve.derivatives(middle + half * x)[1].norm()).sum::<f64>() * half
-}
-
-/// A motion from rest to rest along a curve under limits of velocity, acceleration and jerk.
-///
-/// Along the path it is the seven-phase profile with limited jerk. What the path's curvature κ adds is kept
-/// within the limits by the cruising speed: with `v²κ ≤ a/√2` and a tangential acceleration up to `a/√2` the
-/// whole acceleration is no larger than `a`; the three parts of the jerk, `j_t`, `3·v·a_t·κ` and
-/// `v³·(|κ′| + κ²)`, get a third each.
-#[derive(Debug)]
-pub struct Motion<'a> {
-    rail: Rail<'a>,
-    /// Jerk and duration of the phases.
-    phases: [(f64, f64); 7],
-    time_s: f64,
-}
-
-/// Largest κ and |κ′| found at stations are taken this much larger.
-const MARGIN: f64 = 1.1;
-
-impl<'a> Motion<'a> {
-    /// Plans a motion along `curve` with `feed` in mm/min.
-    #[must_use]
-    pub fn plan(curve: &'a Curve3, feed: f64, limits: &Dynamics) -> Self {
-        let rail = Rail::new(curve);
-        let (bend, change) = curvature(&rail);
-        let (a, j) = (limits.acceleration_mm_per_s2, limits.jerk_mm_per_s3);
-        let tangential = a * std::f64::consts::FRAC_1_SQRT_2;
-        let mut v = feed / 60.0;
-        if bend > 0.0 {
-            v = v.min((tangential / bend).sqrt());
-        }
-        let twist = change + bend * bend;
-        if twist > 0.0 {
-            v = v.min((j / (3.0 * twist)).cbrt());
-        }
-        let mut a_t = tangential;
-        if bend > 0.0 {
-            a_t = a_t.min(j / (9.0 * v * bend));
-        }
-        let phases = profile(rail.length_mm(), v, a_t, j / 3.0);
-        let time_s = phases.iter().map(|p| p.1).sum();
-        Motion { rail, phases, time_s }
+        places
     }
 
-    /// How long it takes, s.
-    #[must_use]
-    pub fn time_s(&self) -> f64 {
-        self.time_s
-    }
-
-    /// The set point after `time_s` seconds, and the parameter of the curve there.
-    #[must_use]
-    pub fn at(&self, time_s: f64) -> (Point3, f64) {
-        let (mut s, mut v, mut a, mut rest) = (0.0, 0.0, 0.0, time_s.clamp(0.0, self.time_s));
-        for (j, duration) in self.phases {
-            let t = rest.min(duration);
-            s += v * t + 0.5 * a * t * t + j * t * t * t / 6.0;
-            v += a * t + 0.5 * j * t * t;
-            a += j * t;
-            rest -= t;
+    /// Goes on to what has arrived meanwhile.
+    pub(crate) fn look_ahead(&mut self) {
+        let Some(motion) = &self.motion else { return };
+        let soon_s = SOON_S + 2.0 * self.speed / self.limits.acceleration_mm_per_s2;
+        if self.held || self.closed || motion.time_s() - self.time_s > soon_s {
+            return;
         }
-        let t = if time_s >= self.time_s {
-            self.rail.curve.domain().1
-        } else {
-            self.rail.parameter(s.clamp(0.0, self.rail.length_mm()))
-        };
-        (self.rail.curve.point(t), t)
+        while self.lay() {}
+        let before = (self.known, self.known_mm, self.closed);
+        let places = self.next_places();
+        let time_s = self.time_s;
+        if !places.is_empty() && !self.motion.as_mut().is_some_and(|m| m.extend(time_s, &places)) {
+            (self.known, self.known_mm, self.closed) = before;
+        }
     }
-}
 
-/// Largest curvature, 1/mm, and its change along the path, 1/mm².
-fn curvature(rail: &Rail) -> (f64, f64) {
-    let bend = |t: f64| {
-        let [_, d1, d2] = rail.curve.derivatives(t);
-        let speed = d1.norm();
-        if speed > 0.0 { d1.cross(&d2).norm() / speed.powi(3) } else { 0.0 }
-    };
-    let (mut largest, mut change, mut last): (f64, f64, Option<(f64, f64)>) = (0.0, 0.0, None);
-    for w in rail.stations.windows(2) {
-        let k = bend(0.5 * (w[0].0 + w[1].0));
-        let s = 0.5 * (w[0].1 + w[1].1);
-        largest = largest.max(k).max(bend(w[0].0)).max(bend(w[1].0));
-        if let Some((before, at)) = last
-            && s > at
+    /// Comes to rest as soon as the limits allow.
+    pub(crate) fn hold(&mut self) {
+        if !std::mem::replace(&mut self.held, true)
+            && let Some(motion) = &mut self.motion
         {
-            change = change.max((k - before).abs() / (s - at));
+            motion.hold(self.time_s.max(0.0));
         }
-        last = Some((k, s));
     }
-    (MARGIN * largest, MARGIN * change)
+
+    /// One cycle on.
+    pub(crate) fn cycle(&mut self) {
+        let Some(motion) = &self.motion else { return };
+        self.time_s += self.cycle_s;
+        let (way, speed) = motion.at(self.time_s);
+        (self.way_mm, self.speed) = (self.begin_mm + way - self.passed_mm, speed);
+    }
+
+    /// Where the machine is.
+    pub(crate) fn here(&mut self) -> Option<SetPoint> {
+        let mut way = self.way_mm;
+        for (i, laid) in self.rails.iter().enumerate() {
+            let length = laid.rail.length_mm();
+            if way <= length || i + 1 == self.rails.len() {
+                let parameter = laid.rail.parameter(way.min(length));
+                let tip = laid.rail.curve().point(parameter);
+                self.last = Some(SetPoint { seq: laid.seq, parameter, tip, speed: self.speed });
+                break;
+            }
+            way -= length;
+        }
+        self.last
+    }
+
+    /// The path in front, when its end has been passed.
+    pub(crate) fn pass(&mut self) -> Option<u64> {
+        let first = self.rails.front()?;
+        let length = first.rail.length_mm();
+        let rest = self.motion.as_ref().is_none_or(|m| self.time_s >= m.time_s());
+        // At a joint that is also a rest, the way may be short of the end by rounding.
+        if self.way_mm < if rest { length - SLIVER_MM } else { length } {
+            return None;
+        }
+        let seq = first.seq;
+        self.way_mm = (self.way_mm - length).max(0.0);
+        self.passed_mm += length;
+        self.rails.pop_front();
+        self.pop();
+        Some(seq)
+    }
+
+    /// How far the path in front has been run, mm.
+    pub(crate) fn way_on_path_mm(&self) -> Option<f64> {
+        matches!(self.waiting.front(), Some(Waiting::Path(..))).then(|| self.way_mm.max(0.0))
+    }
+
+    /// Ends the motion if it has come to rest; the time that it was planned to take.
+    pub(crate) fn come_to_rest(&mut self) -> Option<f64> {
+        let planned_s = self.motion.as_ref()?.time_s();
+        if self.time_s < planned_s {
+            return None;
+        }
+        self.motion = None;
+        Some(planned_s)
+    }
 }
 
-/// The seven phases from rest to rest over `length` under the limits.
-fn profile(length: f64, v: f64, a: f64, j: f64) -> [(f64, f64); 7] {
-    // Time to reach a speed: with the full acceleration, or without ever reaching it.
-    let ramp = |v: f64| {
-        let rise = (v / j).sqrt().min(a / j);
-        (rise, if rise < a / j { 0.0 } else { v / a - rise })
-    };
-    let distance = |v: f64| {
-        let (rise, flat) = ramp(v);
-        v * (2.0 * rise + flat)
-    };
-    let mut top = v;
-    if distance(top) > length {
-        let (mut low, mut high) = (0.0, top);
-        for _ in 0..100 {
-            let middle = 0.5 * (low + high);
-            if distance(middle) > length { high = middle } else { low = middle }
-        }
-        top = low;
-    }
-    let (rise, flat) = ramp(top);
-    let cruise = if top > 0.0 { ((length - distance(top)) / top).max(0.0) } else { 0.0 };
-    // The jerk that reaches the top speed exactly.
-    let j = if rise > 0.0 { top / (rise * (rise + flat)) } else { 0.0 };
-    [(j, rise), (0.0, flat), (-j, rise), (0.0, cruise), (-j, rise), (0.0, flat), (j, rise)]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use claymill_nurbs::{KnotVector, Vector3};
-
-    fn wave() -> Curve3 {
-        let points: Vec<Point3> = (0..12)
-            .map(|i| Point3::new(f64::from(i) * 9.0, 4.0 * f64::from(i % 3), f64::from(i * i % 5)))
-            .collect();
-        let mut knots = vec![0.0; 4];
-        knots.extend((1..9).map(|i| f64::from(i) * 11.0));
-        knots.extend([100.0; 4]);
-        Curve3::new(KnotVector::new(3, knots).unwrap(), points, None).unwrap()
-    }
-
-    #[test]
-    fn set_points_keep_every_limit() {
-        let curve = wave();
-        for feed in [600.0, 6000.0, 60_000.0] {
-            let limits = Dynamics { acceleration_mm_per_s2: 3000.0, jerk_mm_per_s3: 60_000.0, cycle_s: 1e-3 };
-            let motion = Motion::plan(&curve, feed, &limits);
-            let ticks = (motion.time_s() / limits.cycle_s).ceil() as usize;
-            let points: Vec<Point3> = (0..=ticks).map(|i| motion.at(i as f64 * limits.cycle_s).0).collect();
-            let differences = |v: &[Vector3]| -> Vec<Vector3> {
-                v.windows(2).map(|w| (w[1] - w[0]) / limits.cycle_s).collect()
-            };
-            let positions: Vec<Vector3> = points.iter().map(|p| p.coords).collect();
-            let velocity = differences(&positions);
-            let acceleration = differences(&velocity);
-            let jerk = differences(&acceleration);
-            let largest = |v: &[Vector3]| v.iter().map(|x| x.norm()).fold(0.0, f64::max);
-            assert!(largest(&velocity) <= feed / 60.0 * (1.0 + 1e-6), "{}", largest(&velocity));
-            assert!(largest(&acceleration) <= limits.acceleration_mm_per_s2, "{}", largest(&acceleration));
-            assert!(largest(&jerk) <= limits.jerk_mm_per_s3, "{}", largest(&jerk));
-            assert!((points[ticks] - curve.end()).norm() < 1e-9);
-            let executed = ticks as f64 * limits.cycle_s;
-            assert!((executed - motion.time_s()).abs() <= 0.01 * motion.time_s(), "{executed}");
-            // Set points lie on the curve.
-            for (i, p) in points.iter().enumerate() {
-                let t = motion.at(i as f64 * limits.cycle_s).1;
-                assert!((curve.point(t) - p).norm() < 1e-4);
-            }
-        }
-    }
-
-    #[test]
-    fn a_profile_covers_its_length() {
-        for length in [1e-4, 0.1, 3.0, 80.0, 5000.0] {
-            let phases = profile(length, 100.0, 2000.0, 20_000.0);
-            let (mut s, mut v, mut a) = (0.0, 0.0, 0.0);
-            for (j, t) in phases {
-                s += v * t + 0.5 * a * t * t + j * t * t * t / 6.0;
-                v += a * t + 0.5 * j * t * t;
-                a += j * t;
-                assert!(v <= 100.0 + 1e-9 && a.abs() <= 2000.0 + 1e-9);
-            }
-            approx::assert_relative_eq!(s, length, max_relative = 1e-9);
-            assert!(v.abs() < 1e-6 && a.abs() < 1e-6, "{v} {a}");
-        }
+impl Record {
+    /// Whether the machine stands still while it is executed.
+    pub(crate) fn needs_rest(&self) -> bool {
+        !matches!(self, Record::Coolant(_) | Record::Output { .. } | Record::Path(_))
     }
 }

@@ -75,16 +75,12 @@ impl MachineJob {
                     m.seq
                 )));
             }
-            let limit = match m.kind {
-                MoveKind::Rapid => machine.feed.rapid_mm_per_min,
-                _ => machine.feed.max_mm_per_min,
-            };
             section.strokes.push(Stroke {
                 seq: m.seq,
                 kind: m.kind,
                 region: m.region,
                 pass: m.pass,
-                feed: m.feed.min(limit),
+                feed: m.feed.min(machine.feed.of(m.kind)),
                 curve: turned(&m.curve()?, |p| section.frame.to_machine(p)),
             });
         }
@@ -99,6 +95,34 @@ impl MachineJob {
     pub fn strokes(&self) -> usize {
         self.sections.iter().map(|s| s.strokes.len()).sum()
     }
+}
+
+/// Ends of moves that are farther apart than this are not joined, mm.
+pub(crate) const GAP_MM: f64 = 1e-3;
+
+/// Moves chosen from a job, with a way up to the clearance height, across and down wherever one does not begin where
+/// the one before it ends. What is added bears the number of the move that it leads to.
+#[must_use]
+pub fn bridged(job: &Job, program: &Program) -> Program {
+    let mut moves: Vec<Move> = Vec::new();
+    for m in &program.moves {
+        let setup = job.setups.iter().find(|s| s.name == m.setup);
+        if let (Some(last), Some(setup)) = (moves.last().filter(|l| l.setup == m.setup), setup)
+            && (last.end() - m.start()).norm() > GAP_MM
+        {
+            let axis = Vector3::from(setup.axis);
+            let lifted = |p: Point3| p + axis * (setup.clearance_mm - axis.dot(&p.coords)).max(0.0);
+            let (from, to) = (last.end(), m.start());
+            let ways = [(from, lifted(from)), (lifted(from), lifted(to)), (lifted(to), to)];
+            for (a, b) in ways.into_iter().filter(|(a, b)| (b - a).norm() > 0.0) {
+                let way = Move::straight(MoveKind::Rapid, a, b, axis, job.request.rapid_mm_per_min);
+                let (setup, tool) = (m.setup.clone(), m.tool.clone());
+                moves.push(Move { seq: m.seq, setup, tool, region: m.region, pass: m.pass, ..way });
+            }
+        }
+        moves.push(m.clone());
+    }
+    Program { moves }
 }
 
 fn section(job: &Job, m: &Move, machine: &Machine) -> Result<Section, PostError> {

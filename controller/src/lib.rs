@@ -33,24 +33,25 @@ mod record;
 mod reference;
 mod rsh;
 mod shape;
+mod simulate;
 mod wire;
 mod words;
 
 pub use compare::{Comparison, check, compare, dialect_of, elements, moves_of};
-pub use dialects::{Dialect, Element, UnknownDialect};
-pub use drive::Motion;
+pub use dialects::{Dialect, Element, UnknownDialect, tool_number};
 pub use error::{MachineError, PostError, ReadError, Refusal};
 pub use frame::Frame;
-pub use job::{MachineJob, Section, Stroke};
+pub use job::{MachineJob, Section, Stroke, bridged};
 pub use lower::Rung;
 pub use machine::{
-    AxisName, Coolant, Dynamics, Feed, Files, LineNumbers, Machine, SetupPlace, Spindle, Units,
+    AxisName, ControlFacts, Coolant, Dynamics, Feed, Files, LineNumbers, Machine, SetupPlace, Spindle, Units,
 };
 pub use number::LengthFormat;
 pub use post::{PostTotals, WrittenFile, blocks_of, post};
 pub use queue::{Consumer, Producer, QueueError, SILENCE};
 pub use record::{LONGEST_RECORD, Path, RECORD_VERSION, Record, RecordError};
-pub use reference::{Ended, Order, Reference, ReferenceError, SetPoint, Tally};
+pub use reference::{Ended, Event, Order, Reference, ReferenceError, SetPoint, Tally};
 pub use rsh::{Remote, RemoteError};
 pub use shape::{ARC_RADIUS_MM, Arc, Plane, Shape};
+pub use simulate::{FeedProfile, Simulation, simulate};
 pub use wire::{Sender, WireError, serve};

@@ -1,6 +1,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use claymill_toolpath::MoveKind;
 use serde::{Deserialize, Serialize};
 
 use crate::MachineError;
@@ -53,6 +54,20 @@ pub struct Machine {
     pub setups: BTreeMap<String, SetupPlace>,
     /// Velocity, acceleration and jerk of the axes.
     pub dynamics: Dynamics,
+    /// What is known of the control, for its simulation.
+    pub control: ControlFacts,
+}
+
+/// What is known of a control; what is left out is taken as usual for the dialect.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ControlFacts {
+    /// Blocks that it looks ahead.
+    pub look_ahead_blocks: Option<usize>,
+    /// Time that it takes to read a block, s.
+    pub block_s: Option<f64>,
+    /// How far from a corner it may run, mm.
+    pub corner_mm: Option<f64>,
 }
 
 /// Unit of a program.
@@ -118,6 +133,14 @@ pub struct Feed {
     pub max_mm_per_min: f64,
     /// Rapid rate.
     pub rapid_mm_per_min: f64,
+}
+
+impl Feed {
+    /// Fastest feed of a kind of move, mm/min.
+    #[must_use]
+    pub fn of(&self, kind: MoveKind) -> f64 {
+        if kind == MoveKind::Rapid { self.rapid_mm_per_min } else { self.max_mm_per_min }
+    }
 }
 
 /// Spindle.
@@ -189,6 +212,7 @@ impl Default for Machine {
             end: Vec::new(),
             setups: BTreeMap::new(),
             dynamics: Dynamics::default(),
+            control: ControlFacts::default(),
         }
     }
 }
@@ -207,7 +231,7 @@ impl Default for Spindle {
 
 impl Default for Dynamics {
     fn default() -> Self {
-        Dynamics { acceleration_mm_per_s2: 3000.0, jerk_mm_per_s3: 60_000.0, cycle_s: 0.001 }
+        Dynamics { acceleration_mm_per_s2: 1000.0, jerk_mm_per_s3: 10_000.0, cycle_s: 0.001 }
     }
 }
 
@@ -260,6 +284,12 @@ impl Machine {
         if !(positive(d.acceleration_mm_per_s2) && positive(d.jerk_mm_per_s3) && positive(d.cycle_s)) {
             return value("dynamics", "must be positive");
         }
+        let c = &self.control;
+        if c.look_ahead_blocks == Some(0)
+            || [c.block_s, c.corner_mm].into_iter().flatten().any(|v| !positive(v))
+        {
+            return value("control", "must be positive");
+        }
         if self.axes.values().any(|[a, b]| !(a.is_finite() && b.is_finite() && a < b)) {
             return value("axes", "must have a lower limit below the upper one");
         }
@@ -311,6 +341,8 @@ mod tests {
             "axes = { x = [3, 1] }",
             "start = [\"G0\\nG1\"]",
             "dynamics = { jerk_mm_per_s3 = 0 }",
+            "control = { look_ahead_blocks = 0 }",
+            "control = { block_s = -1 }",
         ] {
             let machine: Machine = toml::from_str(text).unwrap();
             assert!(machine.check().is_err(), "{text}");

@@ -12,7 +12,7 @@ use crate::dialects::{Dialect, Grammar, Page, TAG};
 use crate::job::{MachineJob, Section, Stroke};
 use crate::lower::{Lowered, Rung, lower};
 use crate::machine::Files;
-use crate::{AxisName, Machine, PostError, Refusal};
+use crate::{AxisName, Machine, PostError, Refusal, Simulation};
 
 /// What was written, and how well it stands for the job.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -33,6 +33,9 @@ pub struct PostTotals {
     pub written_mm: f64,
     /// What reading back found.
     pub read_back: Comparison,
+    /// What a virtual control makes of it, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub simulation: Option<Simulation>,
 }
 
 /// One file of a program.
@@ -116,6 +119,7 @@ pub fn post(
         stated_mm,
         written_mm,
         read_back,
+        simulation: None,
     })
 }
 

@@ -6,13 +6,15 @@ use std::time::{Duration, Instant};
 
 use thiserror::Error;
 
+use crate::record::FEED_SHARES;
+
 /// A bounded queue of records between two processes, in a file that lives in memory (`/dev/shm`).
 ///
 /// ```text
 ///   0     magic, version, capacity
 ///   64    the producer's word:  bytes written, records written, beats
 ///   128   the consumer's word:  bytes taken,   records taken,   beats
-///   192   the consumer's progress: the record that it is doing, and how far it is (seconds of its path)
+///   192   the consumer's progress: the record that it is doing, how far it is (mm of its path), the feed's share
 ///   224   the stream that the producer is writing: its name, and the number of its first record
 ///   4096  the ring: records, each behind its length (u32), byte b of the stream at b mod capacity
 /// ```
@@ -75,7 +77,7 @@ impl Shared {
             shared.write_word(PRODUCER_AT, Word::default())?;
             shared.write_word(CONSUMER_AT, Word::default())?;
             shared.write_word(STREAM_AT, Word::default())?;
-            shared.write_word(PROGRESS_AT, Word { bytes: u64::MAX, ..Word::default() })?;
+            shared.write_word(PROGRESS_AT, progress(u64::MAX, 0.0, 1.0))?;
             return Ok(shared);
         }
         file.read_exact_at(&mut head, 0)?;
@@ -134,6 +136,10 @@ impl Shared {
 
 fn sum(word: &Word) -> u64 {
     MAGIC ^ word.bytes.rotate_left(7) ^ word.records.rotate_left(23) ^ word.beats.rotate_left(41)
+}
+
+fn progress(seq: u64, way_mm: f64, feed_share: f64) -> Word {
+    Word { bytes: seq, records: way_mm.to_bits(), beats: feed_share.to_bits() }
 }
 
 /// Watches the beats of the other side.
@@ -290,9 +296,10 @@ pub struct Consumer {
     shared: Shared,
     word: Word,
     written: Word,
-    /// Bytes read ahead, and where the next record begins in them.
+    /// Bytes read ahead, where the next record begins in them, and the next one that was not looked at.
     ahead: Vec<u8>,
     at: usize,
+    seen: usize,
     watch: Watch,
     beaten: Instant,
 }
@@ -311,6 +318,7 @@ impl Consumer {
             written,
             ahead: Vec::new(),
             at: 0,
+            seen: 0,
             watch: Watch::new(),
             beaten: Instant::now(),
         })
@@ -328,33 +336,62 @@ impl Consumer {
     /// The queue is damaged, or it is empty and the producer has not been heard of for [`SILENCE`]: call again
     /// to go on waiting.
     pub fn peek(&mut self) -> Result<Option<&[u8]>, QueueError> {
-        if self.at == self.ahead.len() {
-            self.written = self.shared.read_word(PRODUCER_AT)?;
-            let from = self.word.bytes;
-            let Some(length) = self.written.bytes.checked_sub(from).filter(|l| *l <= self.shared.capacity)
-            else {
-                return Err(QueueError::Format("the queue's words do not fit"));
+        if self.at == self.ahead.len() && !self.fill()? {
+            let silent = self.watch.silent(self.written.beats);
+            self.beat()?;
+            return match silent {
+                Some(silence) => {
+                    self.watch = Watch::new();
+                    Err(QueueError::Silent(silence))
+                }
+                None => Ok(None),
             };
-            if length == 0 {
-                let silent = self.watch.silent(self.written.beats);
-                self.beat()?;
-                return match silent {
-                    Some(silence) => {
-                        self.watch = Watch::new();
-                        Err(QueueError::Silent(silence))
-                    }
-                    None => Ok(None),
-                };
-            }
-            self.ahead.resize(length as usize, 0);
-            self.at = 0;
-            let (shared, ahead) = (&self.shared, &mut self.ahead);
-            shared.ring(from, length, |at, part| shared.file.read_exact_at(&mut ahead[part], at))?;
         }
+        let record = self.record(self.at)?;
+        Ok(Some(&self.ahead[record]))
+    }
+
+    /// The next record that was not looked at yet, at or behind the one of [`Consumer::peek`]; it stays in the queue.
+    ///
+    /// # Errors
+    /// The queue is damaged.
+    pub fn look(&mut self) -> Result<Option<&[u8]>, QueueError> {
+        if self.seen == self.ahead.len() && !self.fill()? {
+            return Ok(None);
+        }
+        let record = self.record(self.seen)?;
+        self.seen = record.end;
+        Ok(Some(&self.ahead[record]))
+    }
+
+    /// Where in `ahead` the record is that begins, with its length, at `at`.
+    fn record(&self, at: usize) -> Result<std::ops::Range<usize>, QueueError> {
         let bad = QueueError::Format("a record's length is damaged");
-        let Some(head) = self.ahead.get(self.at..self.at + 4) else { return Err(bad) };
+        let Some(head) = self.ahead.get(at..at + 4) else { return Err(bad) };
         let length = u32::from_le_bytes(head.try_into().unwrap_or_default()) as usize;
-        self.ahead.get(self.at + 4..self.at + 4 + length).map(Some).ok_or(bad)
+        if self.ahead.len() - at - 4 < length { Err(bad) } else { Ok(at + 4..at + 4 + length) }
+    }
+
+    /// Reads what was written since; whether there was anything.
+    fn fill(&mut self) -> Result<bool, QueueError> {
+        self.written = self.shared.read_word(PRODUCER_AT)?;
+        let held = (self.ahead.len() - self.at) as u64;
+        let from = self.word.bytes + held;
+        let length = self.written.bytes.checked_sub(from);
+        let Some(length) = length.filter(|l| *l + held <= self.shared.capacity) else {
+            return Err(QueueError::Format("the queue's words do not fit"));
+        };
+        if length == 0 {
+            return Ok(false);
+        }
+        self.ahead.drain(..self.at);
+        self.seen -= self.at;
+        self.at = 0;
+        let begin = self.ahead.len();
+        self.ahead.resize(begin + length as usize, 0);
+        let (shared, new) = (&self.shared, &mut self.ahead[begin..]);
+        shared.ring(from, length, |at, part| shared.file.read_exact_at(&mut new[part], at))?;
+        Ok(true)
     }
 
     /// Takes the record of the last [`Consumer::peek`] out of the queue: it has been done.
@@ -362,32 +399,44 @@ impl Consumer {
     /// # Errors
     /// The queue cannot be written.
     pub fn done(&mut self) -> Result<(), QueueError> {
-        let Some(head) = self.ahead.get(self.at..self.at + 4) else { return Ok(()) };
-        let length = 4 + u32::from_le_bytes(head.try_into().unwrap_or_default()) as usize;
-        self.at += length;
-        self.word.bytes += length as u64;
+        if self.at == self.ahead.len() {
+            return Ok(());
+        }
+        let end = self.record(self.at)?.end;
+        self.word.bytes += (end - self.at) as u64;
+        self.at = end;
+        self.seen = self.seen.max(end);
         self.word.records += 1;
         self.word.beats += 1;
         Ok(self.shared.write_word(CONSUMER_AT, self.word)?)
     }
 
-    /// Notes how far the record is that is being done, for whoever takes it up after this process.
+    /// Notes how far, in mm, the path of record `seq` has been run, and the part of their own feed that paths are
+    /// run with, for whoever goes on after this process.
     ///
     /// # Errors
     /// The queue cannot be written.
-    pub fn set_progress(&mut self, seq: u64, time_s: f64) -> Result<(), QueueError> {
-        let word = Word { bytes: seq, records: time_s.to_bits(), beats: 0 };
-        Ok(self.shared.write_word(PROGRESS_AT, word)?)
+    pub fn set_progress(&mut self, seq: u64, way_mm: f64, feed_share: f64) -> Result<(), QueueError> {
+        Ok(self.shared.write_word(PROGRESS_AT, progress(seq, way_mm, feed_share))?)
     }
 
-    /// How far record `seq` was when it was last noted, s; `None` when it was not begun.
+    /// How far the path of record `seq` was when it was last noted, mm; `None` when it was not begun.
     ///
     /// # Errors
     /// The queue cannot be read.
     pub fn progress(&self, seq: u64) -> Result<Option<f64>, QueueError> {
         let word = self.shared.read_word(PROGRESS_AT)?;
-        let time_s = f64::from_bits(word.records);
-        Ok((word.bytes == seq && time_s.is_finite() && time_s >= 0.0).then_some(time_s))
+        let way_mm = f64::from_bits(word.records);
+        Ok((word.bytes == seq && way_mm.is_finite() && way_mm >= 0.0).then_some(way_mm))
+    }
+
+    /// The part of their own feed that paths are run with, as last noted.
+    ///
+    /// # Errors
+    /// The queue cannot be read.
+    pub fn feed_share(&self) -> Result<f64, QueueError> {
+        let share = f64::from_bits(self.shared.read_word(PROGRESS_AT)?.beats);
+        Ok(if FEED_SHARES.contains(&share) { share } else { 1.0 })
     }
 
     /// Lets the producer know that the consumer lives.

@@ -2,7 +2,7 @@ use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
 use claymill_toolpath::{Move, MoveKind};
 use thiserror::Error;
 
-/// Version of the layout; a reader refuses others.
+/// Version of the layout; a reader refuses others, and kinds that it does not know.
 pub const RECORD_VERSION: u16 = 1;
 /// A record is never longer than this, bytes.
 pub const LONGEST_RECORD: usize = 1 << 20;
@@ -27,7 +27,12 @@ pub enum Record {
     },
     /// Nothing follows.
     End,
+    /// The paths that follow are run with this part of their own feed, 0.01 to 2.
+    Feed(f64),
 }
+
+/// What [`Record::Feed`] may ask for.
+pub(crate) const FEED_SHARES: std::ops::RangeInclusive<f64> = 0.01..=2.0;
 
 /// A tool path record: curve, frames at its ends, feed.
 #[derive(Debug, Clone, PartialEq)]
@@ -91,6 +96,7 @@ impl Record {
             Record::Coolant(_) => 4,
             Record::Output { .. } => 5,
             Record::End => 6,
+            Record::Feed(_) => 7,
         };
         out.extend(RECORD_VERSION.to_le_bytes());
         out.extend([tag, 0]);
@@ -98,7 +104,7 @@ impl Record {
         match self {
             Record::Path(path) => path.encode(out),
             Record::Tool(number) => out.extend(number.to_le_bytes()),
-            Record::Spindle(speed) => out.extend(speed.to_le_bytes()),
+            Record::Spindle(value) | Record::Feed(value) => out.extend(value.to_le_bytes()),
             Record::Coolant(on) => out.push(u8::from(*on)),
             Record::Output { number, on } => {
                 out.extend(number.to_le_bytes());
@@ -132,6 +138,14 @@ impl Record {
             4 => Record::Coolant(flag(from.take()?)?),
             5 => Record::Output { number: u16::from_le_bytes(from.take()?), on: flag(from.take()?)? },
             6 => Record::End,
+            7 => match from.number()? {
+                share if FEED_SHARES.contains(&share) => Record::Feed(share),
+                other => {
+                    return Err(RecordError::Field(format!(
+                        "a feed's share of {other} is not from 0.01 to 2"
+                    )));
+                }
+            },
             other => return Err(RecordError::Field(format!("{other} is no kind of record"))),
         };
         if from.at != bytes.len() {
@@ -234,6 +248,7 @@ mod tests {
             Record::Coolant(true),
             Record::Output { number: 3, on: false },
             Record::End,
+            Record::Feed(0.5),
         ];
         for (i, record) in all.iter().enumerate() {
             let mut bytes = Vec::new();

@@ -1,8 +1,11 @@
 use std::time::{Duration, Instant};
 
+use claymill_motion::{JointRule, Limits};
 use claymill_nurbs::Point3;
 
-use crate::{Consumer, Dynamics, Motion, QueueError, Record, RecordError};
+use crate::drive::Drive;
+use crate::job::GAP_MM;
+use crate::{Consumer, Dynamics, Path, QueueError, Record, RecordError};
 
 /// What the machine is told while it runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,14 +23,23 @@ pub enum Order {
 pub struct SetPoint {
     /// Number of the record in its stream.
     pub seq: u64,
-    /// Whether this is the path's end.
-    pub last: bool,
     /// Parameter on its curve.
     pub parameter: f64,
     /// The tip, mm.
     pub tip: Point3,
-    /// Time within the path as planned, s.
-    pub time_s: f64,
+    /// Its speed, mm/s.
+    pub speed: f64,
+}
+
+/// What the machine reports.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Event {
+    /// Where it is.
+    At(SetPoint),
+    /// The path of this record was run to its end.
+    PathDone(u64),
+    /// A record that is no path was executed.
+    Executed(u64, Record),
 }
 
 /// How a reference controller ended.
@@ -46,8 +58,10 @@ pub struct Tally {
     pub paths: u64,
     /// Cycles executed on paths.
     pub cycles: u64,
-    /// Time that the paths were planned to take, s.
+    /// Time that the ways from rest to rest were planned to take, s.
     pub planned_s: f64,
+    /// Times that it came to rest.
+    pub stops: u64,
 }
 
 /// Why a reference controller stopped.
@@ -64,10 +78,21 @@ pub enum ReferenceError {
         /// What is wrong.
         source: RecordError,
     },
+    /// A path begins elsewhere, though the part was not turned in between.
+    #[error("record {seq} begins {gap_mm:.4} mm from the end of the path before it")]
+    Gap {
+        /// Its number.
+        seq: u64,
+        /// How far.
+        gap_mm: f64,
+    },
 }
 
-/// A control that exists here only: takes records from a queue and runs along their curves at a servo rate,
-/// from rest to rest, under limits of velocity, acceleration and jerk.
+/// A control that exists here only: takes records from a queue and runs along their curves at a servo rate, with
+/// look-ahead over the paths that the queue holds, under limits of velocity, acceleration and jerk.
+///
+/// Tangent paths are run through without a stop. Tools and spindle speeds are changed at rest, coolant and outputs
+/// are switched when the motion passes the joint where they stand.
 #[derive(Debug, Clone, Copy)]
 pub struct Reference {
     /// Limits and cycle.
@@ -78,10 +103,23 @@ pub struct Reference {
     pub single_step: bool,
 }
 
+/// Records that are read ahead at most.
+const LOOK_AHEAD: usize = 256;
+/// How long a machine without work sleeps before it looks again.
+const NAP: Duration = Duration::from_micros(200);
+/// A clock that is more than this late begins anew.
+const LATE: Duration = Duration::from_millis(100);
+
+/// A record that waits to be done.
+pub(crate) enum Waiting {
+    Path(u64, Box<Path>),
+    Other(u64, Record),
+}
+
 impl Reference {
-    /// Runs until the stream ends. `order` is asked once a cycle; `report` gets every set point. A record counts
-    /// as done when its end was reached; one that was interrupted is taken up again where `progress` of the
-    /// queue says.
+    /// Runs until the stream ends. `order` is asked once a cycle; `report` gets every set point, and what was done. A
+    /// record counts as done when its end was reached; one that was interrupted is taken up again where
+    /// `progress` of the queue says.
     ///
     /// # Errors
     /// The queue cannot be used, or a record is damaged. A producer that falls silent is waited for.
@@ -89,109 +127,143 @@ impl Reference {
         &self,
         queue: &mut Consumer,
         order: &mut dyn FnMut() -> Order,
-        report: &mut dyn FnMut(SetPoint),
+        report: &mut dyn FnMut(Event),
     ) -> Result<(Ended, Tally), ReferenceError> {
+        let limits = Limits {
+            acceleration_mm_per_s2: self.limits.acceleration_mm_per_s2,
+            jerk_mm_per_s3: self.limits.jerk_mm_per_s3,
+        };
+        let rule = JointRule::OnPath { cycle_s: self.limits.cycle_s };
+        let mut drive = Drive::new(limits, rule, self.limits.cycle_s, self.single_step);
+        let interrupted = queue.progress(queue.next())?;
+        if let Some(way_mm) = interrupted {
+            drive.begin_at(way_mm);
+        }
+        drive.feed_share = queue.feed_share()?;
         let mut tally = Tally::default();
-        // What the last cycle overshot goes to the next path: the clock is not lost between paths.
-        let mut late_s = 0.0;
+        let mut clock = Clock::new(self.real_time, self.limits.cycle_s);
         loop {
-            if order() == Order::Abort {
-                return Ok((Ended::Aborted, tally));
-            }
-            let seq = queue.next();
-            let (stream_seq, record) = match queue.peek() {
-                Ok(Some(bytes)) => {
-                    Record::decode(bytes).map_err(|source| ReferenceError::Record { seq, source })?
-                }
-                Ok(None) => {
-                    std::thread::sleep(Duration::from_micros(200));
-                    continue;
-                }
-                Err(QueueError::Silent(_)) => continue,
-                Err(e) => return Err(e.into()),
-            };
-            match record {
-                Record::End => {
-                    queue.done()?;
-                    return Ok((Ended::Done, tally));
-                }
-                Record::Path(path) => {
-                    let motion = Motion::plan(&path.curve, path.feed, &self.limits);
-                    let begin = queue.progress(seq)?.unwrap_or(0.0);
-                    let run = Run { seq, stream_seq, motion: &motion, begin, late_s };
-                    match self.follow(&run, queue, order, report, &mut tally)? {
-                        Some(late) => late_s = late,
-                        None => return Ok((Ended::Aborted, tally)),
-                    }
-                    tally.paths += 1;
-                    tally.planned_s += motion.time_s() - begin;
-                    queue.done()?;
-                    if self.single_step {
-                        // The path's end is a hold that only a new order to run ends.
-                        while order() == Order::Hold {
-                            queue.beat()?;
-                            std::thread::sleep(Duration::from_micros(500));
-                        }
-                    }
-                }
-                _ => queue.done()?,
-            }
-        }
-    }
-
-    /// Runs along one path; what its last cycle overshot, or `None` when it was aborted.
-    fn follow(
-        &self,
-        run: &Run<'_>,
-        queue: &mut Consumer,
-        order: &mut dyn FnMut() -> Order,
-        report: &mut dyn FnMut(SetPoint),
-        tally: &mut Tally,
-    ) -> Result<Option<f64>, ReferenceError> {
-        let dt = self.limits.cycle_s;
-        let end = run.motion.time_s();
-        let mut clock = run.begin + if run.begin > 0.0 { 0.0 } else { run.late_s };
-        // Rate of the path's own time: 1 runs as planned. A path that was interrupted starts from rest.
-        let mut ramp: f64 = if run.begin > 0.0 { 0.0 } else { 1.0 };
-        let begun = Instant::now();
-        let mut cycles = 0u32;
-        loop {
-            let (tip, parameter) = run.motion.at(clock);
-            report(SetPoint { seq: run.stream_seq, last: clock >= end, parameter, tip, time_s: clock });
-            if clock >= end {
-                return Ok(Some(clock - end));
-            }
-            queue.set_progress(run.seq, clock)?;
+            self.look_ahead(queue, &mut drive)?;
             let now = order();
-            let step = dt / RAMP_S;
-            ramp = if now == Order::Run { (ramp + step).min(1.0) } else { (ramp - step).max(0.0) };
-            if now == Order::Abort && ramp == 0.0 {
-                return Ok(None);
-            }
-            // Rate with a soft beginning and end.
-            clock += dt * ramp * ramp * (3.0 - 2.0 * ramp);
-            queue.beat()?;
-            cycles += 1;
-            tally.cycles += 1;
-            if self.real_time {
-                let due = Duration::from_secs_f64(f64::from(cycles) * dt);
-                if let Some(wait) = due.checked_sub(begun.elapsed()) {
-                    std::thread::sleep(wait);
+            if drive.at_rest() {
+                if now == Order::Abort {
+                    return Ok((Ended::Aborted, tally));
+                }
+                match drive.front() {
+                    Some(Waiting::Other(..)) => {
+                        if self.execute(queue, &mut drive, report)? {
+                            return Ok((Ended::Done, tally));
+                        }
+                        continue;
+                    }
+                    Some(Waiting::Path(..)) if now == Order::Run => drive.start(),
+                    Some(Waiting::Path(..)) => {
+                        if let Some(point) = drive.here() {
+                            report(Event::At(point));
+                        }
+                        queue.beat()?;
+                        clock.tick();
+                        continue;
+                    }
+                    None => {
+                        // Nothing to do: whoever fills the queue is waited for, however long he is silent.
+                        match queue.peek() {
+                            Ok(_) | Err(QueueError::Silent(_)) => {}
+                            Err(e) => return Err(e.into()),
+                        }
+                        std::thread::sleep(NAP);
+                        continue;
+                    }
                 }
             }
+            if now != Order::Run {
+                drive.hold();
+            }
+            drive.cycle();
+            tally.cycles += 1;
+            if let Some(point) = drive.here() {
+                report(Event::At(point));
+            }
+            while let Some(seq) = drive.pass() {
+                report(Event::PathDone(seq));
+                tally.paths += 1;
+                queue.done()?;
+                let switches = |w: &Waiting| matches!(w, Waiting::Other(_, r) if !r.needs_rest());
+                while drive.front().is_some_and(switches) {
+                    self.execute(queue, &mut drive, report)?;
+                }
+            }
+            if let Some(way_mm) = drive.way_on_path_mm() {
+                queue.set_progress(queue.next(), way_mm, drive.feed_share)?;
+            }
+            if let Some(planned_s) = drive.come_to_rest() {
+                tally.planned_s += planned_s;
+                tally.stops += 1;
+            }
+            queue.beat()?;
+            clock.tick();
         }
+    }
+
+    fn look_ahead(&self, queue: &mut Consumer, drive: &mut Drive) -> Result<(), ReferenceError> {
+        while drive.waiting() < LOOK_AHEAD {
+            let seq = queue.next() + drive.waiting() as u64;
+            let Some(bytes) = queue.look()? else { break };
+            let (stream_seq, record) =
+                Record::decode(bytes).map_err(|source| ReferenceError::Record { seq, source })?;
+            drive.take(match record {
+                Record::Path(path) => {
+                    let gap_mm = drive.gap_mm(&path);
+                    if gap_mm > GAP_MM {
+                        return Err(ReferenceError::Gap { seq, gap_mm });
+                    }
+                    Waiting::Path(stream_seq, path)
+                }
+                other => Waiting::Other(stream_seq, other),
+            });
+        }
+        drive.look_ahead();
+        Ok(())
+    }
+
+    /// Executes the record in front, which is no path; whether it was the stream's end.
+    fn execute(
+        &self,
+        queue: &mut Consumer,
+        drive: &mut Drive,
+        report: &mut dyn FnMut(Event),
+    ) -> Result<bool, ReferenceError> {
+        let Some(Waiting::Other(seq, record)) = drive.pop() else { return Ok(false) };
+        if let Record::Feed(share) = record {
+            drive.feed_share = share;
+            queue.set_progress(queue.next() + 1, 0.0, share)?;
+        }
+        let end = record == Record::End;
+        report(Event::Executed(seq, record));
+        queue.done()?;
+        Ok(end)
     }
 }
 
-/// A path that is being run along.
-struct Run<'a> {
-    /// Number in the queue, and in its stream.
-    seq: u64,
-    stream_seq: u64,
-    motion: &'a Motion<'a>,
-    begin: f64,
-    late_s: f64,
+/// Keeps to real time.
+struct Clock {
+    due: Option<Instant>,
+    cycle: Duration,
 }
 
-/// Time in which a hold comes to rest, s.
-const RAMP_S: f64 = 0.3;
+impl Clock {
+    fn new(real_time: bool, cycle_s: f64) -> Self {
+        Clock { due: real_time.then(Instant::now), cycle: Duration::from_secs_f64(cycle_s) }
+    }
+
+    fn tick(&mut self) {
+        let Some(due) = &mut self.due else { return };
+        *due += self.cycle;
+        let now = Instant::now();
+        match due.checked_duration_since(now) {
+            Some(wait) => std::thread::sleep(wait),
+            None if now.duration_since(*due) > LATE => *due = now,
+            None => {}
+        }
+    }
+}

@@ -3,7 +3,7 @@ use std::net::TcpListener;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use claymill_controller::{Consumer, Ended, Order, Producer, Reference, ReferenceError, SetPoint, serve};
+use claymill_controller::{Consumer, Ended, Event, Order, Producer, Reference, ReferenceError, serve};
 
 use super::stream::{QUEUE_BYTES, is_local, secret};
 use super::{Context, post};
@@ -21,7 +21,7 @@ impl From<ReferenceError> for Failure {
     fn from(error: ReferenceError) -> Self {
         match error {
             ReferenceError::Queue(e) => e.into(),
-            damaged @ ReferenceError::Record { .. } => {
+            damaged @ (ReferenceError::Record { .. } | ReferenceError::Gap { .. }) => {
                 Failure::problem(damaged, "Stream the job again into a new queue.")
             }
         }
@@ -49,30 +49,32 @@ pub(crate) fn control(context: &Context, args: &ControlArgs) -> Result<ExitCode,
         ABORT => Order::Abort,
         _ => Order::Run,
     };
-    let mut report = |p: SetPoint| {
-        if args.step && p.last {
-            // The next path waits for its own order.
-            ORDER.store(HOLD, Ordering::Relaxed);
+    let mut report = |event: Event| match event {
+        Event::At(p) if json => outln!(
+            "{{\"seq\":{},\"t\":{},\"tip\":[{},{},{}],\"mm_per_s\":{}}}",
+            p.seq,
+            p.parameter,
+            p.tip.x,
+            p.tip.y,
+            p.tip.z,
+            p.speed
+        ),
+        // The next path waits for its own order.
+        Event::PathDone(_) if args.step => ORDER.store(HOLD, Ordering::Relaxed),
+        Event::Executed(seq, record) if json => {
+            outln!("{{\"seq\":{seq},\"executed\":\"{record:?}\"}}");
         }
-        if json {
-            outln!(
-                "{{\"seq\":{},\"t\":{},\"tip\":[{},{},{}]}}",
-                p.seq,
-                p.parameter,
-                p.tip.x,
-                p.tip.y,
-                p.tip.z
-            );
-        }
+        _ => {}
     };
     let (ended, tally) = reference.run(&mut queue, &mut order, &mut report)?;
     let _ = std::io::stdout().flush();
     let how = if ended == Ended::Done { "the stream has ended" } else { "aborted" };
     context.console.say(format!(
-        "executed  {} paths in {:.3} s of the machine's time, {:.3} s planned; {how}",
+        "executed  {} paths in {:.3} s of the machine's time, {:.3} s planned, {} stops; {how}",
         tally.paths,
         tally.cycles as f64 * limits.cycle_s,
-        tally.planned_s
+        tally.planned_s,
+        tally.stops
     ));
     Ok(ExitCode::SUCCESS)
 }

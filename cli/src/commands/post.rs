@@ -3,7 +3,7 @@ use std::process::ExitCode;
 
 use claymill_controller::{Dialect, Machine, MachineJob, PostTotals};
 
-use super::Context;
+use super::{Context, simulate};
 use crate::args::PostArgs;
 use crate::failure::{Failure, advice_on};
 use crate::interrupt::remove_on_interrupt;
@@ -16,13 +16,21 @@ pub(crate) fn post(context: &Context, args: &PostArgs) -> Result<ExitCode, Failu
     let job = MachineJob::read(&args.folder, &machine)?;
     context.console.stage("writing");
     let partial = |path: &Path| remove_on_interrupt(path.to_owned());
-    let totals = claymill_controller::post(&job, dialect, &machine, &args.out, &partial)?;
+    let mut totals = claymill_controller::post(&job, dialect, &machine, &args.out, &partial)?;
+    if args.simulate {
+        context.console.stage("running");
+        let files: Vec<_> = totals.files.iter().map(|f| f.path.clone()).collect();
+        totals.simulation = Some(claymill_controller::simulate(&job, &files, dialect, &machine)?);
+    }
     context.console.finish();
     write_totals(&args.out, &totals)?;
     if context.json {
         context.print_json(&totals)?;
     } else {
         say(context, &totals);
+        if let Some(simulation) = &totals.simulation {
+            simulate::say(context, simulation);
+        }
     }
     Ok(ExitCode::SUCCESS)
 }

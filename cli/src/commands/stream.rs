@@ -5,8 +5,8 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use claymill_controller::{
-    MachineJob, Path as PathRecord, Producer, QueueError, Record, Remote, RemoteError, Sender, WireError,
-    blocks_of,
+    Coolant, Machine, MachineJob, Path as PathRecord, Producer, QueueError, Record, Remote, RemoteError,
+    Sender, WireError, blocks_of, bridged, tool_number,
 };
 use claymill_toolpath::{Program, TOOLPATHS_FILE, read_job, read_moves, sha256_of};
 
@@ -57,18 +57,19 @@ pub(crate) fn stream(context: &Context, args: &StreamArgs) -> Result<ExitCode, F
     if program.moves.is_empty() {
         return Err(Failure::usage("no move is left to stream", "Check --from and --region."));
     }
+    program = bridged(&job, &program);
+    let machine = post::machine(args.machine.as_deref())?;
     match kind {
         "linuxcnc" => {
-            let machine = post::machine(args.machine.as_deref())?;
             let job = MachineJob::new(job, &program, &machine)?;
             let dialect = post::dialect("linuxcnc", args.version.as_deref())?;
             let blocks = blocks_of(&job, dialect, &machine)?;
             linuxcnc(context, place, &blocks)?;
         }
-        "shm" => to_queue(context, Path::new(place), &program, name(args)?)?,
+        "shm" => to_queue(context, Path::new(place), &Stream::new(&program, &machine)?, name(args)?)?,
         "tcp" => {
             let secret = secret(args.secret.as_deref())?;
-            to_machine(context, place, &secret, &program, name(args)?)?;
+            to_machine(context, place, &secret, &Stream::new(&program, &machine)?, name(args)?)?;
         }
         other => {
             let advice = "Write linuxcnc:HOST:PORT, shm:FILE or tcp:HOST:PORT.";
@@ -127,24 +128,59 @@ fn linuxcnc(context: &Context, address: &str, blocks: &[String]) -> Result<(), F
     Ok(())
 }
 
-/// The records of a program; the last one ends the stream.
-fn encoded(program: &Program, seq: u64, out: &mut Vec<u8>) -> Result<(), Failure> {
-    out.clear();
-    let record = match program.moves.get(seq as usize) {
-        Some(m) => {
-            let path = PathRecord::of(m).map_err(|e| Failure::problem(e, "Plan the job again."))?;
-            Record::Path(Box::new(path))
-        }
-        None => Record::End,
-    };
-    record.encode(seq, out);
-    Ok(())
+/// The records of a program: tool, spindle and coolant before its moves, a change of tool between them, everything off
+/// and the end behind them.
+struct Stream {
+    records: Vec<Record>,
 }
 
-fn to_queue(context: &Context, path: &Path, program: &Program, name: u64) -> Result<(), Failure> {
+impl Stream {
+    fn new(program: &Program, machine: &Machine) -> Result<Self, Failure> {
+        let turn = if machine.spindle.counterclockwise { -1.0 } else { 1.0 };
+        let mut records = Vec::with_capacity(program.moves.len() + 8);
+        let mut tool = None;
+        for m in &program.moves {
+            if tool != Some(&m.tool) {
+                if tool.is_some() {
+                    records.push(Record::Spindle(0.0));
+                }
+                tool = Some(&m.tool);
+                records.push(Record::Tool(tool_number(&m.tool)));
+                if machine.spindle.speed_rpm > 0.0 {
+                    records.push(Record::Spindle(turn * machine.spindle.speed_rpm));
+                }
+                if machine.coolant != Coolant::Off {
+                    records.push(Record::Coolant(true));
+                }
+            }
+            let mut path = PathRecord::of(m).map_err(|e| Failure::problem(e, "Plan the job again."))?;
+            path.feed = path.feed.min(machine.feed.of(m.kind));
+            records.push(Record::Path(Box::new(path)));
+        }
+        if machine.coolant != Coolant::Off {
+            records.push(Record::Coolant(false));
+        }
+        if machine.spindle.speed_rpm > 0.0 {
+            records.push(Record::Spindle(0.0));
+        }
+        records.push(Record::End);
+        Ok(Stream { records })
+    }
+
+    fn len(&self) -> u64 {
+        self.records.len() as u64
+    }
+
+    fn encode(&self, seq: u64, out: &mut Vec<u8>) {
+        out.clear();
+        self.records.get(seq as usize).unwrap_or(&Record::End).encode(seq, out);
+    }
+}
+
+fn to_queue(context: &Context, path: &Path, stream: &Stream, name: u64) -> Result<(), Failure> {
     let mut queue = Producer::open(path, QUEUE_BYTES)?;
     context.console.stage("streaming");
-    let count = program.moves.len() as u64 + 1;
+    let count = stream.len();
     let mut silent = false;
     let mut waits = |error: QueueError| match error {
         QueueError::Silent(_) => {
@@ -159,7 +195,7 @@ fn to_queue(context: &Context, path: &Path, program: &Program, name: u64) -> Res
     let begun = queue.resume(name)?;
     let last = queue.next() - begun + count;
     for seq in begun..count {
-        encoded(program, seq, &mut record)?;
+        stream.encode(seq, &mut record);
         while let Err(error) = queue.push(&record) {
             waits(error)?;
         }
@@ -180,44 +216,31 @@ fn to_machine(
     context: &Context,
     address: &str,
     secret: &[u8],
-    program: &Program,
+    stream: &Stream,
     name: u64,
 ) -> Result<(), Failure> {
     context.console.stage("streaming");
-    let count = program.moves.len() as u64 + 1;
+    let count = stream.len();
     let mut record = Vec::new();
     loop {
-        let mut attempt = || -> Result<(), WireOr> {
+        let mut attempt = || -> Result<(), WireError> {
             let mut sender = Sender::connect(address, secret, name)?;
             for seq in sender.next()..count {
-                encoded(program, seq, &mut record).map_err(WireOr::Job)?;
+                stream.encode(seq, &mut record);
                 sender.send(&record)?;
                 context.console.at("streaming", seq as f64 / count as f64);
             }
-            Ok(sender.confirm()?)
+            sender.confirm()
         };
         match attempt() {
             Ok(()) => break,
-            Err(WireOr::Job(failure)) => return Err(failure),
-            Err(WireOr::Wire(WireError::Io(e))) => {
+            Err(WireError::Io(e)) => {
                 context.console.say(format!("waiting   {e}"));
                 sleep(RETRY);
             }
-            Err(WireOr::Wire(error)) => return Err(error.into()),
+            Err(error) => return Err(error.into()),
         }
     }
     context.console.say(format!("streamed  {count} records into the machine's queue"));
     Ok(())
-}
-
-/// Why an attempt to send ended.
-enum WireOr {
-    Wire(WireError),
-    Job(Failure),
-}
-
-impl From<WireError> for WireOr {
-    fn from(error: WireError) -> Self {
-        WireOr::Wire(error)
-    }
 }

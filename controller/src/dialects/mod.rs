@@ -253,7 +253,8 @@ pub(crate) fn lines(
 }
 
 /// Number of a tool id: 1 for `T1`.
-pub(crate) fn tool_number(id: &str) -> u32 {
+#[must_use]
+pub fn tool_number(id: &str) -> u32 {
     let digits: String = id.chars().filter(char::is_ascii_digit).take(6).collect();
     digits.parse().unwrap_or(1)
 }

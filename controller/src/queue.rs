@@ -230,17 +230,28 @@ impl Producer {
     /// # Errors
     /// As [`Producer::flush`]; and the record is larger than the queue.
     pub fn push(&mut self, record: &[u8]) -> Result<(), QueueError> {
+        while !self.push_for(record, SILENCE)? {}
+        Ok(())
+    }
+
+    /// As [`Producer::push`], but gives up after `patience`; whether the record was added.
+    ///
+    /// # Errors
+    /// As [`Producer::push`].
+    pub fn push_for(&mut self, record: &[u8], patience: Duration) -> Result<bool, QueueError> {
         let size = 4 + record.len() as u64;
         if size > self.shared.capacity {
             return Err(QueueError::Format("the record is larger than the queue"));
         }
-        if self.waiting.len() as u64 + size > (self.shared.capacity / 4).min(1 << 16) {
-            self.flush()?;
+        if self.waiting.len() as u64 + size > (self.shared.capacity / 4).min(1 << 16)
+            && !self.flush_for(patience)?
+        {
+            return Ok(false);
         }
         self.waiting.extend((record.len() as u32).to_le_bytes());
         self.waiting.extend_from_slice(record);
         self.waiting_records += 1;
-        Ok(())
+        Ok(true)
     }
 
     /// Hands over what is waiting; blocks while the queue is full.
@@ -249,10 +260,20 @@ impl Producer {
     /// The queue cannot be written, or it is full and the consumer has not been heard of for [`SILENCE`]: call
     /// again to go on waiting.
     pub fn flush(&mut self) -> Result<(), QueueError> {
+        while !self.flush_for(SILENCE)? {}
+        Ok(())
+    }
+
+    /// As [`Producer::flush`], but gives up after `patience`; whether everything was handed over.
+    ///
+    /// # Errors
+    /// As [`Producer::flush`].
+    pub fn flush_for(&mut self, patience: Duration) -> Result<bool, QueueError> {
         if self.waiting.is_empty() {
-            return Ok(());
+            return Ok(true);
         }
         let size = self.waiting.len() as u64;
+        let begun = Instant::now();
         while self.word.bytes + size > self.taken.bytes + self.shared.capacity {
             self.taken = self.shared.read_word(CONSUMER_AT)?;
             if self.word.bytes + size <= self.taken.bytes + self.shared.capacity {
@@ -263,6 +284,9 @@ impl Producer {
                 return Err(QueueError::Silent(silence));
             }
             self.beat()?;
+            if begun.elapsed() >= patience {
+                return Ok(false);
+            }
             std::thread::sleep(NAP);
         }
         let (shared, waiting) = (&self.shared, &self.waiting);
@@ -273,7 +297,7 @@ impl Producer {
         self.shared.write_word(PRODUCER_AT, self.word)?;
         self.waiting.clear();
         self.waiting_records = 0;
-        Ok(())
+        Ok(true)
     }
 
     /// Lets the consumer know that the producer lives; to be called every [`SILENCE`] / 4 or so.

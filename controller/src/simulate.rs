@@ -134,8 +134,8 @@ pub struct Simulation {
 pub struct FeedProfile {
     /// Programmed, on average over the length.
     pub programmed_mm_per_min: f64,
-    /// Slowest place.
-    pub least_mm_per_min: f64,
+    /// A hundredth of the length is run no faster than this.
+    pub slowest_hundredth_mm_per_min: f64,
     /// Length over time.
     pub mean_mm_per_min: f64,
     /// Share of the length that is run below 99 % of the programmed feed.
@@ -144,6 +144,8 @@ pub struct FeedProfile {
 
 /// Places below which the speed reaches the programmed one, as a share.
 const REACHED: f64 = 0.99;
+/// Places of the feed's profile.
+const LOOKS: Looks = Looks { straight_mm: 2.0, ..Looks::COARSE };
 /// Blocks that are run at a time.
 const BATCH: usize = 1 << 15;
 
@@ -173,7 +175,7 @@ pub fn simulate(
         corner_mm: control.corner_mm,
         feed: FeedProfile {
             programmed_mm_per_min: if sum.cut_mm > 0.0 { sum.feed_mm / sum.cut_mm } else { 0.0 },
-            least_mm_per_min: if sum.cut_mm > 0.0 { 60.0 * sum.least } else { 0.0 },
+            slowest_hundredth_mm_per_min: sum.slowest_hundredth(),
             mean_mm_per_min: per_min(sum.cut_mm, sum.cut_time_s),
             below_share: if sum.cut_mm > 0.0 { sum.below_mm / sum.cut_mm } else { 0.0 },
         },
@@ -188,7 +190,7 @@ struct Moved {
     blocks: std::ops::Range<usize>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Sum {
     time_s: f64,
     cut_time_s: f64,
@@ -199,14 +201,29 @@ struct Sum {
     /// Programmed feed times length.
     feed_mm: f64,
     below_mm: f64,
-    least: f64,
+    /// Length by feed, in steps of [`FEED_STEP`].
+    by_feed_mm: Vec<f64>,
 }
 
-impl Default for Sum {
-    fn default() -> Self {
-        let least = f64::INFINITY;
-        let (time_s, cut_time_s, error_mm, cut_mm, feed_mm, below_mm) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        Sum { time_s, cut_time_s, stops: 0, error_mm, error_seq: 0, cut_mm, feed_mm, below_mm, least }
+/// Step in which feeds are counted, mm/min.
+const FEED_STEP: f64 = 10.0;
+
+impl Sum {
+    fn count(&mut self, feed: f64, mm: f64) {
+        let step = (feed / FEED_STEP).clamp(0.0, 1e5) as usize;
+        if self.by_feed_mm.len() <= step {
+            self.by_feed_mm.resize(step + 1, 0.0);
+        }
+        self.by_feed_mm[step] += mm;
+    }
+
+    fn slowest_hundredth(&self) -> f64 {
+        let mut sum = 0.0;
+        let found = self.by_feed_mm.iter().position(|mm| {
+            sum += mm;
+            sum >= 0.01 * self.cut_mm
+        });
+        FEED_STEP * found.unwrap_or(0) as f64
     }
 }
 
@@ -244,7 +261,8 @@ impl Run {
             .map(|block| {
                 let shapes = control.executed(&block.shape);
                 let curves = shapes.iter().filter_map(Shape::curve);
-                let rails = curves.map(|c| Rail::new(c, Looks::COARSE)).collect();
+                let looks = if block.rapid { Looks::COARSE } else { LOOKS };
+                let rails = curves.map(|c| Rail::new(c, looks)).collect();
                 Executed { shapes, rails }
             })
             .collect();
@@ -294,7 +312,7 @@ impl Run {
                     sum.cut_mm += p.length_mm;
                     sum.cut_time_s += time;
                     sum.feed_mm += blocks[b].feed * p.length_mm;
-                    sum.least = sum.least.min(v);
+                    sum.count(60.0 * v, p.length_mm);
                     if 60.0 * v < REACHED * blocks[b].feed {
                         sum.below_mm += p.length_mm;
                     }
@@ -344,6 +362,32 @@ mod tests {
         }
         let far = deviation(&curve, &shapes);
         assert!(far > 1e-5 && far < 5e-3, "{far}");
+    }
+
+    #[test]
+    fn a_heidenhain_stops_at_a_bend_that_others_pass() {
+        use claymill_nurbs::{KnotVector, Point3};
+        let p = |x: f64, y: f64| Point3::new(x, y, 0.0);
+        // A line, and a spline that leaves it at an angle.
+        let program = |degrees: f64| {
+            let (s, c) = degrees.to_radians().sin_cos();
+            let points = (0..4).map(|i| p(50.0 + 15.0 * f64::from(i) * c, 15.0 * f64::from(i) * s)).collect();
+            let curve = Curve3::new(KnotVector::clamped_uniform(3, 4), points, None).unwrap();
+            let block = |shape| Element { line: 1, rapid: false, feed: 6000.0, shape };
+            vec![block(Shape::Line { from: p(0.0, 0.0), to: p(50.0, 0.0) }), block(Shape::Spline(curve))]
+        };
+        let stops = |dialect, degrees| {
+            let control = Control::of(dialect, &Machine::default());
+            let mut run = Run { control, blocks: program(degrees), moves: Vec::new(), sum: Sum::default() };
+            run.flush();
+            (run.sum.stops, run.sum.time_s)
+        };
+        let (passing, time_s) = stops(Dialect::Heidenhain, 0.05);
+        assert_eq!((passing, stops(Dialect::Siemens, 0.5).0), (1, 1));
+        // A rest costs v/a + a/j.
+        let (stopping, longer_s) = stops(Dialect::Heidenhain, 0.5);
+        assert_eq!(stopping, 2);
+        approx::assert_relative_eq!(longer_s - time_s, 0.2, max_relative = 0.05);
     }
 
     #[test]

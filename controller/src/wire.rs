@@ -28,6 +28,10 @@ pub enum WireError {
 const HELLO: &[u8; 16] = b"claymill stream1";
 /// A side that says nothing for this long is gone.
 const PATIENCE: Duration = Duration::from_millis(900);
+/// How often a side whose queue is full says that it lives.
+const BEAT: Duration = Duration::from_millis(200);
+/// What it says then, in place of how far things are.
+const STILL_FULL: u64 = u64::MAX;
 const NONCE: usize = 32;
 const PROOF: usize = 32;
 
@@ -101,16 +105,26 @@ pub fn serve(mut stream: TcpStream, secret: &[u8], queue: &mut Producer) -> Resu
         if length > 0 {
             record.resize(length, 0);
             stream.read_exact(&mut record)?;
-            loop {
-                match queue.push(&record) {
-                    Err(QueueError::Silent(_)) => {}
-                    other => break other?,
-                }
-            }
+            patiently(&mut stream, || queue.push_for(&record, BEAT))?;
         } else {
             // An empty frame asks how far things are.
-            queue.flush()?;
+            patiently(&mut stream, || queue.flush_for(BEAT))?;
             stream.write_all(&(queue.next() - first).to_le_bytes())?;
+        }
+    }
+}
+
+/// Tries until it is done; meanwhile the peer is told that this side lives.
+fn patiently(
+    stream: &mut TcpStream,
+    mut attempt: impl FnMut() -> Result<bool, QueueError>,
+) -> Result<(), WireError> {
+    loop {
+        match attempt() {
+            Ok(true) => return Ok(()),
+            // The consumer may be silent for long: he is waited for.
+            Ok(false) | Err(QueueError::Silent(_)) => stream.write_all(&STILL_FULL.to_le_bytes())?,
+            Err(e) => return Err(e.into()),
         }
     }
 }
@@ -120,11 +134,12 @@ pub fn serve(mut stream: TcpStream, secret: &[u8], queue: &mut Producer) -> Resu
 pub struct Sender {
     stream: TcpStream,
     next: u64,
-    unasked: u32,
+    unasked: usize,
 }
 
-/// Records between two questions how far things are: the connection never holds more.
-const WINDOW: u32 = 256;
+/// Bytes between two questions how far things are, one longer record aside: what a connection holds while the other side
+/// does not read, because its queue is full.
+const WINDOW: usize = 1 << 15;
 
 impl Sender {
     /// Connects, proves the secret both ways, and goes on with the stream of this name.
@@ -164,10 +179,13 @@ impl Sender {
     /// # Errors
     /// The connection broke: connect again and go on at [`Sender::next`].
     pub fn send(&mut self, record: &[u8]) -> Result<(), WireError> {
+        if self.unasked > 0 && self.unasked + record.len() > WINDOW {
+            self.confirm()?;
+        }
         self.stream.write_all(&(record.len() as u32).to_le_bytes())?;
         self.stream.write_all(record)?;
-        self.unasked += 1;
-        if self.unasked >= WINDOW { self.confirm() } else { Ok(()) }
+        self.unasked += 4 + record.len();
+        Ok(())
     }
 
     /// Waits until everything that was sent is in the machine's queue.
@@ -177,10 +195,15 @@ impl Sender {
     pub fn confirm(&mut self) -> Result<(), WireError> {
         self.stream.write_all(&0u32.to_le_bytes())?;
         let mut next = [0; 8];
-        self.stream.read_exact(&mut next)?;
-        self.next = u64::from_le_bytes(next);
-        self.unasked = 0;
-        Ok(())
+        loop {
+            self.stream.read_exact(&mut next)?;
+            self.next = match u64::from_le_bytes(next) {
+                STILL_FULL => continue,
+                next => next,
+            };
+            self.unasked = 0;
+            return Ok(());
+        }
     }
 }
 
@@ -204,6 +227,45 @@ mod tests {
     }
 
     #[test]
+    fn a_full_queue_is_waited_for_longer_than_silence() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("queue");
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap().to_string();
+        let mut producer = Producer::open(&path, 1 << 16).unwrap();
+        let machine =
+            std::thread::spawn(move || serve(listener.accept().unwrap().0, b"right", &mut producer));
+        let consumer = std::thread::spawn(move || {
+            let mut consumer = Consumer::open(&path, 1 << 16).unwrap();
+            let mut seq = 0u64;
+            while seq < 40 {
+                // A long cut with the queue full.
+                let until = std::time::Instant::now() + if seq == 3 { 2 * PATIENCE } else { Duration::ZERO };
+                while std::time::Instant::now() < until {
+                    consumer.beat().unwrap();
+                    std::thread::sleep(Duration::from_millis(10));
+                }
+                if let Ok(Some(bytes)) = consumer.peek() {
+                    assert_eq!(bytes[..8], seq.to_le_bytes());
+                    consumer.done().unwrap();
+                    seq += 1;
+                }
+            }
+        });
+        let mut sender = Sender::connect(&address, b"right", 5).unwrap();
+        for seq in 0..40u64 {
+            let mut record = vec![0; 9000];
+            record[..8].copy_from_slice(&seq.to_le_bytes());
+            sender.send(&record).unwrap();
+        }
+        sender.confirm().unwrap();
+        assert_eq!(sender.next(), 40);
+        consumer.join().unwrap();
+        drop(sender);
+        machine.join().unwrap().unwrap();
+    }
+
+    #[test]
     fn records_cross_and_go_on_after_a_break() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("queue");
@@ -223,6 +285,7 @@ mod tests {
             for seq in sender.next()..1000 {
                 sender.send(&seq.to_le_bytes()).unwrap();
                 if breaks && seq == 600 {
+                    sender.confirm().unwrap();
                     break;
                 }
             }

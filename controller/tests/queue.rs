@@ -2,11 +2,12 @@
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
+use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use claymill_controller::{Consumer, Producer, QueueError, SILENCE};
+use claymill_controller::{Consumer, Producer, QueueError, SILENCE, Sender, WireError, serve};
 use rand::{Rng, SeedableRng};
 
 const ROLE: &str = "CLAYMILL_QUEUE_ROLE";
@@ -40,8 +41,53 @@ fn one_side() {
     let place = PathBuf::from(place);
     match role.as_str() {
         "produce" => produce(&place),
-        _ => consume(&place),
+        "send" => send(&place),
+        "machine" => machine(&place),
+        _ => consume(&place, RECORDS),
     }
+}
+
+const SECRET: &[u8] = b"a secret of both sides";
+const SENT: u64 = 1_000_000;
+const BREAKS: usize = 40;
+
+fn address(place: &Path) -> String {
+    fs::read_to_string(place.join("address")).unwrap()
+}
+
+/// Sends what the machine does not have yet, over as many connections as it takes.
+fn send(place: &Path) {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(u64::from(std::process::id()));
+    loop {
+        let sent = Sender::connect(&address(place), SECRET, 77).and_then(|mut sender| {
+            for seq in sender.next()..SENT {
+                sender.send(&record(seq))?;
+                stall(&mut rng);
+            }
+            sender.confirm()
+        });
+        match sent {
+            Ok(()) => return,
+            Err(WireError::Io(_)) => std::thread::sleep(Duration::from_millis(3)),
+            Err(e) => panic!("{e}"),
+        }
+    }
+}
+
+/// A machine: connections into the queue on one thread, the queue's consumer on the other.
+fn machine(place: &Path) {
+    let listener = TcpListener::bind(address(place)).unwrap();
+    let queue = place.join("queue");
+    std::thread::spawn(move || {
+        let mut producer = Producer::open(&queue, CAPACITY).unwrap();
+        for stream in listener.incoming() {
+            match serve(stream.unwrap(), SECRET, &mut producer) {
+                Ok(()) | Err(WireError::Io(_)) => {}
+                Err(e) => panic!("{e}"),
+            }
+        }
+    });
+    consume(place, SENT);
 }
 
 fn stall(rng: &mut impl Rng) {
@@ -68,7 +114,7 @@ fn produce(place: &Path) {
 }
 
 /// "Cuts" a record by writing its number down; what was cut already is not cut again.
-fn consume(place: &Path) {
+fn consume(place: &Path, count: u64) {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(u64::from(std::process::id()));
     let mut queue = Consumer::open(&place.join("queue"), CAPACITY).unwrap();
     let mut log = OpenOptions::new().create(true).append(true).read(true).open(place.join("log")).unwrap();
@@ -91,7 +137,7 @@ fn consume(place: &Path) {
                     last = Some(seq);
                 }
                 queue.done().unwrap();
-                if seq + 1 == RECORDS {
+                if seq + 1 == count {
                     return;
                 }
             }
@@ -140,6 +186,50 @@ fn a_hundred_kills_lose_and_double_nothing() {
     assert_eq!(kills, ROUNDS);
     assert!(fs::metadata(place.path().join("queue")).unwrap().len() <= 4096 + CAPACITY, "memory is bounded");
     eprintln!("{RECORDS} records, {kills} kills ({kept} records by the last one), {:?}", begun.elapsed());
+}
+
+#[test]
+fn kills_on_either_side_of_a_connection_lose_and_double_nothing() {
+    let place = folder();
+    let free = TcpListener::bind("127.0.0.1:0").unwrap();
+    fs::write(place.path().join("address"), free.local_addr().unwrap().to_string()).unwrap();
+    drop(free);
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
+    let roles = ["send", "machine"];
+    let mut sides = roles.map(|role| child(role, place.path()));
+    let (begun, mut kills) = (Instant::now(), 0);
+    let done = || fs::metadata(place.path().join("log")).map_or(0, |m| m.len() / 8);
+    let mut kept = 0;
+    while done() < SENT {
+        std::thread::sleep(Duration::from_millis(rng.random_range(5..60)));
+        if kills < BREAKS {
+            let side = rng.random_range(0..2);
+            sides[side].kill().unwrap();
+            sides[side].wait().unwrap();
+            sides[side] = child(roles[side], place.path());
+            kills += 1;
+            kept = done();
+        }
+        for (side, role) in sides.iter_mut().zip(roles) {
+            assert!(side.try_wait().unwrap().is_none_or(|s| s.success()), "{role} failed after {}", done());
+        }
+        assert!(begun.elapsed() < Duration::from_secs(240), "stuck at {} records", done());
+    }
+    // The machine is done and gone, perhaps before the sender could hear of it.
+    let [mut sender, mut machine] = sides;
+    machine.wait().unwrap();
+    let _ = sender.kill();
+    sender.wait().unwrap();
+    let log = fs::read(place.path().join("log")).unwrap();
+    assert_eq!(log.len() as u64, 8 * SENT);
+    for (i, bytes) in log.chunks_exact(8).enumerate() {
+        assert_eq!(u64::from_le_bytes(bytes.try_into().unwrap()), i as u64);
+    }
+    assert_eq!(kills, BREAKS);
+    eprintln!(
+        "{SENT} records over TCP, {kills} kills ({kept} records by the last one), {:?}",
+        begun.elapsed()
+    );
 }
 
 #[test]

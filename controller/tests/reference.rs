@@ -41,10 +41,8 @@ fn cuts(curves: Vec<Curve3>, feeds: [f64; 2]) -> Vec<Path> {
 
 /// A long wave cut into its pieces: curvature is continuous from path to path.
 fn smooth(feeds: [f64; 2]) -> Vec<Path> {
-    let points: Vec<[f64; 3]> = (0..24)
-        .map(|i| f64::from(i))
-        .map(|i| [15.0 * i, 8.0 * (0.9 * i).sin(), 5.0 * (0.5 * i).cos()])
-        .collect();
+    let points: Vec<[f64; 3]> =
+        (0..24).map(f64::from).map(|i| [15.0 * i, 8.0 * (0.9 * i).sin(), 5.0 * (0.5 * i).cos()]).collect();
     cuts(job::curve(3, &points, None).bezier_pieces(), feeds)
 }
 

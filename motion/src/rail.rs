@@ -7,13 +7,15 @@ pub struct Looks {
     pub per_span: u32,
     /// Distance of stations at most, mm.
     pub longest_mm: f64,
+    /// The same on straight ways, where nothing changes.
+    pub straight_mm: f64,
 }
 
 impl Looks {
     /// For times: bends are seen, positions are not asked for.
-    pub const COARSE: Looks = Looks { per_span: 8, longest_mm: f64::INFINITY };
+    pub const COARSE: Looks = Looks { per_span: 8, longest_mm: f64::INFINITY, straight_mm: f64::INFINITY };
     /// For set points.
-    pub const FINE: Looks = Looks { per_span: 8, longest_mm: 1.0 };
+    pub const FINE: Looks = Looks { per_span: 8, longest_mm: 1.0, straight_mm: f64::INFINITY };
 }
 
 /// A curve with its arc length: the parameter at a distance from the start.
@@ -40,7 +42,7 @@ impl Rail {
         for span in curve.knots().breaks().windows(2) {
             let rough = length(&curve, span[0], span[1]);
             let least = if straight { 1.0 } else { f64::from(looks.per_span) };
-            let longest = if straight { f64::INFINITY } else { looks.longest_mm };
+            let longest = if straight { looks.straight_mm } else { looks.longest_mm };
             let parts = (rough / longest).ceil().clamp(least, MOST_STATIONS) as usize;
             let mut last = span[0];
             for i in 1..=parts {

@@ -60,6 +60,9 @@ struct Hold {
     most: f64,
 }
 
+/// What holds at a point without a window holds so far on either side, mm.
+const POINT_MM: f64 = 1e-7;
+
 /// The highest speed is held over the window's time at that speed, half on either side of what needs it; the highest
 /// acceleration over the whole window on either side.
 fn pieces(places: &[(Joint, Place)], start: Start, a: f64, t: f64, limits: &Limits) -> Vec<Piece> {
@@ -74,7 +77,8 @@ fn pieces(places: &[(Joint, Place)], start: Start, a: f64, t: f64, limits: &Limi
         if i > 0 {
             let v = joint.speed.min(cap);
             if joint.speed < cap {
-                speeds.push(Hold { from: at - 0.5 * v * t, to: at + 0.5 * v * t, most: v });
+                let half = (0.5 * v * t).max(POINT_MM);
+                speeds.push(Hold { from: at - half, to: at + half, most: v });
             }
             if joint.jerk_per_speed > 0.0 {
                 joint_jerk = joint.jerk_per_speed * v;

@@ -53,6 +53,17 @@ fn a_slow_place_is_passed_at_its_speed() {
     approx::assert_relative_eq!(v, 20.0, max_relative = 1e-9);
 }
 
+#[test]
+fn without_a_limit_of_jerk_it_is_a_trapezium() {
+    let limits = Limits { jerk_mm_per_s3: f64::INFINITY, ..LIMITS };
+    let slow = Joint { speed: 20.0, jerk_per_speed: 0.0 };
+    let one = Chain::plan(vec![straight(500.0, 100.0)], limits);
+    approx::assert_relative_eq!(one.time_s(), 5.1, max_relative = 1e-12);
+    let two = Chain::plan(vec![straight(250.0, 100.0), (slow, straight(250.0, 100.0).1)], limits);
+    // From 100 to 20 mm/s and back: 0.16 s over 9.6 mm, in place of 0.096 s.
+    approx::assert_relative_eq!(two.time_s(), 5.1 + 0.064, max_relative = 1e-6);
+}
+
 fn places() -> impl Strategy<Value = Vec<(Joint, Place)>> {
     let place = (0.01..30.0f64, 1.0..300.0f64, 0..3u8, 0..4u8, 0.5..200.0f64).prop_map(
         |(l, v, bent, jointed, slow)| {

@@ -35,11 +35,11 @@ pub(crate) fn say(context: &Context, s: &Simulation) {
         s.control, s.time_s, s.cut_time_s, s.stops, s.cut_error_mm, s.cut_error_seq, s.corner_mm
     ));
     context.console.say(format!(
-        "feed      {:.0} mm/min programmed, {:.0} on average, {:.0} at least; {:.1} % of the length is slower than \
+        "feed      {:.0} mm/min programmed, {:.0} on average, {:.0} and less on a hundredth of the length; {:.1} % of it is slower than \
          programmed",
         feed.programmed_mm_per_min,
         feed.mean_mm_per_min,
-        feed.least_mm_per_min,
+        feed.slowest_hundredth_mm_per_min,
         100.0 * feed.below_share
     ));
 }

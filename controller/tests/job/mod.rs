@@ -1,4 +1,5 @@
 //! Small jobs made for tests.
+#![allow(dead_code, reason = "not every test needs all of them")]
 
 use claymill_controller::{Machine, MachineJob};
 use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};

@@ -13,7 +13,7 @@ use crate::stage::{Care, Stage};
 /// A picture that rests so long is drawn finely, s.
 const REST_S: f64 = 0.2;
 /// Quick pictures of a software driver take about so long, and are as small as needed for it.
-const QUICK: Duration = Duration::from_millis(60);
+const QUICK: Duration = Duration::from_millis(45);
 /// The smallest part of the size that they get.
 const SMALLEST: f64 = 0.3;
 
@@ -46,10 +46,8 @@ impl Easel {
             }
         };
         let (lost, wrong) = (Arc::clone(&failed), Arc::clone(&failed));
-        gpu.device.set_device_lost_callback(move |reason, message| {
-            if reason != wgpu::DeviceLostReason::Destroyed {
-                note(&lost, format!("the device was lost: {message}"));
-            }
+        gpu.device.set_device_lost_callback(move |_, message| {
+            note(&lost, format!("the device was lost: {message}"))
         });
         gpu.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(&wrong, error.to_string())));
         let options = RendererOptions { dithering: false, ..RendererOptions::default() };
@@ -107,7 +105,13 @@ impl Easel {
         now_s: f64,
     ) -> Result<(), ViewError> {
         self.first = false;
+        // A loss shows here or in the picture; the panels' renderer would panic.
+        let polled = self.gpu.device.poll(wgpu::PollType::Poll);
         self.renew_picture(pane, now_s);
+        if let Err(failure) = polled.map_err(|e| self.failure(e.to_string())).and_then(|_| self.check()) {
+            output.drop_without_applying_deltas();
+            return Err(failure);
+        }
         let FullOutput { mut textures_delta, shapes, pixels_per_point, .. } = output;
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         for (id, deltas) in &textures_delta.set {
@@ -149,9 +153,13 @@ impl Easel {
 
     fn check(&self) -> Result<(), ViewError> {
         match self.failed.lock().ok().and_then(|f| f.clone()) {
-            Some(reason) => Err(ViewError::Device { adapter: self.gpu.name.clone(), reason }),
+            Some(reason) => Err(self.failure(reason)),
             None => Ok(()),
         }
+    }
+
+    fn failure(&self, reason: String) -> ViewError {
+        ViewError::Device { adapter: self.gpu.name.clone(), reason }
     }
 
     /// Draws the picture where it is not what is shown, or not as well as it could be.

@@ -155,6 +155,41 @@ impl<'a> Headless<'a> {
         self.button(button, false)
     }
 
+    /// Takes hold of the middle of the picture.
+    ///
+    /// # Errors
+    /// The adapter fails.
+    pub fn begin_turning(&mut self) -> Result<(), ViewError> {
+        self.point(self.pane.place().center())?;
+        self.button(PointerButton::Middle, true)
+    }
+
+    /// Drags what was taken hold of so many points away from there, and waits until that is drawn.
+    ///
+    /// # Errors
+    /// The adapter fails.
+    pub fn turn_to(&mut self, [x, y]: [f32; 2]) -> Result<(), ViewError> {
+        self.point(self.pane.place().center() + Vec2::new(x, y))?;
+        if let Some(easel) = &self.easel {
+            let waited = easel.gpu.device.poll(wgpu::PollType::wait_indefinitely());
+            waited
+                .map_err(|e| ViewError::Device { adapter: easel.gpu.name.clone(), reason: e.to_string() })?;
+        }
+        Ok(())
+    }
+
+    /// What pictures are drawn with.
+    #[must_use]
+    pub fn adapter(&self) -> Option<&str> {
+        self.easel.as_ref().map(|e| e.gpu.name.as_str())
+    }
+
+    /// The device that draws, to take it away.
+    #[must_use]
+    pub fn device(&self) -> Option<&wgpu::Device> {
+        self.easel.as_ref().map(|e| &e.gpu.device)
+    }
+
     /// Turns the wheel at a place in the window.
     ///
     /// # Errors

@@ -66,7 +66,7 @@ pub struct Layers {
     pub regions: Vec<bool>,
     /// Joints, as [`JointClass::ALL`] lists them.
     pub seams: [bool; 5],
-    /// Tool paths, as [`KINDS`] lists them.
+    /// Tool paths: cuts, links, leads, rapids.
     pub kinds: [bool; 4],
     /// Colours of the passes.
     pub path_paint: PathPaint,

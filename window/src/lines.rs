@@ -7,6 +7,7 @@
 //! ```
 
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 use std::ops::Range;
 
 use claymill_nurbs::{Aabb, Point3};
@@ -216,74 +217,103 @@ enum Room {
 fn thin(strokes: &[Stroke], cut: &[Vec<[f32; 3]>], levels: &mut [Vec<u8>], level: u8, spacing_mm: f32) {
     let mut drawn = Drawn::new(spacing_mm);
     for ((stroke, points), levels) in strokes.iter().zip(cut).zip(levels.iter()) {
-        for (i, _) in levels.iter().enumerate().filter(|(_, l)| stroke.thinned && **l < level) {
-            drawn.add(&points[i], &points[i + 1]);
+        if stroke.thinned {
+            drawn.add(points, |i| levels[i] < level);
         }
     }
     let order: Vec<usize> = (0..strokes.len()).filter(|&s| strokes[s].thinned).collect();
     for group in order.chunk_by(|&a, &b| strokes[a].group == strokes[b].group) {
-        let mut taken = Vec::new();
+        let mut taken: Vec<(usize, Range<usize>)> = Vec::new();
         for &s in group {
-            let points = &cut[s];
-            let rooms: Vec<Room> = (0..levels[s].len())
-                .map(|i| match levels[s][i] < level {
-                    true => Room::None,
-                    false => drawn.room(&between(&points[i], &points[i + 1], 0.5)),
-                })
-                .collect();
+            let rooms = drawn.rooms(&cut[s], |i| levels[s][i] < level);
             let mut first = 0;
             for i in 0..rooms.len() {
                 if rooms[i] == Room::None {
                     first = i + 1;
                 } else if rooms.get(i + 1).is_none_or(|r| *r == Room::None) {
                     if rooms[first..=i].contains(&Room::ToBegin) {
-                        taken.extend((first..=i).map(|k| (s, k)));
+                        taken.push((s, first..i + 1));
                     }
                     first = i + 1;
                 }
             }
         }
-        for (s, i) in taken {
-            levels[s][i] = level;
-            drawn.add(&cut[s][i], &cut[s][i + 1]);
+        for (s, run) in taken {
+            levels[s][run.clone()].fill(level);
+            drawn.add(&cut[s], |i| run.contains(&i));
         }
     }
 }
 
-/// Places on drawn segments, to be found by place. No hash of them is ever walked: the order of results is the order
-/// of strokes.
+/// Places on drawn segments, to be found by place. The hash is never walked: results come in the order of strokes.
 struct Drawn {
     spacing_mm: f32,
-    cells: HashMap<[i32; 3], Vec<[f32; 3]>>,
+    /// Twice the spacing wide, so that what is near a place is in eight of them.
+    cells: HashMap<[i32; 3], Vec<[f32; 3]>, BuildHasherDefault<CellHasher>>,
 }
+
+/// Stations along a line, as a part of the spacing: what lies between two is taken for the first.
+const STATION: f32 = 0.4;
 
 impl Drawn {
     fn new(spacing_mm: f32) -> Self {
-        Drawn { spacing_mm, cells: HashMap::new() }
+        Drawn { spacing_mm, cells: HashMap::default() }
     }
 
-    fn cell(&self, p: &[f32; 3]) -> [i32; 3] {
-        p.map(|mm| (mm / self.spacing_mm).floor() as i32)
-    }
-
-    fn add(&mut self, a: &[f32; 3], b: &[f32; 3]) {
-        let pieces = (distance2(a, b).sqrt() / (0.5 * self.spacing_mm)).ceil().max(1.0) as u32;
-        for i in 0..pieces {
-            let p = between(a, b, (i as f32 + 0.5) / pieces as f32);
-            // One place near another adds nothing.
-            let cell = self.cells.entry(self.cell(&p)).or_default();
-            if cell.iter().all(|q| distance2(q, &p) > (0.2 * self.spacing_mm).powi(2)) {
-                cell.push(p);
+    /// Enters those segments of a polyline that `chosen` says.
+    fn add(&mut self, points: &[[f32; 3]], chosen: impl Fn(usize) -> bool) {
+        let step_mm = STATION * self.spacing_mm;
+        let mut since_mm = f32::INFINITY;
+        for (i, ab) in points.windows(2).enumerate() {
+            if !chosen(i) {
+                since_mm = f32::INFINITY;
+                continue;
             }
+            let length_mm = distance2(&ab[0], &ab[1]).sqrt();
+            let mut at_mm = (step_mm - since_mm).max(0.0);
+            if since_mm == f32::INFINITY {
+                at_mm = (0.5 * step_mm).min(0.5 * length_mm);
+            }
+            while at_mm <= length_mm {
+                let p = between(&ab[0], &ab[1], at_mm / length_mm.max(f32::MIN_POSITIVE));
+                let cell = p.map(|mm| (mm / (2.0 * self.spacing_mm)).floor() as i32);
+                self.cells.entry(cell).or_default().push(p);
+                since_mm = -at_mm;
+                at_mm += step_mm;
+            }
+            since_mm += length_mm;
         }
     }
 
+    /// The room of each segment; none for those that `done` says.
+    fn rooms(&self, points: &[[f32; 3]], done: impl Fn(usize) -> bool) -> Vec<Room> {
+        let mut known: Option<(Room, f32)> = None;
+        let room = |(i, ab): (usize, &[[f32; 3]])| {
+            if done(i) {
+                known = None;
+                return Room::None;
+            }
+            let length_mm = distance2(&ab[0], &ab[1]).sqrt();
+            let (room, since_mm) = match known {
+                Some((room, since_mm)) if since_mm + length_mm < STATION * self.spacing_mm => {
+                    (room, since_mm)
+                }
+                _ => (self.room(&between(&ab[0], &ab[1], 0.5)), 0.0),
+            };
+            known = Some((room, since_mm + length_mm));
+            room
+        };
+        points.windows(2).enumerate().map(room).collect()
+    }
+
     fn room(&self, p: &[f32; 3]) -> Room {
-        let [x, y, z] = self.cell(p);
+        // The cell that the place is in, and the next one on the nearer side, along each axis.
+        let low = p.map(|mm| (mm / (2.0 * self.spacing_mm) - 0.5).floor() as i32);
         let (begin2, go_on2) = (self.spacing_mm.powi(2), (0.5 * self.spacing_mm).powi(2));
         let mut nearest2 = f32::INFINITY;
-        for d in 0..27 {
-            let Some(cell) = self.cells.get(&[x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1]) else {
+        for d in 0..8 {
+            let Some(cell) = self.cells.get(&[low[0] + (d & 1), low[1] + (d >> 1 & 1), low[2] + (d >> 2)])
+            else {
                 continue;
             };
             for q in cell {
@@ -294,6 +324,26 @@ impl Drawn {
             }
         }
         if nearest2 < begin2 { Room::ToGoOn } else { Room::ToBegin }
+    }
+}
+
+/// Cells are asked for by the million, and nobody chooses them to collide.
+#[derive(Default)]
+struct CellHasher(u64);
+
+impl Hasher for CellHasher {
+    fn finish(&self) -> u64 {
+        self.0 ^ self.0 >> 29
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for b in bytes {
+            self.write_i32(i32::from(*b));
+        }
+    }
+
+    fn write_i32(&mut self, i: i32) {
+        self.0 = (self.0.rotate_left(5) ^ u64::from(i as u32)).wrapping_mul(0x517c_c1b7_2722_0a95);
     }
 }
 
@@ -340,7 +390,9 @@ mod tests {
             let coarse = tags(&lines, spacing, ALL);
             assert!(coarse.iter().all(|t| finer.contains(t)), "{spacing}");
             let gaps: Vec<u32> = coarse.windows(2).map(|ab| ab[1] - ab[0]).collect();
-            assert!(gaps.iter().all(|&g| g as f32 >= spacing), "{spacing}: {gaps:?}");
+            // Stations are seen at most half a step aside.
+            let nearest = spacing * (1.0 - (0.5 * STATION).powi(2)).sqrt();
+            assert!(gaps.iter().all(|&g| g as f32 >= nearest), "{spacing}: {gaps:?}");
             assert!(gaps.iter().all(|&g| (g as f32) < 2.5 * spacing), "{spacing}: {gaps:?}");
             finer = coarse;
         }

@@ -175,7 +175,9 @@ impl Stage {
             pass.set_pipeline(&pipelines.line);
             let in_sight = |b: &Aabb| box_in_sight(b, desk, size);
             self.seams.draw(&mut pass, desk.seam_lines.visible(0.0, (u32::MAX, 1.0), in_sight));
-            self.tracks.draw(&mut pass, desk.tracks.lines.visible(desk.spacing_mm(), desk.until(), in_sight));
+            // Every other pass of those is enough for a moment.
+            let spacing_mm = if care == Care::Quick { 2.0 * desk.spacing_mm() } else { desk.spacing_mm() };
+            self.tracks.draw(&mut pass, desk.tracks.lines.visible(spacing_mm, desk.until(), in_sight));
             if let (vertices, count @ 1.., Some(looks)) = &accents {
                 pass.set_bind_group(1, looks, &[]);
                 pass.set_vertex_buffer(0, vertices.slice(..));
@@ -439,14 +441,18 @@ fn look_texture(gpu: &Gpu, layouts: &Layouts, looks: &[LineLook]) -> Option<wgpu
     }))
 }
 
-/// A buffer that can be written again; never an empty one, which some drivers refuse.
+/// A buffer that can be written again; never an empty one, which some drivers refuse. Filled through the queue: a
+/// buffer that is mapped as it is made panics when the device is gone.
 fn buffer<T: bytemuck::Pod>(gpu: &Gpu, contents: &[T], usage: BufferUsages) -> wgpu::Buffer {
-    let nothing = [0_u8; 32];
-    gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+    let bytes: &[u8] = bytemuck::cast_slice(contents);
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
-        contents: if contents.is_empty() { &nothing } else { bytemuck::cast_slice(contents) },
+        size: (bytes.len().max(32) as u64).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT),
         usage: usage | BufferUsages::COPY_DST,
-    })
+        mapped_at_creation: false,
+    });
+    gpu.queue.write_buffer(&buffer, 0, bytes);
+    buffer
 }
 
 fn extent([width, height]: [u32; 2]) -> wgpu::Extent3d {

@@ -339,6 +339,74 @@ fn pictures_show_what_is_switched_on() {
 }
 
 #[test]
+fn a_lost_device_is_an_error_and_no_panic() {
+    let exhibit = exhibit();
+    let mut window = Headless::new(&exhibit, SIZE).unwrap();
+    if let Err(e) = window.open() {
+        eprintln!("skipped: {e}");
+        return;
+    }
+    window.rest().unwrap();
+    window.device().unwrap().destroy();
+    window.pane.desk.look("top");
+    let lost = window.frame(Vec::new()).and_then(|()| window.rest());
+    assert!(matches!(lost, Err(ViewError::Device { .. })), "{lost:?}");
+}
+
+/// Figures for ten million line vertices: `cargo test --release -p claymill-window -- --ignored --nocapture`.
+#[test]
+#[ignore = "takes half a minute and most of a gigabyte"]
+fn ten_million_vertices_turn() {
+    let mut exhibit = Arc::into_inner(exhibit()).unwrap();
+    let job = exhibit.job.as_mut().unwrap();
+    let row = job.program.moves[0].clone();
+    // Wavy rows 0.05 mm apart, 5000 points each.
+    job.program.moves = (0..2000_u32)
+        .map(|i| {
+            let points: Vec<[f64; 3]> = (0..5000_u32)
+                .map(|k| {
+                    let y = -210.0 + 0.036 * f64::from(k);
+                    [210.0 + 0.09 * f64::from(i) + (0.2 * y).sin(), y, 0.0]
+                })
+                .collect();
+            let mut knots = vec![0.0];
+            knots.extend((0..5000).map(f64::from));
+            knots.push(4999.0);
+            Move { seq: u64::from(i), pass: i, knots, points, ..row.clone() }
+        })
+        .collect();
+    job.seconds = vec![1.0; 2000];
+    job.job.totals.length.cut_mm = 2000.0 * 180.0;
+    job.job.area.cut_mm2 = 180.0 * 180.0;
+    let exhibit = Arc::new(exhibit);
+    let began = std::time::Instant::now();
+    let mut window = Headless::new(&exhibit, [1440, 900]).unwrap();
+    println!("laid out in {:.1?}", began.elapsed());
+    if let Err(e) = window.open() {
+        eprintln!("skipped: {e}");
+        return;
+    }
+    for notches in [0.0, 8.0, 12.0, 14.0] {
+        let at = window.pane.place().center();
+        window.wheel(at, notches).unwrap();
+        window.rest().unwrap();
+        let at_rest = window.last().unwrap().1;
+        let [all, drawn] = claymill_window::Stage::segments(&window.pane.desk);
+        window.begin_turning().unwrap();
+        let mut took: Vec<_> = (1_u8..10)
+            .map(|i| {
+                let began = std::time::Instant::now();
+                window.turn_to([3.0 * f32::from(i), 0.0]).unwrap();
+                began.elapsed()
+            })
+            .collect();
+        took.sort();
+        window.drag(PointerButton::Middle, at, at).unwrap();
+        println!("{drawn} of {all} segments: at rest {at_rest:.1?}, turning {:.1?}", took[4]);
+    }
+}
+
+#[test]
 fn nothing_to_show_is_said() {
     let nothing = Arc::new(Exhibit {
         title: String::new(),

@@ -20,17 +20,19 @@ pub(crate) use with_window::view;
 mod with_window {
     use std::path::{Path, PathBuf};
     use std::sync::Arc;
+    use std::time::{Duration, Instant};
 
     use claymill_surface_merge::Preset;
     use claymill_toolpath::{VERIFY_FILE, read_job, read_moves, read_regions};
     use claymill_verify::Verification;
-    use claymill_window::{Exhibit, Headless, JobToShow, WindowError, WindowOptions, show};
+    use claymill_viewer::ViewError;
+    use claymill_window::{Exhibit, Headless, JobToShow, Stage, WindowError, WindowOptions, show};
 
     use super::{Context, ExitCode, Failure, ViewArgs};
     use crate::args::AxisArgs;
     use crate::commands::render::parse_size;
     use crate::commands::{animate, merge, orientation, pictures, region_of_face};
-    use crate::console::outln;
+    use crate::console::{outln, peak_memory_mb};
 
     impl From<WindowError> for Failure {
         fn from(error: WindowError) -> Self {
@@ -73,17 +75,48 @@ mod with_window {
     ) -> Result<ExitCode, Failure> {
         context.console.stage("drawing");
         let exhibit = Arc::new(exhibit);
+        let began = Instant::now();
         let mut window = Headless::new(&exhibit, size)?;
         window.pane.desk.dark = args.dark;
+        let prepared = began.elapsed();
         window.open()?;
         window.rest()?;
         window.picture()?.save(path)?;
         context.console.finish();
         context.console.say(path.display());
         if context.json {
-            context.print_json(&serde_json::json!({ "written": path }))?;
+            let at_rest = window.last().map(|(_, took)| took);
+            let [segments, drawn] = Stage::segments(&window.pane.desk);
+            let turning = turn(&mut window)?;
+            let picture = window.last().map(|(_, took)| took);
+            let ms = |d: Duration| (d.as_secs_f64() * 1e4).round() / 10.0;
+            context.print_json(&serde_json::json!({
+                "written": path,
+                "adapter": window.adapter(),
+                "segments": segments,
+                "segments_drawn": drawn,
+                "prepared_s": (prepared.as_secs_f64() * 1e2).round() / 1e2,
+                "at_rest_ms": at_rest.map(ms),
+                "turning_ms": ms(turning),
+                "of_that_picture_ms": picture.map(ms),
+                "peak_memory_mb": peak_memory_mb().round(),
+            }))?;
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// Turns the model by hand and tells the median time of a frame, panels included.
+    fn turn(window: &mut Headless<'_>) -> Result<Duration, ViewError> {
+        const FRAMES: usize = 24;
+        window.begin_turning()?;
+        let mut took = Vec::new();
+        for i in 1..=FRAMES {
+            let began = Instant::now();
+            window.turn_to([6.0 * i as f32, 1.5 * i as f32])?;
+            took.push(began.elapsed());
+        }
+        took.sort();
+        Ok(took[FRAMES / 2])
     }
 
     fn exhibit(context: &Context, args: &ViewArgs) -> Result<Exhibit, Failure> {

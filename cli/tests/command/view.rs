@@ -79,6 +79,16 @@ impl Drop for Screen {
     }
 }
 
+/// A window; closed when dropped.
+struct Window(Child);
+
+impl Drop for Window {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
 /// Lines of a program as they come.
 fn lines(from: impl Read + Send + 'static) -> Receiver<String> {
     let (sender, receiver) = channel();
@@ -102,20 +112,20 @@ fn a_hand_on_a_real_window_picks_the_exact_surface() {
     let folder = crate::scratch();
     let model = folder.path().join("ball.igs");
     write_model(&model);
-    let mut window = claymill()
+    let started = claymill()
         .args(["view", "--json", "--size", "1100x700", "--up", "+z", "--length", "-y"])
         .arg(&model)
         .env("DISPLAY", &screen.display)
         .env_remove("WAYLAND_DISPLAY")
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let said = lines(window.stdout.take().unwrap());
+        .spawn();
+    let mut window = Window(started.unwrap());
+    let said = lines(window.0.stdout.take().unwrap());
     let Ok(opened) = said.recv_timeout(PATIENCE) else {
-        let _ = window.kill();
+        let _ = window.0.kill();
         let mut why = String::new();
-        window.stderr.take().unwrap().read_to_string(&mut why).unwrap();
+        window.0.stderr.take().unwrap().read_to_string(&mut why).unwrap();
         assert!(why.contains("no graphics adapter") || why.contains("no window can be opened"), "{why}");
         eprintln!("skipped: {why}");
         return;
@@ -166,7 +176,7 @@ fn a_hand_on_a_real_window_picks_the_exact_surface() {
         }
     }
     screen.hand(&["key", "ctrl+q"]);
-    let code = window.wait().unwrap();
+    let code = window.0.wait().unwrap();
     assert!(code.success(), "{code}");
 }
 
@@ -186,6 +196,46 @@ fn without_a_display_the_command_says_so_and_fails() {
     let said = String::from_utf8_lossy(&tried.stderr);
     assert_eq!(tried.status.code(), Some(1), "{said}");
     assert!(said.contains("no window can be opened") && said.contains("claymill render"), "{said}");
+}
+
+#[test]
+fn a_job_without_moves_is_shown_as_a_model_and_a_broken_one_is_refused() {
+    let folder = crate::scratch();
+    let panel = crate::run::panel(folder.path());
+    let job = folder.path().join("job");
+    let planned = crate::run::run(
+        folder.path(),
+        [panel.as_os_str(), "-o".as_ref(), job.as_os_str()].iter().fold(
+            vec!["plan".into()],
+            |mut all, arg| {
+                all.push(arg.to_os_string());
+                all
+            },
+        ),
+    );
+    assert_eq!(planned.code, Some(0), "{planned:?}");
+    let view = || {
+        let picture = folder.path().join("window.png");
+        crate::run::run(
+            folder.path(),
+            ["view".as_ref(), job.as_os_str(), "--picture".as_ref(), picture.as_os_str(), "--json".as_ref()],
+        )
+    };
+    let seen = view();
+    if seen.stderr.contains("no graphics adapter was found") {
+        eprintln!("skipped: {}", seen.stderr);
+        return;
+    }
+    assert_eq!(seen.code, Some(0), "{seen:?}");
+    assert!(seen.json()["segments"].as_u64() > Some(0), "{seen:?}");
+    std::fs::write(job.join("toolpaths.jsonl"), "").unwrap();
+    let seen = view();
+    assert_eq!(seen.code, Some(0), "{seen:?}");
+    assert!(seen.stderr.contains("holds no moves") && seen.json()["segments"] == 0, "{seen:?}");
+    std::fs::write(job.join("toolpaths.jsonl"), "{}").unwrap();
+    let seen = view();
+    assert_eq!(seen.code, Some(1), "{seen:?}");
+    assert!(seen.stderr.contains("toolpaths.jsonl"), "{seen:?}");
 }
 
 #[test]

@@ -37,10 +37,6 @@ impl Accents {
                 accents.add(chosen, desk.seam_lines.of_tag(l.tag));
             }
         }
-        if let [a, b] = desk.measured_points() {
-            let place = |p: &Point3| [0, 1, 2].map(|i| (p[i] - desk.scene.origin[i]) as f32);
-            accents.add(LineLook::new([200, 30, 90], 1.0, 2.0), [[place(&a.point), place(&b.point)]]);
-        }
         accents
     }
 }

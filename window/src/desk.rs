@@ -1,5 +1,6 @@
 //! The state of a window, without a window: what is shown, from where, at what time, and what was picked.
 
+use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 
 use claymill_nurbs::{Aabb, ClosestPoints, Point3, Vector3};
@@ -8,7 +9,7 @@ use claymill_viewer::{Colouring, HeatScale, Rgb, Scene, View, ViewError, region_
 
 use crate::exhibit::{Exhibit, Shared};
 use crate::facts::{self, Facts, Measured};
-use crate::joints::{Seam, Seams};
+use crate::joints::{JointClass, Seam, Seams};
 use crate::layers::{self, Layers, LineLook, Paint};
 use crate::lines::Lines;
 use crate::pick::{self, OnLine, Section, Spot, box_near};
@@ -103,6 +104,7 @@ pub struct Desk<'a> {
     /// The surfaces in their colours; vertices in the order of the faces' meshes.
     pub(crate) scene: Scene,
     pub(crate) seams: Vec<Seam>,
+    joint_counts: [usize; 5],
     pub(crate) seam_lines: Lines,
     pub(crate) tracks: Tracks,
     region_colours: Vec<Rgb>,
@@ -160,6 +162,7 @@ impl<'a> Desk<'a> {
             closest,
             bounds,
             seam_lines: Lines::new(&seams.strokes, 0.0),
+            joint_counts: joint_counts(&seams.seams),
             seams: seams.seams,
             tracks,
             region_colours: region_colours(&exhibit.view(None)),
@@ -237,10 +240,10 @@ impl<'a> Desk<'a> {
         &self.crests
     }
 
-    /// Seams of each class, for the layer tree.
+    /// Pairs of faces with a joint of each class, and open stretches, as [`JointClass::ALL`] lists them.
     #[must_use]
-    pub fn seams(&self) -> &[Seam] {
-        &self.seams
+    pub fn joint_counts(&self) -> [usize; 5] {
+        self.joint_counts
     }
 
     /// What happened since the last call, for other programs.
@@ -542,6 +545,15 @@ impl<'a> Desk<'a> {
 fn outline(exhibit: &Exhibit, bounds: &Aabb) -> Vec<Point3> {
     let points = exhibit.outline(|_| true);
     if points.is_empty() { crate::exhibit::corners(bounds).to_vec() } else { points }
+}
+
+fn joint_counts(seams: &[Seam]) -> [usize; 5] {
+    JointClass::ALL.map(|class| {
+        let of_class = seams.iter().filter(|s| s.class == class);
+        let pair = |s: &Seam| s.faces.1.map(|other| [s.faces.0.min(other), s.faces.0.max(other)]);
+        let pairs: BTreeSet<[usize; 2]> = of_class.clone().filter_map(pair).collect();
+        pairs.len() + of_class.filter(|s| s.faces.1.is_none()).count()
+    })
 }
 
 /// Places of findings, the deepest gouge first.

@@ -82,10 +82,7 @@ impl Seams {
         let by_faces = by_faces(&exhibit.regions.joints);
         let mut seams = Seams::default();
         for (face, beside, points) in runs {
-            // Both faces see a joint: it is drawn from the first one.
-            if beside.is_some_and(|other| other < face) {
-                continue;
-            }
+            // Both faces draw their joints: where three meet they do not see the same neighbour.
             let joint = beside.and_then(|b| by_faces.get(&[face.min(b), face.max(b)]).copied());
             let class = class(exhibit, face, beside, joint.map(|j| &exhibit.regions.joints[j]));
             let tag = seams.seams.len() as u32;

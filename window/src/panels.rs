@@ -181,9 +181,9 @@ fn scallops(ui: &mut Ui, desk: &mut Desk<'_>) {
 fn edges(ui: &mut Ui, desk: &mut Desk<'_>) {
     heading(ui, "Joints");
     for (i, class) in JointClass::ALL.into_iter().enumerate() {
-        let count = desk.seams().iter().filter(|s| s.class == class).count();
         let colour = theme::colour(class_colour(class, false));
-        layer(ui, &mut desk.layers.seams[i], Some(colour), class.name(), &count.to_string());
+        let count = desk.joint_counts()[i].to_string();
+        layer(ui, &mut desk.layers.seams[i], Some(colour), class.name(), &count);
     }
 }
 

@@ -156,7 +156,7 @@ fn occlusion_fragment(@builtin(position) position: vec4<f32>) -> @location(0) ve
         let offset = vec2<i32>(round(vec2(cos(angle), sin(angle)) * (s * frame.depth.w + 1.0)));
         let away_mm = length(vec2<f32>(offset)) / frame.depth.w * reach_mm;
         let in_front = z + dot(slope, vec2<f32>(offset)) - depth_mm(p + offset);
-        taken += clamp(in_front / away_mm - 0.08, 0.0, 1.0) * (1.0 - smoothstep(reach_mm, 3.0 * reach_mm, in_front));
+        taken += clamp(in_front / away_mm - 0.08, 0.0, 1.0) * (1.0 - smoothstep(0.3 * reach_mm, 1.2 * reach_mm, in_front));
     }
     return vec4(vec3(pow(clamp(1.0 - 0.9 * taken / f32(count), 0.0, 1.0), 0.6)), 1.0);
 }

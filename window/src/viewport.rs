@@ -21,6 +21,8 @@ const NOTCH: f64 = 1.2;
 /// Pixels of a drag that doubles the scale.
 const ZOOM_DRAG_PX: f64 = 160.0;
 
+const MEASURE: Color32 = Color32::from_rgb(200, 30, 90);
+
 /// What a drag does, and what it holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Drag {
@@ -184,17 +186,18 @@ pub(crate) fn overlay(ui: &Ui, rect: Rect, desk: &Desk<'_>) {
     {
         ring(&painter, at, 4.0, Color32::from_rgb(255, 120, 0));
     }
-    for (spot, name) in desk.measured_points().iter().zip(["A", "B"]) {
-        let Some(at) = place(&spot.point) else { continue };
-        ring(&painter, at, 4.0, Color32::from_rgb(200, 30, 90));
-        over_picture(&painter, at + vec2(8.0, -6.0), Align2::LEFT_BOTTOM, name, desk.dark);
+    let ends: Vec<Option<Pos2>> = desk.measured_points().iter().map(|s| place(&s.point)).collect();
+    if let ([Some(a), Some(b)], Some(measured)) = (ends.as_slice(), desk.measured()) {
+        // Over everything: most of it is inside the model.
+        painter.line_segment([*a, *b], Stroke::new(3.6, Color32::from_white_alpha(120)));
+        painter.line_segment([*a, *b], Stroke::new(1.6, MEASURE));
+        let text = format!("{:.3} mm", measured.distance_mm);
+        over_picture(&painter, a.lerp(*b, 0.5) + vec2(0.0, -5.0), Align2::CENTER_BOTTOM, &text, desk.dark);
     }
-    if let ([a, b], Some(measured)) = (desk.measured_points(), desk.measured()) {
-        let middle = nalgebra::center(&a.point, &b.point);
-        if let Some(at) = place(&middle) {
-            let text = format!("{:.3} mm", measured.distance_mm);
-            over_picture(&painter, at + vec2(0.0, -4.0), Align2::CENTER_BOTTOM, &text, desk.dark);
-        }
+    for (end, name) in ends.iter().zip(["A", "B"]) {
+        let Some(at) = *end else { continue };
+        ring(&painter, at, 4.0, MEASURE);
+        over_picture(&painter, at + vec2(8.0, -6.0), Align2::LEFT_BOTTOM, name, desk.dark);
     }
     triad(&painter, pos2(rect.min.x + 46.0, rect.max.y - 46.0), desk);
     scale_bar(&painter, rect, desk, px);

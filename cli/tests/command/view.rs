@@ -203,16 +203,9 @@ fn a_job_without_moves_is_shown_as_a_model_and_a_broken_one_is_refused() {
     let folder = crate::scratch();
     let panel = crate::run::panel(folder.path());
     let job = folder.path().join("job");
-    let planned = crate::run::run(
-        folder.path(),
-        [panel.as_os_str(), "-o".as_ref(), job.as_os_str()].iter().fold(
-            vec!["plan".into()],
-            |mut all, arg| {
-                all.push(arg.to_os_string());
-                all
-            },
-        ),
-    );
+    let mut plan = claymill();
+    plan.arg("plan").arg(&panel).arg("-o").arg(&job).args(["--tool", "ball:20", "--scallop", "1"]);
+    let planned: crate::run::Run = plan.output().unwrap().into();
     assert_eq!(planned.code, Some(0), "{planned:?}");
     let view = || {
         let picture = folder.path().join("window.png");

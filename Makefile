@@ -33,7 +33,7 @@ bench: setup
 # same. Needs a nightly compiler (rustup toolchain install nightly) and `cargo install cargo-fuzz`. What it finds is in
 # fuzz/artifacts; once mended, the file joins fuzz/seeds as a test.
 FUZZ_SECONDS ?= 1800
-FUZZ_TARGETS ?= iges step threedm stl gltf obj
+FUZZ_TARGETS ?= iges step threedm stl gltf obj program stream machine
 fuzz:
 	@cd fuzz && for target in $(FUZZ_TARGETS); do mkdir -p corpus/$$target && \
 	    RAYON_NUM_THREADS=1 $(CARGO) +nightly fuzz run -s none $$target corpus/$$target seeds/$$target -- \

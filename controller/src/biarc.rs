@@ -14,6 +14,9 @@ pub(crate) struct Station {
 /// Arcs with a larger radius are written as lines, mm: their centres would need more digits than there are.
 const LARGEST_RADIUS_MM: f64 = 50_000.0;
 
+/// Arcs with a smaller radius are written as lines, mm: LinuxCNC takes those below 0.00127 mm for none at all.
+const SMALLEST_RADIUS_MM: f64 = 0.005;
+
 /// Two arcs from `a` to `b`, tangent to both directions and to each other, in written digits; the joint is
 /// the one that makes both tangent lengths equal (Bolton, "Biarc curves", Computer-Aided Design 7, 1975).
 /// `None` where there is no such pair.
@@ -68,6 +71,9 @@ fn tangent_arc(
     }
     // Signed radius along the normal: positive to the left of the motion, counterclockwise.
     let radius = chord.norm_squared() / off;
+    if radius.abs() < SMALLEST_RADIUS_MM {
+        return line;
+    }
     let mut centre = *touch;
     centre[i] += normal.x * radius;
     centre[j] += normal.y * radius;

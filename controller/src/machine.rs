@@ -242,9 +242,16 @@ impl Machine {
     /// The file cannot be read, is no TOML of the documented form, or has values that make no sense.
     pub fn read(path: &Path) -> Result<Self, MachineError> {
         let io = |source| MachineError::Io { path: path.to_owned(), source };
-        let text = std::fs::read_to_string(path).map_err(io)?;
+        Self::parse(&std::fs::read_to_string(path).map_err(io)?, path)
+    }
+
+    /// Reads a machine definition from a text; `path` is for messages.
+    ///
+    /// # Errors
+    /// As [`Machine::read`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, MachineError> {
         let syntax = |e| MachineError::Syntax { path: path.to_owned(), source: Box::new(e) };
-        let machine: Machine = toml::from_str(&text).map_err(syntax)?;
+        let machine: Machine = toml::from_str(text).map_err(syntax)?;
         machine.check()?;
         Ok(machine)
     }

@@ -7,6 +7,16 @@ pub const RECORD_VERSION: u16 = 1;
 /// A record is never longer than this, bytes.
 pub const LONGEST_RECORD: usize = 1 << 20;
 
+/// Points of a record are never farther from zero, mm.
+const FARTHEST_MM: f64 = 1e6;
+/// Knots of a record's curve.
+const LARGEST_KNOT: f64 = 1e9;
+const CLOSEST_KNOTS: f64 = 1e-9;
+/// Weights of a record's curve.
+const WEIGHTS: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
+/// Feeds of a record.
+const FEEDS_MM_PER_MIN: std::ops::RangeInclusive<f64> = 1e-3..=1e6;
+
 /// What goes through the queue: a path, or an order to the machine.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Record {
@@ -184,17 +194,27 @@ impl Path {
             return Err(field("a tool axis is no unit vector"));
         }
         let feed = from.number()?;
-        if feed <= 0.0 {
-            return Err(field("the feed is not positive"));
+        if !FEEDS_MM_PER_MIN.contains(&feed) {
+            return Err(field("the feed is not from 0.001 to 1e6 mm/min"));
         }
-        let knots = (0..count + degree + 1).map(|_| from.number()).collect::<Result<_, _>>()?;
+        let knots = (0..count + degree + 1).map(|_| from.number()).collect::<Result<Vec<_>, _>>()?;
+        let close = |w: &[f64]| w[0] != w[1] && (w[1] - w[0]).abs() < CLOSEST_KNOTS;
+        if knots.iter().any(|k| k.abs() > LARGEST_KNOT) || knots.windows(2).any(close) {
+            return Err(field("knots are beyond 1e9, or closer together than 1e-9"));
+        }
         let points = (0..count)
             .map(|_| Ok(Point3::new(from.number()?, from.number()?, from.number()?)))
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<Vec<_>, _>>()?;
+        if points.iter().any(|p| p.iter().any(|c| c.abs() > FARTHEST_MM)) {
+            return Err(field("a point is farther away than any machine reaches"));
+        }
         let weights = match rational {
             0 => None,
-            _ => Some((0..count).map(|_| from.number()).collect::<Result<_, _>>()?),
+            _ => Some((0..count).map(|_| from.number()).collect::<Result<Vec<_>, _>>()?),
         };
+        if weights.iter().flatten().any(|w| !WEIGHTS.contains(w)) {
+            return Err(field("a weight is not from 1e-6 to 1e6"));
+        }
         let curve = KnotVector::new(degree, knots)
             .and_then(|knots| Curve3::new(knots, points, weights))
             .map_err(|e| RecordError::Field(e.to_string()))?;

@@ -321,3 +321,11 @@ fn plain_g_code() {
     );
     assert_eq!(check("G0 X1.", Dialect::G1, &Machine::default()).unwrap_err().1.rule, "program-end");
 }
+
+#[test]
+fn linuxcnc_takes_no_arc_for_a_point() {
+    for dialect in [Dialect::LinuxCnc29, Dialect::LinuxCnc210] {
+        right(dialect, "G2 X0.0040 Y0. I0.0020 J0.");
+        refused(dialect, "G2 X0.0012 Y0.0004 I0.0006 J0.0002", "linuxcnc-zero-radius");
+    }
+}

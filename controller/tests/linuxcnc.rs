@@ -62,6 +62,33 @@ fn the_interpreter_takes_every_program() {
     }
 }
 
+/// The whole program of the job in `$CLAYMILL_JOB`, if there is one.
+#[test]
+fn the_interpreter_takes_a_whole_job() {
+    let Ok(folder) = std::env::var("CLAYMILL_JOB") else {
+        return eprintln!("skipped: CLAYMILL_JOB names no job folder");
+    };
+    if !installed("rs274") {
+        return;
+    }
+    let machine = Machine::default();
+    let job = MachineJob::read(Path::new(&folder), &machine).unwrap();
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join("job.ngc");
+    let totals = post(&job, Dialect::LinuxCnc29, &machine, &out, &|_| ()).unwrap();
+    fs::write(place.path().join("tool.tbl"), TOOLS).unwrap();
+    fs::write(place.path().join("sim.var"), "").unwrap();
+    let mut rs274 = Command::new("rs274");
+    rs274
+        .current_dir(place.path())
+        .args(["-g", "-t", "tool.tbl", "-v", "sim.var"])
+        .arg(&out)
+        .stdout(Stdio::null());
+    let run = rs274.output().unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    eprintln!("{} lines, {} moves: taken", totals.files[0].lines, totals.read_back.moves);
+}
+
 /// Distance of a point from a curve, by many samples and the chords between them; `None` beyond its ends,
 /// where the tool is on a lead.
 fn distance(curve: &[Point3], p: &Point3) -> Option<f64> {

@@ -1,5 +1,5 @@
 //! What must hold of every reader, whatever the bytes: no panic, every face accounted for, only finite numbers, and
-//! memory in proportion to the input.
+//! memory in proportion to the input. What must hold of programs, streams and machine definitions is in `control.rs`.
 
 use std::path::Path;
 

@@ -48,7 +48,8 @@ const NEWTON_STEPS: usize = 30;
 const NEAR_MM: f64 = 1e-9;
 
 impl Chain {
-    /// Plans a motion over places, from rest to rest; joints inside that are stops are taken as slow as rest.
+    /// Plans a motion over places, from rest to rest. Stops are where chains are cut ([`crate::Schedule`] does): one inside is
+    /// passed at a thousandth of a millimetre a second.
     #[must_use]
     pub fn plan(places: Vec<(Joint, Place)>, limits: Limits) -> Self {
         let acceleration = best_acceleration(&places, &limits);

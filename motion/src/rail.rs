@@ -75,6 +75,9 @@ impl Rail {
     /// The parameter at `s` mm from the start.
     #[must_use]
     pub fn parameter(&self, s: f64) -> f64 {
+        if self.stations.len() < 2 {
+            return self.stations[0].0;
+        }
         let i = self.stations.partition_point(|st| st.1 <= s).clamp(1, self.stations.len() - 1);
         let ((t0, s0), (t1, s1)) = (self.stations[i - 1], self.stations[i]);
         if s1 <= s0 || s >= s1 {

@@ -63,6 +63,9 @@ struct Hold {
 /// What holds at a point without a window holds so far on either side, mm.
 const POINT_MM: f64 = 1e-7;
 
+/// Nothing that moves is slower, mm/s.
+const STILL_MM_PER_S: f64 = 1e-3;
+
 /// The highest speed is held over the window's time at that speed, half on either side of what needs it; the highest
 /// acceleration over the whole window on either side.
 fn pieces(places: &[(Joint, Place)], start: Start, a: f64, t: f64, limits: &Limits) -> Vec<Piece> {
@@ -75,7 +78,7 @@ fn pieces(places: &[(Joint, Place)], start: Start, a: f64, t: f64, limits: &Limi
         let cap = place.cap(limits);
         let mut joint_jerk = 0.0;
         if i > 0 {
-            let v = joint.speed.min(cap);
+            let v = joint.speed.max(STILL_MM_PER_S).min(cap);
             if joint.speed < cap {
                 let half = (0.5 * v * t).max(POINT_MM);
                 speeds.push(Hold { from: at - half, to: at + half, most: v });

@@ -85,6 +85,8 @@ const TWIST_SHARE: f64 = 0.6;
 const JOINT_SHARE: f64 = 0.25;
 /// Curvature and its change are taken this much larger than found at stations.
 const MARGIN: f64 = 1.1;
+/// Nothing bends more sharply, 1/mm: beyond it is a cusp, where the machine all but stops.
+const SHARPEST_PER_MM: f64 = 1e6;
 /// Directions that differ by less than this are no corner to a control that rounds corners, as a sine.
 const STRAIGHT_SINE: f64 = 0.01;
 /// Slower than this through a joint is a stop, mm/s.
@@ -132,6 +134,7 @@ impl Track {
                 bend = MARGIN * from.bend.norm().max(middle.bend.norm()).max(to.bend.norm());
                 let change = (middle.bend - from.bend).norm().max((to.bend - middle.bend).norm());
                 twist = MARGIN * change / (0.5 * length_mm);
+                (bend, twist) = (bend.min(SHARPEST_PER_MM), twist.min(SHARPEST_PER_MM.powi(2)));
             }
             // Within a span, and at a simple knot of a cubic, everything is continuous.
             let smooth = i > 0 && degree > curve.knots().multiplicity(t0) + 1;

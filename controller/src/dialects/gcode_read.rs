@@ -43,6 +43,9 @@ pub(crate) struct Reader<'a> {
     ended: bool,
 }
 
+/// LinuxCNC refuses arcs with a smaller radius, mm (0.00005 inch).
+const LINUXCNC_RADIUS_MM: f64 = 0.00127;
+
 impl<'a> Reader<'a> {
     pub(crate) fn new(flavour: Flavour, machine: &'a Machine, sink: Sink<'a>) -> Self {
         Reader {
@@ -431,6 +434,12 @@ impl<'a> Reader<'a> {
             let arc = Arc::through(from, to, middle, self.plane, clockwise).ok_or_else(|| {
                 Refusal::new("arc-radius", "the arc's ends are not equally far from its centre")
             })?;
+            if matches!(self.flavour, Flavour::LinuxCnc { .. }) && arc.radius_mm() < LINUXCNC_RADIUS_MM {
+                return Err(Refusal::new(
+                    "linuxcnc-zero-radius",
+                    format!("a radius of {:.6} mm counts as none", arc.radius_mm()),
+                ));
+            }
             return self.go(line, false, Shape::Arc(arc));
         }
         if from == to {

@@ -128,7 +128,7 @@ fn runs(
 ) -> Vec<(usize, Option<usize>, Vec<Point3>)> {
     let mut runs: Vec<(usize, Option<usize>, Vec<Point3>)> = Vec::new();
     for ring in &mesh.rings {
-        let mut going_on = false;
+        let (first, mut going_on) = (runs.len(), false);
         for i in 0..ring.len() {
             let ends = [ring[i], ring[(i + 1) % ring.len()]];
             let [a, b] = ends.map(|v| mesh.points[v as usize]);
@@ -141,6 +141,14 @@ fn runs(
                 _ => runs.push((face, beside, vec![a, b])),
             }
             going_on = true;
+        }
+        // A ring may begin in the middle of a run.
+        if runs.len() > first + 1
+            && runs[first].1 == runs[runs.len() - 1].1
+            && let Some(last) = runs.pop()
+        {
+            let begin = std::mem::replace(&mut runs[first].2, last.2);
+            runs[first].2.extend(begin.into_iter().skip(1));
         }
     }
     runs

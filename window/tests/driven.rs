@@ -178,6 +178,48 @@ fn an_open_boundary_is_told_as_such() {
 }
 
 #[test]
+fn a_joint_tells_what_was_measured_on_it() {
+    let mut exhibit = Arc::into_inner(exhibit()).unwrap();
+    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let half = |u| plane_patch(&frame, u, (-100.0, 100.0)).unwrap();
+    let faces = vec![
+        face(half((-100.0, 0.0)), SurfaceKind::Plane, "DE 1", None),
+        face(half((0.0, 100.0)), SurfaceKind::Plane, "DE 3", None),
+    ];
+    let options = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 60.0 };
+    exhibit.meshes = faces.iter().map(|f| tessellate(f, &options).unwrap()).collect();
+    exhibit.model.faces = faces;
+    exhibit.job = None;
+    exhibit.region_of_face = vec![0, 0];
+    let record = |faces: [usize; 2], length_mm: f64, class: &str| {
+        json!({ "faces": faces, "length_mm": length_mm, "class": class, "verdict": "merged", "why": "smooth",
+            "gap_max_mm": 0.002 * length_mm, "gap_normal_max_mm": 0, "angle_max_deg": 0.25, "angle_p95_deg": 0,
+            "angle_rms_deg": 0, "angle_mid_deg": 0, "curvature_max": 0, "curvature_p95": 0, "curvature_rms": 0,
+            "curvature_mid": 0, "curvature_relative_max": 0 })
+    };
+    // Of two joints of one pair the longer one is told.
+    let joints = json!([record([1, 0], 1.0, "C0"), record([1, 0], 200.0, "G2")]);
+    exhibit.regions.joints = serde_json::from_value(joints).unwrap();
+    let exhibit = Arc::new(exhibit);
+    let mut window = Headless::new(&exhibit, SIZE).unwrap();
+    window.frame(Vec::new()).unwrap();
+    assert_eq!(window.pane.desk.joint_counts(), [0, 0, 0, 1, 2]);
+    window.key(Key::T).unwrap();
+    let on_joint = [0.0, 30.0, 0.0];
+    assert!(told(&mut window, on_joint)["picked"]["joint"].is_null(), "smooth joints are not shown unasked");
+    window.pane.desk.layers.seams[3] = true;
+    let said = told(&mut window, on_joint);
+    let joint = &said["picked"]["joint"];
+    assert_eq!((&joint["class"], &joint["continuity"]), (&json!("smooth joint"), &json!("G2")), "{said}");
+    assert_eq!((&joint["gap_max_mm"], &joint["angle_max_deg"]), (&json!(0.4), &json!(0.25)));
+    assert!(
+        joint["names"] == json!(["DE 1", "DE 3"]) || joint["names"] == json!(["DE 3", "DE 1"]),
+        "{joint}"
+    );
+    assert!((point(&joint["point_mm"]) - Point3::from(on_joint)).norm() < window.pane.desk.sight.mm_per_px());
+}
+
+#[test]
 fn two_clicks_measure_between_exact_points() {
     let exhibit = exhibit();
     let mut window = Headless::new(&exhibit, SIZE).unwrap();

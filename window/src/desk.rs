@@ -1,15 +1,15 @@
 //! The state of a window, without a window: what is shown, from where, at what time, and what was picked.
 
-use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 
 use claymill_nurbs::{Aabb, ClosestPoints, Point3, Vector3};
-use claymill_verify::{Severity, VerifyOptions};
+use claymill_verify::VerifyOptions;
 use claymill_viewer::{Colouring, HeatScale, Rgb, Scene, View, ViewError, region_colours};
 
 use crate::exhibit::{Exhibit, Shared};
 use crate::facts::{self, Facts, Measured};
-use crate::joints::{JointClass, Seam, Seams};
+use crate::findings::{Marked, marks};
+use crate::joints::{Seam, Seams, joint_counts};
 use crate::layers::{self, Layers, LineLook, Paint};
 use crate::lines::Lines;
 use crate::pick::{self, OnLine, Section, Spot, box_near};
@@ -67,17 +67,6 @@ pub struct Clock {
     pub playing: bool,
     /// Seconds of the machine a second.
     pub speed: f64,
-}
-
-/// A place worth a look.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Marked {
-    /// Where, mm.
-    pub at: Point3,
-    /// What is there.
-    pub text: String,
-    /// Whether it is a fault.
-    pub fault: bool,
 }
 
 /// The measurement of scallops, which takes its time.
@@ -545,40 +534,4 @@ impl<'a> Desk<'a> {
 fn outline(exhibit: &Exhibit, bounds: &Aabb) -> Vec<Point3> {
     let points = exhibit.outline(|_| true);
     if points.is_empty() { crate::exhibit::corners(bounds).to_vec() } else { points }
-}
-
-fn joint_counts(seams: &[Seam]) -> [usize; 5] {
-    JointClass::ALL.map(|class| {
-        let of_class = seams.iter().filter(|s| s.class == class);
-        let pair = |s: &Seam| s.faces.1.map(|other| [s.faces.0.min(other), s.faces.0.max(other)]);
-        let pairs: BTreeSet<[usize; 2]> = of_class.clone().filter_map(pair).collect();
-        pairs.len() + of_class.filter(|s| s.faces.1.is_none()).count()
-    })
-}
-
-/// Places of findings, the deepest gouge first.
-fn marks(exhibit: &Exhibit) -> Vec<Marked> {
-    let Some(found) = exhibit.job.as_ref().and_then(|j| j.verification.as_ref()) else {
-        return Vec::new();
-    };
-    let gouge = found.gouge.deepest_at.as_ref().map(|p| Marked {
-        at: Point3::from(p.point_mm),
-        text: format!("deepest gouge: {:.4} mm", found.gouge.deepest_mm),
-        fault: found.gouge.deeper_than_5_um > 0,
-    });
-    let highest = found.scallop.crests.max_at.as_ref().map(|p| Marked {
-        at: Point3::from(p.point_mm),
-        text: format!("highest scallop: {:.4} mm", found.scallop.crests.max_mm),
-        fault: false,
-    });
-    let findings = found.verdict.findings.iter().filter_map(|f| {
-        let at = Point3::from(f.place.as_ref()?.point_mm);
-        Some(Marked { at, text: f.message.clone(), fault: f.severity == Severity::Error })
-    });
-    let left = found.coverage.reachable_left_at.iter().map(|l| Marked {
-        at: Point3::from(l.at.point_mm),
-        text: format!("{:.1} mm² within reach were left", l.area_mm2),
-        fault: false,
-    });
-    gouge.into_iter().chain(highest).chain(findings).chain(left).collect()
 }

@@ -1,6 +1,6 @@
 //! Where the joints of `regions.json` run: found again along the boundaries of the meshes.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use claymill_nurbs::{FaceMesh, Point3};
 use claymill_toolpath::JointRecord;
@@ -93,6 +93,16 @@ impl Seams {
         }
         seams
     }
+}
+
+/// Pairs of faces with a joint of each class, and open stretches, as [`JointClass::ALL`] lists them.
+pub(crate) fn joint_counts(seams: &[Seam]) -> [usize; 5] {
+    JointClass::ALL.map(|class| {
+        let of_class = seams.iter().filter(|s| s.class == class);
+        let pair = |s: &Seam| s.faces.1.map(|other| [s.faces.0.min(other), s.faces.0.max(other)]);
+        let pairs: BTreeSet<[usize; 2]> = of_class.clone().filter_map(pair).collect();
+        pairs.len() + of_class.filter(|s| s.faces.1.is_none()).count()
+    })
 }
 
 /// The longest joint of each pair of faces.

@@ -26,9 +26,15 @@ struct Layout {
 }
 
 /// Draws pins, scale bar, axes, caption and legend onto a picture, the latter two where the model is not;
-/// `share`: the part of the passes that is drawn.
-pub(crate) fn annotate(picture: &mut Picture, scene: &Scene, camera: &Camera, model: &Covered, share: f32) {
-    let letter = (picture.width.min(picture.height) as f32 * 0.0115).clamp(6.5, 40.0);
+/// `share`: the part of the passes that is drawn; `larger`: the letters' size, 1 as usual.
+pub(crate) fn annotate(
+    picture: &mut Picture,
+    scene: &Scene,
+    camera: &Camera,
+    model: &Covered,
+    (share, larger): (f32, f32),
+) {
+    let letter = (picture.width.min(picture.height) as f32 * 0.0115 * larger).clamp(6.5, 60.0);
     let layout = Layout { letter, border: 2.2 * letter, line: 2.15 * letter };
     draw_pins(picture, &scene.pins, camera, letter);
     let mut page = Page::new([picture.width, picture.height], model);

@@ -40,6 +40,8 @@ pub struct PictureOptions {
     pub reflection_lines: bool,
     /// Caption, legend, scale bar and axes.
     pub annotations: bool,
+    /// Size of their letters, 1 as usual: larger for pictures that are shown small.
+    pub lettering: f32,
     /// The model axis that the sky light comes from.
     pub sky: Vector3<f64>,
 }
@@ -54,6 +56,7 @@ impl Default for PictureOptions {
             backdrop: Backdrop::Studio,
             reflection_lines: false,
             annotations: true,
+            lettering: 1.0,
             sky: Vector3::z(),
         }
     }
@@ -137,7 +140,7 @@ impl Renderer {
         }
         if options.annotations {
             let share = lines.iter().map(|l| l.share).fold(1.0, f32::min);
-            overlay::annotate(&mut picture, scene, &camera, &model, share);
+            overlay::annotate(&mut picture, scene, &camera, &model, (share, options.lettering));
         }
         Ok(picture)
     }

@@ -15,6 +15,8 @@ use crate::interrupt;
 
 /// The model that the tool runs over.
 const SHOWN: [ShowName; 3] = [ShowName::Regions, ShowName::Joints, ShowName::Trims];
+/// Height of frames from which on lines have their full width, pixels.
+const FULL_HEIGHT: f32 = 800.0;
 /// Frames of a storyboard and how many stand side by side.
 const STORYBOARD: (u32, u32) = (12, 3);
 /// Frames that fit into memory without a thought: 2 GB.
@@ -69,8 +71,12 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
     let cut = pictures::cut_faces(&job);
     let album = Album::new(model, &region_of_face, Some(&cut), regions.tolerance_mm);
     let album = if args.stock.is_some() { album.for_maps() } else { album };
-    let mut bare = album.scene(&report::title(&job), None, &SHOWN)?;
+    let shown = if args.stock.is_some() { &SHOWN[..2] } else { &SHOWN[..] };
+    let mut bare = album.scene(&report::title(&job), None, shown)?;
     bare.legend.clear();
+    // Outlines that suit a large picture are heavy in a small one.
+    let finer = (size[1] as f32 / FULL_HEIGHT).clamp(0.45, 1.0);
+    bare.lines.iter_mut().for_each(|l| l.width_px *= finer);
     let colours = album.colours();
     let tools = layers::tools(&job, args.holder.as_deref())?;
     if let Some(tool) = tools.first() {

@@ -38,6 +38,8 @@ const SCALLOP_MAP: &str = "Scallop height as measured";
 const SHOWN_ON_SHEETS: [&str; 2] = ["preview-top.png", "preview-side.png"];
 /// Size of the pictures on setup sheets, pixels.
 const SHEET_SIZE: [u32; 2] = [1280, 720];
+/// Letters of pictures that the report shows at a third of their size.
+const SHOWN_SMALL: f32 = 1.7;
 /// Drawn lines leave their curves by no more than this, mm.
 pub(crate) const CHORD_MM: f64 = 0.3;
 /// Layers that are surfaces.
@@ -278,7 +280,7 @@ impl Album<'_> {
                 let view = View::named(&setup.name, axes)
                     .filter(|v| v.direction.dot(&axis) < -0.999)
                     .unwrap_or_else(|| View::looking(&setup.name, -axis, along(Vector3::y())));
-                let options = PictureOptions { size: SHEET_SIZE, ..options(axes) };
+                let options = PictureOptions { size: SHEET_SIZE, lettering: SHOWN_SMALL, ..options(axes) };
                 Ok(ReportPicture {
                     caption: format!("Seen along the tool, with the passes of setup {}", setup.name),
                     alt: format!("{title} seen along the tool axis of setup {}, with its passes", setup.name),
@@ -320,7 +322,8 @@ impl Album<'_> {
         let mut pictures = Vec::new();
         for (k, (file, view, scene, caption)) in shots.into_iter().enumerate() {
             console.at("pictures", k as f64 / 5.0);
-            let picture = renderer.render(scene, &view, &options(axes))?;
+            let lettering = if caption == COVER { 1.0 } else { SHOWN_SMALL };
+            let picture = renderer.render(scene, &view, &PictureOptions { lettering, ..options(axes) })?;
             picture.save(&folder.join(file))?;
             if SHOWN_ON_SHEETS.contains(&file) {
                 continue;

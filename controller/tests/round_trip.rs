@@ -24,6 +24,22 @@ fn written(dialect: Dialect, machine: &Machine) -> (claymill_controller::PostTot
 }
 
 #[test]
+fn the_example_machines_write_their_jobs() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/machines");
+    for (name, dialect) in [
+        ("fanuc-30i", Dialect::Fanuc),
+        ("siemens-840d", Dialect::Siemens),
+        ("heidenhain-itnc", Dialect::Heidenhain),
+        ("linuxcnc", Dialect::LinuxCnc29),
+        ("plain", Dialect::G1),
+    ] {
+        let machine = Machine::read(&folder.join(name).with_extension("toml")).unwrap();
+        let (totals, _) = written(dialect, &machine);
+        assert!(totals.read_back.largest_mm <= totals.stated_mm + 2e-6);
+    }
+}
+
+#[test]
 fn what_is_written_is_the_job() {
     for dialect in Dialect::ALL {
         // Four decimals of an inch are coarser than the usual tolerance.

@@ -135,6 +135,8 @@ impl Grammar for GCode {
         let tool = tool_number(&section.tool);
         match &machine.tool_change {
             Some(lines) => lines.iter().for_each(|l| code(l.replace("{tool}", &tool.to_string()))),
+            // The offsets of a tool are those of its cutting edge.
+            None if self.0 == Flavour::Siemens => code(format!("T{tool} M6\nD1")),
             None => code(format!("T{tool} M6")),
         }
         if let Some(offset) = machine.place(&section.setup).work_offset.filter(|o| !o.is_empty()) {
@@ -154,7 +156,9 @@ impl Grammar for GCode {
             _ => code(format!("G0 Z{height}")),
         }
         code(format!("G0 X{} Y{}", page.format.text(start.x), page.format.text(start.y)));
-        code(format!("G0 Z{}", page.format.text(start.z)));
+        if start.z < section.clearance_mm {
+            code(format!("G0 Z{}", page.format.text(start.z)));
+        }
         match machine.coolant {
             Coolant::Off => {}
             Coolant::Mist => code("M7".into()),

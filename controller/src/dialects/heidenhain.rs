@@ -99,7 +99,9 @@ impl Grammar for Heidenhain {
         let _ = writeln!(out, "L Z{} R0 FMAX{turn}", signed(page, section.clearance_mm.max(start.z)));
         let coolant = if machine.coolant == Coolant::Off { "" } else { " M8" };
         let _ = writeln!(out, "L X{} Y{} R0 FMAX{coolant}", signed(page, start.x), signed(page, start.y));
-        let _ = writeln!(out, "L Z{} R0 FMAX", signed(page, start.z));
+        if start.z < section.clearance_mm {
+            let _ = writeln!(out, "L Z{} R0 FMAX", signed(page, start.z));
+        }
     }
 
     fn stroke(&self, out: &mut String, page: &Page, stroke: &Stroke, lowered: &Lowered, _: u64) {

@@ -1,11 +1,12 @@
 //! A ball dropped along rows over a whole model, on one core: `drop MODEL [RADIUS [ROWS [STEP]]] [-o FILE]` (mm).
 //! Prints a line of key and value each: locations, CPU seconds for covering and for dropping, what carries the ball.
+//! With `--gouge FILE` instead of rows: how deep the ball cuts at each centre in the file, by closest points, mm.
 //! The file gets `x y z` of every location's centre, three little-endian f64 each, `z` NaN where nothing is below.
 
 use std::io::Write;
 use std::time::Instant;
 
-use claymill_nurbs::Face;
+use claymill_nurbs::{ClosestPoints, Face, Model, Point3};
 use claymill_paths::{BallDrop, Covering, Frame, March, Orientation, Support};
 
 /// CPU time of this thread in seconds; the clock on the wall where the system does not tell it.
@@ -16,12 +17,29 @@ fn cpu(start: Instant) -> f64 {
     spent.map_or_else(|| start.elapsed().as_secs_f64(), |ns| ns * 1e-9)
 }
 
+/// Radius less distance of each centre; negative where the ball does not touch.
+fn print_gouges(model: &Model, radius_mm: f64, centres: &[u8]) -> Result<(), Box<dyn std::error::Error>> {
+    let closest = ClosestPoints::new(model);
+    for centre in centres.chunks_exact(24) {
+        let number = |k: usize| f64::from_le_bytes(std::array::from_fn(|i| centre[8 * k + i]));
+        let foot = closest.closest(&Point3::new(number(0), number(1), number(2)), 4.0 * radius_mm);
+        println!("{}", foot.map_or(-3.0 * radius_mm, |f| radius_mm - f.distance_mm));
+    }
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments: Vec<String> = std::env::args().skip(1).collect();
-    let file = arguments.iter().position(|a| a == "-o").map(|at| arguments.split_off(at).swap_remove(1));
+    let mut option = |name: &str| {
+        arguments.iter().position(|a| a == name).map(|at| arguments.split_off(at).swap_remove(1))
+    };
+    let (file, centres) = (option("-o"), option("--gouge"));
     let number = |k: usize, usual: f64| arguments.get(k).map_or(Ok(usual), |a| a.parse());
     let (radius_mm, rows_mm, step_mm) = (number(1, 10.0)?, number(2, 2.0)?, number(3, 1.0)?);
     let model = claymill_exchange::read(arguments.first().ok_or("which model?")?.as_ref())?.model;
+    if let Some(centres) = centres {
+        return print_gouges(&model, radius_mm, &std::fs::read(centres)?);
+    }
     let start = Instant::now();
     let area_mm2 = model.faces.iter().map(Face::area_mm2).sum();
     let covering = Covering::new(&model, &vec![false; model.faces.len()], area_mm2, radius_mm)

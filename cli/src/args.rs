@@ -193,6 +193,9 @@ pub(crate) struct JobOptions {
     /// example 60:27-34x50,63x26; without sections a shrink-fit chuck on HSK-A63. It is drawn, not yet planned with.
     #[arg(long, value_name = "STICKOUT[:SECTIONS]")]
     pub(crate) holder: Option<String>,
+    /// Rest passes: cut only what this larger tool could not, for example ball:10.
+    #[arg(long, value_name = "SHAPE:SIZE")]
+    pub(crate) rest_of: Option<String>,
     /// Scallop height between passes, mm [default: 0.1].
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) scallop: Option<f64>,

@@ -132,6 +132,10 @@ impl From<claymill_paths::PlanError> for Failure {
                 "Choose a smaller --tool, and check the units that `claymill inspect` shows."
             }
             E::Face { .. } => "Leave the face out with --skip, or mend it in the CAD system.",
+            E::EarlierTool { .. } => {
+                return Failure::usage(error, "Give --rest-of the larger tool and --tool the smaller one.");
+            }
+            E::NoRest => "There is nothing to do: no valley is tighter than the earlier tool.",
             E::NothingToCut => "Check --only, --skip, --up and --length.",
         };
         Failure::problem(&error, advice)

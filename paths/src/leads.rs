@@ -14,6 +14,7 @@
 use claymill_nurbs::Point3;
 use claymill_toolpath::{Move, MoveKind, round_to_written};
 
+use crate::contact::BallDrop;
 use crate::guide::{Guide, Line};
 use crate::part::{CLEARANCE_MM, SetupContext};
 use crate::profile::follow;
@@ -47,7 +48,9 @@ impl SetupContext<'_> {
     pub(crate) fn link_height(&self, from: Point3, to: Point3) -> f64 {
         let (a, b) = (self.frame.to_setup(&from), self.frame.to_setup(&to));
         let ends = a.z.max(b.z);
-        let top = self.heights.over([a.x, a.y], [b.x, b.y], self.ball.radius_mm());
+        // What an earlier ball has left is no higher than what it rests on.
+        let aside = self.ball.radius_mm() + self.earlier.map_or(0.0, BallDrop::radius_mm);
+        let top = self.heights.over([a.x, a.y], [b.x, b.y], aside);
         let high = top.max(ends) + CLEARANCE_MM;
         // The map is coarse: a wall beside a short way counts as if it stood in it.
         let short = (b - a).xy().norm() <= SHORT_WAY_MM && high > ends + WORTH_MM;
@@ -103,7 +106,7 @@ impl SetupContext<'_> {
         });
         // Without a wall in sight there is nothing to be saved.
         let low = at.z + CLEARANCE_MM + SLANT_MM;
-        let best = if above.z < low + WORTH_MM {
+        let best = if above.z < low + WORTH_MM || self.earlier.is_some() {
             None
         } else {
             aside.filter(worth).min_by(|a, b| a.z.total_cmp(&b.z))
@@ -114,8 +117,18 @@ impl SetupContext<'_> {
     /// Tip height a clearance above `foot` and wherever the ball could rest there or a little aside.
     fn clear_height(&self, foot: &Point3) -> f64 {
         let places = around(foot.x, foot.y, ASIDE_MM).chain([(foot.x, foot.y)]);
-        let rests = places.filter_map(|(x, y)| self.rest(x, y));
-        round_to_written(rests.fold(foot.z, f64::max) + CLEARANCE_MM)
+        let rests = places.filter_map(|(x, y)| rest(self.ball, x, y));
+        let high = rests.fold(foot.z, f64::max).max(self.left_by_earlier(foot));
+        round_to_written(high + CLEARANCE_MM)
+    }
+
+    /// No material that an earlier ball has left within the ball's radius is higher: that ball's tip was there.
+    fn left_by_earlier(&self, foot: &Point3) -> f64 {
+        let Some(earlier) = self.earlier else { return f64::NEG_INFINITY };
+        let radius_mm = self.ball.radius_mm();
+        let places = [0.5, 1.0].into_iter().flat_map(|share| around(foot.x, foot.y, share * radius_mm));
+        let tips = places.chain([(foot.x, foot.y)]).filter_map(|(x, y)| rest(earlier, x, y));
+        tips.fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Whether the straight way from the location `at` up to `place` stays above the exact path of the ball
@@ -138,11 +151,6 @@ impl SetupContext<'_> {
             && profiles.flat_map(|p| &p.samples).all(|m| m.z - radius <= at.z + rise * m.s + TOUCHING_MM)
     }
 
-    /// Tip height at which the ball comes to rest.
-    fn rest(&self, x: f64, y: f64) -> Option<f64> {
-        self.ball.drop(x, y).map(|l| l.centre.z - self.ball.radius_mm())
-    }
-
     fn rapid(&self, from: Point3, to: Point3) -> Move {
         Move::straight(MoveKind::Rapid, from, to, self.frame.axis(), self.feeds.rapid_mm_per_min)
     }
@@ -151,6 +159,11 @@ impl SetupContext<'_> {
         let q = self.frame.to_setup(&p);
         self.frame.to_model(&Point3::new(q.x, q.y, height))
     }
+}
+
+/// Tip height at which a ball comes to rest.
+fn rest(ball: &BallDrop, x: f64, y: f64) -> Option<f64> {
+    ball.drop(x, y).map(|l| l.centre.z - ball.radius_mm())
 }
 
 /// A height that is written: not below the one that is proven.

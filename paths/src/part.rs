@@ -45,6 +45,8 @@ pub(crate) struct SetupContext<'a> {
     pub(crate) fates: &'a [Vec<Fate>],
     pub(crate) claims: &'a Claims,
     pub(crate) ball: &'a BallDrop<'a>,
+    /// The tool whose rest is cut.
+    pub(crate) earlier: Option<&'a BallDrop<'a>>,
     pub(crate) heights: &'a Heights,
     pub(crate) strategy: Strategy,
     /// Direction of straight rows; chosen by region when not asked for.

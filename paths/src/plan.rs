@@ -15,7 +15,7 @@ use crate::heights::Heights;
 use crate::kinematics::times_s;
 use crate::order::{Ends, order_parts};
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
-use crate::reach::{Fate, assign};
+use crate::reach::{Fate, Views, assign};
 use crate::refit::{FIT_BIAS_MM, FIT_TOLERANCE_MM};
 use crate::{Frame, Orientation, RowsAlong, Strategy};
 
@@ -24,6 +24,8 @@ use crate::{Frame, Orientation, RowsAlong, Strategy};
 pub struct PlanOptions {
     /// The tool.
     pub tool: Tool,
+    /// A larger tool that has been over the model: only what it could not cut is cut.
+    pub rest_of: Option<Tool>,
     /// Scallop height, mm.
     pub scallop_mm: f64,
     /// Where passes run.
@@ -92,6 +94,14 @@ pub enum PlanError {
         /// Ball radius.
         radius_mm: f64,
     },
+    /// Rest passes are for a smaller tool.
+    #[error("a ball of radius {radius_mm} mm leaves no rest for one of {earlier_mm} mm that went before")]
+    EarlierTool {
+        /// Ball radius.
+        radius_mm: f64,
+        /// Radius of the earlier one.
+        earlier_mm: f64,
+    },
     /// The tool does not fit the model.
     #[error("a ball of radius {radius_mm} mm is too big for a model of {size_mm:.1} mm")]
     ToolTooBig {
@@ -113,6 +123,9 @@ pub enum PlanError {
     /// There is nothing to cut.
     #[error("no setup reaches any face that is to be cut")]
     NothingToCut,
+    /// There is no rest.
+    #[error("the earlier tool could cut all that this one reaches")]
+    NoRest,
 }
 
 /// The program and its totals.
@@ -139,6 +152,9 @@ pub struct Plan {
 /// Tells how far a stage has come: its name and a share from 0 to 1.
 pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
 
+/// Rest strips are narrow: they are looked for on triangles with sides of this many ball radii by two.
+const REST_FINENESS: f64 = 0.5;
+
 /// Identity of the only tool.
 pub const TOOL_ID: &str = "T1";
 
@@ -156,15 +172,20 @@ pub fn plan(
     check(model, options)?;
     progress("setups", 0.0);
     let area_mm2 = regions.face_area_mm2.iter().sum();
+    let fineness_mm = if options.rest_of.is_some() { REST_FINENESS * radius_mm } else { radius_mm };
     let covering =
-        Covering::new(model, regions.excluded, area_mm2, radius_mm).map_err(|(face, source)| {
+        Covering::new(model, regions.excluded, area_mm2, fineness_mm).map_err(|(face, source)| {
             PlanError::Face { face, entity: model.faces[face].source.entity.clone(), source }
         })?;
     let frames = Frame::five(options.orientation);
-    let balls: Vec<BallDrop> =
-        frames.par_iter().map(|f| BallDrop::new(model, &covering, f, radius_mm)).collect();
+    let of_radius = |radius_mm: f64| -> Vec<BallDrop> {
+        frames.par_iter().map(|f| BallDrop::new(model, &covering, f, radius_mm)).collect()
+    };
+    let balls = of_radius(radius_mm);
+    let earlier = options.rest_of.map_or_else(Vec::new, |tool| of_radius(tool.radius_mm()));
     progress("setups", 0.5);
-    let fates = assign(model, &covering, &frames, &balls, regions, 0.5 * options.scallop_mm);
+    let views = Views { frames: &frames, balls: &balls, earlier: &earlier };
+    let fates = assign(model, &covering, &views, regions, 0.5 * options.scallop_mm);
     let account = Account::new(&covering, &fates, regions);
     let faces_of = group(regions.of_face);
     progress("region meshes", 0.0);
@@ -191,6 +212,7 @@ pub fn plan(
             fates: &fates,
             claims: &claims,
             ball: &balls[index],
+            earlier: earlier.get(index),
             heights: &heights,
             strategy: options.strategy,
             rows_along: options.row_angle_deg.map(RowsAlong::at_deg),
@@ -211,7 +233,7 @@ pub fn plan(
         out.setup(&context, &account, parts);
     }
     if out.program.moves.is_empty() {
-        return Err(PlanError::NothingToCut);
+        return Err(if earlier.is_empty() { PlanError::NothingToCut } else { PlanError::NoRest });
     }
     out.add_up();
     let (area, faces) = account.faces(model, regions);
@@ -243,6 +265,9 @@ fn check(model: &Model, options: &PlanOptions) -> Result<(), PlanError> {
     if !(scallop_mm > 0.0 && scallop_mm < radius_mm) {
         return Err(PlanError::Scallop { scallop_mm, radius_mm });
     }
+    if let Some(earlier_mm) = options.rest_of.map(|tool| tool.radius_mm()).filter(|&mm| mm <= radius_mm) {
+        return Err(PlanError::EarlierTool { radius_mm, earlier_mm });
+    }
     let nets = model.faces.iter().flat_map(|f| f.surface.net());
     let bounds = nets.fold(Aabb::empty(), |mut b, h| {
         b.add(&(h.xyz() / h.w).into());
@@ -263,10 +288,36 @@ fn group(region_of_face: &[usize]) -> Vec<Vec<usize>> {
     faces
 }
 
+/// Where the area of a face goes, mm².
+struct FaceSums {
+    /// Cut by each setup.
+    cut: [f64; 5],
+    uncut: [(UncutReason, f64); 3],
+}
+
+impl FaceSums {
+    fn new() -> Self {
+        let uncut = [UncutReason::Hidden, UncutReason::TooTight, UncutReason::EarlierTool].map(|r| (r, 0.0));
+        FaceSums { cut: [0.0; 5], uncut }
+    }
+
+    fn add(&mut self, fate: &Fate, area_mm2: f64) {
+        for (sum, share) in self.cut.iter_mut().zip(fate.cut) {
+            *sum += area_mm2 * f64::from(share);
+        }
+        for ((_, sum), share) in self.uncut.iter_mut().zip([fate.hidden, fate.tight, fate.done]) {
+            *sum += area_mm2 * f64::from(share);
+        }
+    }
+
+    fn scale(&mut self, by: f64) {
+        self.cut.iter_mut().chain(self.uncut.iter_mut().map(|u| &mut u.1)).for_each(|sum| *sum *= by);
+    }
+}
+
 /// Where the area goes, by face: shares of the triangles, scaled to the face's exact area.
 struct Account {
-    /// Per face: area cut by each setup, then hidden, then too tight, mm².
-    faces: Vec<([f64; 5], f64, f64)>,
+    faces: Vec<FaceSums>,
     region_setup_mm2: Vec<[f64; 5]>,
 }
 
@@ -277,24 +328,19 @@ impl Account {
         let mut faces = Vec::with_capacity(fates.len());
         for (face, fate) in fates.iter().enumerate() {
             let mesh = &covering.meshes[face];
-            let mut sums = ([0.0; 5], 0.0, 0.0);
+            let mut sums = FaceSums::new();
             let mut total = 0.0;
             for (t, f) in mesh.triangles.iter().zip(fate) {
                 let [a, b, c] = t.map(|i| mesh.points[i as usize]);
                 let area = 0.5 * (b - a).cross(&(c - a)).norm();
                 total += area;
-                for k in 0..5 {
-                    sums.0[k] += area * f64::from(f.cut[k]);
-                }
-                sums.1 += area * f64::from(f.hidden);
-                sums.2 += area * f64::from(f.tight);
+                sums.add(f, area);
             }
-            let scale = if total > 0.0 { regions.face_area_mm2[face] / total } else { 0.0 };
-            let scaled = (sums.0.map(|v| v * scale), sums.1 * scale, sums.2 * scale);
-            for k in 0..5 {
-                region_setup_mm2[regions.of_face[face]][k] += scaled.0[k];
+            sums.scale(if total > 0.0 { regions.face_area_mm2[face] / total } else { 0.0 });
+            for (sum, cut) in region_setup_mm2[regions.of_face[face]].iter_mut().zip(sums.cut) {
+                *sum += cut;
             }
-            faces.push(scaled);
+            faces.push(sums);
         }
         Account { faces, region_setup_mm2 }
     }
@@ -304,13 +350,13 @@ impl Account {
     fn faces(&self, model: &Model, regions: &Regions) -> (Area, Vec<FaceAccount>) {
         let mut all = Area::default();
         let mut rows = Vec::with_capacity(self.faces.len());
-        for (face, (cut, hidden, tight)) in self.faces.iter().enumerate() {
+        for (face, sums) in self.faces.iter().enumerate() {
             let total_mm2 = regions.face_area_mm2[face];
-            let mut area = Area { total_mm2, cut_mm2: cut.iter().sum(), uncut_mm2: BTreeMap::new() };
+            let mut area = Area { total_mm2, cut_mm2: sums.cut.iter().sum(), uncut_mm2: BTreeMap::new() };
             if regions.excluded[face] {
                 area.uncut_mm2.insert(UncutReason::Excluded, total_mm2);
             } else {
-                for (reason, value) in [(UncutReason::Hidden, *hidden), (UncutReason::TooTight, *tight)] {
+                for (reason, value) in sums.uncut {
                     if value > 0.0 {
                         area.uncut_mm2.insert(reason, value);
                     }

@@ -25,6 +25,16 @@ enum Seen {
     Tight,
     /// Something else is in the way.
     Hidden,
+    /// An earlier tool has finished the whole triangle.
+    Done,
+}
+
+/// What each of the five setups sees.
+pub(crate) struct Views<'a> {
+    pub(crate) frames: &'a [Frame],
+    pub(crate) balls: &'a [BallDrop<'a>],
+    /// The tool whose rest is cut, if any.
+    pub(crate) earlier: &'a [BallDrop<'a>],
 }
 
 /// Fate of the points probed on one triangle.
@@ -38,8 +48,12 @@ pub(crate) struct Fate {
     pub(crate) hidden: f32,
     /// Share not cut because the ball does not fit.
     pub(crate) tight: f32,
+    /// Share that an earlier tool has finished.
+    pub(crate) done: f32,
 }
 
+/// An earlier ball that is kept up by no more than this share of what the own ball may be has finished a place.
+const EARLIER_ALLOWED: f64 = 0.5;
 /// A triangle is probed in its middle and at its corners, which it shares with its neighbours.
 const PROBES: usize = 4;
 
@@ -49,8 +63,7 @@ const PROBES: usize = 4;
 pub(crate) fn assign(
     model: &Model,
     covering: &Covering,
-    frames: &[Frame],
-    balls: &[BallDrop],
+    views: &Views,
     regions: &Regions,
     allowed_mm: f64,
 ) -> Vec<Vec<Fate>> {
@@ -58,7 +71,7 @@ pub(crate) fn assign(
         if regions.excluded[face] {
             return Vec::new();
         }
-        probe_face(model, covering, frames, balls, face, allowed_mm)
+        probe_face(model, covering, views, face, allowed_mm)
     };
     let seen: Vec<Vec<[[Seen; PROBES]; 5]>> = (0..model.faces.len()).into_par_iter().map(probed).collect();
     let leads = lead_setups(covering, &seen, regions.of_face);
@@ -77,20 +90,19 @@ pub(crate) fn assign(
 fn probe_face(
     model: &Model,
     covering: &Covering,
-    frames: &[Frame],
-    balls: &[BallDrop],
+    views: &Views,
     face: usize,
     allowed_mm: f64,
 ) -> Vec<[[Seen; PROBES]; 5]> {
     let surface = &model.faces[face].surface;
     let mesh = &covering.meshes[face];
-    let probe = |uv: Point2| -> [Seen; 5] {
+    let look = |uv: Point2, balls: &[BallDrop], allowed_mm: f64| -> [Seen; 5] {
         let mut seen = [Seen::Steep; 5];
         let Some((normal, _)) = surface.normal(uv.x, uv.y) else {
             return seen;
         };
         let p = surface.point(uv.x, uv.y);
-        for (k, (frame, ball)) in frames.iter().zip(balls).enumerate() {
+        for (k, (frame, ball)) in views.frames.iter().zip(balls).enumerate() {
             let facing = normal.dot(&frame.axis());
             if facing.abs() < LEAST_FACING {
                 continue;
@@ -107,15 +119,23 @@ fn probe_face(
         }
         seen
     };
-    let corners: Vec<[Seen; 5]> = mesh.uv.iter().map(|&uv| probe(uv)).collect();
+    let probe = |uv: Point2| {
+        let earlier = look(uv, views.earlier, EARLIER_ALLOWED * allowed_mm);
+        (look(uv, views.balls, allowed_mm), earlier.iter().any(|s| matches!(s, Seen::Reached(_))))
+    };
+    let corners: Vec<([Seen; 5], bool)> = mesh.uv.iter().map(|&uv| probe(uv)).collect();
     mesh.triangles
         .iter()
         .map(|t| {
             let uv = t.map(|i| mesh.uv[i as usize].coords);
             let middle = probe(Point2::from((uv[0] + uv[1] + uv[2]) / 3.0));
-            let at: [&[Seen; 5]; PROBES] =
+            let at: [&([Seen; 5], bool); PROBES] =
                 [&middle, &corners[t[0] as usize], &corners[t[1] as usize], &corners[t[2] as usize]];
-            std::array::from_fn(|setup| at.map(|seen| seen[setup]))
+            // A triangle that the earlier tool has finished in part is cut as a whole: passes overlap.
+            if at.iter().all(|p| p.1) {
+                return [[Seen::Done; PROBES]; 5];
+            }
+            std::array::from_fn(|setup| at.map(|p| p.0[setup]))
         })
         .collect()
 }
@@ -173,6 +193,9 @@ fn triangle_areas(covering: &Covering, face: usize) -> impl Iterator<Item = f64>
 /// A triangle goes to the first leading setup that faces it well, else to the one that faces it best; probes
 /// that this one does not reach may bring in further setups.
 fn decide(seen: &[[Seen; PROBES]; 5], leads: &[usize]) -> Fate {
+    if seen[0][0] == Seen::Done {
+        return Fate { done: 1.0, ..Fate::default() };
+    }
     let best =
         |k: usize| seen[k].iter().fold(0.0, |m: f64, s| if let Seen::Reached(f) = s { m.max(*f) } else { m });
     let mut order: Vec<usize> = leads.iter().copied().filter(|&k| best(k) >= GOOD_FACING).take(1).collect();

@@ -76,6 +76,9 @@ pub struct Skipped {
 pub struct Request {
     /// Tool.
     pub tool: Tool,
+    /// The earlier tool, where only what it could not cut is asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rest_of: Option<Tool>,
     /// Scallop height, mm.
     pub scallop_mm: f64,
     /// Strategy.
@@ -233,6 +236,8 @@ pub enum UncutReason {
     TooTight,
     /// Excluded by `--only` or `--skip`.
     Excluded,
+    /// The earlier tool, whose rest is cut, finished it.
+    EarlierTool,
 }
 
 /// Where the model's area went: `cut + Σ uncut = total`.

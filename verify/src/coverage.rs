@@ -66,6 +66,7 @@ fn difference(planner: &Area, measured: &BTreeMap<SurfaceState, f64>) -> BTreeMa
             UncutReason::Hidden => SurfaceState::Hidden,
             UncutReason::TooTight => SurfaceState::TooTight,
             UncutReason::Excluded => SurfaceState::Excluded,
+            UncutReason::EarlierTool => SurfaceState::EarlierTool,
         };
         *result.entry(state).or_insert(0.0) += area;
     }

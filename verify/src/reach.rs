@@ -20,6 +20,8 @@ pub(crate) struct Reach<'a> {
     scene: &'a Scene<'a>,
     setups: Vec<(Vector3, DropMesh<'a>)>,
     radius_mm: f64,
+    /// Radius of the earlier tool, where a job cuts its rest.
+    earlier_mm: Option<f64>,
     least_cosine: f64,
 }
 
@@ -31,6 +33,7 @@ impl<'a> Reach<'a> {
             scene,
             setups: axes.map(|a| (a, DropMesh::new(mesh, &a))).collect(),
             radius_mm: scene.job.request.tool.radius_mm(),
+            earlier_mm: scene.job.request.rest_of.map(|t| t.radius_mm()),
             least_cosine: scene.options.steepest_deg.to_radians().cos(),
         }
     }
@@ -41,11 +44,15 @@ impl<'a> Reach<'a> {
     }
 
     /// What a point with normal `±n` is to the tool, if the ball may enter other places by `sink_mm`:
-    /// [`SurfaceState::ReachableLeft`], [`SurfaceState::TooTight`] or [`SurfaceState::Hidden`].
+    /// [`SurfaceState::ReachableLeft`], [`SurfaceState::EarlierTool`], [`SurfaceState::TooTight`] or
+    /// [`SurfaceState::Hidden`].
     pub(crate) fn judge(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
         let sides = [*n, -n].map(|n| self.side(p, &n, sink_mm));
         let has = |state| sides.contains(&state);
-        if has(SurfaceState::ReachableLeft) {
+        // A sheet without thickness is finished when one of its sides is.
+        if has(SurfaceState::EarlierTool) {
+            SurfaceState::EarlierTool
+        } else if has(SurfaceState::ReachableLeft) {
             SurfaceState::ReachableLeft
         } else if has(SurfaceState::TooTight) {
             SurfaceState::TooTight
@@ -57,12 +64,17 @@ impl<'a> Reach<'a> {
     /// The same for one side.
     pub(crate) fn side(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
         let mut facing = self.setups.iter().filter(|(axis, _)| n.dot(axis) >= self.least_cosine);
-        let ball = p + n * self.radius_mm;
-        let fits = facing.clone().next().is_some()
-            && !(self.scene.closest).any_within(&ball, self.radius_mm - sink_mm)
-            && !(self.scene.obstacles).any_within(&ball, self.radius_mm - sink_mm);
-        let slim = self.radius_mm - sink_mm;
-        if fits && facing.clone().any(|(_, view)| !view.blocks(&view.in_frame(&ball), slim)) {
+        let fits = |radius_mm: f64| {
+            let (ball, slim) = (p + n * radius_mm, radius_mm - sink_mm);
+            facing.clone().next().is_some()
+                && !self.scene.closest.any_within(&ball, slim)
+                && !self.scene.obstacles.any_within(&ball, slim)
+                && facing.clone().any(|(_, view)| !view.blocks(&view.in_frame(&ball), slim))
+        };
+        if self.earlier_mm.is_some_and(fits) {
+            return SurfaceState::EarlierTool;
+        }
+        if fits(self.radius_mm) {
             return SurfaceState::ReachableLeft;
         }
         let pin = SIGHT_RADIUS * self.radius_mm;

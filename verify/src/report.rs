@@ -200,6 +200,8 @@ pub enum SurfaceState {
     TooTight,
     /// The ball could cut it and did not: a defect of the plan.
     ReachableLeft,
+    /// The earlier tool, whose rest this job cuts, fits there.
+    EarlierTool,
     /// The verifier could not put samples on the face.
     NotMeasured,
 }

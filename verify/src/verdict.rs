@@ -156,7 +156,8 @@ fn coverage_findings(
         find(Code::NothingCut, Error, "no part of the model is cut".into(), &None);
     }
     if left > 0.0 {
-        let severity = if left > LEFT_SHARE * cut { Error } else { Warning };
+        let severity =
+            if left > LEFT_SHARE * (cut + area(SurfaceState::EarlierTool)) { Error } else { Warning };
         let text = format!(
             "{left:.0} mm² within reach of the tool were left ({:.3} % of the cut area)",
             100.0 * left / cut.max(1e-9)
@@ -198,6 +199,7 @@ fn words(state: SurfaceState) -> &'static str {
         SurfaceState::TooTight => "too tight",
         SurfaceState::ReachableLeft => "within reach but left",
         SurfaceState::Excluded => "excluded",
+        SurfaceState::EarlierTool => "left to the earlier tool",
         SurfaceState::NotMeasured => "not measured",
     }
 }

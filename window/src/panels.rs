@@ -319,6 +319,7 @@ fn surface_facts(ui: &mut Ui, s: &SurfaceFacts) {
             claymill_toolpath::UncutReason::Hidden => "Hidden",
             claymill_toolpath::UncutReason::TooTight => "Too tight",
             claymill_toolpath::UncutReason::Excluded => "Left out",
+            claymill_toolpath::UncutReason::EarlierTool => "Earlier tool",
         };
         fact(ui, why, &facts::area(*area));
     }

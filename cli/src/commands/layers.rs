@@ -22,12 +22,13 @@ const SHALLOW: Rgb = [214, 120, 0];
 const SPACING_MM: f64 = 8.0;
 
 /// What became of the surface: light where it is cut, dark and strong where it is not.
-const STATES: [(SurfaceState, Rgb, &str); 6] = [
+const STATES: [(SurfaceState, Rgb, &str); 7] = [
     (SurfaceState::Cut, [222, 216, 204], "cut"),
     (SurfaceState::ReachableLeft, [206, 28, 40], "left, though in reach"),
     (SurfaceState::TooTight, [232, 150, 32], "too tight for the ball"),
     (SurfaceState::Hidden, [70, 86, 120], "hidden from every direction"),
     (SurfaceState::Excluded, [150, 152, 156], "left out as asked"),
+    (SurfaceState::EarlierTool, [150, 190, 170], "cut by the earlier tool"),
     (SurfaceState::NotMeasured, [130, 60, 150], "not measured"),
 ];
 

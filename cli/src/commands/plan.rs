@@ -29,6 +29,8 @@ pub(crate) struct Request {
     options: JobOptions,
     tool: Tool,
     holder: Option<Holder>,
+    /// The tool whose rest is cut.
+    rest_of: Option<Tool>,
     scallop_mm: f64,
     strategy: StrategyName,
     link: LinkStyle,
@@ -73,6 +75,7 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
     JobOptions {
         tool: first.tool.or(second.tool),
         holder: first.holder.or(second.holder),
+        rest_of: first.rest_of.or(second.rest_of),
         scallop: first.scallop.or(second.scallop),
         strategy: first.strategy.or(second.strategy),
         angle: first.angle.or(second.angle),
@@ -96,6 +99,8 @@ impl Request {
         let tool = options.tool.as_deref().unwrap_or("ball:10").parse::<Tool>();
         let tool = tool.map_err(|e| Failure::usage(e, "For example: --tool ball:10."))?;
         let holder = options.holder.as_deref().map(|text| holder(text, &tool)).transpose()?;
+        let rest_of = options.rest_of.as_deref().map(str::parse::<Tool>).transpose();
+        let rest_of = rest_of.map_err(|e| Failure::usage(e, "For example: --rest-of ball:10."))?;
         let scallop_mm = options.scallop.unwrap_or(0.1);
         if !(scallop_mm > 0.0 && scallop_mm < tool.radius_mm()) {
             return Err(PlanError::Scallop { scallop_mm, radius_mm: tool.radius_mm() }.into());
@@ -114,6 +119,7 @@ impl Request {
             model: model.to_owned(),
             tool,
             holder,
+            rest_of,
             scallop_mm,
             strategy: options.strategy.unwrap_or(StrategyName::Planar),
             link: match options.link {
@@ -175,6 +181,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         select::excluded(model, &merged.region_of_face, &request.options.only, &request.options.skip)?;
     let plan_options = PlanOptions {
         tool: request.tool,
+        rest_of: request.rest_of,
         scallop_mm: request.scallop_mm,
         strategy: request.strategy.into(),
         row_angle_deg: request.options.angle,
@@ -295,6 +302,7 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
         },
         request: claymill_toolpath::Request {
             tool: request.tool,
+            rest_of: request.rest_of,
             scallop_mm: request.scallop_mm,
             strategy: options.strategy.to_string(),
             link: request.link,

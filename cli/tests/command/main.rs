@@ -15,6 +15,7 @@ mod large;
 mod obstacle;
 mod other_formats;
 mod post;
+mod rest;
 mod roadster;
 mod run;
 #[cfg(feature = "window")]

@@ -108,7 +108,9 @@ impl<'a> BallDrop<'a> {
         BallDrop { radius_mm, covering, faces, triangles, edges, tree: DropTree::new(&boxes) }
     }
 
-    pub(crate) fn radius_mm(&self) -> f64 {
+    /// The ball's radius.
+    #[must_use]
+    pub fn radius_mm(&self) -> f64 {
         self.radius_mm
     }
 

@@ -52,6 +52,7 @@ pub(crate) fn job(model: &Model) -> Job {
             box_mm: [0.0; 6],
         },
         request: Request {
+            rest_of: None,
             tool,
             scallop_mm: H,
             strategy: "planar".into(),

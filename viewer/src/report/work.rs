@@ -327,5 +327,6 @@ fn why_not_cut(reason: UncutReason) -> (&'static str, Rgb) {
         UncutReason::Hidden => ("hidden: no tool direction reaches it", [150, 152, 156]),
         UncutReason::TooTight => ("too tight for the tool", [205, 62, 0]),
         UncutReason::Excluded => ("left out on request", [230, 190, 120]),
+        UncutReason::EarlierTool => ("cut by the earlier tool", [120, 170, 150]),
     }
 }

@@ -1,6 +1,6 @@
 //! Which part of the model each setup can cut, and which setup cuts it.
 
-use claymill_nurbs::{Model, Point2};
+use claymill_nurbs::{Model, Point2, Vector3};
 use rayon::prelude::*;
 
 use crate::Frame;
@@ -17,16 +17,19 @@ const LEAST_PART_MM2: f64 = 400.0;
 /// A probed point of a triangle, as seen from one setup.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Seen {
-    /// The ball gets there; `n·axis`.
-    Reached(f64),
+    /// The ball gets there.
+    Reached {
+        /// `n·axis`.
+        facing: f64,
+        /// An earlier tool has been on this side.
+        done: bool,
+    },
     /// Leans too far or faces away.
     Steep,
     /// The ball is held up by less than its radius.
     Tight,
     /// Something else is in the way.
     Hidden,
-    /// An earlier tool has finished the whole triangle.
-    Done,
 }
 
 /// What each of the five setups sees.
@@ -112,7 +115,7 @@ fn probe_face(
             let normal = frame.to_setup(&n.into()).coords;
             let touch = Location { centre, normal, face, support: Support::Face { u: uv.x, v: uv.y } };
             seen[k] = match ball.rest_above(&touch, allowed_mm / facing.abs()) {
-                None => Seen::Reached(facing.abs()),
+                None => Seen::Reached { facing: facing.abs(), done: false },
                 Some(rest) if rest.centre.z - centre.z < ball.radius_mm() => Seen::Tight,
                 Some(_) => Seen::Hidden,
             };
@@ -120,22 +123,29 @@ fn probe_face(
         seen
     };
     let probe = |uv: Point2| {
+        let mut seen = look(uv, views.balls, allowed_mm);
         let earlier = look(uv, views.earlier, EARLIER_ALLOWED * allowed_mm);
-        (look(uv, views.balls, allowed_mm), earlier.iter().any(|s| matches!(s, Seen::Reached(_))))
+        let normal = surface.normal(uv.x, uv.y).map_or_else(Vector3::zeros, |n| n.0);
+        let side = |k: usize| normal.dot(&views.frames[k].axis()) > 0.0;
+        let done = |k: usize| {
+            (0..5).any(|other| matches!(earlier[other], Seen::Reached { .. }) && side(other) == side(k))
+        };
+        for (k, s) in seen.iter_mut().enumerate() {
+            if let Seen::Reached { done: by_earlier, .. } = s {
+                *by_earlier = done(k);
+            }
+        }
+        seen
     };
-    let corners: Vec<([Seen; 5], bool)> = mesh.uv.iter().map(|&uv| probe(uv)).collect();
+    let corners: Vec<[Seen; 5]> = mesh.uv.iter().map(|&uv| probe(uv)).collect();
     mesh.triangles
         .iter()
         .map(|t| {
             let uv = t.map(|i| mesh.uv[i as usize].coords);
             let middle = probe(Point2::from((uv[0] + uv[1] + uv[2]) / 3.0));
-            let at: [&([Seen; 5], bool); PROBES] =
+            let at: [&[Seen; 5]; PROBES] =
                 [&middle, &corners[t[0] as usize], &corners[t[1] as usize], &corners[t[2] as usize]];
-            // A triangle that the earlier tool has finished in part is cut as a whole: passes overlap.
-            if at.iter().all(|p| p.1) {
-                return [[Seen::Done; PROBES]; 5];
-            }
-            std::array::from_fn(|setup| at.map(|p| p.0[setup]))
+            std::array::from_fn(|setup| at.map(|seen| seen[setup]))
         })
         .collect()
 }
@@ -161,7 +171,7 @@ fn lead_setups(
                 let areas = triangle_areas(covering, face);
                 open.extend(seen[face].iter().zip(areas).map(|(t, area)| {
                     let well = |s: &[Seen; PROBES]| {
-                        s.iter().any(|p| matches!(p, Seen::Reached(f) if *f >= GOOD_FACING))
+                        s.iter().any(|p| matches!(p, Seen::Reached { facing, .. } if *facing >= GOOD_FACING))
                     };
                     (area, std::array::from_fn(|k| well(&t[k])))
                 }));
@@ -193,11 +203,10 @@ fn triangle_areas(covering: &Covering, face: usize) -> impl Iterator<Item = f64>
 /// A triangle goes to the first leading setup that faces it well, else to the one that faces it best; probes
 /// that this one does not reach may bring in further setups.
 fn decide(seen: &[[Seen; PROBES]; 5], leads: &[usize]) -> Fate {
-    if seen[0][0] == Seen::Done {
-        return Fate { done: 1.0, ..Fate::default() };
-    }
-    let best =
-        |k: usize| seen[k].iter().fold(0.0, |m: f64, s| if let Seen::Reached(f) = s { m.max(*f) } else { m });
+    let best = |k: usize| {
+        let facing = |s: &Seen| if let Seen::Reached { facing, .. } = s { *facing } else { 0.0 };
+        seen[k].iter().map(facing).fold(0.0, f64::max)
+    };
     let mut order: Vec<usize> = leads.iter().copied().filter(|&k| best(k) >= GOOD_FACING).take(1).collect();
     let mut others: Vec<usize> = (0..5).filter(|k| !order.contains(k) && best(*k) > 0.0).collect();
     others.sort_by(|&a, &b| best(b).total_cmp(&best(a)).then(a.cmp(&b)));
@@ -205,15 +214,26 @@ fn decide(seen: &[[Seen; PROBES]; 5], leads: &[usize]) -> Fate {
 
     let mut fate = Fate::default();
     let share = 1.0 / PROBES as f32;
+    let mut finished = true;
     for probe in 0..PROBES {
-        if let Some(&k) = order.iter().find(|&&k| matches!(seen[k][probe], Seen::Reached(_))) {
+        let reached = order.iter().find_map(|&k| match seen[k][probe] {
+            Seen::Reached { done, .. } => Some((k, done)),
+            _ => None,
+        });
+        if let Some((k, done)) = reached {
             fate.setups |= 1 << k;
             fate.cut[k] += share;
+            finished &= done;
         } else if (0..5).any(|k| seen[k][probe] == Seen::Tight) {
             fate.tight += share;
+            finished = false;
         } else {
             fate.hidden += share;
         }
+    }
+    // What the earlier tool has finished in part, or ends in a corner, is cut as a whole: passes overlap.
+    if finished {
+        fate = Fate { hidden: fate.hidden, done: fate.cut.iter().sum(), ..Fate::default() };
     }
     fate
 }

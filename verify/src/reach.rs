@@ -47,13 +47,16 @@ impl<'a> Reach<'a> {
     /// [`SurfaceState::ReachableLeft`], [`SurfaceState::EarlierTool`], [`SurfaceState::TooTight`] or
     /// [`SurfaceState::Hidden`].
     pub(crate) fn judge(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
-        let sides = [*n, -n].map(|n| self.side(p, &n, sink_mm));
-        let has = |state| sides.contains(&state);
-        // A sheet without thickness is finished when one of its sides is.
-        if has(SurfaceState::EarlierTool) {
-            SurfaceState::EarlierTool
-        } else if has(SurfaceState::ReachableLeft) {
-            SurfaceState::ReachableLeft
+        let mut sides = [*n, -n].map(|n| (self.side(p, &n, sink_mm), n));
+        // Of a sheet without thickness the side counts that faces a setup best.
+        let facing = |n: &Vector3| self.setups.iter().map(|(axis, _)| n.dot(axis)).fold(-1.0, f64::max);
+        if self.earlier_mm.is_some() && facing(&sides[1].1) > facing(&sides[0].1) {
+            sides.swap(0, 1);
+        }
+        let reached = [SurfaceState::ReachableLeft, SurfaceState::EarlierTool];
+        let has = |state| sides.iter().any(|s| s.0 == state);
+        if let Some((state, _)) = sides.iter().find(|s| reached.contains(&s.0)) {
+            *state
         } else if has(SurfaceState::TooTight) {
             SurfaceState::TooTight
         } else {

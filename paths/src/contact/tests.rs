@@ -210,3 +210,41 @@ fn chords_of_an_arc_do_not_hold_the_ball_up() {
         approx::assert_abs_diff_eq!(foot.distance_mm, RADIUS_MM, epsilon = 1e-3);
     }
 }
+
+/// Two walls at 30° with a fillet of 4 mm between them: a ball of 10 mm touches them at R·tan 30° from where they would
+/// meet, and nothing nearer.
+#[test]
+fn a_ball_that_touches_one_flank_of_a_groove_is_held_up_by_the_other() {
+    const FILLET_MM: f64 = 4.0;
+    let (sine, cosine) = 30f64.to_radians().sin_cos();
+    // Where the walls would meet.
+    let low = FILLET_MM - FILLET_MM / cosine;
+    let foot_mm = FILLET_MM * sine / cosine;
+    let wall = |side: f64| {
+        let along = Vector3::new(cosine, 0.0, side * sine);
+        let frame = Placement::new(Point3::new(0.0, 0.0, low), along.cross(&Vector3::y()), along).unwrap();
+        let range = if side > 0.0 { (foot_mm, 60.0) } else { (-60.0, -foot_mm) };
+        analytic::plane_patch(&frame, range, (0.0, 200.0)).unwrap()
+    };
+    let axis = Placement::new(Point3::new(0.0, 0.0, FILLET_MM), -Vector3::y(), Vector3::x()).unwrap();
+    let angles = (240f64.to_radians(), 300f64.to_radians());
+    let fillet = analytic::cylinder(&axis, FILLET_MM, angles, (-200.0, 0.0)).unwrap();
+    let model = Model { faces: vec![face(wall(-1.0)), face(fillet), face(wall(1.0))], ..Model::default() };
+    let covering = Covering::new(&model, &[false; 3], 24_000.0, 1.5).unwrap();
+    let [top, ..] = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap());
+    let ball = BallDrop::new(&model, &covering, &top, R);
+    let held = |p: Point3, normal: Vector3, face: usize, (u, v): (f64, f64)| {
+        let touch = Location { centre: p + normal * R, normal, face, support: Support::Face { u, v } };
+        ball.rest_above(&touch, 0.0125 / normal.z).is_some()
+    };
+    for s in [2.5, 3.0, 5.0, 5.7, 5.8, 8.0, 40.0] {
+        let p = Point3::new(s * cosine, 50.0, low + s * sine);
+        assert_eq!(held(p, Vector3::new(-sine, 0.0, cosine), 2, (s, 50.0)), s < 5.75, "on the wall at {s}");
+    }
+    let surface = &model.faces[1].surface;
+    for share in [0.01, 0.3, 0.5, 0.99] {
+        let u = angles.0 + share * (angles.1 - angles.0);
+        let (n, _) = surface.normal(u, -50.0).unwrap();
+        assert!(held(surface.point(u, -50.0), n * n.z.signum(), 1, (u, -50.0)), "in the fillet at {share}");
+    }
+}

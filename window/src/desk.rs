@@ -229,7 +229,7 @@ impl<'a> Desk<'a> {
         &self.crests
     }
 
-    /// Pairs of faces with a joint of each class, and open stretches, as [`JointClass::ALL`] lists them.
+    /// Pairs of faces with a joint of each class, and open stretches, as `JointClass::ALL` lists them.
     #[must_use]
     pub fn joint_counts(&self) -> [usize; 5] {
         self.joint_counts

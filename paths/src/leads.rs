@@ -148,7 +148,14 @@ impl SetupContext<'_> {
         first[0].start().s <= GAP_MM
             && last[last.len() - 1].end().s >= length - GAP_MM
             && gaps.fold(0.0, f64::max) <= GAP_MM
-            && profiles.flat_map(|p| &p.samples).all(|m| m.z - radius <= at.z + rise * m.s + TOUCHING_MM)
+            && profiles.flat_map(|p| p.samples.windows(2).map(move |w| (p, w[0].s, w[1].s))).all(
+                |(p, from, to)| {
+                    // A bump between two samples counts as well.
+                    (0..=8)
+                        .map(|k| from + (to - from) * f64::from(k) / 8.0)
+                        .all(|s| p.beyond(s).0 - radius <= at.z + rise * s + TOUCHING_MM)
+                },
+            )
     }
 
     fn rapid(&self, from: Point3, to: Point3) -> Move {

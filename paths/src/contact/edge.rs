@@ -32,8 +32,8 @@ pub(crate) fn highest(
         let rise = rise2.max(0.0).sqrt();
         let uphill = dx * d.x + dy * d.y + rise * d.z;
         inner = (rise2 > 0.0).then(|| Point3::from(p));
-        if rise2 > 0.0 && uphill * uphill <= RESIDUAL_MM * RESIDUAL_MM * d.norm_squared() {
-            return height(p.into());
+        if uphill * uphill <= RESIDUAL_MM * RESIDUAL_MM * d.norm_squared() {
+            break;
         }
         if uphill > 0.0 {
             a = t;

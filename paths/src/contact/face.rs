@@ -24,9 +24,9 @@ impl Pace {
     }
 }
 
-/// Iterations stop at this horizontal residual, mm; the height is corrected for it along the slope, which leaves less
-/// than 1e-12 mm.
-const RESIDUAL_MM: f64 = 1e-6;
+/// Iterations stop at this horizontal residual, mm. Where the ball almost fits, places far apart on the surface have
+/// centres close together, and the slope asks for the right one.
+const RESIDUAL_MM: f64 = 1e-10;
 const ITERATIONS: usize = 16;
 /// Contacts steeper than this (sine of the angle to the vertical wall) are left to subdivision.
 const STEEPEST_NZ: f64 = 0.02;
@@ -51,8 +51,7 @@ pub(crate) fn polish(s: &Leaves, start: (f64, f64), pace: Pace, x: f64, y: f64, 
         let centre = jet.p + n * r;
         let (rx, ry) = (x - centre.x, y - centre.y);
         if rx * rx + ry * ry < RESIDUAL_MM * RESIDUAL_MM {
-            let z = centre.z - (n.x * rx + n.y * ry) / n.z;
-            return Polished::Contact { centre: Point3::new(x, y, z), normal: n, u, v, pace };
+            return Polished::Contact { centre: Point3::new(x, y, centre.z), normal: n, u, v, pace };
         }
         let forms = jet.curvature(&n);
         let Some(inverse) = forms.first.try_inverse() else {

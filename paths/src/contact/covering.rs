@@ -196,7 +196,7 @@ fn edge_pieces(id: FaceId, face: &Face) -> Vec<EdgePiece> {
 }
 
 /// Halves `[t0, t1]` until it is short and flat; deviation is sampled at quarter points.
-fn cut_edge(
+pub(super) fn cut_edge(
     s: &NurbsSurface,
     c: &Curve2,
     (t0, t1): (f64, f64),

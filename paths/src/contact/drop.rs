@@ -2,9 +2,9 @@ use claymill_nurbs::{Aabb, Curve2, Domain, FaceId, Leaves, Model, NurbsSurface, 
 use rayon::prelude::*;
 
 use super::covering::{Covering, EdgePiece};
-use super::edge::highest;
+use super::edge::OnEdge;
 use super::face::{Pace, Polished, polish};
-use super::flat::{box_height, on_point, on_segment, on_triangle, plane_height};
+use super::flat::{box_height, on_point, on_triangle, plane_height};
 use super::floor::Floor;
 use super::tree::DropTree;
 use super::{CONTACT_EPSILON_MM, Location, Support};
@@ -390,11 +390,10 @@ impl<'a> Search<'a> {
         {
             return;
         }
-        let bound = on_segment(&e.a, &e.b, self.x, self.y, r + e.deviation_mm);
-        let Some((_, share)) = bound.filter(|(z, _)| *z > self.floor.z) else { return };
         let face = &self.ball.faces[e.face as usize];
         let pcurve = &face.boundary[e.pcurve as usize];
-        if let Some((z, point)) = highest(&face.leaves, pcurve, e.t, share, self.x, self.y, r) {
+        let on_edge = OnEdge { surface: &face.leaves, pcurve, x: self.x, y: self.y, r };
+        if let Some((z, point)) = on_edge.highest(e, self.floor.z) {
             let centre = Point3::new(self.x, self.y, z);
             let normal = (centre - point) / r;
             let location = Location { centre, normal, face: e.face as usize, support: Support::Edge };

@@ -1,14 +1,17 @@
 //! One file a grammar: how a control writes moves, and how it reads them.
 
 mod apt;
+mod apt_read;
 mod beckhoff;
 mod fanuc;
 mod gcode;
 mod gcode_read;
 mod heidenhain;
+mod heidenhain_read;
 mod linuxcnc;
 mod siemens;
 mod step_nc;
+mod step_nc_read;
 
 use std::fmt;
 use std::io::BufRead;

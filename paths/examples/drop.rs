@@ -57,28 +57,26 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let count = |k: usize, step: f64| ((high[k] - low[k]) / step) as usize + 1;
     let (lines, columns) = (count(1, rows_mm), count(0, step_mm));
-    let mut found = Vec::with_capacity(lines * columns);
+    let place = |i: usize, j: usize| (low[0] + step_mm * i as f64, low[1] + rows_mm * j as f64);
+    let (mut heights, mut counts) = (vec![f64::NAN; lines * columns], [0usize; 3]);
     let before = cpu(start);
     for j in 0..lines {
-        let y = low[1] + rows_mm * j as f64;
         let mut march = March::new(&ball);
         for i in 0..columns {
-            let x = low[0] + step_mm * i as f64;
-            found.push((x, y, march.drop(x, y)));
+            let (x, y) = place(i, j);
+            if let Some(location) = march.drop(x, y) {
+                heights[j * columns + i] = location.centre.z;
+                counts[match location.support {
+                    Support::Face { .. } => 0,
+                    Support::Edge => 1,
+                    Support::Bound => 2,
+                }] += 1;
+            }
         }
     }
     let seconds = cpu(start) - before;
-    let kinds = found.iter().filter_map(|(.., l)| l.as_ref().map(|l| l.support));
-    let mut counts = [0usize; 3];
-    for kind in kinds {
-        counts[match kind {
-            Support::Face { .. } => 0,
-            Support::Edge => 1,
-            Support::Bound => 2,
-        }] += 1;
-    }
 
-    println!("places {}", found.len());
+    println!("places {}", heights.len());
     println!("dropped_cpu_s {seconds:.3}");
     println!("locations {}", counts.iter().sum::<usize>());
     println!("per_s {:.0}", counts.iter().sum::<usize>() as f64 / seconds);
@@ -87,8 +85,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     if let Some(file) = file {
         let mut out = std::io::BufWriter::new(std::fs::File::create(file)?);
-        for (x, y, location) in found {
-            for v in [x, y, location.map_or(f64::NAN, |l| l.centre.z)] {
+        for (k, &z) in heights.iter().enumerate() {
+            let (x, y) = place(k % columns, k / columns);
+            for v in [x, y, z] {
                 out.write_all(&v.to_le_bytes())?;
             }
         }

@@ -16,17 +16,17 @@ pub struct March<'a> {
     around: Around,
 }
 
-/// Half the side of the square that is gathered for at once, mm, at most and at least.
-const HALF_SQUARE_MM: [f64; 2] = [3.0, 0.3];
-/// So far ahead of the ball it lies, in halves of its side.
-const AHEAD: f64 = 0.7;
-/// No corner of it is further than this from the touched point that bounds heights from below, in ball radii.
+/// So far ahead of the ball is gathered at once, mm, at most and at least.
+const AHEAD_MM: [f64; 2] = [6.0, 0.4];
+/// And so far aside and behind, as a part of that.
+const ASIDE: f64 = 0.05;
+/// No corner is further than this from the touched point that bounds heights from below, in ball radii.
 const FARTHEST: f64 = 0.95;
 
-/// What could hold the ball up over a square.
+/// What could hold the ball up over a rectangle.
 #[derive(Debug, Default)]
 struct Around {
-    square: Option<[[f64; 2]; 2]>,
+    rectangle: Option<[[f64; 2]; 2]>,
     items: Vec<u32>,
     hulls: Vec<Hulls>,
 }
@@ -49,7 +49,7 @@ impl<'a> March<'a> {
             let from = self.last.map_or([x, y], |l| [l.centre.x, l.centre.y]);
             self.around.gather(self.ball, [x, y], from, touched);
         }
-        if self.around.square.is_some() {
+        if self.around.rectangle.is_some() {
             self.around.look(&mut search);
         } else {
             search.descend();
@@ -62,32 +62,32 @@ impl<'a> March<'a> {
 
 impl Around {
     fn holds(&self, x: f64, y: f64) -> bool {
-        self.square.is_some_and(|[sx, sy]| (sx[0]..=sx[1]).contains(&x) && (sy[0]..=sy[1]).contains(&y))
+        self.rectangle.is_some_and(|[sx, sy]| (sx[0]..=sx[1]).contains(&x) && (sy[0]..=sy[1]).contains(&y))
     }
 
-    /// Gathers for a square about `at`, most of it ahead as seen `from` where the ball was before; over it a point that
-    /// is touched bounds the heights from below. Nothing where that does not reach.
+    /// Gathers for a rectangle about the way on from `at`, as seen `from` where the ball was before; over it a point
+    /// that is touched bounds the heights from below. Nothing where that does not reach.
     fn gather(&mut self, ball: &BallDrop, at: [f64; 2], from: [f64; 2], touched: Option<Point3>) {
-        self.square = None;
+        self.rectangle = None;
         self.items.clear();
         self.hulls.clear();
         let Some(p) = touched else { return };
         let r = ball.radius_mm();
-        let aside = (p.x - at[0]).hypot(p.y - at[1]);
-        let half = ((FARTHEST * r - aside) / (AHEAD + std::f64::consts::SQRT_2)).min(HALF_SQUARE_MM[0]);
-        if half < HALF_SQUARE_MM[1] {
+        let away = (p.x - at[0]).hypot(p.y - at[1]);
+        let ahead = ((FARTHEST * r - away) / (1.0 + std::f64::consts::SQRT_2 * ASIDE)).min(AHEAD_MM[0]);
+        if ahead < AHEAD_MM[1] {
             return;
         }
         let way = [at[0] - from[0], at[1] - from[1]];
         let length = way[0].hypot(way[1]).max(f64::MIN_POSITIVE);
-        let square = [0, 1].map(|k| {
-            let middle = at[k] + AHEAD * half * way[k] / length;
-            [middle - half, middle + half]
+        let rectangle = [0, 1].map(|k| {
+            let onward = ahead * way[k] / length;
+            [at[k] + onward.min(0.0) - ASIDE * ahead, at[k] + onward.max(0.0) + ASIDE * ahead]
         });
-        let farthest = aside + half * (AHEAD + std::f64::consts::SQRT_2);
+        let farthest = away + ahead * (1.0 + std::f64::consts::SQRT_2 * ASIDE);
         let low = p.z + (r * r - farthest * farthest).sqrt();
         let (items, hulls) = (&mut self.items, &mut self.hulls);
-        ball.over(square, low, |item, points, delta| {
+        ball.over(rectangle, low, |item, points, delta| {
             let k = items.len() % 8;
             if k == 0 {
                 hulls.push(Hulls::NONE);
@@ -97,7 +97,7 @@ impl Around {
                 eight.put(k, points, delta);
             }
         });
-        self.square = Some(square);
+        self.rectangle = Some(rectangle);
     }
 
     /// Looks at what was gathered.

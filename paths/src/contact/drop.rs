@@ -147,6 +147,32 @@ impl<'a> BallDrop<'a> {
         search.finish().filter(|rest| rest.centre.z > touch.centre.z + by_mm)
     }
 
+    /// The point of the model that a ball touches.
+    pub(super) fn touched(&self, location: &Location) -> Point3 {
+        location.centre - location.normal * self.radius_mm
+    }
+
+    /// A point of the same face close to where a ball at `to` would touch it, if the face reaches so far.
+    pub(super) fn point_ahead(&self, from: &Location, pace: &Pace, to: Point2) -> Option<Point3> {
+        let Support::Face { u, v } = from.support else { return None };
+        let face = &self.faces[from.face];
+        let (u, v) = pace.ahead((u, v), (to.x - from.centre.x, to.y - from.centre.y));
+        let ((u0, u1), (v0, v1)) = face.leaves.domain();
+        let inside = (u0..=u1).contains(&u) && (v0..=v1).contains(&v);
+        (inside && face.domain.as_ref().is_none_or(|d| d.contains(u, v))).then(|| face.leaves.point(u, v))
+    }
+
+    /// Points of a triangle or piece of an edge, and how far from their hull it may be.
+    fn hull(&self, item: u32) -> ([Point3; 3], f64) {
+        match self.triangles.get(item as usize) {
+            Some(t) => (t.p, f64::from(t.deviation_mm)),
+            None => {
+                let e = &self.edges[item as usize - self.triangles.len()];
+                ([e.a, e.b, e.b], e.deviation_mm)
+            }
+        }
+    }
+
     /// Calls `visit` with all that a ball over the rectangle could rest on with its centre above `low`: its number, and
     /// points with the distance from their hull.
     pub(super) fn over(
@@ -155,12 +181,9 @@ impl<'a> BallDrop<'a> {
         low: f64,
         mut visit: impl FnMut(u32, [Point3; 3], f64),
     ) {
-        self.tree.over(rectangle, self.radius_mm, low, |item| match self.triangles.get(item as usize) {
-            Some(t) => visit(item, t.p, f64::from(t.deviation_mm)),
-            None => {
-                let e = &self.edges[item as usize - self.triangles.len()];
-                visit(item, [e.a, e.b, e.b], e.deviation_mm);
-            }
+        self.tree.over(rectangle, self.radius_mm, low, |item| {
+            let (points, delta) = self.hull(item);
+            visit(item, points, delta);
         });
     }
 }
@@ -214,7 +237,7 @@ impl<'a> Search<'a> {
             Support::Bound => return None,
         }
         // The point that was touched is there in any case.
-        let touched = near.centre - near.normal * self.ball.radius_mm;
+        let touched = self.ball.touched(near);
         if self.best.is_none()
             && let Some(z) = on_point(&touched, self.x, self.y, self.ball.radius_mm)
         {
@@ -233,7 +256,15 @@ impl<'a> Search<'a> {
     }
 
     /// Looks at one triangle or piece of an edge.
-    pub(super) fn visit(&mut self, item: u32) {
+    fn visit(&mut self, item: u32) {
+        let (points, delta) = self.ball.hull(item);
+        if !self.floor.clears_hull(&points, delta) {
+            self.visit_uncleared(item);
+        }
+    }
+
+    /// Looks at one that may rise above the floor.
+    pub(super) fn visit_uncleared(&mut self, item: u32) {
         let ball = self.ball;
         match ball.triangles.get(item as usize) {
             Some(t) => self.triangle(t),
@@ -275,9 +306,6 @@ impl<'a> Search<'a> {
     fn triangle(&mut self, t: &'a Triangle) {
         let delta = f64::from(t.deviation_mm);
         let (r, floor) = (self.ball.radius_mm, self.floor.z);
-        if self.floor.clears_hull(&t.p, delta) || box_height(&t.p, self.x, self.y, r + delta) <= floor {
-            return;
-        }
         let mesh = &self.ball.covering.meshes[t.face as usize];
         let uv = mesh.triangles[t.index as usize].map(|i| mesh.uv[i as usize]);
         // A sheet that curves less tightly than the ball leaves it on all sides of a contact (geometry.md
@@ -288,6 +316,9 @@ impl<'a> Search<'a> {
             && face == t.face as usize
             && here(u, v)
         {
+            return;
+        }
+        if box_height(&t.p, self.x, self.y, r + delta) <= floor {
             return;
         }
         let n = (t.p[1] - t.p[0]).cross(&(t.p[2] - t.p[0]));
@@ -384,10 +415,7 @@ impl<'a> Search<'a> {
 
     fn edge(&mut self, e: &EdgePiece) {
         let r = self.ball.radius_mm;
-        let ends = [e.a, e.b];
-        if self.floor.clears_hull(&ends, e.deviation_mm)
-            || box_height(&ends, self.x, self.y, r + e.deviation_mm) <= self.floor.z
-        {
+        if box_height(&[e.a, e.b], self.x, self.y, r + e.deviation_mm) <= self.floor.z {
             return;
         }
         let face = &self.ball.faces[e.face as usize];

@@ -17,6 +17,11 @@ pub(crate) enum Polished {
 pub(crate) struct Pace(Matrix2<f64>);
 
 impl Pace {
+    /// The mean of this one and the one at the next place, if they change as they did since `before`.
+    pub(crate) fn onward(&self, before: &Pace) -> Pace {
+        Pace(self.0 * 1.5 - before.0 * 0.5)
+    }
+
     /// Where the contact will be, by and large, when the ball has moved on by `(dx, dy)`.
     pub(crate) fn ahead(&self, (u, v): (f64, f64), (dx, dy): (f64, f64)) -> (f64, f64) {
         let step = self.0 * Vector2::new(dx, dy);
@@ -24,9 +29,12 @@ impl Pace {
     }
 }
 
-/// Iterations stop at this horizontal residual, mm. Where the ball almost fits, places far apart on the surface have
-/// centres close together, and the slope asks for the right one.
+/// Nothing is left to be done at this horizontal distance, mm.
 const RESIDUAL_MM: f64 = 1e-10;
+/// So close to the contact, over the ground and along the surface, a last step is taken without another look: height,
+/// contact and normal are then off by its third, second and second power times the change of curvature. Where the ball
+/// almost fits, places far apart on the surface have centres close together: the ground alone does not tell.
+const LAST_STEP_MM: f64 = 1e-3;
 const ITERATIONS: usize = 16;
 /// Contacts steeper than this (sine of the angle to the vertical wall) are left to subdivision.
 const STEEPEST_NZ: f64 = 0.02;
@@ -58,7 +66,8 @@ pub(crate) fn polish(s: &Leaves, start: (f64, f64), pace: Pace, x: f64, y: f64, 
             return Polished::Failed;
         };
         // Weingarten: [n_u n_v] = −[Su Sv]·W, so the offset's derivatives are [Su Sv]·(1 − R·W).
-        let m = Matrix2::identity() - inverse * forms.second * r;
+        let weingarten = inverse * forms.second;
+        let m = Matrix2::identity() - weingarten * r;
         let cu = jet.su * m.m11 + jet.sv * m.m21;
         let cv = jet.su * m.m12 + jet.sv * m.m22;
         let det = cu.x * cv.y - cu.y * cv.x;
@@ -67,6 +76,21 @@ pub(crate) fn polish(s: &Leaves, start: (f64, f64), pace: Pace, x: f64, y: f64, 
         }
         pace = Pace(Matrix2::new(cv.y, -cv.x, -cu.y, cu.x) / det);
         let (du, dv) = pace.ahead((0.0, 0.0), (rx, ry));
+        let (on_ground, along) = (rx * rx + ry * ry, (jet.su * du + jet.sv * dv).norm_squared());
+        let inside = (u0..=u1).contains(&(u + du)) && (v0..=v1).contains(&(v + dv));
+        if inside && on_ground.max(along) < LAST_STEP_MM * LAST_STEP_MM {
+            let turn = weingarten * Vector2::new(du, dv);
+            let half = (jet.su * turn.x + jet.sv * turn.y) * -0.5;
+            let middle = n + half;
+            let z = centre.z - (middle.x * rx + middle.y * ry) / middle.z;
+            return Polished::Contact {
+                centre: Point3::new(x, y, z),
+                normal: middle + half,
+                u: u + du,
+                v: v + dv,
+                pace,
+            };
+        }
         // Half the domain at most: a wild first step must not throw the search across the surface.
         let shrink = (0.5 * (u1 - u0) / du.abs()).min(0.5 * (v1 - v0) / dv.abs()).min(1.0);
         let (nu, nv) = ((u + du * shrink).clamp(u0, u1), (v + dv * shrink).clamp(v0, v1));

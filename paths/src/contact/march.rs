@@ -1,4 +1,5 @@
-use claymill_nurbs::Point3;
+use claymill_nurbs::{Point2, Point3};
+use nalgebra::Vector2;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::drop::{BallDrop, Search};
@@ -12,12 +13,16 @@ use super::{Location, Support};
 pub struct March<'a> {
     ball: &'a BallDrop<'a>,
     last: Option<Location>,
-    pace: Pace,
+    /// Of the contact on the face where the last ball rested, there and at the place before.
+    pace: Option<Pace>,
+    pace_before: Option<Pace>,
     around: Around,
 }
 
-/// So far ahead of the ball is gathered at once, mm, at most and at least.
-const AHEAD_MM: [f64; 2] = [6.0, 0.4];
+/// So far ahead of the ball is gathered at once, at most in mm and in ball radii, and at least.
+const AHEAD_MM: f64 = 6.0;
+const AHEAD_RADII: f64 = 0.8;
+const LEAST_AHEAD_MM: f64 = 0.4;
 /// And so far aside and behind, as a part of that.
 const ASIDE: f64 = 0.05;
 /// No corner is further than this from the touched point that bounds heights from below, in ball radii.
@@ -35,19 +40,23 @@ impl<'a> March<'a> {
     /// Begins anywhere.
     #[must_use]
     pub fn new(ball: &'a BallDrop<'a>) -> Self {
-        March { ball, last: None, pace: Pace::default(), around: Around::default() }
+        March { ball, last: None, pace: None, pace_before: None, around: Around::default() }
     }
 
     /// [`BallDrop::drop`] at `(x, y)`.
     pub fn drop(&mut self, x: f64, y: f64) -> Option<Location> {
         let mut search = Search::new(self.ball, x, y);
         // Where several contacts compete, the pace may belong to another one: it only says where to begin.
-        self.pace = self.last.and_then(|last| search.start_from(&last, &self.pace)).unwrap_or_default();
+        let likely = match (self.pace, self.pace_before) {
+            (Some(pace), Some(before)) => pace.onward(&before),
+            (pace, _) => pace.unwrap_or_default(),
+        };
+        let pace = self.last.and_then(|last| search.start_from(&last, &likely));
+        self.pace_before = std::mem::replace(&mut self.pace, pace);
         let solid = search.best.as_ref().or(self.last.as_ref()).filter(|l| l.support != Support::Bound);
         if !self.around.holds(x, y) {
-            let touched = solid.map(|l| l.centre - l.normal * self.ball.radius_mm());
             let from = self.last.map_or([x, y], |l| [l.centre.x, l.centre.y]);
-            self.around.gather(self.ball, [x, y], from, touched);
+            self.around.gather(self.ball, [x, y], from, solid, &self.pace.unwrap_or_default());
         }
         if self.around.rectangle.is_some() {
             self.around.look(&mut search);
@@ -55,6 +64,9 @@ impl<'a> March<'a> {
             search.descend();
         }
         let found = search.finish();
+        if found.map(|l| l.face) != self.last.map(|l| l.face) {
+            self.pace_before = None;
+        }
         self.last = found.or(self.last);
         found
     }
@@ -65,27 +77,48 @@ impl Around {
         self.rectangle.is_some_and(|[sx, sy]| (sx[0]..=sx[1]).contains(&x) && (sy[0]..=sy[1]).contains(&y))
     }
 
-    /// Gathers for a rectangle about the way on from `at`, as seen `from` where the ball was before; over it a point
-    /// that is touched bounds the heights from below. Nothing where that does not reach.
-    fn gather(&mut self, ball: &BallDrop, at: [f64; 2], from: [f64; 2], touched: Option<Point3>) {
+    /// Gathers for a rectangle about the way on from `at`, as seen `from` where the ball was before; over it points of
+    /// the model bound the heights from below: the one that is `touched` and, if the ball stays on that face, the one
+    /// at the end of the way. Nothing where these do not reach.
+    fn gather(
+        &mut self,
+        ball: &BallDrop,
+        at: [f64; 2],
+        from: [f64; 2],
+        touched: Option<&Location>,
+        pace: &Pace,
+    ) {
         self.rectangle = None;
         self.items.clear();
         self.hulls.clear();
-        let Some(p) = touched else { return };
+        let Some(location) = touched else { return };
         let r = ball.radius_mm();
-        let away = (p.x - at[0]).hypot(p.y - at[1]);
-        let ahead = ((FARTHEST * r - away) / (1.0 + std::f64::consts::SQRT_2 * ASIDE)).min(AHEAD_MM[0]);
-        if ahead < AHEAD_MM[1] {
-            return;
+        let near = ball.touched(location);
+        let away = (near.x - at[0]).hypot(near.y - at[1]);
+        let way = Vector2::new(at[0] - from[0], at[1] - from[1]).try_normalize(0.0).unwrap_or_default();
+        let at = Point2::from(at);
+        let mut ahead = AHEAD_MM.min(AHEAD_RADII * r);
+        let mut aside = ASIDE * ahead;
+        let mut low = f64::NEG_INFINITY;
+        if let Some(far) = ball.point_ahead(location, pace, at + way * ahead) {
+            for share in [0.25, 0.5, 0.75] {
+                let (middle, end) = (at + way * (share * ahead), at + way * ahead);
+                low =
+                    low.max(lowest(&near, [at, middle], aside, r).min(lowest(&far, [middle, end], aside, r)));
+            }
         }
-        let way = [at[0] - from[0], at[1] - from[1]];
-        let length = way[0].hypot(way[1]).max(f64::MIN_POSITIVE);
+        if low == f64::NEG_INFINITY {
+            ahead = ((FARTHEST * r - away) / (1.0 + std::f64::consts::SQRT_2 * ASIDE)).min(ahead);
+            if ahead < LEAST_AHEAD_MM {
+                return;
+            }
+            aside = ASIDE * ahead;
+            low = lowest(&near, [at, at + way * ahead], aside, r);
+        }
         let rectangle = [0, 1].map(|k| {
-            let onward = ahead * way[k] / length;
-            [at[k] + onward.min(0.0) - ASIDE * ahead, at[k] + onward.max(0.0) + ASIDE * ahead]
+            let onward = ahead * way[k];
+            [at[k] + onward.min(0.0) - aside, at[k] + onward.max(0.0) + aside]
         });
-        let farthest = away + ahead * (1.0 + std::f64::consts::SQRT_2 * ASIDE);
-        let low = p.z + (r * r - farthest * farthest).sqrt();
         let (items, hulls) = (&mut self.items, &mut self.hulls);
         ball.over(rectangle, low, |item, points, delta| {
             let k = items.len() % 8;
@@ -107,11 +140,17 @@ impl Around {
             let clear = arch.dispatch(Clears { floor: &search.floor, hulls });
             for (&item, clear) in items.iter().zip(clear) {
                 if !clear {
-                    search.visit(item);
+                    search.visit_uncleared(item);
                 }
             }
         }
     }
+}
+
+/// A ball within `aside` of the way from `a` to `b` is nowhere lower, as `p` is there.
+fn lowest(p: &Point3, [a, b]: [Point2; 2], aside: f64, r: f64) -> f64 {
+    let away = (p.xy() - a).norm().max((p.xy() - b).norm()) + std::f64::consts::SQRT_2 * aside;
+    if away < r { p.z + (r * r - away * away).sqrt() } else { f64::NEG_INFINITY }
 }
 
 struct Clears<'a> {

@@ -10,8 +10,8 @@ const LONGEST_BLOCK: usize = 4096;
 pub(crate) enum Value {
     /// Nothing: `BSPLINE`.
     None,
-    /// A number and how many digits it has behind the point and in all.
-    Number { value: f64, decimals: usize, digits: usize },
+    /// A number, how many digits it has behind the point and in all, and whether it has a point.
+    Number { value: f64, decimals: usize, digits: usize, pointed: bool },
     /// Numbers in parentheses.
     List(Vec<f64>),
 }
@@ -102,9 +102,10 @@ fn word(text: &str) -> Result<(Word<'_>, &str), Refusal> {
         }
         return Ok((Word { key, index, value: Value::None }, rest));
     }
-    let (digits, behind) = rest.split_at(length);
-    let (value, decimals, digits) = number(digits)?;
-    Ok((Word { key, index, value: Value::Number { value, decimals, digits } }, behind))
+    let (text, behind) = rest.split_at(length);
+    let (value, decimals, digits) = number(text)?;
+    let pointed = text.contains('.');
+    Ok((Word { key, index, value: Value::Number { value, decimals, digits, pointed } }, behind))
 }
 
 /// A decimal number, its digits behind the point and in all.
@@ -137,7 +138,7 @@ mod tests {
         let keys: Vec<_> = found.iter().map(|w| w.key).collect();
         assert_eq!(keys, ["N", "G", "P", "X", "PL"]);
         assert_eq!(found[1].code(), Some(62));
-        assert_eq!(found[3].value, Value::Number { value: -1.25, decimals: 2, digits: 3 });
+        assert_eq!(found[3].value, Value::Number { value: -1.25, decimals: 2, digits: 3, pointed: true });
         let poly = words("PO[X]=(0,-10) PO[]=(2,1) BSPLINE SD=2", Comments::Semicolon).unwrap();
         assert_eq!(poly[0].index, Some("X"));
         assert_eq!(poly[1].value, Value::List(vec![2.0, 1.0]));

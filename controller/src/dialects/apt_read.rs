@@ -3,6 +3,7 @@ use std::io::BufRead;
 use claymill_nurbs::{Curve3, KnotVector, Point3};
 
 use super::apt::MOVNRB_VALUES;
+use super::own_blocks::OwnBlocks;
 use super::siemens::knots_of_intervals;
 use super::{Element, Fault, Sink, lines};
 use crate::words::{first_chars, number, syntax};
@@ -22,6 +23,7 @@ pub(crate) fn read(
     let mut reader = Reader {
         creo,
         machine,
+        own: OwnBlocks::new(machine, |line| bare(line).to_owned()),
         sink,
         position: None,
         feed: None,
@@ -37,7 +39,7 @@ pub(crate) fn read(
         if joined.is_empty() {
             first = line;
         }
-        let text = text.split("$$").next().unwrap_or("").trim();
+        let text = bare(text);
         if joined.len() + text.len() > 1 << 16 {
             return Err(syntax("a statement has more than 65536 characters"));
         }
@@ -85,6 +87,7 @@ struct Movnrb {
 struct Reader<'a> {
     creo: bool,
     machine: &'a Machine,
+    own: OwnBlocks,
     sink: Sink<'a>,
     position: Option<Point3>,
     feed: Option<f64>,
@@ -95,14 +98,38 @@ struct Reader<'a> {
     ended: bool,
 }
 
+/// A line without its comment.
+fn bare(text: &str) -> &str {
+    text.split("$$").next().unwrap_or("").trim()
+}
+
 fn values(list: &str) -> Result<Vec<f64>, Refusal> {
     list.split(',').map(|v| Ok(number(v.trim())?.0)).collect()
 }
 
+fn tilted() -> Refusal {
+    Refusal::new("axis", "only a fixed axis 0,0,1 can be checked")
+}
+
 impl Reader<'_> {
     fn statement(&mut self, line: usize, text: &str) -> Result<(), Refusal> {
-        if text.is_empty() || self.machine.start.iter().chain(&self.machine.end).any(|l| l.trim() == text) {
+        if text.is_empty() {
             return Ok(());
+        }
+        let within = self.catia.is_some() || self.movnrb.is_some();
+        match self.read(line, text) {
+            Err(_) if !within && self.own.has(text) => {
+                // Where a statement of the machine definition goes that is not understood nobody knows.
+                self.position = None;
+                Ok(())
+            }
+            read => read,
+        }
+    }
+
+    fn read(&mut self, line: usize, text: &str) -> Result<(), Refusal> {
+        if self.ended {
+            return Err(Refusal::new("program-end", "a statement behind FINI"));
         }
         if self.catia.is_some() {
             return self.within_catia(text);
@@ -212,6 +239,7 @@ impl Reader<'_> {
         let (mut degree, mut feed, mut axis) = (None, None, false);
         for part in inside.split(',') {
             match part.split_once('=') {
+                Some(("AXIS", "VAR") | ("LENGTH", _)) => return Err(tilted()),
                 Some(("D", d)) => degree = d.trim().parse::<usize>().ok().filter(|d| (2..=3).contains(d)),
                 Some(("F", f)) => feed = Some(number(f.trim())?.0 * self.unit_mm),
                 Some(("AXIS", a)) => axis = number(a.trim())?.0 == 0.0,
@@ -222,7 +250,7 @@ impl Reader<'_> {
         let degree = degree.ok_or_else(|| bad("D must be 2 or 3"))?;
         let feed = feed.filter(|f| *f > 0.0).ok_or_else(|| bad("F must be positive"))?;
         if !axis || !inside.contains("AXIS=0.,0.,1.") && !inside.contains("AXIS=0,0,1") {
-            return Err(Refusal::new("axis", "only a fixed axis 0,0,1 can be checked"));
+            return Err(tilted());
         }
         let (points, intervals, weights) = Default::default();
         self.catia = Some(Catia { line, degree, feed, points, intervals, weights });
@@ -268,8 +296,11 @@ impl Reader<'_> {
         let [Some(x), Some(y), Some(z), Some(dk), Some(w)] = slots else {
             return Err(bad("a point needs XT, YT, ZT, DK and W".into()));
         };
-        if dk < 0.0 || w <= 0.0 {
-            return Err(Refusal::new("catia-dk", "DK must not be negative, W must be positive"));
+        if dk < 0.0 {
+            return Err(Refusal::new("catia-dk", "DK must not be negative"));
+        }
+        if w <= 0.0 {
+            return Err(Refusal::new("catia-weight", "W must be positive"));
         }
         if c.points.len() >= MOST_POINTS {
             return Err(bad(format!("more than {MOST_POINTS} control points")));
@@ -284,6 +315,9 @@ impl Reader<'_> {
         let bad = |rule, what: &str| Err(Refusal::new(rule, what));
         if rest == "M3AXIS" {
             return Ok(());
+        }
+        if rest == "M5AXIS" || rest.starts_with("LENGTH") {
+            return Err(tilted());
         }
         if let Some(list) = rest.strip_prefix("ON,") {
             let v = values(list)?;

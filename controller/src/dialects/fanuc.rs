@@ -16,7 +16,7 @@ const WORD_DIGITS: usize = 9;
 
 /// What G06.2 takes, with `digits` decimals for knots and weights: Fanuc's IS-B has 3, Mitsubishi 4.
 pub(crate) fn splines(machine: &Machine, digits: u8) -> Splines {
-    let largest = if digits == 3 { 999_999.999 } else { 99_999.999_9 };
+    let largest = largest_knot(if digits == 3 { Flavour::Fanuc } else { Flavour::Mitsubishi });
     let weights = if digits == 3 { [0.001, 999_999.999] } else { [0.0001, 99.9999] };
     Splines {
         pieces: false,
@@ -31,6 +31,11 @@ pub(crate) fn splines(machine: &Machine, digits: u8) -> Splines {
         first_weight_one: false,
         halved: false,
     }
+}
+
+/// Nine digits with three or four decimals.
+fn largest_knot(flavour: Flavour) -> f64 {
+    if flavour == Flavour::Mitsubishi { 99_999.999_9 } else { 999_999.999 }
 }
 
 pub(crate) fn write(out: &mut String, page: &Page, curve: &Curve3, rate: Option<&str>) {
@@ -64,6 +69,10 @@ pub(crate) struct Open {
     knots: Vec<f64>,
     points: Vec<Point3>,
     weights: Vec<f64>,
+    /// Axes of the first block: no other one moves.
+    axes: [bool; 3],
+    /// The last control point; at first the current position, for axes that stand still.
+    last: Point3,
 }
 
 /// More control points than any control keeps.
@@ -89,17 +98,19 @@ impl Open {
         if flavour == Flavour::Mitsubishi && !high_speed {
             return Err(Refusal::new("nurbs-high-speed", "G06.2 needs G05 P10000 before it"));
         }
-        if !["X", "Y", "Z"].iter().all(|a| words.iter().any(|w| w.key == *a)) {
-            return Err(Refusal::new("nurbs-axes", "the first block of G06.2 must name X, Y and Z"));
+        let axes = ["X", "Y", "Z"].map(|a| words.iter().any(|w| w.key == a));
+        if axes == [false; 3] {
+            return Err(Refusal::new("nurbs-axes", "the first block of G06.2 must name the axes that move"));
         }
-        let mut open = Open { flavour, rank, knots: Vec::new(), points: Vec::new(), weights: Vec::new() };
-        let rest: Vec<Word> =
-            words.iter().filter(|w| !matches!(w.key, "G" | "P" | "F" | "N")).cloned().collect();
-        open.block(&rest, unit_mm)?;
         let Some(position) = position else {
             return Err(Refusal::new("position", "G06.2 starts from a position that is not known"));
         };
-        let gap = (open.points[0] - position).norm();
+        let (knots, points, weights) = Default::default();
+        let mut open = Open { flavour, rank, knots, points, weights, axes, last: position };
+        let rest: Vec<Word> =
+            words.iter().filter(|w| !matches!(w.key, "G" | "P" | "F" | "N")).cloned().collect();
+        open.block(&rest, unit_mm)?;
+        let gap = (open.last - position).norm();
         if gap > 0.5 * step_mm {
             return Err(Refusal::new(
                 "nurbs-ps1009",
@@ -113,14 +124,15 @@ impl Open {
     pub(crate) fn block(&mut self, words: &[Word], unit_mm: f64) -> Result<Option<Curve3>, Refusal> {
         let mut knot = None;
         let mut weight = 1.0;
-        let mut p = self.points.last().copied().unwrap_or_default();
+        let mut p = self.last;
         let mut moves = false;
         let decimals = if self.flavour == Flavour::Mitsubishi { 4 } else { 3 };
         for w in words {
-            let Value::Number { value, decimals: given, digits } = w.value else {
+            let Value::Number { value, decimals: given, digits, .. } = w.value else {
                 return Err(Refusal::new("nurbs-word", format!("`{}` has no place in a NURBS", w.key)));
             };
-            if matches!(w.key, "K" | "R") && (given > decimals || digits > WORD_DIGITS) {
+            let large = w.key == "K" && value.abs() > largest_knot(self.flavour);
+            if matches!(w.key, "K" | "R") && (given > decimals || digits > WORD_DIGITS || large) {
                 return Err(Refusal::new(
                     "nurbs-digits",
                     format!("{}{value} has more than {decimals} decimals or {WORD_DIGITS} digits", w.key),
@@ -130,12 +142,23 @@ impl Open {
                 "K" => knot = Some(value),
                 "R" => weight = value,
                 "X" | "Y" | "Z" => {
-                    p["XYZ".find(w.key).unwrap_or(0)] = value * unit_mm;
+                    let axis = "XYZ".find(w.key).unwrap_or(0);
+                    if !self.axes[axis] {
+                        return Err(Refusal::new(
+                            "nurbs-axes",
+                            format!("{} moves, but the first block of G06.2 does not name it", w.key),
+                        ));
+                    }
+                    p[axis] = value * unit_mm;
                     moves = true;
                 }
-                "A" | "B" | "C" if self.flavour == Flavour::Mitsubishi => {
+                "A" | "B" | "C" | "U" | "V" | "W" if self.flavour == Flavour::Mitsubishi => {
                     return Err(Refusal::new("nurbs-axes", "G06.2 moves the three basic axes only"));
                 }
+                "A" | "B" | "C" | "U" | "V" | "W" => {
+                    return Err(Refusal::new("axis", format!("`{}`: only X, Y and Z can be checked", w.key)));
+                }
+                "P" => return Err(Refusal::new("nurbs-rank", "P stands in the first block only")),
                 "N" => {}
                 _ => {
                     return Err(Refusal::new(
@@ -164,6 +187,7 @@ impl Open {
                 return Err(Refusal::new("nurbs-weight", format!("weight R{weight} is out of range")));
             }
             self.points.push(p);
+            self.last = p;
             self.weights.push(weight);
         }
         self.knots.push(knot);

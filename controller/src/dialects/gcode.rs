@@ -108,8 +108,10 @@ impl Grammar for GCode {
                 Flavour::Siemens => format!("G90 G94 {unit} G17 G40 G64"),
                 Flavour::Beckhoff => format!("G90 G94 {unit} G17 G40"),
                 Flavour::LinuxCnc { .. } => {
-                    let blend = decimal(page.machine.blend_mm / page.format.units.mm(), 6);
-                    format!("G90 G94 {unit} G17 G40 G49 G80 G64 P{blend}")
+                    let blend = decimal(page.machine.blend_mm / page.format.units.mm(), 8);
+                    // G64 P0 is G64 without P: corners are then rounded as far as the control likes.
+                    let path = if blend == "0." { "G61".to_owned() } else { format!("G64 P{blend}") };
+                    format!("G90 G94 {unit} G17 G40 G49 G80 {path}")
                 }
                 _ => format!("G90 G94 {unit} G17 G40 G49 G80"),
             },

@@ -1,20 +1,11 @@
 use claymill_nurbs::Point3;
 
 use super::gcode::Flavour;
+use super::gcode_modes::{Begins, Modes, Motion};
+use super::own_blocks::OwnBlocks;
 use super::{Element, Sink, beckhoff, fanuc, linuxcnc, siemens};
 use crate::words::{Comments, Value, Word, first_chars, words};
-use crate::{Arc, Machine, Plane, Refusal, Shape};
-
-/// The motion that a block without a G word goes on with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Motion {
-    None,
-    Rapid,
-    Feed,
-    Clockwise,
-    Counterclockwise,
-    Poly,
-}
+use crate::{Arc, Machine, Refusal, Shape};
 
 /// A spline that later blocks go on with.
 #[derive(Debug)]
@@ -25,17 +16,15 @@ enum Open {
     Beckhoff(Vec<Point3>),
 }
 
-/// The modal state of a control that reads G-code.
+/// A control that reads G-code, block by block.
 pub(crate) struct Reader<'a> {
     flavour: Flavour,
     machine: &'a Machine,
     sink: Sink<'a>,
+    own: OwnBlocks,
+    modes: Modes,
     position: [Option<f64>; 3],
-    motion: Motion,
-    plane: Plane,
     feed: Option<f64>,
-    unit_mm: f64,
-    high_speed: bool,
     spline_type: bool,
     /// Line of the first block of the open spline.
     begun: usize,
@@ -52,12 +41,10 @@ impl<'a> Reader<'a> {
             flavour,
             machine,
             sink,
+            own: OwnBlocks::new(machine, |line| bare(line).to_owned()),
+            modes: Modes::new(flavour, machine),
             position: [None; 3],
-            motion: Motion::None,
-            plane: Plane::Xy,
             feed: None,
-            unit_mm: machine.units.mm(),
-            high_speed: false,
             spline_type: false,
             begun: 0,
             open: None,
@@ -73,12 +60,16 @@ impl<'a> Reader<'a> {
     }
 
     fn step_mm(&self) -> f64 {
-        self.unit_mm * if self.flavour == Flavour::Fanuc { 1e-3 } else { 1e-4 }
+        self.modes.unit_mm * if self.flavour == Flavour::Fanuc { 1e-3 } else { 1e-4 }
     }
 
     fn go(&mut self, line: usize, rapid: bool, shape: Shape) -> Result<(), Refusal> {
         let end = shape.end();
         self.position = [Some(end.x), Some(end.y), Some(end.z)];
+        self.modes.check()?;
+        if !rapid {
+            self.modes.check_blend(self.machine)?;
+        }
         let feed = if rapid { self.machine.feed.rapid_mm_per_min } else { self.feed()? };
         (self.sink)(Element { line, rapid, feed, shape })
     }
@@ -102,34 +93,49 @@ impl<'a> Reader<'a> {
     }
 
     pub(crate) fn block(&mut self, line: usize, text: &str) -> Result<(), Refusal> {
-        let mut text = text.trim();
-        if let Some(rest) = text.strip_prefix('N') {
-            text = rest.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start();
-        }
-        let custom = |lines: &[String]| lines.iter().any(|l| l.trim() == text);
-        if text.is_empty() || text == "%" || custom(&self.machine.start) || custom(&self.machine.end) {
+        let text = bare(text);
+        if text.is_empty() || text == "%" {
             return Ok(());
         }
-        let is_tool_change = |l: &String| {
-            l.split_once("{tool}").map_or(l.trim() == text, |(a, b)| text.starts_with(a) && text.ends_with(b))
-        };
-        if self.machine.tool_change.as_ref().is_some_and(|lines| lines.iter().any(is_tool_change)) {
+        match self.read(line, text) {
+            Err(_) if self.open.is_none() && self.own.has(text) => {
+                self.pass_over(text);
+                Ok(())
+            }
+            read => read,
+        }
+    }
+
+    /// A block of the machine definition that is not understood: its modes count, and where it goes nobody knows.
+    fn pass_over(&mut self, text: &str) {
+        let words = words(text, self.comments()).unwrap_or_default();
+        for w in words.iter().filter(|w| w.key == "G") {
+            self.modes.leave(w.code(), &words);
+        }
+        self.position = [None; 3];
+    }
+
+    fn comments(&self) -> Comments {
+        if self.flavour.semicolon() { Comments::Semicolon } else { Comments::Parentheses }
+    }
+
+    fn read(&mut self, line: usize, text: &str) -> Result<(), Refusal> {
+        if self.flavour == Flavour::Siemens && siemens::call(text)? {
             return Ok(());
         }
-        let comments = if self.flavour.semicolon() { Comments::Semicolon } else { Comments::Parentheses };
-        let words = words(text, comments)?;
+        let words = words(text, self.comments())?;
         if words.is_empty() {
             return Ok(());
         }
         if words[0].key.starts_with('#') {
             return self.hash(line, &words);
         }
-        if self.goes_on(line, &words)? { Ok(()) } else { self.plain(line, &words) }
+        if self.goes_on(&words)? { Ok(()) } else { self.plain(line, &words) }
     }
 
     /// Whether an open spline took the block.
-    fn goes_on(&mut self, line: usize, words: &[Word]) -> Result<bool, Refusal> {
-        let unit_mm = self.unit_mm;
+    fn goes_on(&mut self, words: &[Word]) -> Result<bool, Refusal> {
+        let unit_mm = self.modes.unit_mm;
         let is = |key: &str, code: u32| words.iter().any(|w| w.key == key && w.code() == Some(code));
         match self.open.take() {
             None => Ok(false),
@@ -141,6 +147,7 @@ impl<'a> Reader<'a> {
                         open.early()
                     });
                 }
+                words.iter().try_for_each(|w| self.pointed(w))?;
                 match open.block(words, unit_mm)? {
                     Some(curve) => self.go(self.begun, false, Shape::Spline(curve))?,
                     None => self.open = Some(Open::Fanuc(open)),
@@ -172,7 +179,7 @@ impl<'a> Reader<'a> {
                 } else if is("G", 53) && words.len() == 1 {
                     self.feed()?;
                     let curve = open.close()?;
-                    self.motion = Motion::None;
+                    self.modes.motion = Motion::None;
                     self.go(self.begun, false, Shape::Spline(curve))?;
                 } else {
                     return Err(Refusal::new(
@@ -183,10 +190,13 @@ impl<'a> Reader<'a> {
                         ),
                     ));
                 }
-                let _ = line;
                 Ok(true)
             }
             Some(Open::Beckhoff(mut points)) => {
+                if is("G", 1500) && words.len() == 1 {
+                    self.end_beckhoff(points)?;
+                    return Ok(true);
+                }
                 if words
                     .iter()
                     .any(|w| matches!(w.key, "M" | "S" | "T") || (w.key == "G" && w.code() != Some(10)))
@@ -222,7 +232,7 @@ impl<'a> Reader<'a> {
 
     fn take_feed(&mut self, words: &[Word]) {
         for w in words.iter().filter(|w| w.key == "F") {
-            self.feed = w.number().map(|f| f * self.unit_mm);
+            self.feed = w.number().map(|f| f * self.modes.unit_mm);
         }
     }
 
@@ -231,30 +241,12 @@ impl<'a> Reader<'a> {
         let keys: Vec<&str> = words.iter().map(|w| w.key).collect();
         match (self.flavour, keys.as_slice()) {
             (Flavour::Beckhoff, ["#SPLINE", "TYPE", "BSPLINE"]) => self.spline_type = true,
-            (Flavour::Beckhoff, ["#SPLINE", "ON"]) => {
-                if !self.spline_type {
-                    return Err(Refusal::new(
-                        "beckhoff-type",
-                        "#SPLINE ON without #SPLINE TYPE BSPLINE: an Akima spline",
-                    ));
-                }
-                if self.open.is_some() {
-                    return Err(Refusal::new("beckhoff-run-on", "#SPLINE ON within a spline"));
-                }
-                let Some(place) = self.place() else {
-                    return Err(Refusal::new(
-                        "position",
-                        "a spline starts from a position that is not known",
-                    ));
-                };
-                self.begun = line;
-                self.open = Some(Open::Beckhoff(vec![place]));
+            (Flavour::Beckhoff, ["#SPLINE", "TYPE", ..]) => {
+                return Err(Refusal::new("beckhoff-type", "#SPLINE TYPE of another kind than BSPLINE"));
             }
+            (Flavour::Beckhoff, ["#SPLINE", "ON"]) => self.begin_beckhoff(line)?,
             (Flavour::Beckhoff, ["#SPLINE", "OFF"]) => match self.open.take() {
-                Some(Open::Beckhoff(points)) => {
-                    let curve = beckhoff::close(points)?;
-                    self.go(self.begun, false, Shape::Spline(curve))?;
-                }
+                Some(Open::Beckhoff(points)) => self.end_beckhoff(points)?,
                 _ => return Err(Refusal::new("beckhoff-off", "#SPLINE OFF without #SPLINE ON")),
             },
             _ => {
@@ -264,187 +256,245 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// `#SPLINE ON` or G151.
+    fn begin_beckhoff(&mut self, line: usize) -> Result<(), Refusal> {
+        if !self.spline_type {
+            return Err(Refusal::new(
+                "beckhoff-type",
+                "#SPLINE ON without #SPLINE TYPE BSPLINE: an Akima spline",
+            ));
+        }
+        if self.open.is_some() {
+            return Err(Refusal::new("beckhoff-run-on", "#SPLINE ON within a spline"));
+        }
+        let Some(place) = self.place() else {
+            return Err(Refusal::new("position", "a spline starts from a position that is not known"));
+        };
+        self.begun = line;
+        self.open = Some(Open::Beckhoff(vec![place]));
+        Ok(())
+    }
+
+    /// `#SPLINE OFF` or G150.
+    fn end_beckhoff(&mut self, points: Vec<Point3>) -> Result<(), Refusal> {
+        self.go(self.begun, false, Shape::Spline(beckhoff::close(points)?))
+    }
+
     /// A block outside of splines.
     fn plain(&mut self, line: usize, words: &[Word]) -> Result<(), Refusal> {
-        let mut axes = [None; 3];
-        let mut centre = [None; 3];
+        if self.ended {
+            return Err(Refusal::new("program-end", "a block behind the program's end"));
+        }
+        let siemens = self.flavour == Flavour::Siemens;
         let mut begins = None;
-        let mut lost = false;
+        // Modes hold for the whole block, wherever in it they stand.
         for w in words {
-            let unknown =
-                || Err(Refusal::new("unknown-word", format!("`{}` is not known", first_chars(w.key))));
             match (w.key, &w.value) {
-                ("G", Value::Number { .. }) => {
-                    if let Some(spline) = self.g(w.code(), words)? {
-                        begins = Some(spline);
-                    }
-                }
-                ("M", Value::Number { .. }) => match w.code() {
-                    Some(0 | 10) => lost = true,
-                    Some(20 | 300) => self.ended = true,
-                    Some(30 | 40 | 50 | 60 | 70 | 80 | 90) => {}
-                    _ => return unknown(),
-                },
-                ("X" | "Y" | "Z", Value::Number { value, .. }) => {
-                    axes["XYZ".find(w.key).unwrap_or(0)] = Some(value * self.unit_mm);
-                }
-                ("I" | "J" | "K", Value::Number { value, .. }) if begins != Some("G06.2") => {
-                    centre["IJK".find(w.key).unwrap_or(0)] = Some(value * self.unit_mm);
-                }
-                ("F", Value::Number { value, .. }) => self.feed = Some(value * self.unit_mm),
-                ("A" | "B" | "C" | "U" | "V" | "W", Value::Number { .. }) => {
-                    return Err(Refusal::new("axis", format!("`{}`: only X, Y and Z can be checked", w.key)));
-                }
-                ("R" | "K", Value::Number { .. }) if begins == Some("G06.2") => {}
-                ("R", Value::Number { .. }) => {
-                    return Err(Refusal::new("arc-radius-word", "arcs by R are ambiguous; use I, J, K"));
-                }
-                ("S" | "T" | "H" | "D" | "P" | "O", Value::Number { .. }) => {}
-                ("L", Value::Number { .. }) if begins == Some("G5.2") => {}
-                ("BSPLINE", Value::None) if self.flavour == Flavour::Siemens => begins = Some("BSPLINE"),
-                ("POLY", Value::None) if self.flavour == Flavour::Siemens => self.motion = Motion::Poly,
-                ("SD" | "PL" | "PW", Value::Number { .. }) if self.flavour == Flavour::Siemens => {}
-                ("PO", Value::List(_)) if self.flavour == Flavour::Siemens && self.motion == Motion::Poly => {
-                }
-                _ => return unknown(),
+                ("G", Value::Number { .. }) => begins = self.modes.take(w.code(), words)?.or(begins),
+                ("BSPLINE", Value::None) if siemens => begins = Some(Begins::Siemens),
+                ("POLY", Value::None) if siemens => self.modes.motion = Motion::Poly,
+                _ => {}
             }
         }
-        if lost {
-            // The operator may do what he likes before the program goes on.
+        if begins == Some(Begins::Dwell) {
+            return Ok(());
+        }
+        let mut block = Block::default();
+        for w in words {
+            self.word(w, begins, &mut block)?;
+        }
+        if block.lost {
+            // What the operator or the tool changer does in between nobody knows.
             self.position = [None; 3];
         }
-        if let Some(spline) = begins {
-            return self.begin(line, spline, words);
+        match begins {
+            Some(spline) => self.begin(line, spline, words),
+            None => self.travel(line, &block, words),
         }
-        self.travel(line, axes, centre, words)
     }
 
-    /// A G code; a spline's name when it begins one.
-    fn g(&mut self, code: Option<u32>, words: &[Word]) -> Result<Option<&'static str>, Refusal> {
-        let refuse = |rule, detail: &str| Err(Refusal::new(rule, detail));
+    /// A word of a block outside of splines.
+    fn word(&mut self, w: &Word, begins: Option<Begins>, block: &mut Block) -> Result<(), Refusal> {
         let siemens = self.flavour == Flavour::Siemens;
-        match code.unwrap_or(u32::MAX) {
-            0 => self.motion = Motion::Rapid,
-            10 => self.motion = Motion::Feed,
-            20 => self.motion = Motion::Clockwise,
-            30 => self.motion = Motion::Counterclockwise,
-            170 => self.plane = Plane::Xy,
-            180 => self.plane = Plane::Zx,
-            190 => self.plane = Plane::Yz,
-            200 if !siemens => self.unit_mm = 25.4,
-            210 if !siemens => self.unit_mm = 1.0,
-            700 if siemens => self.unit_mm = 25.4,
-            710 if siemens => self.unit_mm = 1.0,
-            400 | 490 | 540..=599 | 640 | 800 | 900 | 940 | 430 => {}
-            50 if matches!(self.flavour, Flavour::Fanuc | Flavour::Mitsubishi) => {
-                let p = words.iter().find(|w| w.key == "P").and_then(Word::number);
-                self.high_speed = p == Some(10_000.0);
+        let unit_mm = self.modes.unit_mm;
+        let nurbs = begins == Some(Begins::Fanuc);
+        self.pointed(w)?;
+        match (w.key, &w.value) {
+            ("G", Value::Number { .. }) => {}
+            ("M", Value::Number { .. }) => match w.code() {
+                Some(0 | 10 | 60) => block.lost = true,
+                Some(20 | 300) => self.ended = true,
+                Some(30 | 40 | 50 | 70 | 80 | 90) => {}
+                _ => return Err(unknown(w)),
+            },
+            ("X" | "Y" | "Z", Value::Number { value, .. }) => {
+                block.axes["XYZ".find(w.key).unwrap_or(0)] = Some(value * unit_mm);
             }
-            62 if matches!(self.flavour, Flavour::Fanuc | Flavour::Mitsubishi) => return Ok(Some("G06.2")),
-            52 if matches!(self.flavour, Flavour::LinuxCnc { .. }) => return Ok(Some("G5.2")),
-            53 if matches!(self.flavour, Flavour::LinuxCnc { .. }) => {
-                return refuse("linuxcnc-g5.3", "G5.3 without G5.2");
+            ("R" | "K", Value::Number { .. }) if nurbs => {}
+            ("I" | "J" | "K", Value::Number { value, .. }) => {
+                block.centre["IJK".find(w.key).unwrap_or(0)] = Some(value * unit_mm);
             }
-            62 => return refuse("linuxcnc-g6.2", "G6.2 is unknown to 2.9 and corrupts the position in 2.10"),
-            410 | 420 => {
-                return refuse(
-                    "radius-compensation",
-                    "G41 and G42 move the path by what the control knows only",
-                );
+            ("F", Value::Number { value, .. }) => self.feed = Some(value * unit_mm),
+            ("A" | "B" | "C" | "U" | "V" | "W", Value::Number { .. }) => {
+                return Err(Refusal::new("axis", format!("`{}`: only X, Y and Z can be checked", w.key)));
             }
-            910 => return refuse("incremental", "G91: incremental positions are not read"),
-            930 | 950 => return refuse("feed-mode", "G93 and G95: feeds other than mm/min are not read"),
-            _ => return refuse("unknown-code", "a G code that is not known: its effect cannot be checked"),
+            ("R", Value::Number { .. }) => {
+                return Err(Refusal::new("arc-radius-word", "arcs by R are ambiguous; use I, J, K"));
+            }
+            ("S" | "T" | "H" | "D" | "P" | "O", Value::Number { .. }) => {}
+            ("L", Value::Number { .. }) if begins == Some(Begins::LinuxCnc) => {}
+            ("Q", Value::Number { .. }) if begins == Some(Begins::Cubic) => {}
+            ("BSPLINE" | "POLY" | "COMPOF", Value::None) if siemens => {}
+            ("SD" | "PL" | "PW", Value::Number { .. }) if siemens => {}
+            ("PO", Value::List(_)) if siemens && self.modes.motion == Motion::Poly => {}
+            _ if siemens => return Err(siemens::stranger(w.key).unwrap_or_else(|| unknown(w))),
+            _ => return Err(unknown(w)),
         }
-        Ok(None)
+        Ok(())
     }
 
-    fn begin(&mut self, line: usize, spline: &str, words: &[Word]) -> Result<(), Refusal> {
+    /// Fanuc's way to read a length without a point depends on a parameter: as millimetres, or as steps.
+    fn pointed(&self, w: &Word) -> Result<(), Refusal> {
+        let steps = matches!(self.flavour, Flavour::Fanuc | Flavour::Mitsubishi);
+        match w.value {
+            Value::Number { value, pointed: false, .. }
+                if steps && value != 0.0 && "XYZIJKR".contains(w.key) =>
+            {
+                Err(Refusal::new(
+                    "decimal-point",
+                    format!("{}{value} without a point may mean {value} steps", w.key),
+                ))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn begin(&mut self, line: usize, spline: Begins, words: &[Word]) -> Result<(), Refusal> {
         self.begun = line;
-        self.take_feed(words);
-        let (position, unit_mm) = (self.place(), self.unit_mm);
-        self.open = Some(match (self.flavour, spline) {
-            (Flavour::Siemens, _) => {
+        let (position, unit_mm) = (self.place(), self.modes.unit_mm);
+        self.modes.check()?;
+        match (self.flavour, spline) {
+            (_, Begins::Siemens) => {
                 self.feed()?;
                 let mut open = siemens::Open::begin(position)?;
                 open.block(words, unit_mm)?;
-                Open::Siemens(open)
+                self.open = Some(Open::Siemens(open));
             }
-            (Flavour::LinuxCnc { planes }, _) => {
-                let mut open = linuxcnc::Open::begin(planes, self.plane, position)?;
+            (Flavour::LinuxCnc { planes }, Begins::LinuxCnc) => {
+                let mut open = linuxcnc::Open::begin(planes, self.modes.plane, position)?;
                 open.block(words, unit_mm)?;
-                Open::LinuxCnc(open)
+                self.open = Some(Open::LinuxCnc(open));
             }
+            // The motion before it stays active.
+            (_, Begins::Cubic | Begins::Quadratic) => {
+                let curve = linuxcnc::bezier(spline, words, self.modes.plane, position, unit_mm)?;
+                self.go(line, false, Shape::Spline(curve))?;
+            }
+            (_, Begins::Beckhoff) => self.begin_beckhoff(line)?,
+            (_, Begins::BeckhoffEnd) => return Err(Refusal::new("beckhoff-off", "G150 without G151")),
             (flavour, _) => {
                 self.feed()?;
-                self.motion = Motion::None;
-                let step = self.step_mm();
-                Open::Fanuc(fanuc::Open::begin(flavour, words, unit_mm, position, step, self.high_speed)?)
+                self.modes.motion = Motion::None;
+                let (step, high_speed) = (self.step_mm(), self.modes.high_speed);
+                let open = fanuc::Open::begin(flavour, words, unit_mm, position, step, high_speed)?;
+                self.open = Some(Open::Fanuc(open));
             }
-        });
+        }
         Ok(())
     }
 
     /// A line, an arc or a polynomial, if the block names axes.
-    fn travel(
-        &mut self,
-        line: usize,
-        axes: [Option<f64>; 3],
-        centre: [Option<f64>; 3],
-        words: &[Word],
-    ) -> Result<(), Refusal> {
+    fn travel(&mut self, line: usize, block: &Block, words: &[Word]) -> Result<(), Refusal> {
         let from = self.place();
-        if self.motion == Motion::Poly && words.iter().any(|w| w.key == "PO") {
+        let motion = self.modes.motion;
+        let polynomial = words.iter().any(|w| w.key == "PO");
+        if motion == Motion::Poly && (polynomial || block.axes != [None; 3]) {
             let Some(from) = from else {
                 return Err(Refusal::new("position", "POLY starts from a position that is not known"));
             };
             self.feed()?;
-            let curve = siemens::poly(words, from, self.unit_mm)?;
+            let curve = siemens::poly(words, from, self.modes.unit_mm)?;
             return self.go(line, false, Shape::Spline(curve));
         }
-        if axes == [None; 3] {
+        let arc = matches!(motion, Motion::Clockwise | Motion::Counterclockwise);
+        let centred = block.centre != [None; 3];
+        if centred && !arc {
+            return Err(Refusal::new("no-arc", "I, J or K without G2 or G3"));
+        }
+        // A centre alone is a full circle.
+        if block.axes == [None; 3] && !centred {
             return Ok(());
         }
         let mut target = self.position;
         for axis in 0..3 {
-            target[axis] = axes[axis].or(target[axis]);
+            target[axis] = block.axes[axis].or(target[axis]);
         }
-        let arc = matches!(self.motion, Motion::Clockwise | Motion::Counterclockwise);
-        if self.motion == Motion::None || self.motion == Motion::Poly {
+        if motion == Motion::None {
             return Err(Refusal::new("no-motion", "axes without a motion code: no G0 to G3 is active"));
         }
         let ([Some(x), Some(y), Some(z)], Some(from)) = (target, from) else {
-            if arc || self.motion == Motion::Feed {
+            if arc || motion == Motion::Feed {
                 return Err(Refusal::new("position", "a cutting move from a position that is not known"));
             }
+            self.modes.check()?;
             self.position = target;
             return Ok(());
         };
         let to = Point3::new(x, y, z);
         if arc {
             self.feed()?;
-            let mut middle = from;
-            for axis in 0..3 {
-                if centre[axis].is_some() && axis == self.plane.axes()[2] {
-                    return Err(Refusal::new("arc-centre", "a centre across the active plane"));
-                }
-                middle[axis] += centre[axis].unwrap_or(0.0);
-            }
-            let clockwise = self.motion == Motion::Clockwise;
-            let arc = Arc::through(from, to, middle, self.plane, clockwise).ok_or_else(|| {
-                Refusal::new("arc-radius", "the arc's ends are not equally far from its centre")
-            })?;
-            if matches!(self.flavour, Flavour::LinuxCnc { .. }) && arc.radius_mm() < LINUXCNC_RADIUS_MM {
-                return Err(Refusal::new(
-                    "linuxcnc-zero-radius",
-                    format!("a radius of {:.6} mm counts as none", arc.radius_mm()),
-                ));
-            }
+            let arc = self.arc(from, to, &block.centre)?;
             return self.go(line, false, Shape::Arc(arc));
         }
         if from == to {
             return Ok(());
         }
-        self.go(line, self.motion == Motion::Rapid, Shape::Line { from, to })
+        self.go(line, motion == Motion::Rapid, Shape::Line { from, to })
+    }
+
+    fn arc(&self, from: Point3, to: Point3, centre: &[Option<f64>; 3]) -> Result<Arc, Refusal> {
+        let plane = self.modes.plane;
+        let mut middle = from;
+        for axis in 0..3 {
+            if centre[axis].is_some() && axis == plane.axes()[2] {
+                return Err(Refusal::new("arc-centre", "a centre across the active plane"));
+            }
+            middle[axis] += centre[axis].unwrap_or(0.0);
+        }
+        let clockwise = self.modes.motion == Motion::Clockwise;
+        let arc = Arc::through(from, to, middle, plane, clockwise).ok_or_else(|| {
+            Refusal::new("arc-radius", "the arc's ends are not equally far from its centre")
+        })?;
+        if matches!(self.flavour, Flavour::LinuxCnc { .. }) && arc.radius_mm() < LINUXCNC_RADIUS_MM {
+            return Err(Refusal::new(
+                "linuxcnc-zero-radius",
+                format!("a radius of {:.6} mm counts as none", arc.radius_mm()),
+            ));
+        }
+        Ok(arc)
+    }
+}
+
+/// What the words of a block say of its motion.
+#[derive(Debug, Default)]
+struct Block {
+    /// Where to, mm.
+    axes: [Option<f64>; 3],
+    /// I, J and K, mm.
+    centre: [Option<f64>; 3],
+    /// Whether the position is not known afterwards.
+    lost: bool,
+}
+
+fn unknown(w: &Word) -> Refusal {
+    Refusal::new("unknown-word", format!("`{}` is not known", first_chars(w.key)))
+}
+
+/// A block without its line number.
+fn bare(text: &str) -> &str {
+    let text = text.trim();
+    match text.strip_prefix('N').map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit())) {
+        Some(rest) if rest.len() + 1 < text.len() => rest.trim_start(),
+        _ => text,
     }
 }

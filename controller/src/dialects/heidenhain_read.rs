@@ -3,12 +3,13 @@ use std::io::BufRead;
 use claymill_nurbs::{Curve3, KnotVector, Point3};
 
 use super::heidenhain::{CORNER_DEG, MANTISSA_DIGITS, corner_deg};
+use super::own_blocks::OwnBlocks;
 use super::siemens::bernstein;
 use super::{Element, Fault, Sink, lines};
 use crate::words::{first_chars, number, syntax};
 use crate::{Machine, Refusal, Shape};
 
-/// A spline's start may be this far from where the block before it ended, mm.
+/// Each axis of a spline's start may be this far from where the block before it ended, mm.
 const START_MM: f64 = 1e-3;
 /// Largest coordinate of an end, mm.
 const LARGEST_MM: f64 = 99_999.999_9;
@@ -17,6 +18,7 @@ const LARGEST_MM: f64 = 99_999.999_9;
 pub(crate) fn read(text: &mut dyn BufRead, machine: &Machine, sink: Sink<'_>) -> Result<(), Fault> {
     let mut reader = Reader {
         machine,
+        own: OwnBlocks::new(machine, |line| bare(line).to_owned()),
         sink,
         position: [None; 3],
         feed: None,
@@ -44,6 +46,12 @@ enum State {
     After,
 }
 
+/// A block without its number and its comment.
+fn bare(text: &str) -> &str {
+    let text = text.split(';').next().unwrap_or("").trim();
+    text.trim_start_matches(|c: char| c.is_ascii_digit()).trim()
+}
+
 /// A spline block whose coefficients are being read.
 struct Open {
     line: usize,
@@ -53,6 +61,7 @@ struct Open {
 
 struct Reader<'a> {
     machine: &'a Machine,
+    own: OwnBlocks,
     sink: Sink<'a>,
     position: [Option<f64>; 3],
     feed: Option<f64>,
@@ -72,16 +81,14 @@ impl Reader<'_> {
     }
 
     fn block(&mut self, line: usize, text: &str) -> Result<(), Refusal> {
-        let continued = text.starts_with(' ');
-        let text = text.split(';').next().unwrap_or("").trim();
-        let text = text.trim_start_matches(|c: char| c.is_ascii_digit()).trim();
+        let text = bare(text);
         if text.is_empty() {
             return Ok(());
         }
         if self.state == State::After {
             return Err(Refusal::new("program-end", "blocks behind END PGM"));
         }
-        if continued && text.starts_with('K') {
+        if text.starts_with(['K', 'F', 'M']) && self.open.is_some() || text.starts_with('K') {
             return self.coefficients(text);
         }
         if self.open.is_some() {
@@ -99,10 +106,18 @@ impl Reader<'_> {
             self.state = State::After;
             return Ok(());
         }
-        let custom = |lines: &[String]| lines.iter().any(|l| l.trim() == text);
-        if custom(&self.machine.start) || custom(&self.machine.end) {
-            return Ok(());
+        match self.verb(line, text) {
+            Err(_) if self.own.has(text) => {
+                // Where a block of the machine definition goes that is not understood nobody knows.
+                self.position = [None; 3];
+                self.before = None;
+                Ok(())
+            }
+            read => read,
         }
+    }
+
+    fn verb(&mut self, line: usize, text: &str) -> Result<(), Refusal> {
         let (verb, rest) = text.split_once(' ').unwrap_or((text, ""));
         match verb {
             "L" => self.line(line, rest),
@@ -112,8 +127,18 @@ impl Reader<'_> {
                 self.before = None;
                 Ok(())
             }
-            "TOOL" if rest.starts_with("CALL") => Ok(()),
-            "CYCL" => Ok(()),
+            "TOOL" if rest.starts_with("CALL") => {
+                // The tool changer is elsewhere.
+                self.position = [None; 3];
+                self.before = None;
+                Ok(())
+            }
+            // Tolerance and preset; others shift, turn and scale.
+            "CYCL" if ["DEF 32.", "DEF 247"].iter().any(|known| rest.starts_with(known)) => Ok(()),
+            "CYCL" => Err(Refusal::new(
+                "heidenhain-cycle",
+                format!("`CYCL {}`: what cycles do to coordinates is not read", first_chars(rest)),
+            )),
             _ => Err(Refusal::new("unknown-word", format!("`{}` is not known", first_chars(verb)))),
         }
     }
@@ -139,6 +164,14 @@ impl Reader<'_> {
                         ));
                     }
                     axes[axis] = Some(value * self.unit_mm);
+                }
+                None if word.starts_with(['A', 'B', 'C', 'U', 'V', 'W']) => {
+                    let detail = format!("`{}`: only X, Y and Z can be checked", first_chars(word));
+                    return Err(Refusal::new("axis", detail));
+                }
+                None if word.starts_with("IX") || word.starts_with("IY") || word.starts_with("IZ") => {
+                    let detail = format!("`{}`: incremental positions are not read", first_chars(word));
+                    return Err(Refusal::new("incremental", detail));
                 }
                 None => other(word)?,
             }
@@ -193,7 +226,7 @@ impl Reader<'_> {
     fn spline(&mut self, line: usize, text: &str) -> Result<(), Refusal> {
         let mut feed = self.feed;
         let unit = if self.unit_mm == 1.0 { 1.0 } else { 2.54 };
-        let end = self.axes(text, |word| match word.strip_prefix('F') {
+        let end = self.axes(text.trim_end_matches('~'), |word| match word.strip_prefix('F') {
             Some(rate) => {
                 feed = Some(number(rate)?.0 * unit);
                 Ok(())
@@ -202,11 +235,15 @@ impl Reader<'_> {
             None => Err(Refusal::new("unknown-word", format!("`{}` is not known", first_chars(word)))),
         })?;
         self.feed = feed;
+        if end.iter().flatten().count() < 2 {
+            return Err(Refusal::new("heidenhain-axes", "a spline moves two axes at least"));
+        }
         self.open = Some(Open { line, end, k: [[None; 3]; 3] });
         Ok(())
     }
 
     fn coefficients(&mut self, text: &str) -> Result<(), Refusal> {
+        let unit = if self.unit_mm == 1.0 { 1.0 } else { 2.54 };
         let Some(open) = &mut self.open else {
             return Err(Refusal::new("heidenhain-k", "coefficients without a spline block"));
         };
@@ -216,10 +253,12 @@ impl Reader<'_> {
             let bad = || syntax(format!("`{}` is no coefficient", first_chars(word)));
             let head: Vec<char> = word.chars().take(3).collect();
             let ['K', order @ '1'..='3', letter @ 'X'..='Z'] = head[..] else {
-                if word.starts_with('F') || word.starts_with('M') {
-                    continue;
+                match word.strip_prefix('F') {
+                    Some(rate) => self.feed = Some(number(rate)?.0 * unit),
+                    None if word.starts_with('M') => {}
+                    None => return Err(bad()),
                 }
-                return Err(bad());
+                continue;
             };
             let body = &word[3..];
             let (mantissa, exponent) = body.split_once('E').unwrap_or((body, "0"));
@@ -239,10 +278,18 @@ impl Reader<'_> {
                 return Err(bad());
             }
             let axis = letter as usize - 'X' as usize;
-            let slot = &mut open.k[axis][order as usize - '1' as usize];
-            if slot.replace(value).is_some() {
-                return Err(Refusal::new("heidenhain-k", format!("K{order}{letter} stands twice")));
+            let k = &mut open.k[axis];
+            let order = order as usize - '1' as usize;
+            if open.end[axis].is_none() || k[order].is_some() || (order < 2 && k[order + 1].is_none()) {
+                return Err(Refusal::new(
+                    "heidenhain-k",
+                    format!(
+                        "`{}`: K3, K2, K1 stand once, in this order, for axes that SPL names",
+                        first_chars(word)
+                    ),
+                ));
             }
+            k[order] = Some(value);
         }
         let moved: Vec<usize> = (0..3).filter(|a| open.end[*a].is_some()).collect();
         if moved.iter().all(|a| open.k[*a].iter().all(Option::is_some)) {
@@ -266,11 +313,13 @@ impl Reader<'_> {
         }
         let mut points: Vec<Point3> =
             (0..4).map(|i| Point3::new(coordinates[0][i], coordinates[1][i], coordinates[2][i])).collect();
-        let gap = (points[0] - place).norm();
+        let gap = (points[0] - place).amax();
         if gap > START_MM {
             return Err(Refusal::new(
                 "heidenhain-start",
-                format!("the spline starts {gap:.4} mm from where the block before it ended, more than 1 µm"),
+                format!(
+                    "an axis of the spline starts {gap:.4} mm from where the block before it ended, more than 1 µm"
+                ),
             ));
         }
         points[0] = place;

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use claymill_nurbs::{Curve3, KnotVector, Point3};
 
 use super::Page;
+use super::gcode_modes::Begins;
 use crate::lower::Splines;
 use crate::number::decimal;
 use crate::words::{Value, Word};
@@ -67,14 +68,47 @@ pub(crate) fn write(
     plane
 }
 
+/// G5 and G5.1: a cubic or quadratic Bézier curve, its inner points from its ends.
+pub(crate) fn bezier(
+    begins: Begins,
+    words: &[Word],
+    plane: Plane,
+    position: Option<Point3>,
+    unit_mm: f64,
+) -> Result<Curve3, Refusal> {
+    let bad = |what: &str| Err(Refusal::new("linuxcnc-bezier", what));
+    let Some(from) = position else {
+        return Err(Refusal::new("position", "a curve starts from a position that is not known"));
+    };
+    if plane != Plane::Xy {
+        return Err(Refusal::new("linuxcnc-plane", "G5 and G5.1 are for G17 only"));
+    }
+    let mm = |key: &str| words.iter().find(|w| w.key == key).and_then(Word::number).map(|v| v * unit_mm);
+    if mm("Z").is_some() {
+        return bad("G5 and G5.1 do not move Z");
+    }
+    let (Some(i), Some(j)) = (mm("I"), mm("J")) else { return bad("I and J must stand in the block") };
+    let to = Point3::new(mm("X").unwrap_or(from.x), mm("Y").unwrap_or(from.y), from.z);
+    let beside = |p: Point3, x: f64, y: f64| Point3::new(p.x + x, p.y + y, p.z);
+    let points = if begins == Begins::Cubic {
+        let (Some(p), Some(q)) = (mm("P"), mm("Q")) else { return bad("G5 needs P and Q") };
+        vec![from, beside(from, i, j), beside(to, p, q), to]
+    } else {
+        vec![from, beside(from, i, j), to]
+    };
+    Curve3::new(KnotVector::clamped_uniform(points.len() - 1, points.len()), points, None)
+        .map_err(|e| Refusal::new("linuxcnc-curve", e.to_string()))
+}
+
 /// A G5.2 that is being read.
 #[derive(Debug)]
 pub(crate) struct Open {
     planes: bool,
     plane: Plane,
     order: usize,
-    pub(crate) poles: Vec<Point3>,
-    pub(crate) weights: Vec<f64>,
+    begun: bool,
+    poles: Vec<Point3>,
+    weights: Vec<f64>,
 }
 
 impl Open {
@@ -88,12 +122,12 @@ impl Open {
                 format!("G5.2 in G{}: version 2.9 takes curves in G17 only", plane.g()),
             ));
         }
-        Ok(Open { planes, plane, order: 3, poles: vec![position], weights: vec![1.0] })
+        Ok(Open { planes, plane, order: 3, begun: false, poles: vec![position], weights: vec![1.0] })
     }
 
     /// A block with G5.2.
     pub(crate) fn block(&mut self, words: &[Word], unit_mm: f64) -> Result<(), Refusal> {
-        let first = self.poles.len() == 1;
+        let first = !std::mem::replace(&mut self.begun, true);
         let mut p = self.poles[self.poles.len() - 1];
         let (mut named, mut weight) = (0, None);
         let plane = letters(self.plane);
@@ -119,7 +153,12 @@ impl Open {
                     named += 1;
                 }
                 "P" => weight = Some(value),
-                "L" if (1.0..=25.0).contains(&value) => self.order = self.order.max(value as usize),
+                // The last one above 3 counts.
+                "L" if (0.0..=25.0).contains(&value) && value.fract() == 0.0 => {
+                    if value > 3.0 {
+                        self.order = value as usize;
+                    }
+                }
                 "L" => return Err(Refusal::new("linuxcnc-order", format!("L{value} is no order"))),
                 "F" | "G" | "N" => {}
                 _ => return Err(Refusal::new("linuxcnc-word", format!("`{}` has no place in G5.2", w.key))),

@@ -12,7 +12,7 @@ use super::Page;
 use super::gcode::point;
 use crate::lower::Splines;
 use crate::number::decimal;
-use crate::words::{Value, Word};
+use crate::words::{Value, Word, first_chars, syntax};
 use crate::{Machine, Refusal};
 
 const WEIGHT_DIGITS: u8 = 4;
@@ -237,11 +237,43 @@ impl Open {
     }
 }
 
-/// One block of POLY from `position`.
+/// Whether a block is a call that changes nothing for X, Y and Z.
+pub(crate) fn call(text: &str) -> Result<bool, Refusal> {
+    if text.starts_with("CYCLE832") {
+        return Err(compressor("CYCLE832"));
+    }
+    let Some(list) = text.strip_prefix("SPLINEPATH(") else { return Ok(false) };
+    let list = list.strip_suffix(')').ok_or_else(|| syntax("SPLINEPATH without `)`"))?;
+    match list.split(',').skip(1).map(str::trim).find(|axis| !["X", "Y", "Z"].contains(axis)) {
+        Some(axis) => {
+            Err(Refusal::new("axis", format!("`{}`: only X, Y and Z can be checked", first_chars(axis))))
+        }
+        None => Ok(true),
+    }
+}
+
+/// Why a word that means something to this control is not read.
+pub(crate) fn stranger(key: &str) -> Option<Refusal> {
+    match key {
+        "ASPLINE" | "CSPLINE" | "BAUTO" | "BNAT" | "BTAN" | "EAUTO" | "ENAT" | "ETAN" => {
+            let detail = format!("{key}: splines through points are the control's own");
+            Some(Refusal::new("siemens-through", detail))
+        }
+        "COMPON" | "COMPCURV" | "COMPCAD" | "COMPSURF" | "CTOL" => Some(compressor(key)),
+        _ => None,
+    }
+}
+
+fn compressor(key: &str) -> Refusal {
+    Refusal::new("siemens-compressor", format!("{key}: the control fits a curve of its own to the blocks"))
+}
+
+/// One block of POLY from `position`: polynomials, and axes that go straight to where their word says.
 pub(crate) fn poly(words: &[Word], position: Point3, unit_mm: f64) -> Result<Curve3, Refusal> {
     let bad = |what: &str| Refusal::new("siemens-po", what);
     let mut length = 1.0;
     let mut lists: [Option<&[f64]>; 4] = [None; 4];
+    let mut straight = [None; 3];
     for w in words {
         match (w.key, &w.value) {
             ("PL", Value::Number { value, .. }) if *value > 0.0 && *value <= LARGEST_INTERVAL => {
@@ -262,6 +294,9 @@ pub(crate) fn poly(words: &[Word], position: Point3, unit_mm: f64) -> Result<Cur
                 lists[slot] = Some(list);
             }
             ("PO", _) => return Err(bad("PO needs a list")),
+            ("X" | "Y" | "Z", Value::Number { value, .. }) => {
+                straight["XYZ".find(w.key).unwrap_or(0)] = Some(*value);
+            }
             _ => {}
         }
     }
@@ -276,6 +311,9 @@ pub(crate) fn poly(words: &[Word], position: Point3, unit_mm: f64) -> Result<Cur
         a[1] = end - a[0] - a[2..].iter().sum::<f64>();
         a
     };
+    if (0..3).any(|axis| straight[axis].is_some() && (lists[axis].is_some() || lists[3].is_some())) {
+        return Err(bad("an axis stands beside its own PO, or beside a denominator"));
+    }
     let below_end = lists[3].map_or(1.0, |l| l[0]);
     let below = bernstein(&power(1.0, below_end, lists[3]));
     if below.iter().any(|w| *w < SMALLEST_DENOMINATOR) {
@@ -286,6 +324,9 @@ pub(crate) fn poly(words: &[Word], position: Point3, unit_mm: f64) -> Result<Cur
         let start = position[axis] / unit_mm;
         coordinates.push(match lists[axis] {
             Some(list) => bernstein(&power(start, list[0] * below_end, Some(list))),
+            None if straight[axis].is_some() => {
+                bernstein(&power(start, straight[axis].unwrap_or(start), None))
+            }
             // An axis that is not named stands still.
             None => below.iter().map(|w| w * start).collect(),
         });

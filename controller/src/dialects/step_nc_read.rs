@@ -10,32 +10,28 @@ use super::{Element, Fault, Sink, lines};
 use crate::words::{first_chars, number, syntax};
 use crate::{Machine, Refusal, Shape};
 
+/// A curve of a list may begin this far from the end of the one before it, mm.
+const GAP_MM: f64 = 1e-3;
+
 /// Reads a file of STEP-NC.
 pub(crate) fn read(text: &mut dyn BufRead, machine: &Machine, sink: Sink<'_>) -> Result<(), Fault> {
     let mut file = File::default();
-    let (mut statement, mut begun, mut last) = (String::new(), 0, 0);
+    let (mut statement, mut begun, mut last) = (Statement::default(), 0, 0);
     lines(text, |line, text| {
         last = line;
         let mut rest = text;
         while !rest.is_empty() {
-            if statement.is_empty() {
+            if statement.text.is_empty() {
                 begun = line;
             }
-            match end_of_statement(&statement, rest) {
-                Some(end) => {
-                    statement.push_str(&rest[..end]);
-                    file.statement(begun, statement.trim())?;
-                    statement.clear();
-                    rest = rest[end + 1..].trim_start();
-                }
-                None => {
-                    statement.push_str(rest);
-                    if statement.len() > LONGEST_STATEMENT {
-                        return Err(syntax("a statement without end"));
-                    }
-                    rest = "";
-                }
+            let (whole, behind) = statement.take(rest);
+            if whole {
+                file.statement(begun, statement.text.trim())?;
+                statement.text.clear();
+            } else if statement.text.len() > LONGEST_STATEMENT {
+                return Err(syntax("a statement without end"));
             }
+            rest = behind;
         }
         Ok(())
     })?;
@@ -45,16 +41,49 @@ pub(crate) fn read(text: &mut dyn BufRead, machine: &Machine, sink: Sink<'_>) ->
 /// Characters of one statement: a section's list of moves may be long.
 const LONGEST_STATEMENT: usize = 1 << 26;
 
-/// Where the statement ends in `rest`: a `;` that stands in no string.
-fn end_of_statement(before: &str, rest: &str) -> Option<usize> {
-    let mut quoted = before.contains('\'') && before.matches('\'').count() % 2 == 1;
-    rest.char_indices().find_map(|(i, c)| {
-        if c == '\'' {
-            quoted = !quoted;
-        }
-        (c == ';' && !quoted).then_some(i)
-    })
+/// A statement that is being gathered, without comments.
+#[derive(Default)]
+struct Statement {
+    text: String,
+    quoted: bool,
+    comment: bool,
 }
+
+impl Statement {
+    /// Takes from `rest` up to a `;` that stands in no string and no comment; whether there was one, and what is
+    /// behind it.
+    fn take<'t>(&mut self, rest: &'t str) -> (bool, &'t str) {
+        let mut from = 0;
+        for (i, c) in rest.char_indices() {
+            if self.comment {
+                if c == '/' && i > from && rest[..i].ends_with('*') {
+                    self.comment = false;
+                    from = i + 1;
+                }
+                continue;
+            }
+            match c {
+                '\'' => self.quoted = !self.quoted,
+                '/' if !self.quoted && rest[i + 1..].starts_with('*') => {
+                    self.text.push_str(&rest[from..i]);
+                    self.comment = true;
+                    // Behind the star, which does not end what it begins.
+                    from = i + 2;
+                }
+                ';' if !self.quoted => {
+                    self.text.push_str(&rest[from..i]);
+                    return (true, rest[i + 1..].trim_start());
+                }
+                _ => {}
+            }
+        }
+        if !self.comment {
+            self.text.push_str(&rest[from..]);
+        }
+        (false, "")
+    }
+}
+
 /// A parameter of an instance.
 #[derive(Debug, Clone, PartialEq)]
 enum Arg {
@@ -173,17 +202,13 @@ fn repeated(counts: &[f64], values: &[f64]) -> Result<Vec<f64>, Refusal> {
 
 fn degree_of(arg: Option<&Arg>) -> Result<usize, Refusal> {
     match arg {
-        Some(Arg::Number(d)) if (1.0..=25.0).contains(d) => Ok(*d as usize),
-        _ => Err(Refusal::new("step-nc-degree", "a degree must be from 1 to 25")),
+        Some(Arg::Number(d)) if (1.0..=25.0).contains(d) && d.fract() == 0.0 => Ok(*d as usize),
+        _ => Err(Refusal::new("step-nc-degree", "a degree must be a whole number from 1 to 25")),
     }
 }
 
 impl File {
     fn statement(&mut self, line: usize, text: &str) -> Result<(), Refusal> {
-        let mut text = text;
-        while let Some(rest) = text.strip_prefix("/*") {
-            text = rest.split_once("*/").ok_or_else(|| syntax("a comment is not closed"))?.1.trim_start();
-        }
         if text == "END-ISO-10303-21" {
             self.ended = true;
         }
@@ -266,13 +291,18 @@ impl File {
         let project = self.project.ok_or_else(|| fail(Refusal::new("step-nc-project", "no PROJECT")))?;
         let mut waiting = vec![project];
         let mut visits = 0;
+        let mut place: Option<Point3> = None;
         while let Some(id) = waiting.pop() {
             visits += 1;
             if visits > 2 * self.nodes.len() {
                 return Err(fail(Refusal::new("step-nc-cycle", format!("#{id} runs itself"))));
             }
             match self.nodes.get(&id) {
-                Some(Node::Runs(next)) => waiting.extend(next.iter().rev()),
+                Some(Node::Runs(next)) => {
+                    // Each list of trajectories begins where it likes.
+                    place = None;
+                    waiting.extend(next.iter().rev());
+                }
                 Some(Node::Trajectory { line, rapid, technology, curve }) => {
                     let feed = match self.nodes.get(technology) {
                         Some(Node::Feed(_)) if *rapid => machine.feed.rapid_mm_per_min,
@@ -284,6 +314,14 @@ impl File {
                         }
                     };
                     self.shapes(*curve, 0, &mut |shape| {
+                        let gap_mm = place.map_or(0.0, |p| (p - shape.start()).norm());
+                        if gap_mm > GAP_MM {
+                            return Err(Refusal::new(
+                                "step-nc-gap",
+                                format!("a curve begins {gap_mm:.4} mm from the end of the one before it"),
+                            ));
+                        }
+                        place = Some(shape.end());
                         sink(Element { line: *line, rapid: *rapid, feed, shape })
                     })
                     .map_err(|refusal| (Some(*line), refusal))?;

@@ -43,9 +43,11 @@ pub(crate) enum Command {
     Simulate(SimulateArgs),
     /// Stream a job into a control's queue.
     Stream(StreamArgs),
-    /// The reference controller: takes a stream and runs along its curves. Orders come on standard input: hold,
-    /// run, step, abort.
+    /// The reference controller: takes a stream and runs along its curves. Orders come on standard input, or by
+    /// `claymill order`: hold, run, step, abort, discard.
     Control(ControlArgs),
+    /// Give a running reference controller an order, and say where the machine is.
+    Order(OrderArgs),
     /// Pictures of a model or a job folder.
     Render(RenderArgs),
     /// Look at a model or a job folder in a window: turn, pick, measure, cut open, run along the paths.
@@ -360,6 +362,10 @@ pub(crate) struct StreamArgs {
     /// Begin at this move.
     #[arg(long, value_name = "SEQ", default_value_t = 0)]
     pub(crate) from: u64,
+    /// First come to rest and drop what the machine was doing; the way to the move leads up to the clearance height,
+    /// across and down. For tcp.
+    #[arg(long)]
+    pub(crate) restart: bool,
     /// Only this region.
     #[arg(long, value_name = "ID")]
     pub(crate) region: Option<usize>,
@@ -397,9 +403,28 @@ pub(crate) struct ControlArgs {
     /// Stop after every path until told to run.
     #[arg(long)]
     pub(crate) step: bool,
+    /// Begin at rest, until told to run.
+    #[arg(long)]
+    pub(crate) hold: bool,
     /// Do not keep to real time.
     #[arg(long)]
     pub(crate) fast: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct OrderArgs {
+    /// hold: come to rest on the path. run: go on. step: go on to the end of the path. abort: come to rest and leave;
+    /// what was not done stays in the queue. discard: come to rest and drop the path and all that waits. status: none.
+    pub(crate) order: String,
+    /// Address of `claymill control --listen`.
+    #[arg(long, value_name = "HOST:PORT")]
+    pub(crate) to: String,
+    /// File with the secret that both sides share.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) secret: PathBuf,
+    /// The target may be another machine.
+    #[arg(long)]
+    pub(crate) remote: bool,
 }
 
 #[derive(Debug, Args)]

@@ -44,6 +44,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Compare(args) => commands::compare(&context, args),
         Command::Verify(args) => commands::verify(&context, args),
         Command::Control(args) => commands::control(&context, args),
+        Command::Order(args) => commands::order(&context, args),
         Command::Stream(args) => commands::stream(&context, args),
         Command::Simulate(args) => commands::simulate(&context, args),
         Command::Post(args) => commands::post(&context, args),

@@ -48,6 +48,22 @@ pub(crate) struct Drive {
 struct Laid {
     seq: u64,
     rail: Rail,
+    axes: [Vector3; 2],
+}
+
+impl Laid {
+    fn new(seq: u64, path: &Path) -> Self {
+        let rail = Rail::new(path.curve.clone(), Looks::FINE);
+        Laid { seq, rail, axes: [path.axis_start, path.axis_end] }
+    }
+
+    fn at(&self, way_mm: f64, speed: f64) -> SetPoint {
+        let parameter = self.rail.parameter(way_mm);
+        let share = way_mm / self.rail.length_mm().max(SLIVER_MM);
+        let [start, end] = self.axes;
+        let axis = start.lerp(&end, share.clamp(0.0, 1.0)).try_normalize(1e-9).unwrap_or(end);
+        SetPoint { seq: self.seq, parameter, tip: self.rail.curve().point(parameter), axis, speed }
+    }
 }
 
 /// Ways shorter than this are none, mm.
@@ -56,12 +72,12 @@ const SLIVER_MM: f64 = 1e-7;
 const SOON_S: f64 = 1.0;
 
 impl Drive {
-    pub(crate) fn new(limits: Limits, rule: JointRule, cycle_s: f64, single: bool) -> Self {
+    pub(crate) fn new(limits: Limits, rule: JointRule, cycle_s: f64) -> Self {
         Drive {
             limits,
             rule,
             cycle_s,
-            single,
+            single: false,
             waiting: VecDeque::new(),
             end: None,
             rails: VecDeque::new(),
@@ -121,8 +137,23 @@ impl Drive {
         self.motion.is_none()
     }
 
-    /// Plans a motion from rest, where the machine is on the path in front.
-    pub(crate) fn start(&mut self) {
+    /// Whether the motion is along one path only.
+    pub(crate) fn is_single(&self) -> bool {
+        self.single
+    }
+
+    /// Forgets what waits; the machine stands where it is.
+    pub(crate) fn discard(&mut self) {
+        self.end = self.here().map(|p| (p.tip, p.axis));
+        self.waiting.clear();
+        self.rails.clear();
+        (self.laid, self.way_mm, self.feed_share) = (0, 0.0, 1.0);
+    }
+
+    /// Plans a motion from rest, where the machine is on the path in front: along that path only, or as far as
+    /// there is no rest.
+    pub(crate) fn start(&mut self, single: bool) {
+        self.single = single;
         self.rails.clear();
         self.turned = None;
         self.track = Track::new(self.limits, self.rule);
@@ -146,9 +177,9 @@ impl Drive {
                     {
                         self.track.stop();
                     }
-                    let rail = Rail::new(path.curve.clone(), Looks::FINE);
-                    self.track.add(&rail, path.feed * self.feed_share);
-                    self.rails.push_back(Laid { seq: *seq, rail });
+                    let laid = Laid::new(*seq, path);
+                    self.track.add(&laid.rail, path.feed * self.feed_share);
+                    self.rails.push_back(laid);
                     self.laid += 1;
                     return true;
                 }
@@ -215,13 +246,16 @@ impl Drive {
 
     /// Where the machine is.
     pub(crate) fn here(&mut self) -> Option<SetPoint> {
+        if let (None, Some(Waiting::Path(seq, path))) = (self.last, self.waiting.front()) {
+            // Before the first motion: on a path that an earlier process has begun, or at its start.
+            let laid = Laid::new(*seq, path);
+            self.last = Some(laid.at(self.way_mm, 0.0));
+        }
         let mut way = self.way_mm;
         for (i, laid) in self.rails.iter().enumerate() {
             let length = laid.rail.length_mm();
             if way <= length || i + 1 == self.rails.len() {
-                let parameter = laid.rail.parameter(way.min(length));
-                let tip = laid.rail.curve().point(parameter);
-                self.last = Some(SetPoint { seq: laid.seq, parameter, tip, speed: self.speed });
+                self.last = Some(laid.at(way.min(length), self.speed));
                 break;
             }
             way -= length;

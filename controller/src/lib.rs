@@ -27,6 +27,8 @@ mod job;
 mod lower;
 mod machine;
 mod number;
+mod panel;
+mod port;
 mod post;
 mod queue;
 mod record;
@@ -41,12 +43,14 @@ pub use compare::{Comparison, check, compare, dialect_of, elements, moves_of};
 pub use dialects::{Dialect, Element, UnknownDialect, tool_number};
 pub use error::{MachineError, PostError, ReadError, Refusal};
 pub use frame::Frame;
-pub use job::{MachineJob, Section, Stroke, bridged};
+pub use job::{MachineJob, Section, Stroke, bridged, reached};
 pub use lower::Rung;
 pub use machine::{
     AxisName, ControlFacts, Coolant, Dynamics, Feed, Files, LineNumbers, Machine, SetupPlace, Spindle, Units,
 };
 pub use number::LengthFormat;
+pub use panel::{Panel, Status, UnknownOrder};
+pub use port::{Port, tell};
 pub use post::{PostTotals, WrittenFile, blocks_of, post};
 pub use queue::{Consumer, Producer, QueueError, SILENCE};
 pub use record::{LONGEST_RECORD, Path, RECORD_VERSION, Record, RecordError};

@@ -39,6 +39,9 @@ pub enum QueueError {
     /// Not a queue of this version, or damaged.
     #[error("queue: {0}")]
     Format(&'static str),
+    /// The consumer was told to drop this stream.
+    #[error("queue: this stream was dropped")]
+    Dropped,
     /// The other side has not been heard of for this long.
     #[error("queue: the other side has not been heard of for {0:?}")]
     Silent(Duration),
@@ -50,6 +53,8 @@ const CONSUMER_AT: u64 = 128;
 const PROGRESS_AT: u64 = 192;
 const STREAM_AT: u64 = 224;
 const RING_AT: u64 = 4096;
+/// In place of a stream's first record: it was dropped.
+const DROPPED: u64 = u64::MAX;
 /// The other side counts as dead after this long without a beat.
 pub const SILENCE: Duration = Duration::from_millis(600);
 /// How often a waiting side beats.
@@ -198,16 +203,31 @@ impl Producer {
     /// of its records were written before: where a producer that was restarted goes on.
     ///
     /// # Errors
-    /// The queue cannot be used.
+    /// The queue cannot be used, or the stream was dropped.
     pub fn resume(&mut self, stream: u64) -> Result<u64, QueueError> {
-        self.flush()?;
         let known = self.shared.read_word(STREAM_AT)?;
+        if known.bytes == stream && known.records == DROPPED {
+            return Err(QueueError::Dropped);
+        }
+        self.flush()?;
         if known.bytes != stream || known.records > self.word.records {
             let fresh = Word { bytes: stream, records: self.word.records, beats: 0 };
             self.shared.write_word(STREAM_AT, fresh)?;
             return Ok(0);
         }
         Ok(self.word.records - known.records)
+    }
+
+    /// Drops the stream that was written last: nothing more of it comes, under its name neither. Returns the name.
+    ///
+    /// # Errors
+    /// The queue cannot be used.
+    pub fn abandon(&mut self) -> Result<u64, QueueError> {
+        self.waiting.clear();
+        self.waiting_records = 0;
+        let known = self.shared.read_word(STREAM_AT)?;
+        self.shared.write_word(STREAM_AT, Word { records: DROPPED, ..known })?;
+        Ok(known.bytes)
     }
 
     /// Number of the record that comes next.
@@ -433,6 +453,21 @@ impl Consumer {
         self.word.records += 1;
         self.word.beats += 1;
         Ok(self.shared.write_word(CONSUMER_AT, self.word)?)
+    }
+
+    /// Takes everything out that was written so far, done or not.
+    ///
+    /// # Errors
+    /// The queue cannot be used.
+    pub fn discard(&mut self) -> Result<(), QueueError> {
+        self.written = self.shared.read_word(PRODUCER_AT)?;
+        let Word { bytes, records, .. } = self.written;
+        self.word = Word { bytes, records, beats: self.word.beats + 1 };
+        self.ahead.clear();
+        (self.at, self.seen) = (0, 0);
+        // Progress of a record that is no longer the next one is not heeded.
+        self.shared.write_word(CONSUMER_AT, self.word)?;
+        Ok(self.shared.write_word(PROGRESS_AT, progress(u64::MAX, 0.0, 1.0))?)
     }
 
     /// Notes how far, in mm, the path of record `seq` has been run, and the part of their own feed that paths are

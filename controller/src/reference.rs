@@ -1,7 +1,7 @@
 use std::time::{Duration, Instant};
 
 use claymill_motion::{JointRule, Limits};
-use claymill_nurbs::Point3;
+use claymill_nurbs::{Point3, Vector3};
 
 use crate::drive::Drive;
 use crate::job::GAP_MM;
@@ -14,8 +14,12 @@ pub enum Order {
     Run,
     /// Come to rest on the path and wait.
     Hold,
+    /// From rest: go on to the end of the path, and wait there; else as [`Order::Hold`].
+    Step,
     /// Come to rest on the path and leave; what was not done stays in the queue.
     Abort,
+    /// Come to rest on the path, and drop it and what waits behind it.
+    Discard,
 }
 
 /// Where the machine is, once a cycle.
@@ -27,6 +31,8 @@ pub struct SetPoint {
     pub parameter: f64,
     /// The tip, mm.
     pub tip: Point3,
+    /// Tool axis.
+    pub axis: Vector3,
     /// Its speed, mm/s.
     pub speed: f64,
 }
@@ -40,6 +46,8 @@ pub enum Event {
     PathDone(u64),
     /// A record that is no path was executed.
     Executed(u64, Record),
+    /// What waited was dropped.
+    Discarded,
 }
 
 /// How a reference controller ended.
@@ -134,7 +142,7 @@ impl Reference {
             jerk_mm_per_s3: self.limits.jerk_mm_per_s3,
         };
         let rule = JointRule::OnPath { cycle_s: self.limits.cycle_s };
-        let mut drive = Drive::new(limits, rule, self.limits.cycle_s, self.single_step);
+        let mut drive = Drive::new(limits, rule, self.limits.cycle_s);
         let interrupted = queue.progress(queue.next())?;
         if let Some(way_mm) = interrupted {
             drive.begin_at(way_mm);
@@ -146,23 +154,37 @@ impl Reference {
             self.look_ahead(queue, &mut drive)?;
             let now = order();
             if drive.at_rest() {
-                if now == Order::Abort {
-                    return Ok((Ended::Aborted, tally));
+                let goes_on = matches!(now, Order::Run | Order::Step);
+                match now {
+                    Order::Abort => return Ok((Ended::Aborted, tally)),
+                    Order::Discard => {
+                        queue.discard()?;
+                        drive.discard();
+                        report(Event::Discarded);
+                        continue;
+                    }
+                    _ => {}
                 }
                 match drive.front() {
-                    Some(Waiting::Other(..)) => {
+                    Some(Waiting::Other(..)) if goes_on => {
                         if self.execute(queue, &mut drive, report)? {
                             return Ok((Ended::Done, tally));
                         }
                         continue;
                     }
-                    Some(Waiting::Path(..)) if now == Order::Run => drive.start(),
-                    Some(Waiting::Path(..)) => {
+                    Some(Waiting::Path(..)) if goes_on => {
+                        drive.start(self.single_step || now == Order::Step);
+                    }
+                    Some(_) => {
                         if let Some(point) = drive.here() {
                             report(Event::At(point));
                         }
                         queue.beat()?;
-                        clock.tick();
+                        if self.real_time {
+                            clock.tick()
+                        } else {
+                            std::thread::sleep(NAP)
+                        }
                         continue;
                     }
                     None => {
@@ -176,7 +198,7 @@ impl Reference {
                     }
                 }
             }
-            if now != Order::Run {
+            if !(now == Order::Run || now == Order::Step && drive.is_single()) {
                 drive.hold();
             }
             drive.cycle();

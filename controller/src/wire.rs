@@ -20,6 +20,9 @@ pub enum WireError {
     /// The other side speaks something else.
     #[error("connection: {0}")]
     Format(&'static str),
+    /// The machine was told to drop this stream.
+    #[error("the machine was told to drop this stream")]
+    Dropped,
     /// The queue at this side cannot be used.
     #[error(transparent)]
     Queue(#[from] QueueError),
@@ -32,6 +35,8 @@ const PATIENCE: Duration = Duration::from_millis(900);
 const BEAT: Duration = Duration::from_millis(200);
 /// What it says then, in place of how far things are.
 const STILL_FULL: u64 = u64::MAX;
+/// What it says to whoever sends a stream that it was told to drop.
+const DROPPED: u64 = u64::MAX - 1;
 const NONCE: usize = 32;
 const PROOF: usize = 32;
 
@@ -75,7 +80,13 @@ fn prepare(stream: &TcpStream) -> io::Result<()> {
 /// # Errors
 /// The peer does not know the secret, speaks something else or falls silent; the queue cannot be used.
 pub fn serve(mut stream: TcpStream, secret: &[u8], queue: &mut Producer) -> Result<(), WireError> {
-    prepare(&stream)?;
+    let name = answer(&mut stream, secret)?;
+    receive(stream, name, queue, &|| true)
+}
+
+/// The machine's part of proving the secret both ways; returns the connection's name.
+pub(crate) fn answer(stream: &mut TcpStream, secret: &[u8]) -> Result<u64, WireError> {
+    prepare(stream)?;
     let mine = nonce()?;
     stream.write_all(HELLO)?;
     stream.write_all(&mine)?;
@@ -88,11 +99,35 @@ pub fn serve(mut stream: TcpStream, secret: &[u8], queue: &mut Producer) -> Resu
     stream.write_all(&proof(secret, &[b"machine", &theirs, &mine]))?;
     let mut name = [0; 8];
     stream.read_exact(&mut name)?;
-    let begun = queue.resume(u64::from_le_bytes(name))?;
+    Ok(u64::from_le_bytes(name))
+}
+
+/// Tells the peer that the machine does not want its stream.
+pub(crate) fn take_leave(stream: &mut TcpStream) -> io::Result<()> {
+    stream.write_all(&DROPPED.to_le_bytes())
+}
+
+/// Takes the records of a stream into the queue while it is `wanted`.
+pub(crate) fn receive(
+    mut stream: TcpStream,
+    name: u64,
+    queue: &mut Producer,
+    wanted: &dyn Fn() -> bool,
+) -> Result<(), WireError> {
+    let begun = match queue.resume(name) {
+        Err(QueueError::Dropped) => {
+            take_leave(&mut stream)?;
+            return Err(WireError::Dropped);
+        }
+        other => other?,
+    };
     let first = queue.next() - begun;
     stream.write_all(&begun.to_le_bytes())?;
     let mut record = Vec::new();
     loop {
+        if !wanted() {
+            return Err(WireError::Dropped);
+        }
         let mut head = [0; 4];
         match stream.read_exact(&mut head) {
             Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => return Ok(()),
@@ -105,10 +140,10 @@ pub fn serve(mut stream: TcpStream, secret: &[u8], queue: &mut Producer) -> Resu
         if length > 0 {
             record.resize(length, 0);
             stream.read_exact(&mut record)?;
-            patiently(&mut stream, || queue.push_for(&record, BEAT))?;
+            patiently(&mut stream, wanted, || queue.push_for(&record, BEAT))?;
         } else {
             // An empty frame asks how far things are.
-            patiently(&mut stream, || queue.flush_for(BEAT))?;
+            patiently(&mut stream, wanted, || queue.flush_for(BEAT))?;
             stream.write_all(&(queue.next() - first).to_le_bytes())?;
         }
     }
@@ -117,16 +152,40 @@ pub fn serve(mut stream: TcpStream, secret: &[u8], queue: &mut Producer) -> Resu
 /// Tries until it is done; meanwhile the peer is told that this side lives.
 fn patiently(
     stream: &mut TcpStream,
+    wanted: &dyn Fn() -> bool,
     mut attempt: impl FnMut() -> Result<bool, QueueError>,
 ) -> Result<(), WireError> {
     loop {
         match attempt() {
             Ok(true) => return Ok(()),
             // The consumer may be silent for long: he is waited for.
+            Ok(false) | Err(QueueError::Silent(_)) if !wanted() => return Err(WireError::Dropped),
             Ok(false) | Err(QueueError::Silent(_)) => stream.write_all(&STILL_FULL.to_le_bytes())?,
             Err(e) => return Err(e.into()),
         }
     }
+}
+
+/// Connects, proves the secret both ways, and says what the connection is for.
+pub(crate) fn call(address: &str, secret: &[u8], name: u64) -> Result<TcpStream, WireError> {
+    let mut stream = TcpStream::connect(address)?;
+    prepare(&stream)?;
+    let mut hello = [0; HELLO.len()];
+    stream.read_exact(&mut hello)?;
+    if hello != *HELLO {
+        return Err(WireError::Format("the other side is no machine of claymill"));
+    }
+    let (mut theirs, mine) = ([0; NONCE], nonce()?);
+    stream.read_exact(&mut theirs)?;
+    stream.write_all(&mine)?;
+    stream.write_all(&proof(secret, &[b"sender", &theirs, &mine]))?;
+    let mut claim = [0; PROOF];
+    stream.read_exact(&mut claim).map_err(|_| WireError::Secret)?;
+    if !same(&claim, &proof(secret, &[b"machine", &mine, &theirs])) {
+        return Err(WireError::Secret);
+    }
+    stream.write_all(&name.to_le_bytes())?;
+    Ok(stream)
 }
 
 /// The sending side of a connection.
@@ -147,25 +206,13 @@ impl Sender {
     /// # Errors
     /// There is no connection, or the other side does not know the secret.
     pub fn connect(address: &str, secret: &[u8], name: u64) -> Result<Self, WireError> {
-        let mut stream = TcpStream::connect(address)?;
-        prepare(&stream)?;
-        let mut hello = [0; HELLO.len()];
-        stream.read_exact(&mut hello)?;
-        if hello != *HELLO {
-            return Err(WireError::Format("the other side is no machine of claymill"));
-        }
-        let (mut theirs, mine) = ([0; NONCE], nonce()?);
-        stream.read_exact(&mut theirs)?;
-        stream.write_all(&mine)?;
-        stream.write_all(&proof(secret, &[b"sender", &theirs, &mine]))?;
-        let (mut claim, mut next) = ([0; PROOF], [0; 8]);
-        stream.read_exact(&mut claim).map_err(|_| WireError::Secret)?;
-        if !same(&claim, &proof(secret, &[b"machine", &mine, &theirs])) {
-            return Err(WireError::Secret);
-        }
-        stream.write_all(&name.to_le_bytes())?;
+        let mut stream = call(address, secret, name)?;
+        let mut next = [0; 8];
         stream.read_exact(&mut next)?;
-        Ok(Sender { stream, next: u64::from_le_bytes(next), unasked: 0 })
+        match u64::from_le_bytes(next) {
+            DROPPED => Err(WireError::Dropped),
+            next => Ok(Sender { stream, next, unasked: 0 }),
+        }
     }
 
     /// Number of the record that the machine wants next: where to go on after a break.

@@ -1,21 +1,15 @@
 use std::io::{BufRead, Write};
 use std::net::TcpListener;
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::Arc;
 
-use claymill_controller::{Consumer, Ended, Event, Order, Producer, Reference, ReferenceError, serve};
+use claymill_controller::{Consumer, Ended, Event, Order, Panel, Port, Producer, Reference, ReferenceError};
 
 use super::stream::{QUEUE_BYTES, is_local, secret};
 use super::{Context, post};
 use crate::args::ControlArgs;
 use crate::console::outln;
 use crate::failure::{Failure, advice_on};
-
-/// What the standard input last ordered.
-static ORDER: AtomicU8 = AtomicU8::new(RUN);
-const RUN: u8 = 0;
-const HOLD: u8 = 1;
-const ABORT: u8 = 2;
 
 impl From<ReferenceError> for Failure {
     fn from(error: ReferenceError) -> Self {
@@ -31,40 +25,39 @@ impl From<ReferenceError> for Failure {
 /// `claymill control`: the reference controller.
 pub(crate) fn control(context: &Context, args: &ControlArgs) -> Result<ExitCode, Failure> {
     let machine = post::machine(args.machine.as_deref())?;
+    let panel = Arc::new(Panel::new(if args.hold { Order::Hold } else { Order::Run }, args.step));
     if let Some(address) = &args.listen {
         if !args.remote && !is_local(address) {
             let advice = "Say --remote if other machines may connect.";
             return Err(Failure::usage(format!("{address} can be reached from elsewhere"), advice));
         }
-        listen(context, args, address)?;
+        listen(context, args, address, &panel)?;
     }
-    std::thread::spawn(orders);
+    let told = Arc::clone(&panel);
+    std::thread::spawn(move || orders(&told));
     let mut queue = Consumer::open(&args.queue, QUEUE_BYTES)?;
     let limits = machine.dynamics;
     let reference = Reference { limits, real_time: !args.fast, single_step: args.step };
     context.console.stage("running");
     let json = context.json;
-    let mut order = || match ORDER.load(Ordering::Relaxed) {
-        HOLD => Order::Hold,
-        ABORT => Order::Abort,
-        _ => Order::Run,
-    };
-    let mut report = |event: Event| match event {
-        Event::At(p) if json => outln!(
-            "{{\"seq\":{},\"t\":{},\"tip\":[{},{},{}],\"mm_per_s\":{}}}",
-            p.seq,
-            p.parameter,
-            p.tip.x,
-            p.tip.y,
-            p.tip.z,
-            p.speed
-        ),
-        // The next path waits for its own order.
-        Event::PathDone(_) if args.step => ORDER.store(HOLD, Ordering::Relaxed),
-        Event::Executed(seq, record) if json => {
-            outln!("{{\"seq\":{seq},\"executed\":\"{record:?}\"}}");
+    let mut order = || panel.status().order;
+    let mut report = |event: Event| {
+        panel.saw(&event);
+        match event {
+            Event::At(p) if json => outln!(
+                "{{\"seq\":{},\"t\":{},\"tip\":[{},{},{}],\"mm_per_s\":{}}}",
+                p.seq,
+                p.parameter,
+                p.tip.x,
+                p.tip.y,
+                p.tip.z,
+                p.speed
+            ),
+            Event::Executed(seq, record) if json => {
+                outln!("{{\"seq\":{seq},\"executed\":\"{record:?}\"}}");
+            }
+            _ => {}
         }
-        _ => {}
     };
     let (ended, tally) = reference.run(&mut queue, &mut order, &mut report)?;
     let _ = std::io::stdout().flush();
@@ -79,30 +72,33 @@ pub(crate) fn control(context: &Context, args: &ControlArgs) -> Result<ExitCode,
     Ok(ExitCode::SUCCESS)
 }
 
-/// `hold`, `run`, `step` and `abort`, a line each.
-fn orders() {
+/// Orders from the standard input, a line each.
+fn orders(panel: &Panel) {
     for line in std::io::stdin().lock().lines().map_while(Result::ok) {
-        match line.trim() {
-            "hold" => ORDER.store(HOLD, Ordering::Relaxed),
-            "run" | "resume" | "step" => ORDER.store(RUN, Ordering::Relaxed),
-            "abort" => ORDER.store(ABORT, Ordering::Relaxed),
-            other => eprintln!("`{other}` is no order; write hold, run, step or abort"),
+        match line.trim().parse() {
+            Ok(order) => panel.tell(order),
+            Err(unknown) => eprintln!("{unknown}"),
         }
     }
 }
 
-/// Takes connections, one at a time, into the queue.
-fn listen(context: &Context, args: &ControlArgs, address: &str) -> Result<(), Failure> {
+/// Takes connections: one stream at a time into the queue, and orders.
+fn listen(context: &Context, args: &ControlArgs, address: &str, panel: &Arc<Panel>) -> Result<(), Failure> {
     let secret = secret(args.secret.as_deref())?;
     let listener =
         TcpListener::bind(address).map_err(|e| Failure::problem(format!("{address}: {e}"), advice_on(&e)))?;
-    let mut producer = Producer::open(&args.queue, QUEUE_BYTES)?;
-    context.console.say(format!("listening {address}"));
+    let port = Arc::new(Port::new(Producer::open(&args.queue, QUEUE_BYTES)?, Arc::clone(panel)));
+    let place = listener.local_addr().map_or_else(|_| address.to_owned(), |a| a.to_string());
+    context.console.say(format!("listening {place}"));
+    let secret: Arc<[u8]> = secret.into();
     std::thread::spawn(move || {
         for stream in listener.incoming().flatten() {
-            if let Err(error) = serve(stream, &secret, &mut producer) {
-                eprintln!("{error}");
-            }
+            let (port, secret) = (Arc::clone(&port), Arc::clone(&secret));
+            std::thread::spawn(move || {
+                if let Err(error) = port.serve(stream, &secret) {
+                    eprintln!("{error}");
+                }
+            });
         }
     });
     Ok(())

@@ -1,12 +1,13 @@
 use std::fs;
+use std::hash::{BuildHasher, RandomState};
 use std::path::Path;
 use std::process::ExitCode;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use claymill_controller::{
-    Coolant, Machine, MachineJob, Path as PathRecord, Producer, QueueError, Record, Remote, RemoteError,
-    Sender, WireError, blocks_of, bridged, tool_number,
+    Coolant, Machine, MachineJob, Order, Path as PathRecord, Producer, QueueError, Record, Remote,
+    RemoteError, Sender, WireError, blocks_of, bridged, reached, tell, tool_number,
 };
 use claymill_toolpath::{Program, TOOLPATHS_FILE, read_job, read_moves, sha256_of};
 
@@ -33,7 +34,11 @@ impl From<RemoteError> for Failure {
 
 impl From<WireError> for Failure {
     fn from(error: WireError) -> Self {
-        Failure::problem(&error, "Check the address, and that both sides have the same --secret.")
+        let advice = match error {
+            WireError::Dropped => "Say --restart, and --from SEQ, to begin anew.",
+            _ => "Check the address, and that both sides have the same --secret.",
+        };
+        Failure::problem(&error, advice)
     }
 }
 
@@ -45,10 +50,13 @@ pub(crate) fn stream(context: &Context, args: &StreamArgs) -> Result<ExitCode, F
             "Write linuxcnc:HOST:PORT, shm:FILE or tcp:HOST:PORT.",
         )
     })?;
-    if kind != "shm" && !args.remote && !is_local(place) {
+    if kind != "shm" {
+        near(place, args.remote)?;
+    }
+    if args.restart && kind != "tcp" {
         return Err(Failure::usage(
-            format!("{place} is another machine"),
-            "Say --remote if a program may move a machine that stands elsewhere.",
+            format!("--restart cannot be told to `{}`", args.to),
+            "It is for tcp:HOST:PORT, where the machine says where it stands.",
         ));
     }
     let job = read_job(&args.folder)?;
@@ -69,7 +77,14 @@ pub(crate) fn stream(context: &Context, args: &StreamArgs) -> Result<ExitCode, F
         "shm" => to_queue(context, Path::new(place), &Stream::new(&program, &machine)?, name(args)?)?,
         "tcp" => {
             let secret = secret(args.secret.as_deref())?;
-            to_machine(context, place, &secret, &Stream::new(&program, &machine)?, name(args)?)?;
+            if args.restart {
+                let status = tell(place, &secret, Some(Order::Discard))?;
+                if let Some(stands) = status.place {
+                    program = reached(&job, program, stands);
+                }
+            }
+            let name = if args.restart { fresh_name() } else { name(args)? };
+            to_machine(context, place, &secret, &Stream::new(&program, &machine)?, name, args.restart)?;
         }
         other => {
             let advice = "Write linuxcnc:HOST:PORT, shm:FILE or tcp:HOST:PORT.";
@@ -78,6 +93,17 @@ pub(crate) fn stream(context: &Context, args: &StreamArgs) -> Result<ExitCode, F
     }
     context.console.finish();
     Ok(ExitCode::SUCCESS)
+}
+
+/// Refuses another machine unless that was said.
+pub(crate) fn near(place: &str, remote: bool) -> Result<(), Failure> {
+    if remote || is_local(place) {
+        return Ok(());
+    }
+    Err(Failure::usage(
+        format!("{place} is another machine"),
+        "Say --remote if a program may move a machine that stands elsewhere.",
+    ))
 }
 
 pub(crate) fn is_local(place: &str) -> bool {
@@ -107,6 +133,11 @@ fn name(args: &StreamArgs) -> Result<u64, Failure> {
     let moves = u64::from_str_radix(&hash[..16], 16).unwrap_or(1);
     let part = args.region.map_or(0, |r| r as u64 + 1).rotate_left(32) ^ args.from;
     Ok((moves ^ part).max(1))
+}
+
+/// A name that no other stream has: what was dropped does not come again under its own.
+fn fresh_name() -> u64 {
+    RandomState::new().hash_one(std::process::id()).max(1)
 }
 
 fn linuxcnc(context: &Context, address: &str, blocks: &[String]) -> Result<(), Failure> {
@@ -218,13 +249,19 @@ fn to_machine(
     secret: &[u8],
     stream: &Stream,
     name: u64,
+    restart: bool,
 ) -> Result<(), Failure> {
     context.console.stage("streaming");
     let count = stream.len();
     let mut record = Vec::new();
+    let mut held = restart;
     loop {
         let mut attempt = || -> Result<(), WireError> {
             let mut sender = Sender::connect(address, secret, name)?;
+            if held {
+                tell(address, secret, Some(Order::Run))?;
+                held = false;
+            }
             for seq in sender.next()..count {
                 stream.encode(seq, &mut record);
                 sender.send(&record)?;

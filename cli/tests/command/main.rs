@@ -12,6 +12,7 @@ mod golden;
 #[path = "../../../exchange/tests/iges_text/mod.rs"]
 mod iges_text;
 mod large;
+mod machine;
 mod obstacle;
 mod other_formats;
 mod post;

@@ -1,0 +1,83 @@
+use std::process::ExitCode;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use claymill_controller::{Order, Status, WireError, tell};
+
+use super::Context;
+use super::stream::{near, secret};
+use crate::args::OrderArgs;
+use crate::failure::Failure;
+
+/// How often the machine is asked.
+const ASK: Duration = Duration::from_millis(30);
+/// A machine comes to rest within this time.
+const BRAKES: Duration = Duration::from_secs(20);
+
+/// `claymill order`: waits until the order has been carried out.
+pub(crate) fn order(context: &Context, args: &OrderArgs) -> Result<ExitCode, Failure> {
+    near(&args.to, args.remote)?;
+    let secret = secret(Some(&args.secret))?;
+    let order = match args.order.as_str() {
+        "status" => None,
+        text => Some(text.parse::<Order>().map_err(|e| Failure::usage(e, "Or status, to ask only."))?),
+    };
+    let ask = |order| tell(&args.to, &secret, order);
+    let begun = Instant::now();
+    let mut status = ask(order)?;
+    while let Some(given) = order.filter(|given| !done(*given, &status)) {
+        // Only a step may take as long as its path.
+        if given != Order::Step && begun.elapsed() > BRAKES {
+            return Err(Failure::problem("the machine does not come to rest", "Is it running?"));
+        }
+        sleep(ASK);
+        status = match ask(None) {
+            Err(WireError::Io(_)) if given == Order::Abort => {
+                // It came to rest and left.
+                status.speed = 0.0;
+                break;
+            }
+            other => other?,
+        };
+    }
+    if context.json {
+        let place = status.place.map(|(tip, axis)| [[tip.x, tip.y, tip.z], [axis.x, axis.y, axis.z]]);
+        context.print_json(&serde_json::json!({
+            "order": format!("{:?}", status.order).to_lowercase(),
+            "seq": status.seq,
+            "paths": status.paths,
+            "mm_per_s": status.speed,
+            "tip_mm": place.map(|p| p[0]),
+            "axis": place.map(|p| p[1]),
+        }))?;
+    } else {
+        context.console.say(line(&status));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Whether the machine has done what it was told.
+fn done(given: Order, status: &Status) -> bool {
+    let rests = status.speed == 0.0;
+    match given {
+        Order::Run => true,
+        Order::Hold => rests,
+        Order::Step => rests && status.order != Order::Step,
+        Order::Abort => false,
+        Order::Discard => rests && status.order != Order::Discard,
+    }
+}
+
+fn line(status: &Status) -> String {
+    let order = format!("{:?}", status.order).to_lowercase();
+    let place = status.place.map_or_else(
+        || "has not moved".to_owned(),
+        |(p, _)| {
+            format!(
+                "record {}, X {:.3} Y {:.3} Z {:.3} mm, {:.1} mm/s",
+                status.seq, p.x, p.y, p.z, status.speed
+            )
+        },
+    );
+    format!("{order:9} {place}; {} paths done", status.paths)
+}

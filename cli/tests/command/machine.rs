@@ -1,0 +1,227 @@
+//! A reference controller that runs, and orders to it over a connection: hold, go on, step, abort, restart elsewhere.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use crate::run::{Run, claymill, panel, run};
+use crate::scratch;
+
+/// Longer than anything here takes.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// `claymill control`, with the lines that it prints.
+struct Machine {
+    process: Child,
+    address: String,
+    lines: Receiver<Value>,
+    folder: PathBuf,
+}
+
+impl Drop for Machine {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+impl Machine {
+    /// Starts on a port of its own choice.
+    fn start(folder: &Path, more: &[&str]) -> Machine {
+        let mut command = claymill();
+        command.current_dir(folder).args([
+            "control",
+            "--queue",
+            "queue",
+            "--listen",
+            "127.0.0.1:0",
+            "--json",
+        ]);
+        command.args(["--secret", "secret", "--machine", "quick.toml"]).args(more);
+        let mut process =
+            command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the command starts");
+        let (send, lines) = channel();
+        let out = BufReader::new(process.stdout.take().expect("a pipe"));
+        std::thread::spawn(move || {
+            for line in out.lines().map_while(Result::ok) {
+                let Ok(value) = serde_json::from_str(&line) else { break };
+                if send.send(value).is_err() {
+                    break;
+                }
+            }
+        });
+        let mut said = BufReader::new(process.stderr.take().expect("a pipe")).lines().map_while(Result::ok);
+        let address = said
+            .by_ref()
+            .find_map(|line| line.split_once("listening ").map(|(_, a)| a.trim().to_owned()))
+            .expect("an address");
+        std::thread::spawn(move || said.for_each(drop));
+        Machine { process, address, lines, folder: folder.to_owned() }
+    }
+
+    fn order(&self, order: &str) -> Value {
+        let made = self.try_order(order);
+        assert_eq!(made.code, Some(0), "{order}: {made:?}");
+        made.json()
+    }
+
+    fn try_order(&self, order: &str) -> Run {
+        run(&self.folder, ["order", order, "--to", &self.address, "--secret", "secret", "--json"])
+    }
+
+    fn stream(&self, more: &[&str]) -> Child {
+        let mut command = claymill();
+        command.current_dir(&self.folder).args(["stream", "job", "--secret", "secret"]);
+        command.args(["--to", &format!("tcp:{}", self.address)]).args(more);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the command starts")
+    }
+
+    /// Set points up to the first one that is `wanted`.
+    fn until(&self, what: &str, mut wanted: impl FnMut(&Value) -> bool) -> Vec<Value> {
+        let begun = Instant::now();
+        let mut seen = Vec::new();
+        loop {
+            let line = self.lines.recv_timeout(PATIENCE).unwrap_or_else(|e| panic!("{what}: {e}"));
+            assert!(begun.elapsed() < PATIENCE, "{what} never came");
+            let found = wanted(&line);
+            seen.push(line);
+            if found {
+                return seen;
+            }
+        }
+    }
+
+    fn ends(&mut self) -> bool {
+        let begun = Instant::now();
+        while begun.elapsed() < PATIENCE {
+            if let Some(status) = self.process.try_wait().expect("a process") {
+                return status.success();
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        false
+    }
+}
+
+fn tip(value: &Value) -> [f64; 3] {
+    [0, 1, 2].map(|i| value[i].as_f64().expect("a coordinate"))
+}
+
+fn far(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// A planned job, a secret, and a machine that is quick.
+fn workshop(folder: &Path) -> Vec<Value> {
+    panel(folder);
+    let made = run(folder, ["plan", "panel.igs", "--tool", "ball:10", "--scallop", "2", "-o", "job"]);
+    assert_eq!(made.code, Some(0), "{made:?}");
+    std::fs::write(folder.join("secret"), "sixteen bytes or more").unwrap();
+    std::fs::write(
+        folder.join("quick.toml"),
+        "[dynamics]\nacceleration_mm_per_s2 = 4000\njerk_mm_per_s3 = 80000\n",
+    )
+    .unwrap();
+    let moves = std::fs::read_to_string(folder.join("job/toolpaths.jsonl")).unwrap();
+    moves.lines().map(|l| serde_json::from_str(l).unwrap()).collect()
+}
+
+/// The number of one of the last cuts, and where it begins.
+fn a_cut(moves: &[Value]) -> (u64, [f64; 3]) {
+    let cut = moves.iter().rev().filter(|m| m["kind"] == "cut").nth(3).expect("a cut");
+    (cut["seq"].as_u64().unwrap(), tip(&cut["points"][0]))
+}
+
+#[test]
+fn hold_step_go_on_and_abort() {
+    let folder = scratch();
+    let folder = folder.path();
+    workshop(folder);
+    let mut machine = Machine::start(folder, &["--hold"]);
+    assert_eq!(machine.order("status")["order"], "hold");
+    let mut stream = machine.stream(&[]);
+    // Told to begin at rest, it does; then one path, up to its end, and one more.
+    let stepped = machine.order("step");
+    assert_eq!((stepped["order"].as_str(), stepped["paths"].as_u64()), (Some("hold"), Some(1)));
+    assert_eq!(machine.order("step")["paths"], 2);
+    // In the middle of a path: it stays where it is.
+    machine.order("run");
+    machine.until("motion", |p| p["mm_per_s"].as_f64().is_some_and(|v| v > 20.0));
+    let held = machine.order("hold");
+    assert_eq!((held["order"].as_str(), held["mm_per_s"].as_f64()), (Some("hold"), Some(0.0)));
+    std::thread::sleep(Duration::from_millis(100));
+    let still = machine.order("status");
+    assert_eq!(held["tip_mm"], still["tip_mm"]);
+    // A step from there ends with the path; then on.
+    assert_eq!(machine.order("step")["paths"].as_u64(), held["paths"].as_u64().map(|p| p + 1));
+    machine.order("resume");
+    machine.until("motion again", |p| p["mm_per_s"].as_f64().is_some_and(|v| v > 20.0));
+    let aborted = machine.order("abort");
+    assert_eq!(aborted["order"], "abort");
+    assert!(machine.ends());
+    assert_eq!(machine.try_order("status").code, Some(1), "nobody is there");
+    // Another one takes up what was left where it stopped.
+    let mut last = None;
+    while let Ok(line) = machine.lines.try_recv() {
+        last = line.get("tip").map(tip).or(last);
+    }
+    let last = last.expect("set points");
+    drop(machine);
+    let machine = Machine::start(folder, &["--hold"]);
+    machine.until("a set point", |p| p.get("tip").is_some());
+    let found = tip(&machine.order("status")["tip_mm"]);
+    assert!(far(found, last) < 1e-3, "{found:?} after {last:?}");
+    let _ = stream.kill();
+    let _ = stream.wait();
+}
+
+#[test]
+fn restart_at_a_chosen_path() {
+    let folder = scratch();
+    let folder = folder.path();
+    let moves = workshop(folder);
+    let mut machine = Machine::start(folder, &[]);
+    let mut first = machine.stream(&[]);
+    machine.until("motion", |p| p["mm_per_s"].as_f64().is_some_and(|v| v > 20.0));
+    let (seq, start) = a_cut(&moves);
+    let mut again = machine.stream(&["--restart", "--from", &seq.to_string()]);
+    // It comes to rest, goes up and over to the chosen path, and on to the job's end.
+    let seen = machine.until("the end", |p| p["executed"] == "End");
+    assert!(again.wait().unwrap().success());
+    assert!(machine.ends());
+    let tips: Vec<[f64; 3]> = seen.iter().filter_map(|p| p.get("tip").map(tip)).collect();
+    let near = tips.iter().position(|t| far(*t, start) < 0.05).expect("the chosen path's start");
+    let end = tip(moves.last().unwrap()["points"].as_array().unwrap().last().unwrap());
+    assert!(far(tips[tips.len() - 1], end) < 1e-3);
+    // No set point is far from the one before it: nothing was jumped over on the way.
+    let cycle_s = 1e-3;
+    let farthest = tips.windows(2).map(|w| far(w[0], w[1])).fold(0.0, f64::max);
+    assert!(farthest <= 60_000.0 / 60.0 * cycle_s * 1.01, "{farthest} mm in one cycle");
+    // On the way over it was at the clearance height.
+    let job: Value = serde_json::from_slice(&std::fs::read(folder.join("job/job.json")).unwrap()).unwrap();
+    let clearance = job["setups"][0]["clearance_mm"].as_f64().unwrap();
+    assert!(tips[..near].iter().any(|t| (t[2] - clearance).abs() < 1e-4), "never at {clearance}");
+    first.wait().unwrap();
+}
+
+#[test]
+fn orders_need_the_secret() {
+    let folder = scratch();
+    let folder = folder.path();
+    workshop(folder);
+    let machine = Machine::start(folder, &["--hold"]);
+    std::fs::write(folder.join("other"), "another sixteen bytes").unwrap();
+    let refused = run(folder, ["order", "run", "--to", &machine.address, "--secret", "other"]);
+    assert_eq!(refused.code, Some(1), "{refused:?}");
+    assert_eq!(machine.order("status")["order"], "hold");
+    for (order, to) in [("stop", machine.address.as_str()), ("run", "10.0.0.1:5000")] {
+        let wrong = run(folder, ["order", order, "--to", to, "--secret", "secret"]);
+        assert_eq!(wrong.code, Some(2), "{wrong:?}");
+    }
+    let wrong = run(folder, ["stream", "job", "--to", "shm:queue", "--restart"]);
+    assert_eq!(wrong.code, Some(2), "{wrong:?}");
+}

@@ -3,9 +3,9 @@
 #[path = "../../fuzz/src/control.rs"]
 mod fuzzing;
 
-use std::path::Path;
 use std::time::{Duration, Instant};
 
+use claymill_tests::{fuzz_seeds, mutate};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -30,40 +30,15 @@ const BITS: [&[u8]; 16] = [
     b"\x00\x00\x10\x00",
 ];
 
-fn mutate(bytes: &mut Vec<u8>, other: &[u8], random: &mut ChaCha8Rng) {
-    let at = random.random_range(0..=bytes.len());
-    let until = (at + random.random_range(0..=40)).min(bytes.len());
-    match random.random_range(0..5) {
-        0 => bytes.iter_mut().skip(at).take(1).for_each(|b| *b ^= 1 << random.random_range(0..8)),
-        1 => {
-            let bit = BITS[random.random_range(0..BITS.len())];
-            bytes.splice(at..(at + bit.len()).min(bytes.len()), bit.iter().copied());
-        }
-        2 => drop(bytes.drain(at..until)),
-        3 => {
-            let piece = bytes[at..until].to_vec();
-            bytes.splice(at..at, piece);
-        }
-        _ => {
-            let from = random.random_range(0..=other.len());
-            let piece = &other[from..(from + random.random_range(0..=200)).min(other.len())];
-            bytes.splice(at..until, piece.iter().copied());
-        }
-    }
-}
-
 fn run(name: &str, target: fn(&[u8])) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/seeds").join(name);
-    let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
-    paths.sort();
-    let seeds: Vec<Vec<u8>> = paths.iter().map(|p| std::fs::read(p).unwrap()).collect();
+    let seeds: Vec<Vec<u8>> = fuzz_seeds(name).into_iter().map(|(_, bytes)| bytes).collect();
     seeds.iter().for_each(|seed| target(seed));
     let mut random = ChaCha8Rng::seed_from_u64(31);
     for i in 0..MUTATIONS {
         let mut bytes = seeds[i % seeds.len()].clone();
         for _ in 0..random.random_range(1..5) {
             let other = random.random_range(0..seeds.len());
-            mutate(&mut bytes, &seeds[other], &mut random);
+            mutate(&mut bytes, &seeds[other], &BITS, &mut random);
         }
         let begun = Instant::now();
         target(&bytes);

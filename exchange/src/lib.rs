@@ -25,6 +25,7 @@ mod along;
 mod arc_length;
 mod bezier;
 mod chart;
+mod contents;
 mod error;
 mod export;
 mod foot;
@@ -63,7 +64,7 @@ pub(crate) const DEGENERATE_MM2: f64 = 1e-6;
 /// The file cannot be opened, is empty, is of no known format, breaks off, or holds no usable face. Each
 /// error names the file and offers [`ReadError::advice`].
 pub fn read(path: &Path) -> Result<Import, ReadError> {
-    let bytes = std::fs::read(path).map_err(|source| ReadError::Open { path: path.into(), source })?;
+    let bytes = contents::contents(path).map_err(|source| ReadError::Open { path: path.into(), source })?;
     read_bytes(&bytes, path)
 }
 

@@ -4,9 +4,8 @@
 #[path = "../../fuzz/src/lib.rs"]
 mod fuzzing;
 
-use std::path::{Path, PathBuf};
-
 use claymill_exchange::{Format, MeshFormat};
+use claymill_tests::{fuzz_seeds, mutate};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -32,37 +31,6 @@ const BITS: [&[u8]; 16] = [
     b",,",
 ];
 
-fn seeds(name: &str) -> Vec<(PathBuf, Vec<u8>)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/seeds").join(name);
-    let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
-    paths.sort();
-    paths.into_iter().map(|path| (path.clone(), std::fs::read(path).unwrap())).collect()
-}
-
-/// One of the changes that a fuzzer makes: a byte, a number, a piece left out, doubled or taken from another file.
-fn mutate(bytes: &mut Vec<u8>, other: &[u8], random: &mut ChaCha8Rng) {
-    let at = random.random_range(0..=bytes.len());
-    let until = (at + random.random_range(0..=40)).min(bytes.len());
-    match random.random_range(0..6) {
-        0 => bytes.iter_mut().skip(at).take(1).for_each(|b| *b ^= 1 << random.random_range(0..8)),
-        1 => {
-            let bit = BITS[random.random_range(0..BITS.len())];
-            bytes.splice(at..(at + bit.len()).min(bytes.len()), bit.iter().copied());
-        }
-        2 => bytes.iter_mut().skip(at).take(1).for_each(|b| *b = b"0123456789"[random.random_range(0..10)]),
-        3 => drop(bytes.drain(at..until)),
-        4 => {
-            let piece = bytes[at..until].to_vec();
-            bytes.splice(at..at, piece);
-        }
-        _ => {
-            let from = random.random_range(0..=other.len());
-            let piece = &other[from..(from + random.random_range(0..=200)).min(other.len())];
-            bytes.splice(at..until, piece.iter().copied());
-        }
-    }
-}
-
 /// One test, not six: memory is counted for the whole process.
 #[test]
 fn mutated_seeds_end_in_a_model_or_a_message_and_in_little_memory() {
@@ -80,7 +48,7 @@ fn mutated_seeds_end_in_a_model_or_a_message_and_in_little_memory() {
     let targets = (models.into_iter().map(|(name, format)| (name, model(format))))
         .chain(obstacles.into_iter().map(|(name, formats)| (name, mesh(formats))));
     for (name, read) in targets {
-        let seeds = seeds(name);
+        let seeds = fuzz_seeds(name);
         assert!(seeds.len() > 3, "{name}");
         for (path, bytes) in &seeds {
             eprintln!("{}", path.display());
@@ -91,7 +59,7 @@ fn mutated_seeds_end_in_a_model_or_a_message_and_in_little_memory() {
             let mut bytes = seeds[round % seeds.len()].1.clone();
             let other = &seeds[random.random_range(0..seeds.len())].1;
             for _ in 0..random.random_range(1..6) {
-                mutate(&mut bytes, other, &mut random);
+                mutate(&mut bytes, other, &BITS, &mut random);
             }
             eprintln!("{name} mutation {round}");
             read(&bytes);

@@ -7,6 +7,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use claymill_nurbs::{Jet, KnotVector, LANES, Leaves, NurbsSurface, Places, Point3, Shapes};
+use claymill_tests::thread_cpu_s;
 
 /// As many points as stay in the fastest caches with what comes out of them.
 const COUNT: usize = 128;
@@ -26,22 +27,13 @@ fn panel(p: usize, q: usize, rational: bool) -> NurbsSurface {
     NurbsSurface::new(knots(p), knots(q), points, rational.then_some(weights)).expect("the panel is sound")
 }
 
-/// CPU time of this thread in seconds; the clock on the wall where the system does not tell it.
-fn cpu(start: Instant) -> f64 {
-    // The system brings its account up to date when a thread gives way.
-    std::thread::yield_now();
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let spent = text.split_whitespace().next().and_then(|x| x.parse::<f64>().ok());
-    spent.map_or_else(|| start.elapsed().as_secs_f64(), |ns| ns * 1e-9)
-}
-
 /// Millions of evaluations a second, best of `repeats`, when `work` does `COUNT` of them.
 fn rate(repeats: usize, mut work: impl FnMut()) -> f64 {
     let start = Instant::now();
     let mut seconds = |rounds: usize| {
-        let before = cpu(start);
+        let before = thread_cpu_s(start);
         (0..rounds).for_each(|_| work());
-        cpu(start) - before
+        thread_cpu_s(start) - before
     };
     let mut rounds = 100;
     while seconds(rounds) < 0.02 {

@@ -8,14 +8,7 @@ use std::time::Instant;
 
 use claymill_nurbs::{ClosestPoints, Face, Model, Point3};
 use claymill_paths::{BallDrop, Covering, Frame, March, Orientation, Support};
-
-/// CPU time of this thread in seconds; the clock on the wall where the system does not tell it.
-fn cpu(start: Instant) -> f64 {
-    std::thread::yield_now();
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let spent = text.split_whitespace().next().and_then(|x| x.parse::<f64>().ok());
-    spent.map_or_else(|| start.elapsed().as_secs_f64(), |ns| ns * 1e-9)
-}
+use claymill_tests::thread_cpu_s;
 
 /// Radius less distance of each centre; negative where the ball does not touch.
 fn print_gouges(model: &Model, radius_mm: f64, centres: &[u8]) -> Result<(), Box<dyn std::error::Error>> {
@@ -59,7 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (lines, columns) = (count(1, rows_mm), count(0, step_mm));
     let place = |i: usize, j: usize| (low[0] + step_mm * i as f64, low[1] + rows_mm * j as f64);
     let (mut heights, mut counts) = (vec![f64::NAN; lines * columns], [0usize; 3]);
-    let before = cpu(start);
+    let before = thread_cpu_s(start);
     for j in 0..lines {
         let mut march = March::new(&ball);
         for i in 0..columns {
@@ -74,7 +67,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         }
     }
-    let seconds = cpu(start) - before;
+    let seconds = thread_cpu_s(start) - before;
 
     println!("places {}", heights.len());
     println!("dropped_cpu_s {seconds:.3}");

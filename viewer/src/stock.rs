@@ -292,15 +292,7 @@ mod tests {
                 colour: [9; 4],
             })
             .collect();
-        let corner = |i: u32, j: u32| i * (n + 1) + j;
-        let triangles: Vec<[u32; 3]> = (0..n)
-            .flat_map(|i| (0..n).map(move |j| (i, j)))
-            .flat_map(|(i, j)| {
-                let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
-                [[a, b, c], [a, c, d]]
-            })
-            .collect();
-        bare.add_triangles(&vertices, &triangles);
+        bare.add_triangles(&vertices, &claymill_tests::lattice(n));
         let style = StrokeStyle { tools: &tools, ..StrokeStyle::new(0.1) };
         Reel::new(bare, &Program { moves: vec![cut] }, &[10.0], &style)
     }

@@ -1,14 +1,15 @@
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
 
 use claymill_paths::{Feeds, times_s};
-use claymill_toolpath::{Job, Program, read_job, read_moves, read_regions, write_whole};
+use claymill_toolpath::{Job, Program, read_job, read_moves, write_whole};
 use claymill_viewer::{Movie, PictureOptions, Reel, Renderer, Stock, StrokeStyle, View};
 
 use super::pictures::{self, Album};
 use super::render::{camera, parse_size};
-use super::{Context, layers, orientation, region_of_face, report};
+use super::subject::Subject;
+use super::{Context, layers, report};
 use crate::args::{AnimateArgs, AxisArgs, ShowName};
 use crate::failure::{Failure, advice_on};
 use crate::interrupt;
@@ -58,13 +59,10 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
     let job = read_job(&args.folder)?;
     let program = read_moves(&args.folder)?;
     has_moves(&args.folder, &program)?;
-    let regions = read_regions(&args.folder)?;
-    let path = args.model.clone().unwrap_or_else(|| PathBuf::from(&job.model.path));
-    let loaded = context.load(&path)?;
-    let model = &loaded.import.model;
-    let region_of_face = region_of_face(&regions, model.faces.len())?;
-    let axes = AxisArgs { up: Some(job.request.up.clone()), length: Some(job.request.length.clone()) };
-    let axes = pictures::axes(orientation(console, &axes, &loaded.bounds)?);
+    let no_axes = AxisArgs { up: None, length: None };
+    let subject = Subject::read(context, &args.folder, Some(&job), args.model.as_deref(), &no_axes)?;
+    let (model, axes) = (&subject.loaded.import.model, subject.axes);
+    let (regions, region_of_face) = subject.regions(&args.folder, Some(&job))?;
     let view = camera(args.camera.as_deref(), &args.view, &axes)?;
 
     console.stage("preparing");

@@ -26,7 +26,7 @@ struct MeshInspection<'a> {
 
 /// Whether `claymill inspect` is asked about an obstacle.
 pub(crate) fn is_mesh(args: &InspectArgs) -> bool {
-    std::fs::read(&args.model).is_ok_and(|bytes| MeshFormat::of(&bytes).is_some())
+    MeshFormat::of_file(&args.model).is_some()
 }
 
 /// `claymill inspect` of an STL, OBJ or glTF file.

@@ -23,6 +23,7 @@ mod report;
 mod sample;
 mod simulate;
 mod stream;
+mod subject;
 mod sweep;
 mod sweep_plot;
 mod verify;

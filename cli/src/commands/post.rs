@@ -1,4 +1,4 @@
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use claymill_controller::{Dialect, Machine, MachineJob, PostTotals};
@@ -51,6 +51,22 @@ pub(crate) fn dialect(name: &str, version: Option<&str>) -> Result<Dialect, Fail
 /// The machine of a file, or the usual one.
 pub(crate) fn machine(path: Option<&Path>) -> Result<Machine, Failure> {
     Ok(path.map(Machine::read).transpose()?.unwrap_or_default())
+}
+
+/// The job of a folder, and the dialect that its `program` is written in: as told, or as the first file says.
+pub(crate) fn written(
+    context: &Context,
+    folder: &Path,
+    told: Option<&str>,
+    program: &[PathBuf],
+    machine: &Machine,
+) -> Result<(MachineJob, Dialect), Failure> {
+    context.console.stage("reading");
+    let dialect = match told {
+        Some(name) => dialect(name, None)?,
+        None => claymill_controller::dialect_of(&program[0])?,
+    };
+    Ok((MachineJob::read(folder, machine)?, dialect))
 }
 
 /// The totals beside the program.

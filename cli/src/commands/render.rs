@@ -4,12 +4,13 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use claymill_nurbs::{Aabb, Model, Point3};
 use claymill_surface_merge::Preset;
-use claymill_toolpath::{Job, Program, read_job, read_moves, read_regions};
+use claymill_toolpath::{Job, Program, read_moves};
 use claymill_viewer::{Axes, Backdrop, ColourBy, PictureOptions, Renderer, Scene, StrokeStyle, View};
 
 use super::export::{ExportFormat, export};
-use super::{Context, animate, diagrams, layers, merge, orientation, pictures, plan, region_of_face};
-use crate::args::{AxisArgs, PathColour, PresetName, RenderArgs, ShowName};
+use super::subject::{Subject, job_in};
+use super::{Context, animate, diagrams, layers, merge, pictures, plan};
+use crate::args::{PathColour, PresetName, RenderArgs, ShowName};
 use crate::failure::Failure;
 use crate::merging::MergingArgs;
 use crate::select;
@@ -23,7 +24,7 @@ const PAINTED: [ShowName; 3] = [ShowName::Stock, ShowName::Scallop, ShowName::Un
 /// `claymill render`.
 pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, Failure> {
     let size = parse_size(&args.size)?;
-    let job = if args.what.is_dir() { Some(read_job(&args.what)?) } else { None };
+    let job = job_in(&args.what)?;
     let needs_job = |s: &&ShowName| OF_A_JOB.contains(s);
     if let (None, Some(layer)) = (&job, args.show.iter().find(needs_job)) {
         let name = layer.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
@@ -32,39 +33,15 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
             "Name a job folder, made by `claymill plan`.",
         ));
     }
-    let path = args
-        .model
-        .clone()
-        .or_else(|| job.as_ref().map(|job| PathBuf::from(&job.model.path)))
-        .unwrap_or_else(|| args.what.clone());
-    let loaded = context.load(&path)?;
-    let model = &loaded.import.model;
-    let axes = match &job {
-        Some(job) => AxisArgs {
-            up: args.axes.up.clone().or_else(|| Some(job.request.up.clone())),
-            length: args.axes.length.clone().or_else(|| Some(job.request.length.clone())),
-        },
-        None => args.axes.clone(),
-    };
-    let axes = pictures::axes(orientation(context.console, &axes, &loaded.bounds)?);
-
+    let subject = Subject::read(context, &args.what, job.as_ref(), args.model.as_deref(), &args.axes)?;
+    let (model, axes) = (&subject.loaded.import.model, subject.axes);
     context.console.stage("merging");
-    let (region_of_face, tolerance_mm, program) = match &job {
-        Some(_) => {
-            let regions = read_regions(&args.what)?;
-            let of_face = region_of_face(&regions, model.faces.len())?;
-            (of_face, regions.tolerance_mm, read_moves(&args.what)?)
-        }
-        None => {
-            let merged = merge::regions(model, &Preset::Clay.options())?;
-            (merged.region_of_face, merged.tolerance.value_mm, Program::default())
-        }
-    };
+    let (regions, region_of_face) = subject.regions(&args.what, job.as_ref())?;
+    let program = if job.is_some() { read_moves(&args.what)? } else { Program::default() };
     let views = views(args, model, &region_of_face, &axes)?;
     context.console.stage("drawing");
-    let title = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let cut = job.as_ref().map(pictures::cut_faces).filter(|cut| cut.len() == model.faces.len());
-    let mut album = pictures::Album::new(model, &region_of_face, cut.as_deref(), tolerance_mm);
+    let mut album = pictures::Album::new(model, &region_of_face, cut.as_deref(), regions.tolerance_mm);
     // Anything but a model format is a picture, as ever.
     if let Ok(format) = ExportFormat::of(&args.out) {
         context.console.stage("exporting");
@@ -81,8 +58,10 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
         album = album.for_reflections();
     }
     let mut scene = match &job {
-        Some(job) => of_job(context, args, &album, &title, &layers::Work { model, job, program: &program })?,
-        None => album.scene(&title, None, &args.show)?,
+        Some(job) => {
+            of_job(context, args, &album, &subject.title, &layers::Work { model, job, program: &program })?
+        }
+        None => album.scene(&subject.title, None, &args.show)?,
     };
     add_more(args, job.as_ref(), model, &mut scene)?;
     if args.zebra {

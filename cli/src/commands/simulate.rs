@@ -1,6 +1,6 @@
 use std::process::ExitCode;
 
-use claymill_controller::{MachineJob, Simulation};
+use claymill_controller::Simulation;
 
 use super::{Context, post};
 use crate::args::SimulateArgs;
@@ -9,12 +9,8 @@ use crate::failure::Failure;
 /// `claymill simulate`.
 pub(crate) fn simulate(context: &Context, args: &SimulateArgs) -> Result<ExitCode, Failure> {
     let machine = post::machine(args.machine.as_deref())?;
-    context.console.stage("reading");
-    let dialect = match &args.dialect {
-        Some(name) => post::dialect(name, None)?,
-        None => claymill_controller::dialect_of(&args.program[0])?,
-    };
-    let job = MachineJob::read(&args.folder, &machine)?;
+    let (job, dialect) =
+        post::written(context, &args.folder, args.dialect.as_deref(), &args.program, &machine)?;
     context.console.stage("running");
     let simulation = claymill_controller::simulate(&job, &args.program, dialect, &machine)?;
     context.console.finish();

@@ -2,8 +2,6 @@ use std::process::ExitCode;
 
 use claymill_verify::{Severity, Verification, VerifyOptions};
 
-use claymill_controller::MachineJob;
-
 use super::{Context, post};
 use crate::args::VerifyArgs;
 use crate::console::{Console, Tone};
@@ -46,12 +44,8 @@ fn program(
     mut options: VerifyOptions,
 ) -> Result<Verification, Failure> {
     let machine = post::machine(args.machine.as_deref())?;
-    context.console.stage("reading");
-    let dialect = match &args.dialect {
-        Some(name) => post::dialect(name, None)?,
-        None => claymill_controller::dialect_of(&args.program[0])?,
-    };
-    let job = MachineJob::read(&args.folder, &machine)?;
+    let (job, dialect) =
+        post::written(context, &args.folder, args.dialect.as_deref(), &args.program, &machine)?;
     let (program, comparison) = claymill_controller::moves_of(&job, &args.program, dialect, &machine)?;
     context.console.say(format!(
         "program   {dialect}: {} moves in {} blocks, {} missing, {} blocks beside the job; largest difference from \

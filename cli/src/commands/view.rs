@@ -18,20 +18,19 @@ pub(crate) use with_window::view;
 
 #[cfg(feature = "window")]
 mod with_window {
-    use std::path::{Path, PathBuf};
+    use std::path::Path;
     use std::sync::Arc;
     use std::time::{Duration, Instant};
 
-    use claymill_surface_merge::Preset;
-    use claymill_toolpath::{VERIFY_FILE, read_job, read_moves, read_regions};
+    use claymill_toolpath::{VERIFY_FILE, read_moves};
     use claymill_verify::Verification;
     use claymill_viewer::ViewError;
     use claymill_window::{Exhibit, Headless, JobToShow, Stage, WindowError, WindowOptions, show};
 
     use super::{Context, ExitCode, Failure, ViewArgs};
-    use crate::args::AxisArgs;
     use crate::commands::render::parse_size;
-    use crate::commands::{animate, merge, orientation, pictures, region_of_face};
+    use crate::commands::subject::{Subject, job_in};
+    use crate::commands::{animate, pictures};
     use crate::console::{outln, peak_memory_mb};
 
     impl From<WindowError> for Failure {
@@ -120,31 +119,12 @@ mod with_window {
     }
 
     fn exhibit(context: &Context, args: &ViewArgs) -> Result<Exhibit, Failure> {
-        let job = if args.what.is_dir() { Some(read_job(&args.what)?) } else { None };
-        let named = || job.as_ref().map_or_else(|| args.what.clone(), |job| PathBuf::from(&job.model.path));
-        let path = args.model.clone().unwrap_or_else(named);
-        let loaded = context.load(&path)?;
-        let axes = match &job {
-            Some(job) => AxisArgs {
-                up: args.axes.up.clone().or_else(|| Some(job.request.up.clone())),
-                length: args.axes.length.clone().or_else(|| Some(job.request.length.clone())),
-            },
-            None => args.axes.clone(),
-        };
-        let axes = pictures::axes(orientation(context.console, &axes, &loaded.bounds)?);
-        let model = loaded.import.model;
+        let job = job_in(&args.what)?;
+        let subject = Subject::read(context, &args.what, job.as_ref(), args.model.as_deref(), &args.axes)?;
         context.console.stage("merging");
-        let (regions, region_of_face) = match &job {
-            Some(_) => {
-                let regions = read_regions(&args.what)?;
-                let of_face = region_of_face(&regions, model.faces.len())?;
-                (regions, of_face)
-            }
-            None => {
-                let merged = merge::regions(&model, &Preset::Clay.options())?;
-                (merge::record(&merged, Preset::Clay), merged.region_of_face)
-            }
-        };
+        let (regions, region_of_face) = subject.regions(&args.what, job.as_ref())?;
+        let Subject { title, loaded, axes } = subject;
+        let model = loaded.import.model;
         context.console.stage("meshing");
         let meshes = pictures::meshes(&model, &pictures::PICTURE_MESH);
         let job = match job {
@@ -159,7 +139,6 @@ mod with_window {
             }
             None => None,
         };
-        let title = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         Ok(Exhibit { title, model, meshes, region_of_face, regions, axes, job })
     }
 

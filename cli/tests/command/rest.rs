@@ -4,7 +4,8 @@ use std::path::Path;
 
 use claymill_exchange::write_iges;
 use claymill_nurbs::analytic::{Frame, cylinder, plane_patch};
-use claymill_nurbs::{Face, Model, NurbsSurface, Point3, Source, SurfaceKind, Vector3};
+use claymill_nurbs::{Point3, Vector3};
+use claymill_tests::model_of;
 use claymill_toolpath::{MoveKind, UncutReason, read_job, read_moves};
 
 use crate::run::run;
@@ -28,14 +29,7 @@ fn groove(path: &Path) {
     let axis = Frame::new(Point3::new(0.0, 0.0, FILLET_MM), -Vector3::y(), Vector3::x()).unwrap();
     let angles = (240f64.to_radians(), 300f64.to_radians());
     let fillet = cylinder(&axis, FILLET_MM, angles, (-LENGTH_MM, 0.0)).unwrap();
-    let face = |surface: NurbsSurface| Face {
-        surface,
-        loops: Vec::new(),
-        reversed: false,
-        kind: SurfaceKind::Nurbs,
-        source: Source::default(),
-    };
-    let model = Model { faces: [wall(-1.0), fillet, wall(1.0)].map(face).into(), ..Model::default() };
+    let model = model_of([wall(-1.0), fillet, wall(1.0)]);
     write_iges(path, &model, &[]).unwrap();
 }
 

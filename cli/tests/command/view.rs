@@ -8,7 +8,8 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
 use claymill_nurbs::analytic::{Frame, plane_patch, sphere};
-use claymill_nurbs::{Face, Model, NurbsSurface, Point3, Source, SurfaceKind, Vector3};
+use claymill_nurbs::{Point3, Vector3};
+use claymill_tests::model_of;
 use serde_json::Value;
 
 use crate::run::claymill;
@@ -24,15 +25,7 @@ fn write_model(path: &Path) {
     let ball = sphere(&frame(CENTRE.into()), RADIUS_MM, (0.0, 2.0 * PI), (-FRAC_PI_2, FRAC_PI_2)).unwrap();
     let foot = Point3::new(CENTRE[0], CENTRE[1], 0.0);
     let plate = plane_patch(&frame(foot), (-100.0, 100.0), (-100.0, 100.0)).unwrap();
-    let face = |surface: NurbsSurface| Face {
-        surface,
-        loops: Vec::new(),
-        reversed: false,
-        kind: SurfaceKind::Nurbs,
-        source: Source::default(),
-    };
-    let model = Model { faces: vec![face(ball), face(plate)], ..Model::default() };
-    claymill_exchange::write_iges(path, &model, &[]).unwrap();
+    claymill_exchange::write_iges(path, &model_of([ball, plate]), &[]).unwrap();
 }
 
 /// An X server of its own; gone when dropped.

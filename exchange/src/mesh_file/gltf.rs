@@ -9,6 +9,7 @@ use serde::Deserialize;
 
 use super::error::MeshFault;
 use super::weld::Welder;
+use crate::contents::contents;
 
 /// The format's unit of length.
 pub(super) const MM_PER_METRE: f64 = 1000.0;
@@ -235,8 +236,7 @@ fn content(
                     "the buffer `{uri}`, which is not beside the file,"
                 )));
             };
-            std::fs::read(folder.join(&name))
-                .map_err(|e| MeshFault::wrong(place(), format!("`{name}`: {e}")))?
+            contents(&folder.join(&name)).map_err(|e| MeshFault::wrong(place(), format!("`{name}`: {e}")))?
         }
     };
     if bytes.len() < buffer.byte_length {

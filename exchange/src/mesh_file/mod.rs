@@ -23,6 +23,9 @@ use serde::{Deserialize, Serialize};
 
 pub use error::{MeshError, MeshFault};
 
+use crate::Format;
+use crate::contents::{contents, head};
+
 use weld::Welder;
 
 /// A mesh file format that can be read.
@@ -58,6 +61,16 @@ impl MeshFormat {
             return Some(MeshFormat::Gltf);
         }
         obj::is_obj(bytes).then_some(MeshFormat::Obj)
+    }
+
+    /// Recognises a mesh file by content; `None` where it cannot be read, too. Of a model file, which may be large,
+    /// no more than the beginning is read.
+    #[must_use]
+    pub fn of_file(path: &Path) -> Option<MeshFormat> {
+        match Format::of(&head(path).ok()?) {
+            Ok(_) => None,
+            Err(_) => MeshFormat::of(&contents(path).ok()?),
+        }
     }
 
     /// The format in words: `a binary STL mesh`.
@@ -141,7 +154,7 @@ impl ObstacleMesh {
 /// # Errors
 /// The file cannot be opened, is no mesh, is damaged or cut short, or holds no triangle.
 pub fn read_mesh(path: &Path, unitless_mm: f64) -> Result<ObstacleMesh, MeshError> {
-    let bytes = std::fs::read(path).map_err(|source| MeshError::Open { path: path.into(), source })?;
+    let bytes = contents(path).map_err(|source| MeshError::Open { path: path.into(), source })?;
     read_mesh_bytes(&bytes, path, unitless_mm)
 }
 

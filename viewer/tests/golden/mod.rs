@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use claymill_tests::{Pixels, perceived};
+use claymill_tests::{Pixels, lattice, perceived};
 
 use super::*;
 
@@ -22,15 +22,7 @@ fn scene(left: Rgb, rows: bool) -> Scene {
                 vertex(Point3::new(x, y, height(x, y)), normal, colour)
             })
             .collect();
-        let corner = |i: u32, j: u32| i * (n + 1) + j;
-        let triangles: Vec<[u32; 3]> = (0..n)
-            .flat_map(|i| (0..n).map(move |j| (i, j)))
-            .flat_map(|(i, j)| {
-                let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
-                [[a, b, c], [a, c, d]]
-            })
-            .collect();
-        scene.add_triangles(&vertices, &triangles);
+        scene.add_triangles(&vertices, &lattice(n));
     }
     add_sphere(&mut scene, Point3::new(70.0, 50.0, 14.0), 9.0, [200, 120, 110]);
     let mut layer = LineLayer { width_px: 1.2, opacity: 1.0, thinned: true, ..LineLayer::default() };

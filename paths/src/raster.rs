@@ -246,7 +246,7 @@ pub(crate) fn cheapest_step(needs: &[f32], widest: f64) -> f64 {
 
 /// Whether a unit cell centred at `(x, y)` comes near the triangle (its circumscribed circle does).
 fn touches(c: &[[f64; 2]; 3], x: f64, y: f64) -> bool {
-    const REACH: f64 = std::f64::consts::FRAC_1_SQRT_2;
+    const REACH_SQUARED: f64 = 0.5;
     let side = |a: [f64; 2], b: [f64; 2]| (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
     let s = [side(c[0], c[1]), side(c[1], c[2]), side(c[2], c[0])];
     if s.iter().all(|&v| v >= 0.0) || s.iter().all(|&v| v <= 0.0) {
@@ -257,7 +257,7 @@ fn touches(c: &[[f64; 2]; 3], x: f64, y: f64) -> bool {
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
         let l2 = dx * dx + dy * dy;
         let t = if l2 > 0.0 { (((x - a[0]) * dx + (y - a[1]) * dy) / l2).clamp(0.0, 1.0) } else { 0.0 };
-        (x - a[0] - t * dx).hypot(y - a[1] - t * dy) <= REACH
+        (x - a[0] - t * dx).powi(2) + (y - a[1] - t * dy).powi(2) <= REACH_SQUARED
     })
 }
 

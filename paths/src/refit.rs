@@ -167,11 +167,12 @@ fn straight(profile: &Profile, over: &Over) -> Option<Fit> {
     let (a, b) = (target.p[0], target.p[1]);
     let line = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|x| a + (b - a) * x);
     let curve = round(&line, &breaks, over)?;
-    let low = span_errors(&curve, &breaks, profile, over)[0].0;
-    let raised = line.map(|p| Point3::new(p.x, p.y, p.z + (FIT_BIAS_MM - low).max(0.0)));
+    let miss = |curve: &Curve3| span_errors(curve, &breaks, |_| None, profile, over)[0];
+    let low_mm = miss(&curve).low_mm;
+    let raised = line.map(|p| Point3::new(p.x, p.y, p.z + (FIT_BIAS_MM - low_mm).max(0.0)));
     let curve = round(&raised, &breaks, over)?;
-    let error_mm = span_errors(&curve, &breaks, profile, over)[0];
-    Some(Fit { curve, error_mm })
+    let SpanError { low_mm, high_mm, .. } = miss(&curve);
+    Some(Fit { curve, error_mm: (low_mm, high_mm) })
 }
 
 /// Fits a smooth stretch by one C² cubic NURBS on the safe side of the exact locations: least squares on
@@ -185,20 +186,21 @@ fn fit_one(profile: &Profile, over: &Over) -> Option<Fit> {
     if length < SHORTEST_MM {
         return None;
     }
-    let spline = |breaks: Vec<f64>| Spline::closest(&target, breaks, length, profile, over);
-    let mut found = spline(target.first_breaks(length))?;
+    let spline =
+        |breaks, before: Option<&Spline>| Spline::closest(&target, breaks, length, before, profile, over);
+    let mut found = spline(target.first_breaks(length), None)?;
     for _ in 0..ROUNDS {
         if found.is_within() {
             let Spline { curve, errors, .. } = thinned(found, &spline);
-            let low = errors.iter().map(|e| e.0).fold(f64::INFINITY, f64::min);
-            let high = errors.iter().map(|e| e.1).fold(f64::NEG_INFINITY, f64::max);
+            let low = errors.iter().map(|e| e.low_mm).fold(f64::INFINITY, f64::min);
+            let high = errors.iter().map(|e| e.high_mm).fold(f64::NEG_INFINITY, f64::max);
             return Some(Fit { curve, error_mm: (low, high) });
         }
         let finer = found.finer();
         if finer.len() == found.breaks.len() {
             return None;
         }
-        found = spline(finer)?;
+        found = spline(finer, Some(&found))?;
     }
     None
 }
@@ -207,8 +209,17 @@ fn fit_one(profile: &Profile, over: &Over) -> Option<Fit> {
 struct Spline {
     breaks: Vec<f64>,
     curve: Curve3,
-    /// Lowest and highest distance from the exact locations, span by span, mm.
-    errors: Vec<(f64, f64)>,
+    /// What it misses, span by span.
+    errors: Vec<SpanError>,
+}
+
+/// Lowest and highest distance of a span from the exact locations.
+#[derive(Debug, Clone, Copy)]
+struct SpanError {
+    low_mm: f64,
+    high_mm: f64,
+    /// Where on the guide the span ends.
+    end_s: f64,
 }
 
 impl Spline {
@@ -216,18 +227,31 @@ impl Spline {
         target: &Target,
         breaks: Vec<f64>,
         length: f64,
+        before: Option<&Spline>,
         profile: &Profile,
         over: &Over,
     ) -> Option<Self> {
         let curve = round(&closest_cubic(target, &breaks, length)?, &breaks, over)?;
-        let errors = span_errors(&curve, &breaks, profile, over);
+        let known = |span| before?.known(span, &breaks, &curve);
+        let errors = span_errors(&curve, &breaks, known, profile, over);
         Some(Spline { breaks, curve, errors })
+    }
+
+    /// What a span of another spline misses if it is one of this one's: a break moves few control points by as much as
+    /// the written digits show.
+    fn known(&self, span: usize, breaks: &[f64], curve: &Curve3) -> Option<SpanError> {
+        let own = self.breaks.binary_search_by(|b| b.total_cmp(&breaks[span])).ok()?;
+        let knots = [self.curve.knots(), curve.knots()].map(claymill_nurbs::KnotVector::as_slice);
+        let same = own + 1 < self.breaks.len()
+            && knots[0][own + 1..own + 7] == knots[1][span + 1..span + 7]
+            && self.curve.points()[own..own + 4] == curve.points()[span..span + 4];
+        same.then(|| self.errors[own])
     }
 
     /// Largest distance from the biased path over a span, mm.
     fn miss_mm(&self, span: usize) -> f64 {
-        let (low, high) = self.errors[span];
-        (FIT_BIAS_MM - low).max(high - FIT_BIAS_MM)
+        let SpanError { low_mm, high_mm, .. } = self.errors[span];
+        (FIT_BIAS_MM - low_mm).max(high_mm - FIT_BIAS_MM)
     }
 
     fn is_within(&self) -> bool {
@@ -276,13 +300,13 @@ impl Spline {
 
 /// Takes out breaks as long as the spline stays within tolerance. Splitting halves spans around a jump of curvature
 /// from whatever place they happen to begin at, which leaves more breaks than the jump needs.
-fn thinned(mut good: Spline, spline: &dyn Fn(Vec<f64>) -> Option<Spline>) -> Spline {
+fn thinned(mut good: Spline, spline: &dyn Fn(Vec<f64>, Option<&Spline>) -> Option<Spline>) -> Spline {
     let mut needed: Vec<f64> = Vec::new();
     for _ in 0..THIN_ROUNDS {
         let mut out = good.spare(&needed);
         while !out.is_empty() {
             let kept = good.breaks.iter().enumerate().filter(|(k, _)| !out.contains(k)).map(|(_, b)| *b);
-            let Some(trial) = spline(kept.collect()) else { return good };
+            let Some(trial) = spline(kept.collect(), Some(&good)) else { return good };
             let missed: Vec<[f64; 2]> = (0..trial.errors.len())
                 .filter(|&span| trial.miss_mm(span) > FIT_TOLERANCE_MM)
                 .map(|span| [trial.breaks[span], trial.breaks[span + 1]])
@@ -331,26 +355,39 @@ fn round(points: &[Point3], breaks: &[f64], over: &Over) -> Option<Curve3> {
 }
 
 /// Lowest and highest distance of the written curve from the exact profile, span by span, along the
-/// direction of lift. Points beyond the profile's ends are compared with its end tangents.
-fn span_errors(curve: &Curve3, breaks: &[f64], profile: &Profile, over: &Over) -> Vec<(f64, f64)> {
-    let mut near = profile.start().s;
-    breaks
-        .windows(2)
-        .map(|span| {
-            let count = (((span[1] - span[0]) / CHECK_MM).ceil() as usize).max(8);
-            let mut range = (f64::INFINITY, f64::NEG_INFINITY);
-            for k in 0..=count {
-                let c = over.centre(&curve.point(span[0] + (span[1] - span[0]) * k as f64 / count as f64));
-                near = over.guide.nearest(c.x, c.y, near);
-                let [x, y] = over.guide.at(near);
-                let (z, slope) = profile.beyond(near);
-                let off = c - Point3::new(x, y, z);
-                let e = off.dot(&over.guide.lift(near, slope));
-                let [ex, ey] = over.guide.direction(near);
-                let aside = ASIDE_SHARE * (off.x * ey - off.y * ex).abs() / ex.hypot(ey);
-                range = (range.0.min(e).min(FIT_BIAS_MM - aside), range.1.max(e).max(FIT_BIAS_MM + aside));
-            }
-            range
+/// direction of lift, where it is not `known`. Points beyond the profile's ends are compared with its end tangents.
+fn span_errors(
+    curve: &Curve3,
+    breaks: &[f64],
+    known: impl Fn(usize) -> Option<SpanError>,
+    profile: &Profile,
+    over: &Over,
+) -> Vec<SpanError> {
+    let measured = |span: &[f64], from_s: f64| {
+        let mut near = from_s;
+        let count = (((span[1] - span[0]) / CHECK_MM).ceil() as usize).max(8);
+        let (mut low_mm, mut high_mm) = (f64::INFINITY, f64::NEG_INFINITY);
+        for k in 0..=count {
+            let c = over.centre(&curve.point(span[0] + (span[1] - span[0]) * k as f64 / count as f64));
+            near = over.guide.nearest(c.x, c.y, near);
+            let [x, y] = over.guide.at(near);
+            let (z, slope) = profile.beyond(near);
+            let off = c - Point3::new(x, y, z);
+            let e = off.dot(&over.guide.lift(near, slope));
+            let [ex, ey] = over.guide.direction(near);
+            let aside = ASIDE_SHARE * (off.x * ey - off.y * ex).abs() / (ex * ex + ey * ey).sqrt();
+            low_mm = low_mm.min(e).min(FIT_BIAS_MM - aside);
+            high_mm = high_mm.max(e).max(FIT_BIAS_MM + aside);
+        }
+        SpanError { low_mm, high_mm, end_s: near }
+    };
+    let mut end_s = profile.start().s;
+    let spans = breaks.windows(2).enumerate();
+    spans
+        .map(|(i, span)| {
+            let error = known(i).unwrap_or_else(|| measured(span, end_s));
+            end_s = error.end_s;
+            error
         })
         .collect()
 }

@@ -26,8 +26,13 @@ impl BoxTree {
     /// Sorts items with the given boxes by halving along the longest side. Equal input gives an equal tree.
     pub(crate) fn new(items: &[Aabb]) -> Self {
         let leaves = items.len().div_ceil(ITEMS_PER_LEAF).max(1).next_power_of_two();
-        let mut order: Vec<u32> = (0..items.len() as u32).collect();
-        halve(items, &mut order, 0, leaves, leaves);
+        let mut middles: Vec<Middle> = items
+            .par_iter()
+            .enumerate()
+            .map(|(i, b)| Middle { at: b.centre().coords.cast::<f32>().into(), item: i as u32 })
+            .collect();
+        halve(&mut middles, items.len(), 0, leaves, leaves);
+        let order: Vec<u32> = middles.into_iter().map(|m| m.item).collect();
 
         let mut boxes = vec![Aabb::empty(); 2 * leaves];
         let range = |leaf: usize| leaf * items.len() / leaves..(leaf + 1) * items.len() / leaves;
@@ -74,30 +79,36 @@ impl BoxTree {
     }
 }
 
-/// Distributes `order`, the items of leaves `first..first + count` out of `leaves`, over those leaves.
-fn halve(items: &[Aabb], order: &mut [u32], first: usize, count: usize, leaves: usize) {
+/// Where an item is, as far as sorting is concerned.
+#[derive(Debug, Clone, Copy)]
+struct Middle {
+    at: [f32; 3],
+    item: u32,
+}
+
+/// Distributes the items of leaves `first..first + count`, out of `leaves` for `n` items, over those leaves.
+fn halve(order: &mut [Middle], n: usize, first: usize, count: usize, leaves: usize) {
     if count < 2 {
         return;
     }
-    let middle = |i: u32| items[i as usize].centre();
-    let spread = order.iter().fold(Aabb::empty(), |mut b, &i| {
-        b.add(&middle(i));
-        b
-    });
-    let axis = (spread.max - spread.min).imax();
-    let n = items.len();
+    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    for m in order.iter() {
+        for k in 0..3 {
+            (low[k], high[k]) = (low[k].min(m.at[k]), high[k].max(m.at[k]));
+        }
+    }
+    let size = |k: usize| high[k] - low[k];
+    let axis = (0..3).rev().max_by(|&a, &b| size(a).total_cmp(&size(b))).unwrap_or(0);
     let split = (first + count / 2) * n / leaves - first * n / leaves;
     if split > 0 && split < order.len() {
-        let key = |i: &u32| (middle(*i)[axis], *i);
         order.select_nth_unstable_by(split, |a, b| {
-            let ((x, i), (y, j)) = (key(a), key(b));
-            x.total_cmp(&y).then(i.cmp(&j))
+            a.at[axis].total_cmp(&b.at[axis]).then(a.item.cmp(&b.item))
         });
     }
     let parallel = order.len() > PARALLEL_ABOVE;
     let (low, high) = order.split_at_mut(split);
-    let mut left = || halve(items, low, first, count / 2, leaves);
-    let mut right = || halve(items, high, first + count / 2, count / 2, leaves);
+    let mut left = || halve(low, n, first, count / 2, leaves);
+    let mut right = || halve(high, n, first + count / 2, count / 2, leaves);
     if parallel {
         rayon::join(left, right);
     } else {

@@ -1,142 +1,167 @@
 use crate::{Aabb, Point3, Vector3};
 
-/// A binary hierarchy of boxes over items `0..n`, children's boxes stored with the parent.
+/// A hierarchy of boxes over items `0..n`: eight branches to a node, whose boxes lie side by side in it, in single
+/// precision rounded outward. A branch is another node or one item.
 #[derive(Debug)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
-    /// The only child, when there are fewer than two items.
-    root: Option<u32>,
 }
 
+const BRANCHES: usize = 8;
+type Eight = [f32; BRANCHES];
+
 #[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
 struct Node {
-    boxes: [Box32; 2],
-    children: [u32; 2],
+    min: [Eight; 3],
+    max: [Eight; 3],
+    /// Number of the node or, with [`ITEM`], of the item.
+    branch: [u32; BRANCHES],
 }
 
-/// A box in single precision, rounded outward.
-#[derive(Debug, Clone, Copy)]
-struct Box32 {
-    min: [f32; 3],
-    max: [f32; 3],
-}
-
-/// Set in a child that is an item.
+/// Set in a branch that is an item.
 const ITEM: u32 = 1 << 31;
 /// Levels of surface-area splits before halving by count; bounds the stack of a search.
 const LARGEST_SAH_DEPTH: usize = 40;
-const STACK: usize = 80;
+const STACK: usize = 80 * (BRANCHES - 1);
 const BINS: usize = 16;
+/// Single precision takes no more than this from a squared distance.
+const ROUNDING: f32 = 1.0 - 1e-6;
 
 impl Tree {
     pub(super) fn new(boxes: &[Aabb]) -> Self {
         let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-        let mut nodes = Vec::with_capacity(boxes.len());
-        let root = (!order.is_empty()).then(|| build(boxes, &mut order, 0, &mut nodes));
-        Tree { nodes, root }
+        let mut nodes = Vec::with_capacity(boxes.len() / 4);
+        if !order.is_empty() {
+            build(boxes, &mut order, 0, &mut nodes);
+        }
+        Tree { nodes }
     }
 
     /// Visits items nearest box first, while the squared distance of their box is below the bound that
     /// `visit` returns; `visit` gets the item and answers with the new bound.
     pub(super) fn search(&self, p: &Point3, mut bound: f64, mut visit: impl FnMut(usize) -> f64) {
-        let Some(root) = self.root else { return };
-        let mut stack = [(0u32, 0.0f64); STACK];
-        stack[0] = (root, 0.0);
-        let mut height = 1;
-        while height > 0 {
-            height -= 1;
-            let (mut child, distance) = stack[height];
-            if distance >= bound {
-                continue;
+        let place = [0, 1, 2].map(|k| [(p[k] as f32).next_down(), (p[k] as f32).next_up()]);
+        let mut waiting = [(0u32, 0.0f32); STACK];
+        let mut count = 0;
+        let mut open = self.nodes.first();
+        loop {
+            if let Some(node) = open.take() {
+                let first = count;
+                for (k, distance) in node.distances_squared(&place).into_iter().enumerate() {
+                    if f64::from(distance) >= bound {
+                        continue;
+                    }
+                    let mut at = count;
+                    while at > first && waiting[at - 1].1 < distance {
+                        waiting[at] = waiting[at - 1];
+                        at -= 1;
+                    }
+                    waiting[at] = (node.branch[k], distance);
+                    count += 1;
+                }
             }
-            loop {
-                if child & ITEM != 0 {
-                    bound = visit((child & !ITEM) as usize);
-                    break;
-                }
-                let node = &self.nodes[child as usize];
-                let (a, b) = (node.boxes[0].distance_squared(p), node.boxes[1].distance_squared(p));
-                let (near, far) = if a <= b { (0, 1) } else { (1, 0) };
-                let (d_near, d_far) = if a <= b { (a, b) } else { (b, a) };
-                if d_far < bound {
-                    stack[height] = (node.children[far], d_far);
-                    height += 1;
-                }
-                if d_near >= bound {
-                    break;
-                }
-                child = node.children[near];
+            if count == 0 {
+                return;
+            }
+            count -= 1;
+            match waiting[count] {
+                (_, distance) if f64::from(distance) >= bound => {}
+                (item, _) if item & ITEM != 0 => bound = visit((item & !ITEM) as usize),
+                (node, _) => open = Some(&self.nodes[node as usize]),
             }
         }
     }
 
     /// Visits the items whose boxes meet the line from `origin` along a unit vector.
     pub(super) fn along(&self, origin: &Point3, unit: &Vector3, length: f64, mut visit: impl FnMut(usize)) {
-        let mut stack: Vec<u32> = self.root.into_iter().collect();
-        while let Some(child) = stack.pop() {
-            if child & ITEM != 0 {
-                visit((child & !ITEM) as usize);
-                continue;
+        let mut waiting: Vec<&Node> = self.nodes.first().into_iter().collect();
+        while let Some(node) = waiting.pop() {
+            for k in 0..BRANCHES {
+                match node.branch[k] {
+                    _ if !node.meets(k, origin, unit, length) => {}
+                    item if item & ITEM != 0 => visit((item & !ITEM) as usize),
+                    child => waiting.push(&self.nodes[child as usize]),
+                }
             }
-            let node = &self.nodes[child as usize];
-            let met = node.boxes.iter().zip(node.children).filter(|(b, _)| b.meets(origin, unit, length));
-            stack.extend(met.map(|(_, child)| child));
         }
     }
 }
 
-impl Box32 {
-    /// Whether a line meets the box, by its stretches between opposite sides.
-    fn meets(&self, origin: &Point3, unit: &Vector3, length: f64) -> bool {
+impl Node {
+    const EMPTY: Node = Node {
+        min: [[f32::INFINITY; BRANCHES]; 3],
+        max: [[f32::NEG_INFINITY; BRANCHES]; 3],
+        branch: [ITEM; BRANCHES],
+    };
+
+    fn put(&mut self, k: usize, b: &Aabb, branch: u32) {
+        for axis in 0..3 {
+            self.min[axis][k] = (b.min[axis] as f32).next_down();
+            self.max[axis][k] = (b.max[axis] as f32).next_up();
+        }
+        self.branch[k] = branch;
+    }
+
+    /// Squared distances of the boxes from a point, no larger than they are.
+    #[inline]
+    fn distances_squared(&self, p: &[[f32; 2]; 3]) -> Eight {
+        let larger = |a: f32, b: f32| if a > b { a } else { b };
+        let mut sum = [0.0; BRANCHES];
+        for axis in 0..3 {
+            let (min, max, [low, high]) = (&self.min[axis], &self.max[axis], p[axis]);
+            for k in 0..BRANCHES {
+                let outside = larger(larger(min[k] - high, low - max[k]), 0.0);
+                sum[k] += outside * outside;
+            }
+        }
+        sum.map(|d| d * ROUNDING)
+    }
+
+    /// Whether a line meets a box, by its stretches between opposite sides.
+    fn meets(&self, k: usize, origin: &Point3, unit: &Vector3, length: f64) -> bool {
         let (mut from, mut to) = (0.0f64, length);
-        for k in 0..3 {
-            let (low, high) = (f64::from(self.min[k]) - origin[k], f64::from(self.max[k]) - origin[k]);
-            if unit[k].abs() < f64::MIN_POSITIVE {
+        for axis in 0..3 {
+            let low = f64::from(self.min[axis][k]) - origin[axis];
+            let high = f64::from(self.max[axis][k]) - origin[axis];
+            if unit[axis].abs() < f64::MIN_POSITIVE {
                 if low > 0.0 || high < 0.0 {
                     return false;
                 }
                 continue;
             }
-            let (a, b) = (low / unit[k], high / unit[k]);
+            let (a, b) = (low / unit[axis], high / unit[axis]);
             (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
         }
         // The boxes are rounded outward by more than this rounds.
         from <= to + 1e-9
     }
-
-    fn around(b: &Aabb) -> Self {
-        let down = |x: f64| (x as f32).next_down();
-        let up = |x: f64| (x as f32).next_up();
-        Box32 {
-            min: [down(b.min.x), down(b.min.y), down(b.min.z)],
-            max: [up(b.max.x), up(b.max.y), up(b.max.z)],
-        }
-    }
-
-    #[inline]
-    fn distance_squared(&self, p: &Point3) -> f64 {
-        let outside = |k: usize| (f64::from(self.min[k]) - p[k]).max(p[k] - f64::from(self.max[k])).max(0.0);
-        let (x, y, z) = (outside(0), outside(1), outside(2));
-        x * x + y * y + z * z
-    }
 }
 
-/// Builds the subtree over `items`; returns its child word.
+/// Adds the node of these items, cut again and again where most of them are; returns its number.
 fn build(boxes: &[Aabb], items: &mut [u32], depth: usize, nodes: &mut Vec<Node>) -> u32 {
-    if let [item] = items {
-        return *item | ITEM;
+    let number = nodes.len();
+    nodes.push(Node::EMPTY);
+    let mut parts = vec![(items, depth)];
+    while parts.len() < BRANCHES {
+        let Some(largest) = (0..parts.len()).rev().max_by_key(|&k| parts[k].0.len()) else { break };
+        if parts[largest].0.len() < 2 {
+            break;
+        }
+        let (part, depth) = parts.swap_remove(largest);
+        let middle = split(boxes, part, depth);
+        let (low, high) = part.split_at_mut(middle);
+        parts.extend([(low, depth + 1), (high, depth + 1)]);
     }
-    let middle = split(boxes, items, depth);
-    let around = |items: &[u32]| {
-        let union = items.iter().fold(Aabb::empty(), |b, &i| b.union(&boxes[i as usize]));
-        Box32::around(&union)
-    };
-    let index = nodes.len();
-    let (low, high) = items.split_at_mut(middle);
-    nodes.push(Node { boxes: [around(low), around(high)], children: [0; 2] });
-    let children = [build(boxes, low, depth + 1, nodes), build(boxes, high, depth + 1, nodes)];
-    nodes[index].children = children;
-    index as u32
+    for (k, (part, depth)) in parts.into_iter().enumerate() {
+        let all = part.iter().fold(Aabb::empty(), |b, &i| b.union(&boxes[i as usize]));
+        let branch = match part {
+            [item] => *item | ITEM,
+            part => build(boxes, part, depth, nodes),
+        };
+        nodes[number].put(k, &all, branch);
+    }
+    number as u32
 }
 
 /// Orders `items` into two non-empty groups by the binned surface-area heuristic; returns the size of the first.

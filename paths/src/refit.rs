@@ -300,7 +300,7 @@ impl Spline {
 
 /// Takes out breaks as long as the spline stays within tolerance. Splitting halves spans around a jump of curvature
 /// from whatever place they happen to begin at, which leaves more breaks than the jump needs.
-fn thinned(mut good: Spline, spline: &dyn Fn(Vec<f64>, Option<&Spline>) -> Option<Spline>) -> Spline {
+fn thinned(mut good: Spline, spline: impl Fn(Vec<f64>, Option<&Spline>) -> Option<Spline>) -> Spline {
     let mut needed: Vec<f64> = Vec::new();
     for _ in 0..THIN_ROUNDS {
         let mut out = good.spare(&needed);

@@ -1,4 +1,4 @@
-use claymill_nurbs::Point3;
+use claymill_nurbs::{Curve3, Point3};
 use nalgebra::Vector2;
 
 use crate::number::LengthFormat;
@@ -9,6 +9,24 @@ use crate::{Arc, Plane, Shape};
 pub(crate) struct Station {
     pub(crate) point: Point3,
     pub(crate) direction: Vector2<f64>,
+}
+
+/// Biarcs that LinuxCNC makes of a G5.2 for each of its poles (`NURBS_FEED` in emccanon.cc).
+pub(crate) const BIARCS_PER_POLE: usize = 4;
+/// Tangents at the ends of a biarc of LinuxCNC that are nearer than this to parallel, radians. Its formula for the joint
+/// divides by the square of the angle, with an error of some 1e-15 above; at 0 it has no joint at all.
+const PARALLEL_RAD: f64 = 1e-5;
+
+/// Whether LinuxCNC fails to make biarcs of a curve: a piece of it is straight, or its ends are parallel.
+pub(crate) fn breaks_biarcs(curve: &Curve3) -> bool {
+    let (a, b) = curve.domain();
+    let parts = BIARCS_PER_POLE * curve.points().len();
+    let direction = |k: usize| curve.derivatives(a + (b - a) * k as f64 / parts as f64)[1];
+    let parallel = |k: usize| {
+        let (s, t) = (direction(k), direction(k + 1));
+        s.cross(&t).norm() <= PARALLEL_RAD * s.dot(&t).abs()
+    };
+    (0..parts).any(parallel)
 }
 
 /// Arcs with a larger radius are written as lines, mm: their centres would need more digits than there are.

@@ -1,5 +1,6 @@
 use std::io::{self, Read, Write};
 use std::net::TcpStream;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use claymill_nurbs::Point3;
@@ -30,6 +31,8 @@ pub enum RemoteError {
 
 /// An order is answered within this time, or the control counts as gone.
 const PATIENCE: Duration = Duration::from_secs(30);
+/// A program that was told to run does so within this time.
+const STARTS: Duration = Duration::from_secs(3);
 /// The password that linuxcncrsh has unless it was started with another one.
 const ENABLE: &str = "EMCTOO";
 
@@ -73,6 +76,36 @@ impl Remote {
     /// The control does not answer, or refuses.
     pub fn mdi(&mut self, block: &str) -> Result<(), RemoteError> {
         self.order(&format!("set mdi {block}")).map(|_| ())
+    }
+
+    /// Runs a program that the control can read, to its end; calls `seen` with every position on the way. The machine is
+    /// in MDI mode afterwards.
+    ///
+    /// # Errors
+    /// The control does not answer or refuses, or the program still runs after `patience`.
+    pub fn run_file(
+        &mut self,
+        path: &Path,
+        patience: Duration,
+        mut seen: impl FnMut(Point3),
+    ) -> Result<(), RemoteError> {
+        self.order("set mode auto")?;
+        self.order(&format!("set open {}", path.display()))?;
+        self.order("set run")?;
+        let begun = Instant::now();
+        let mut ran = false;
+        loop {
+            let running = !self.ask("get program_status")?.to_ascii_uppercase().ends_with("IDLE");
+            ran |= running;
+            if !running && (ran || begun.elapsed() > STARTS) {
+                break;
+            }
+            if begun.elapsed() > patience {
+                return Err(RemoteError::Refused { order: "set run".into(), answer: "it still runs".into() });
+            }
+            self.position()?.into_iter().for_each(&mut seen);
+        }
+        self.order("set mode mdi").map(|_| ())
     }
 
     /// Where the machine is, mm.

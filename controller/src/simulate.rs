@@ -9,7 +9,7 @@ use nalgebra::Vector2;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::biarc::{Station, biarc};
+use crate::biarc::{BIARCS_PER_POLE, Station, biarc};
 use crate::compare::{Found, follow_program};
 use crate::dialects::{Dialect, Element};
 use crate::follow::deviation;
@@ -81,8 +81,6 @@ impl Control {
 const CORNER_MM: f64 = 0.005;
 /// Time to read a block where the machine says nothing, s.
 const BLOCK_S: f64 = 0.0005;
-/// Biarcs that LinuxCNC makes of a G5.2 for each of its poles (`NURBS_FEED` in emccanon.cc).
-const BIARCS_PER_POLE: usize = 4;
 
 /// The biarcs that stand for a planar spline, at equal steps of the parameter.
 fn biarcs(curve: &Curve3) -> Option<Vec<Shape>> {

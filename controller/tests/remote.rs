@@ -1,5 +1,6 @@
-//! LinuxCNC over its own remote protocol: curves and straight moves, block by block, into the running control.
-//! Skipped, visibly, where it is not installed.
+//! LinuxCNC over its own remote protocol: curves and straight moves, as a file and block by block into the running
+//! control, beside the time that the virtual control says. Skipped, visibly, where it is not installed. `CLAYMILL_JOB`
+//! names the folder of a job of one setup to be run in place of one pass.
 
 mod job;
 
@@ -11,8 +12,9 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use claymill_controller::{Dialect, Machine, Remote, blocks_of};
-use claymill_nurbs::Point3;
+use claymill_controller::{Dialect, Dynamics, Feed, Machine, MachineJob, Remote, blocks_of, post, simulate};
+use claymill_nurbs::{Curve3, Point3};
+use claymill_toolpath::MoveKind;
 
 const INI: &str = include_str!("linuxcnc_sim/machine.ini");
 const HAL: &str = include_str!("linuxcnc_sim/machine.hal");
@@ -64,47 +66,92 @@ fn curves_and_straight_moves_arrive() {
         }
         std::thread::sleep(Duration::from_millis(250));
     };
-    // One pass of constant height, which 2.9 takes as NURBS.
-    let pass = vec![job::curves().swap_remove(0)];
+    let passes = vec![job::curves().swap_remove(0)];
     let mut table = Vec::new();
     for (form, nurbs, arcs) in [("NURBS", true, true), ("biarcs", false, true), ("straight", false, false)] {
-        let machine = Machine { nurbs, arcs, comments: false, ..Machine::default() };
-        let job = job::job(&pass, &machine);
+        let machine =
+            Machine { nurbs, arcs, comments: false, feed: FEED, dynamics: DYNAMICS, ..Machine::default() };
+        let job = match std::env::var("CLAYMILL_JOB") {
+            Ok(folder) => MachineJob::read(Path::new(&folder), &machine).unwrap(),
+            // One pass of constant height, which 2.9 takes as NURBS.
+            Err(_) => job::job(&passes, &machine),
+        };
+        let strokes = &job.sections[0].strokes;
+        let cuts = strokes.iter().filter(|s| s.kind == MoveKind::Cut);
+        let top = cuts.flat_map(|s| s.curve.points()).map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
+        let curves: Vec<Vec<Point3>> = strokes.iter().map(|s| samples(&s.curve)).collect();
+        // Leads are above the passes. Before the first one, the tool changer may be anywhere.
+        let begin = strokes[0].curve.start();
+        let far = |positions: &[Point3]| {
+            let there = |p: &&Point3| p.z > top + 1.0 && (*p - begin).xy().norm() < 0.01;
+            let on_the_way = positions.iter().skip_while(|p| !there(p));
+            let mut seen: Vec<&Point3> = on_the_way.filter(|p| p.z <= top + 1e-6).collect();
+            seen.dedup_by(|b, a| (*b - *a).norm() < 0.1);
+            let worst = seen.iter().map(|p| distance(&curves, p)).fold(0.0, f64::max);
+            (seen.len(), worst)
+        };
+        let out = folder.path().join(format!("{form}.ngc"));
+        let totals = post(&job, Dialect::LinuxCnc29, &machine, &out, &|_| ()).unwrap();
+        let virtual_s =
+            simulate(&job, std::slice::from_ref(&out), Dialect::LinuxCnc29, &machine).unwrap().time_s;
+        // As a file that the control reads by itself.
+        let (begun, mut positions) = (Instant::now(), Vec::new());
+        remote.run_file(&out, Duration::from_secs(600), |p| positions.push(p)).unwrap();
+        let file_s = begun.elapsed().as_secs_f64();
+        assert_eq!(remote.error().unwrap(), None);
+        let (seen, worst) = far(&positions);
+        assert!(seen >= 5 && worst < BAR_MM, "{form} as a file: {seen} seen, {worst} mm");
+        // Block by block.
         let blocks = blocks_of(&job, Dialect::LinuxCnc29, &machine).unwrap();
-        let curve = &job.sections[0].strokes[1].curve;
-        let begun = Instant::now();
-        let mut positions = Vec::new();
+        let (begun, mut positions) = (Instant::now(), Vec::new());
         for block in &blocks {
             remote.mdi(block).unwrap_or_else(|e| panic!("{block}: {e}"));
             positions.extend(remote.position().unwrap());
         }
-        let (mut seen, mut worst) = (0, 0.0f64);
-        let (a, b) = curve.domain();
-        let points: Vec<Point3> =
-            (0..=4000).map(|i| curve.point(a + (b - a) * f64::from(i) / 4000.0)).collect();
         remote.settle(Duration::from_secs(60), |p| positions.push(p)).unwrap();
-        let time = begun.elapsed().as_secs_f64() - 0.4;
-        for p in positions {
-            // On the pass, not on its leads.
-            if (p.z - 10.0).abs() < 1e-6 {
-                seen += 1;
-                let chord = |w: &[Point3]| {
-                    let d = w[1] - w[0];
-                    let s = ((p - w[0]).dot(&d) / d.norm_squared()).clamp(0.0, 1.0);
-                    (p - (w[0] + d * s)).norm()
-                };
-                worst = worst.max(points.windows(2).map(chord).fold(f64::INFINITY, f64::min));
-            }
-        }
+        let streamed_s = begun.elapsed().as_secs_f64() - STANDS_S;
+        let (streamed_seen, streamed_worst) = far(&positions);
+        assert!(
+            streamed_seen >= 5 && streamed_worst < BAR_MM,
+            "{form}: {streamed_seen} seen, {streamed_worst} mm"
+        );
         assert_eq!(remote.error().unwrap(), None);
-        table.push((form, blocks.len(), time, seen, worst));
+        table.push(format!(
+            "| {form} | {} | {:.0} | {virtual_s:.1} | {file_s:.1} | {streamed_s:.1} | {} | {:.4} |",
+            blocks.len(),
+            totals.files[0].bytes as f64 / 1e3,
+            seen + streamed_seen,
+            worst.max(streamed_worst)
+        ));
     }
-    eprintln!("| form | blocks | s | positions seen | largest distance, mm |");
-    for (form, blocks, time, seen, worst) in &table {
-        eprintln!("| {form} | {blocks} | {time:.2} | {seen} | {worst:.4} |");
-        // The samples of the curve stand 0.02 mm apart.
-        assert!(*seen >= 5, "{form} was hardly seen");
-        assert!(*worst < 0.01 + 0.004 + 0.01, "{form}: {worst}");
-    }
-    assert!(table[0].1 < table[2].1);
+    eprintln!(
+        "| as | blocks | file, kB | virtual control, s | file, s | streamed, s | positions | distance, mm |"
+    );
+    table.iter().for_each(|row| eprintln!("{row}"));
+}
+
+/// What the control's definition allows.
+const FEED: Feed = Feed { max_mm_per_min: 30_000.0, rapid_mm_per_min: 30_000.0 };
+const DYNAMICS: Dynamics = Dynamics { acceleration_mm_per_s2: 5000.0, jerk_mm_per_s3: 1e9, cycle_s: 0.001 };
+/// How long the machine stands still before it counts as at rest, s.
+const STANDS_S: f64 = 0.4;
+/// 0.01 mm, the tolerances of program and path, and the chords between samples of the curves.
+const BAR_MM: f64 = 0.01 + 0.004 + 0.001;
+
+/// Points no more than 0.1 mm apart.
+fn samples(curve: &Curve3) -> Vec<Point3> {
+    let (a, b) = curve.domain();
+    let length: f64 = curve.points().windows(2).map(|w| (w[1] - w[0]).norm()).sum();
+    let count = (length / 0.1).ceil().clamp(1.0, 1e6) as u32;
+    (0..=count).map(|i| curve.point(a + (b - a) * f64::from(i) / f64::from(count))).collect()
+}
+
+/// Distance of a position from the nearest of the curves.
+fn distance(curves: &[Vec<Point3>], p: &Point3) -> f64 {
+    let chord = |w: &[Point3]| {
+        let d = w[1] - w[0];
+        let s = ((p - w[0]).dot(&d) / d.norm_squared().max(1e-300)).clamp(0.0, 1.0);
+        (p - (w[0] + d * s)).norm()
+    };
+    curves.iter().flat_map(|points| points.windows(2).map(chord)).fold(f64::INFINITY, f64::min)
 }

@@ -99,6 +99,7 @@ impl Grammar for Apt {
             exact_points: false,
             first_weight_one: false,
             halved: false,
+            biarcs: false,
         };
         Abilities { splines: if machine.nurbs { vec![splines] } else { Vec::new() }, arcs: false }
     }

@@ -25,6 +25,7 @@ pub(crate) fn splines() -> Splines {
         exact_points: false,
         first_weight_one: false,
         halved: true,
+        biarcs: false,
     }
 }
 

@@ -30,6 +30,7 @@ pub(crate) fn splines(machine: &Machine, digits: u8) -> Splines {
         exact_points: false,
         first_weight_one: false,
         halved: false,
+        biarcs: false,
     }
 }
 

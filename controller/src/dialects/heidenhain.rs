@@ -53,6 +53,7 @@ impl Grammar for Heidenhain {
             exact_points: true,
             first_weight_one: false,
             halved: false,
+            biarcs: false,
         };
         Abilities { splines: if machine.nurbs { vec![spl] } else { Vec::new() }, arcs: false }
     }

@@ -6,6 +6,7 @@ use claymill_nurbs::{Curve3, KnotVector, Point3};
 
 use super::Page;
 use super::gcode_modes::Begins;
+use crate::biarc::breaks_biarcs;
 use crate::lower::Splines;
 use crate::number::decimal;
 use crate::words::{Value, Word};
@@ -28,6 +29,7 @@ pub(crate) fn splines(planes: bool) -> Splines {
         exact_points: false,
         first_weight_one: true,
         halved: false,
+        biarcs: true,
     }
 }
 
@@ -192,7 +194,14 @@ impl Open {
             return Err(Refusal::new("linuxcnc-few", format!("{n} poles are too few for order {order}")));
         }
         let weights = self.weights.iter().any(|w| *w != self.weights[0]).then_some(self.weights);
-        Curve3::new(KnotVector::clamped_uniform(order - 1, n), self.poles, weights)
-            .map_err(|e| Refusal::new("linuxcnc-curve", e.to_string()))
+        let curve = Curve3::new(KnotVector::clamped_uniform(order - 1, n), self.poles, weights)
+            .map_err(|e| Refusal::new("linuxcnc-curve", e.to_string()))?;
+        if breaks_biarcs(&curve) {
+            return Err(Refusal::new(
+                "linuxcnc-straight",
+                "a piece of the curve is straight, or its ends are parallel: the control divides by zero",
+            ));
+        }
+        Ok(curve)
     }
 }

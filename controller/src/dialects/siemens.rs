@@ -38,6 +38,7 @@ pub(crate) fn splines(machine: &Machine) -> Vec<Splines> {
         exact_points: false,
         first_weight_one: true,
         halved: false,
+        biarcs: false,
     };
     let poly = Splines {
         pieces: true,

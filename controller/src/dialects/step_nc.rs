@@ -58,6 +58,7 @@ impl Grammar for StepNc {
             exact_points: false,
             first_weight_one: false,
             halved: false,
+            biarcs: false,
         };
         Abilities { splines: if machine.nurbs { vec![splines] } else { Vec::new() }, arcs: false }
     }

@@ -49,6 +49,8 @@ pub(crate) struct Splines {
     pub first_weight_one: bool,
     /// Whether each piece is written with a knot in its middle: for uniform splines of five points or more.
     pub halved: bool,
+    /// Whether the control makes biarcs of a curve, which straight pieces break.
+    pub biarcs: bool,
 }
 
 /// What a curve became.

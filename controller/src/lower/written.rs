@@ -2,6 +2,7 @@ use claymill_nurbs::{Curve3, KnotVector, Point3};
 
 use super::Splines;
 use crate::Shape;
+use crate::biarc::breaks_biarcs;
 use crate::number::{LengthFormat, round};
 
 /// A curve with its knots, points and weights rounded as the control takes them, cut where it takes no longer.
@@ -19,7 +20,12 @@ pub(super) fn written(curve: &Curve3, splines: &Splines, format: &LengthFormat) 
             if format.snap_point(&piece.start()) == format.snap_point(&piece.end()) && tiny(&piece, format) {
                 continue;
             }
-            shapes.push(Shape::Spline(rounded(&piece, splines, format)?));
+            let piece = rounded(&piece, splines, format)?;
+            shapes.push(match splines.biarcs && breaks_biarcs(&piece) {
+                true if straight(&piece, format) => Shape::Line { from: piece.start(), to: piece.end() },
+                true => return None,
+                false => Shape::Spline(piece),
+            });
         }
     } else {
         for part in cut(curve, splines.max_points)? {
@@ -41,10 +47,23 @@ fn clamped(curve: &Curve3) -> bool {
     u[0] == u[p] && u[u.len() - 1 - p] == u[u.len() - 1]
 }
 
+/// Whether all control points are a written step or less from the chord.
+fn straight(curve: &Curve3, format: &LengthFormat) -> bool {
+    let (from, to) = (curve.start(), curve.end());
+    let Some(along) = (to - from).try_normalize(1e-9) else { return false };
+    curve.points().iter().all(|p| {
+        let off = p - from;
+        (off - along * off.dot(&along)).norm() <= format.step_mm()
+    })
+}
+
 /// A piece may have been left out as too short: the next one then starts where the one before it ends.
 fn chained(shapes: &mut [Shape]) {
     for i in 1..shapes.len() {
         let end = shapes[i - 1].end();
+        if let Shape::Line { from, .. } = &mut shapes[i] {
+            *from = end;
+        }
         if let Shape::Spline(curve) = &mut shapes[i]
             && curve.points()[0] != end
         {

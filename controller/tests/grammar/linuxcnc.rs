@@ -8,9 +8,9 @@ use crate::{Fact, Fault, blocks, curve, fact, hold, program, with};
 const BEZIER: &str = "G5.2 X10. Y10. P1. L4 F600.\nG5.2 X20. Y10. P0.5 L4\nG5.2 X30. Y0. P1. L4\nG5.3";
 const QUADRATIC: &str = "G5.2 X10. Y10. P1. F600.\nG5.2 X20. Y0. P1.\nG5.3";
 
-/// `n` poles beside the position.
+/// `n` poles beside the position, on a parabola.
 fn poles(n: usize) -> String {
-    let poles: String = (1..=n).map(|i| format!("G5.2 X{i}. Y{}. P1.\n", i % 2)).collect();
+    let poles: String = (1..=n).map(|i| format!("G5.2 X{i}. Y{}. P1.\n", i * i)).collect();
     format!("{poles}G5.3")
 }
 
@@ -73,6 +73,9 @@ fn shared() -> Vec<Fact> {
         fact("many poles in one block take the interpreter very long")
             .right(poles(49))
             .wrong(poles(60), "linuxcnc-poles"),
+        fact("straight pieces divide by zero: the control's biarcs have no joint")
+            .right(BEZIER)
+            .wrong("G5.2 X10. Y5. P1. L4\nG5.2 X20. Y10. P1. L4\nG5.2 X30. Y15. P1. L4\nG5.3", "linuxcnc-straight"),
         fact("G6.2 is unknown, or corrupts the position")
             .right(BEZIER)
             .refused("G6.2 X10. Y0. R1. K0 P3 Q1", "linuxcnc-g6.2"),

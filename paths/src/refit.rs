@@ -191,7 +191,7 @@ fn fit_one(profile: &Profile, over: &Over) -> Option<Fit> {
     let mut found = spline(target.first_breaks(length), None)?;
     for _ in 0..ROUNDS {
         if found.is_within() {
-            let Spline { curve, errors, .. } = thinned(found, &spline);
+            let Spline { curve, errors, .. } = thinned(found, spline);
             let low = errors.iter().map(|e| e.low_mm).fold(f64::INFINITY, f64::min);
             let high = errors.iter().map(|e| e.high_mm).fold(f64::NEG_INFINITY, f64::max);
             return Some(Fit { curve, error_mm: (low, high) });

@@ -57,11 +57,17 @@ impl Floor {
         (height <= 0.0) | ((along > 0.0) & (height * self.diameter_mm <= along * along))
     }
 
-    /// Whether nothing in a box can hold the ball up.
-    pub(super) fn clears_box(&self, x: [f64; 2], y: [f64; 2], top: f64) -> bool {
-        let farther = |range: [f64; 2], n: f64| n * if n > 0.0 { range[1] } else { range[0] };
+    /// Whether nothing in a box can hold the ball up, for eight boxes side by side: ranges of x and y, and tops.
+    #[inline(always)]
+    pub(super) fn clears_boxes(&self, x: &[[f32; 8]; 2], y: &[[f32; 8]; 2], top: &[f32; 8]) -> [bool; 8] {
         let n = &self.normal;
-        self.clears(farther(x, n.x) + farther(y, n.y) + n.z * top - self.level, x, y)
+        // The corners that rise highest above the plane.
+        let (far_x, far_y) = (&x[usize::from(n.x > 0.0)], &y[usize::from(n.y > 0.0)]);
+        std::array::from_fn(|k| {
+            let height = n.x * f64::from(far_x[k]) + n.y * f64::from(far_y[k]) + n.z * f64::from(top[k]);
+            let range = |ends: &[[f32; 8]; 2]| [f64::from(ends[0][k]), f64::from(ends[1][k])];
+            self.clears(height - self.level, range(x), range(y))
+        })
     }
 
     /// Whether nothing within `delta` of these points' hull can hold the ball up.

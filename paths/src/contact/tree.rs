@@ -51,25 +51,24 @@ impl DropTree {
         mut floor: Floor,
         mut visit: impl FnMut(u32) -> Floor,
     ) {
-        let Some(root) = self.nodes.first() else { return };
         let place = [outwards([x, x]), outwards([y, y])];
-        // Each with the node that holds its box, and the bound.
-        let mut waiting = [(root, 0usize, f32::NEG_INFINITY); WAITING];
+        let mut waiting = [(0u32, f32::NEG_INFINITY); WAITING];
         let mut depth = 0;
-        let mut open = Some(root);
+        let mut open = self.nodes.first();
         loop {
             if let Some(node) = open.take() {
                 let first = depth;
+                let cleared = floor.clears_boxes(&node.x, &node.y, &node.top);
                 for (k, bound) in node.bounds(place, r as f32 * (1.0 + ROUNDING)).into_iter().enumerate() {
-                    if f64::from(bound) <= floor.z {
+                    if f64::from(bound) <= floor.z || cleared[k] {
                         continue;
                     }
                     let mut at = depth;
-                    while at > first && waiting[at - 1].2 > bound {
+                    while at > first && waiting[at - 1].1 > bound {
                         waiting[at] = waiting[at - 1];
                         at -= 1;
                     }
-                    waiting[at] = (node, k, bound);
+                    waiting[at] = (node.branch[k], bound);
                     depth += 1;
                 }
             }
@@ -77,13 +76,10 @@ impl DropTree {
                 return;
             }
             depth -= 1;
-            let (node, k, bound) = waiting[depth];
-            if f64::from(bound) <= floor.z || node.is_cleared(k, &floor) {
-                continue;
-            }
-            match node.branch[k] {
-                item if item & ITEM != 0 => floor = visit(item & !ITEM),
-                child => open = Some(&self.nodes[child as usize]),
+            match waiting[depth] {
+                (_, bound) if f64::from(bound) <= floor.z => {}
+                (item, _) if item & ITEM != 0 => floor = visit(item & !ITEM),
+                (node, _) => open = Some(&self.nodes[node as usize]),
             }
         }
     }
@@ -163,11 +159,6 @@ impl Node {
             let needed = larger(low - self.top[k], 0.0);
             left[k] - needed * needed
         })
-    }
-
-    fn is_cleared(&self, k: usize, floor: &Floor) -> bool {
-        let [x, y] = [&self.x, &self.y].map(|ends| [f64::from(ends[0][k]), f64::from(ends[1][k])]);
-        floor.clears_box(x, y, f64::from(self.top[k]))
     }
 }
 

@@ -192,9 +192,13 @@ pub(crate) struct JobOptions {
     #[arg(long, value_name = "SHAPE:SIZE")]
     pub(crate) tool: Option<String>,
     /// What holds the tool: how far it sticks out, mm, and sections from the tool up as diameters and length, for
-    /// example 60:27-34x50,63x26; without sections a shrink-fit chuck on HSK-A63. It is drawn, not yet planned with.
+    /// example 60:27-34x50,63x26; without sections a shrink-fit chuck on HSK-A63. auto for the least that does. It is
+    /// drawn and verified, not planned around.
     #[arg(long, value_name = "STICKOUT[:SECTIONS]")]
     pub(crate) holder: Option<String>,
+    /// Distance that the holder has to keep from the model, mm [default: 1].
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) holder_clearance: Option<f64>,
     /// Rest passes: cut only what this larger tool could not, for example ball:10.
     #[arg(long, value_name = "SHAPE:SIZE")]
     pub(crate) rest_of: Option<String>,
@@ -291,6 +295,12 @@ pub(crate) struct VerifyArgs {
     /// Millimetres in one unit of obstacles whose format has no unit (STL, OBJ).
     #[arg(long, default_value_t = 1.0, value_name = "MM", requires = "check")]
     pub(crate) mesh_unit: f64,
+    /// Look at this holder instead of the job's: see plan.
+    #[arg(long, value_name = "STICKOUT[:SECTIONS]")]
+    pub(crate) holder: Option<String>,
+    /// Distance that the holder has to keep from the model, mm [default: as planned].
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) holder_clearance: Option<f64>,
     /// Verify this program instead of the folder's own moves: as its control will see it. May be repeated for
     /// a program of several files, in order.
     #[arg(long, value_name = "FILE")]

@@ -8,6 +8,13 @@ use crate::{Holder, MoveKind, Tool};
 /// Version of the job folder's format; raised when a reader of the old one would misread the new one.
 pub const FORMAT_VERSION: u32 = 1;
 
+/// Distance that holders keep where nothing else is asked for, mm.
+pub const HOLDER_CLEARANCE_MM: f64 = 1.0;
+
+fn usual_holder_clearance_mm() -> f64 {
+    HOLDER_CLEARANCE_MM
+}
+
 /// `job.json`: what was asked, what was done, and the totals.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Job {
@@ -98,6 +105,9 @@ pub struct Request {
     /// Meshes that no move may touch.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub check: Vec<Obstacle>,
+    /// Distance that holders have to keep from model and obstacles, mm.
+    #[serde(default = "usual_holder_clearance_mm")]
+    pub holder_clearance_mm: f64,
     /// Cutting feed, mm/min.
     pub feed_mm_per_min: f64,
     /// Rapid rate, mm/min.

@@ -112,6 +112,9 @@ pub struct RegionRecord {
     pub box_mm: [f64; 6],
     /// Area that each setup cuts, mm², by setup name.
     pub setup_area_mm2: std::collections::BTreeMap<String, f64>,
+    /// How far the tool has to stick out of its holder at least, mm, by setup name; empty without a holder.
+    #[serde(default, skip_serializing_if = "std::collections::BTreeMap::is_empty")]
+    pub stick_out_needed_mm: std::collections::BTreeMap<String, f64>,
     /// What kind of surface it is, where that could be measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quality: Option<RegionQualityRecord>,

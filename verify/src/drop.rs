@@ -1,6 +1,6 @@
 use std::ops::ControlFlow;
 
-use claymill_nurbs::{Aabb, Point3, Vector3};
+use claymill_nurbs::{Aabb, FaceId, Point3, Vector3};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
@@ -60,11 +60,32 @@ impl<'a> DropMesh<'a> {
         self.worst_deviation
     }
 
-    fn deviation(&self, triangle: usize) -> f64 {
+    /// A point of the frame in model coordinates.
+    pub(crate) fn in_model(&self, p: &Point3) -> Point3 {
+        self.to_frame.tr_mul(&p.coords).into()
+    }
+
+    /// The face that a triangle is of, and its number there; `None` for obstacles.
+    pub(crate) fn face_of(&self, triangle: usize) -> Option<(FaceId, usize)> {
+        self.mesh.face_of(triangle)
+    }
+
+    /// Calls `item` for every triangle in boxes that are `wanted`, until it breaks.
+    pub(crate) fn visit(
+        &self,
+        wanted: impl FnMut(&Aabb) -> bool,
+        item: impl FnMut(usize) -> ControlFlow<()>,
+    ) {
+        self.tree.visit(wanted, item);
+    }
+
+    /// Distance of the surface from a triangle at most, mm.
+    pub(crate) fn deviation(&self, triangle: usize) -> f64 {
         f64::from(self.mesh.deviation_mm[triangle])
     }
 
-    fn corners(&self, triangle: usize) -> [Point3; 3] {
+    /// Corners of a triangle in the frame.
+    pub(crate) fn corners(&self, triangle: usize) -> [Point3; 3] {
         self.mesh.triangles[triangle].map(|i| self.points[i as usize])
     }
 
@@ -229,6 +250,7 @@ mod tests {
             triangles: vec![[0, 2, 3], [0, 3, 1], [0, 5, 4], [0, 1, 5]],
             points,
             deviation_mm: vec![0.0; 4],
+            ..Mesh::default()
         }
     }
 
@@ -254,6 +276,7 @@ mod tests {
             ],
             triangles: vec![[0, 1, 2]],
             deviation_mm: vec![0.0],
+            ..Mesh::default()
         };
         let drop = DropMesh::new(&mesh, &Vector3::z());
         let at = |x: f64, y: f64| drop.highest(&drop.in_frame(&Point3::new(x, y, 0.0)), 10.0);
@@ -299,6 +322,7 @@ mod tests {
             points: mesh.points.iter().map(|p| turn * p).collect(),
             triangles: mesh.triangles.clone(),
             deviation_mm: mesh.deviation_mm.clone(),
+            ..Mesh::default()
         };
         let (straight, oblique) = (DropMesh::new(&mesh, &Vector3::z()), DropMesh::new(&turned, &axis));
         for x in [-30.0, -2.0, 0.0, 7.0] {

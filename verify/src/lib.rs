@@ -31,6 +31,7 @@ mod crest;
 mod distribution;
 mod drop;
 mod error;
+mod holder;
 mod mesh;
 mod obstacles;
 mod options;
@@ -49,6 +50,7 @@ use claymill_nurbs::{ClosestPoints, MeshOptions, Model};
 use claymill_toolpath::{FORMAT_VERSION, JOB_FILE, Job, Program, read_job, read_moves, sha256_of};
 
 pub use error::VerifyError;
+pub use holder::{HolderClearance, RegionStickOut, ShankContact};
 pub use options::{Progress, VerifyOptions};
 pub use report::{
     AreaAt, Contact, Coverage, CrestSample, Crests, FaceCoverage, Gouge, GougeSample, HISTOGRAM_BIN,
@@ -155,6 +157,8 @@ pub fn verify_with_crests(
     let (gouge, contact, _) = contact::measure(scene, &stage("gouge and contact"));
     let rapids = rapids::measure(scene, &reach, &stage("rapids"));
     let obstacles = obstacles::measure(scene, &stage("obstacles"));
+    let shank = holder::measure_shank(scene, &bench.meshes, &reach, &stage("shank"));
+    let holder = holder::measure(scene, &bench.meshes, &reach, &stage("holder"));
     let (crests, samples) = crest::measure(scene, &swept, &reach, &stage("scallop crests"));
     let faces = surface::measure(scene, &bench.meshes, &swept, &reach, &stage("coverage"));
     let coverage = coverage::account(scene, &faces);
@@ -167,6 +171,8 @@ pub fn verify_with_crests(
             contact: &contact,
             rapids: &rapids,
             obstacles: obstacles.as_ref(),
+            shank: &shank,
+            holder: holder.as_ref(),
             scallop: &scallop,
             coverage: &coverage,
         },
@@ -178,11 +184,33 @@ pub fn verify_with_crests(
         contact,
         rapids,
         obstacles,
+        shank: Some(shank),
+        holder,
         scallop,
         coverage,
         verdict,
     };
     Ok((found, samples))
+}
+
+/// The smallest stick-out at which the job's holders keep their clearance on every move, mm, whatever they have now; `None`
+/// where no tool has a holder.
+///
+/// # Errors
+/// As [`verify_program`].
+pub fn stick_out_needed_mm(
+    model: &Model,
+    job: &Job,
+    program: &Program,
+    options: &VerifyOptions,
+    progress: Progress<'_>,
+) -> Result<Option<f64>, VerifyError> {
+    let bench = Bench::new(model, job, program, options, progress)?;
+    let mesh = mesh::Mesh::joined(&bench.meshes, &bench.scene.obstacles.triangles);
+    let reach = reach::Reach::new(&bench.scene, &mesh);
+    let stage = scene::Stage::begin("holder", progress);
+    let found = holder::measure(&bench.scene, &bench.meshes, &reach, &stage);
+    Ok(found.and_then(|f| f.stick_out_needed_mm(None)))
 }
 
 /// The crests alone, along the passes, with nothing else measured: the data of a scallop map.

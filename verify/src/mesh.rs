@@ -1,4 +1,4 @@
-use claymill_nurbs::{FaceMesh, MeshOptions, Model, Point3, tessellate};
+use claymill_nurbs::{FaceId, FaceMesh, MeshOptions, Model, Point3, tessellate};
 use rayon::prelude::*;
 
 /// Triangles of all faces together.
@@ -8,6 +8,8 @@ pub(crate) struct Mesh {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Per triangle: bound on the distance of the surface from it, mm.
     pub(crate) deviation_mm: Vec<f32>,
+    /// First triangle of every face, and of the obstacles behind them.
+    pub(crate) first_of_face: Vec<usize>,
 }
 
 /// Triangulates every face; `None` for faces that cannot be triangulated.
@@ -19,12 +21,15 @@ impl Mesh {
     /// Joins the faces' meshes and the triangles of obstacles.
     pub(crate) fn joined(faces: &[Option<FaceMesh>], obstacles: &[[Point3; 3]]) -> Self {
         let mut mesh = Mesh::default();
-        for face in faces.iter().flatten() {
+        for face in faces {
+            mesh.first_of_face.push(mesh.triangles.len());
+            let Some(face) = face else { continue };
             let first = mesh.points.len() as u32;
             mesh.points.extend_from_slice(&face.points);
             mesh.triangles.extend(face.triangles.iter().map(|t| t.map(|i| first + i)));
             mesh.deviation_mm.extend_from_slice(&face.deviation_mm);
         }
+        mesh.first_of_face.push(mesh.triangles.len());
         for corners in obstacles {
             let first = mesh.points.len() as u32;
             mesh.points.extend_from_slice(corners);
@@ -32,5 +37,12 @@ impl Mesh {
             mesh.deviation_mm.push(0.0);
         }
         mesh
+    }
+
+    /// The face that a triangle is of, and its number there; `None` for obstacles.
+    pub(crate) fn face_of(&self, triangle: usize) -> Option<(FaceId, usize)> {
+        let behind = self.first_of_face.partition_point(|&first| first <= triangle);
+        let face = behind.checked_sub(1).filter(|_| behind < self.first_of_face.len())?;
+        Some((face, triangle - self.first_of_face[face]))
     }
 }

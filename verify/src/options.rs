@@ -1,5 +1,7 @@
 use std::path::PathBuf;
 
+use claymill_toolpath::Holder;
+
 /// How closely the verifier looks, and where its bars are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VerifyOptions {
@@ -29,6 +31,10 @@ pub struct VerifyOptions {
     pub gouge_limit_mm: f64,
     /// Bar for material left under a pass where the ball rests on a face, mm.
     pub excess_limit_mm: f64,
+    /// A holder to look at instead of those of the job's tools.
+    pub holder: Option<Holder>,
+    /// Distance that holders have to keep from model and obstacles, mm; as the job asks if nothing is said here.
+    pub holder_clearance_mm: Option<f64>,
     /// Surfaces steeper than this against a setup's axis count as out of its reach, degrees.
     pub steepest_deg: f64,
 }
@@ -49,6 +55,8 @@ impl Default for VerifyOptions {
             scallop_limit: 1.05,
             gouge_limit_mm: 5e-3,
             excess_limit_mm: 5e-3,
+            holder: None,
+            holder_clearance_mm: None,
             steepest_deg: 80.0,
         }
     }

@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Verdict;
+use crate::{HolderClearance, ShankContact, Verdict};
 
 /// `verify.json`: what was measured on the written moves and the model, and what follows from it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -21,6 +21,12 @@ pub struct Verification {
     /// Distance from obstacles, where there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstacles: Option<Obstacles>,
+    /// Whether the shank touches the model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shank: Option<ShankContact>,
+    /// How far holders keep away and how far tools have to stick out, where a tool has a holder.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub holder: Option<HolderClearance>,
     /// Scallop height.
     pub scallop: Scallop,
     /// What is cut and what is not, and why.

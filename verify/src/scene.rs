@@ -1,7 +1,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use claymill_nurbs::{ClosestPoints, FaceId, Foot, Model, Point3};
-use claymill_toolpath::Job;
+use claymill_toolpath::{Holder, Job};
 
 use crate::obstacles::ObstacleSet;
 use crate::options::{Progress, VerifyOptions};
@@ -27,6 +27,16 @@ impl Scene<'_> {
     /// Scallop height that was asked for, mm.
     pub(crate) fn scallop_mm(&self) -> f64 {
         self.job.request.scallop_mm
+    }
+
+    /// What holds a tool: what is asked about, or else what the job says.
+    pub(crate) fn holder(&self, tool: usize) -> Option<&Holder> {
+        self.options.holder.as_ref().or(self.job.tools[tool].holder.as_ref())
+    }
+
+    /// Distance that holders have to keep, mm.
+    pub(crate) fn holder_clearance_mm(&self) -> f64 {
+        self.options.holder_clearance_mm.unwrap_or(self.job.request.holder_clearance_mm)
     }
 
     /// Whether `from` stands over its nearest point along the face's normal.

@@ -1,9 +1,28 @@
 use std::collections::BTreeMap;
 
 use claymill_nurbs::{Curve3, Point3, Vector3};
-use claymill_toolpath::{Job, Move, MoveKind, Program};
+use claymill_toolpath::{Job, Move, MoveError, MoveKind, Program};
 
 use crate::VerifyError;
+
+/// Axes that differ by less are one direction.
+const SAME_AXIS: f64 = 1e-9;
+
+/// A stretch of a track between two knots.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Span {
+    /// Its last control point.
+    last: usize,
+    /// Its parameters.
+    ends: (f64, f64),
+}
+
+impl Span {
+    /// The parameter in the middle.
+    pub(crate) fn middle(&self) -> f64 {
+        0.5 * (self.ends.0 + self.ends.1)
+    }
+}
 
 /// A move as the ball's centre sees it: the tip's curve shifted by the radius along the tool axis.
 #[derive(Debug)]
@@ -16,6 +35,8 @@ pub(crate) struct Track {
     /// Number of the pass in the whole job: moves of one pass, region and setup share it.
     pub(crate) pass: u32,
     pub(crate) radius_mm: f64,
+    /// Index in the job's tools.
+    pub(crate) tool: usize,
     tip: Curve3,
     axis_start: Vector3,
     axis_end: Vector3,
@@ -36,15 +57,24 @@ impl Track {
 
     fn new(job: &Job, m: &Move, pass: u32) -> Result<Track, VerifyError> {
         let unknown = |what, name: &str| VerifyError::Unknown { seq: m.seq, what, name: name.to_owned() };
-        let tool = job.tools.iter().find(|t| t.id == m.tool);
+        let tool = job.tools.iter().position(|t| t.id == m.tool);
         let setup = job.setups.iter().position(|s| s.name == m.setup);
+        let setup = setup.ok_or_else(|| unknown("setup", &m.setup))?;
+        let tool = tool.ok_or_else(|| unknown("tool", &m.tool))?;
+        let radius_mm = job.tools[tool].tool.radius_mm();
+        Ok(Track { pass, setup, tool, ..Track::of(m, radius_mm)? })
+    }
+
+    /// A move by itself, as the first of the first setup with the first tool.
+    pub(crate) fn of(m: &Move, radius_mm: f64) -> Result<Track, MoveError> {
         Ok(Track {
             seq: m.seq,
             kind: m.kind,
             region: m.region,
-            setup: setup.ok_or_else(|| unknown("setup", &m.setup))?,
-            pass,
-            radius_mm: tool.ok_or_else(|| unknown("tool", &m.tool))?.tool.radius_mm(),
+            setup: 0,
+            pass: 0,
+            radius_mm,
+            tool: 0,
             tip: m.curve()?,
             axis_start: Vector3::from(m.axis_start),
             axis_end: Vector3::from(m.axis_end),
@@ -69,6 +99,29 @@ impl Track {
         (Point3::from(tip + axis * r), speed + turning * r)
     }
 
+    /// The tip at parameter `t`.
+    pub(crate) fn tip(&self, t: f64) -> Point3 {
+        self.tip.point(t)
+    }
+
+    /// Whether the tool stands along `axis` all the way.
+    pub(crate) fn stands_along(&self, axis: &Vector3) -> bool {
+        [self.axis_start, self.axis_end].iter().all(|own| (own - axis).norm() < SAME_AXIS)
+    }
+
+    /// The stretches between knots.
+    pub(crate) fn spans(&self) -> impl Iterator<Item = Span> {
+        let (knots, degree) = (self.tip.knots().as_slice(), self.tip.knots().degree());
+        (degree..knots.len() - degree - 1)
+            .filter(|&k| knots[k] < knots[k + 1])
+            .map(|k| Span { last: k, ends: (knots[k], knots[k + 1]) })
+    }
+
+    /// The control points of a span of the tip's curve, whose hull holds it.
+    pub(crate) fn hull(&self, span: &Span) -> &[Point3] {
+        &self.tip.points()[span.last - self.tip.knots().degree()..=span.last]
+    }
+
     /// First and last parameter.
     pub(crate) fn domain(&self) -> (f64, f64) {
         self.tip.domain()
@@ -85,27 +138,36 @@ impl Track {
 
     /// Parameters of a polygon no farther than `chord_mm` from the centre's curve.
     pub(crate) fn polygon(&self, chord_mm: f64) -> Vec<f64> {
-        let turns = self.axis_start != self.axis_end;
-        self.divided(|t0, t1| {
-            // The second derivative of a cubic is linear on a span, so that its ends bound it; the
-            // middle and the margin are for other degrees and weights. Just inside the span because
-            // derivatives jump at knots.
-            let inset = 1e-9 * (t1 - t0);
-            let bend = [t0 + inset, 0.5 * (t0 + t1), t1 - inset]
-                .map(|t| self.tip.derivatives(t)[2].norm())
-                .into_iter()
-                .fold(0.0, f64::max);
-            let margin =
-                if self.tip.knots().degree() > 3 || self.tip.weights().is_some() { 1.5 } else { 1.0 };
-            let turn = if turns {
-                let angle = self.axis_start.angle(&self.axis_end);
-                let (a, b) = self.domain();
-                self.radius_mm * (angle / (b - a)).powi(2)
-            } else {
-                0.0
-            };
-            (t1 - t0) * ((bend + turn) * margin / (8.0 * chord_mm)).sqrt()
-        })
+        self.divided(|t0, t1| self.chord_count(t0, t1, chord_mm))
+    }
+
+    /// The same for one span and the tip.
+    pub(crate) fn chords(&self, span: &Span, chord_mm: f64) -> Vec<f64> {
+        let (t0, t1) = span.ends;
+        let count = whole(self.chord_count(t0, t1, chord_mm));
+        let step = (t1 - t0) / count as f64;
+        (0..count).map(|i| t0 + step * i as f64).chain([t1]).collect()
+    }
+
+    /// How many chords a span needs.
+    fn chord_count(&self, t0: f64, t1: f64, chord_mm: f64) -> f64 {
+        // The second derivative of a cubic is linear on a span, so that its ends bound it; the
+        // middle and the margin are for other degrees and weights. Just inside the span because
+        // derivatives jump at knots.
+        let inset = 1e-9 * (t1 - t0);
+        let bend = [t0 + inset, 0.5 * (t0 + t1), t1 - inset]
+            .map(|t| self.tip.derivatives(t)[2].norm())
+            .into_iter()
+            .fold(0.0, f64::max);
+        let margin = if self.tip.knots().degree() > 3 || self.tip.weights().is_some() { 1.5 } else { 1.0 };
+        let turn = if self.axis_start == self.axis_end {
+            0.0
+        } else {
+            let angle = self.axis_start.angle(&self.axis_end);
+            let (a, b) = self.domain();
+            self.radius_mm * (angle / (b - a)).powi(2)
+        };
+        (t1 - t0) * ((bend + turn) * margin / (8.0 * chord_mm)).sqrt()
     }
 
     /// The distinct knots with each span cut in equal parts, `parts` rounded up.
@@ -116,11 +178,16 @@ impl Track {
         knots.dedup();
         let mut stations = vec![first];
         for span in knots.windows(2) {
-            let count = parts(span[0], span[1]).ceil().clamp(1.0, 1e6) as usize;
+            let count = whole(parts(span[0], span[1]));
             let step = (span[1] - span[0]) / count as f64;
             stations.extend((1..count).map(|i| span[0] + step * i as f64));
             stations.push(span[1]);
         }
         stations
     }
+}
+
+/// A number of parts, rounded up.
+fn whole(parts: f64) -> usize {
+    parts.ceil().clamp(1.0, 1e6) as usize
 }

@@ -5,6 +5,7 @@ use claymill_toolpath::Job;
 
 use crate::options::VerifyOptions;
 use crate::report::{Contact, Coverage, Gouge, Obstacles, Place, Rapids, Scallop, SurfaceState};
+use crate::{HolderClearance, ShankContact};
 
 /// Areas of states sum to the total, and the total to the planner's, within this share.
 const AREAS_AGREE: f64 = 1e-6;
@@ -12,6 +13,9 @@ const AREAS_AGREE: f64 = 1e-6;
 const LEFT_SHARE: f64 = 1e-3;
 /// The planner's areas by state may differ from the measured ones by this share of the total.
 const ACCOUNT_SHARE: f64 = 0.01;
+
+/// Regions that a finding names; the others are in `verify.json`.
+const REGIONS_NAMED: usize = 5;
 
 /// The conclusion: passed when no finding is an error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -49,6 +53,12 @@ pub enum FindingCode {
     RapidTouches,
     /// A move enters an obstacle.
     Obstacle,
+    /// The shank touches the model.
+    Shank,
+    /// A holder touches the model or an obstacle, or comes nearer than was asked for.
+    Holder,
+    /// Moves along which the holder was not looked at.
+    HolderNotChecked,
     /// Scallop crests are higher than the bar.
     Scallop,
     /// Area that the tool reaches was left.
@@ -78,6 +88,8 @@ pub(crate) struct Measured<'a> {
     pub(crate) contact: &'a Contact,
     pub(crate) rapids: &'a Rapids,
     pub(crate) obstacles: Option<&'a Obstacles>,
+    pub(crate) shank: &'a ShankContact,
+    pub(crate) holder: Option<&'a HolderClearance>,
     pub(crate) scallop: &'a Scallop,
     pub(crate) coverage: &'a Coverage,
 }
@@ -127,6 +139,14 @@ pub(crate) fn conclude(job: &Job, options: &VerifyOptions, m: &Measured<'_>) -> 
         let text = format!("{} moves enter an obstacle, the worst by {depth:.3} mm", near.touching);
         find(Code::Obstacle, Error, text, &near.clearance_min_at);
     }
+    if m.shank.touching > 0 {
+        let (moves, depth) = (m.shank.touching, m.shank.deepest_mm);
+        let text = format!("the shank enters the model on {moves} moves, the worst by {depth:.3} mm");
+        find(Code::Shank, Error, text, &m.shank.deepest_at);
+    }
+    if let Some(holder) = m.holder {
+        holder_findings(holder, &mut find);
+    }
     let crests = &m.scallop.crests;
     let bar = options.scallop_limit * job.request.scallop_mm;
     if crests.p99_mm > bar {
@@ -139,6 +159,48 @@ pub(crate) fn conclude(job: &Job, options: &VerifyOptions, m: &Measured<'_>) -> 
     coverage_findings(job, m.coverage, &mut find);
     findings.sort_by_key(|f| f.severity);
     Verdict { passed: findings.iter().all(|f| f.severity != Error), findings }
+}
+
+fn holder_findings(
+    holder: &HolderClearance,
+    find: &mut impl FnMut(FindingCode, Severity, String, &Option<Place>),
+) {
+    let short = holder.regions.iter().filter(|r| r.stick_out_needed_mm > r.stick_out_mm);
+    let mut regions: Vec<usize> = short.clone().map(|r| r.region).collect();
+    regions.sort_unstable();
+    regions.dedup();
+    let needed = short.map(|r| r.stick_out_needed_mm).fold(0.0, f64::max);
+    let named: Vec<String> = regions.iter().take(REGIONS_NAMED).map(usize::to_string).collect();
+    let remedy = format!(
+        "let the tool stick out {:.1} mm or more, or cut {} {}{} from another direction",
+        // Rounded up: what is advised must do.
+        (needed * 10.0).ceil() / 10.0,
+        if regions.len() == 1 { "region" } else { "regions" },
+        named.join(", "),
+        if regions.len() > named.len() {
+            format!(" and {} more", regions.len() - named.len())
+        } else {
+            String::new()
+        }
+    );
+    let (asked, least) = (holder.asked_mm, holder.clearance_min_mm.unwrap_or(f64::INFINITY));
+    if holder.touching > 0 {
+        let text = format!("the holder touches on {} moves; {remedy}", holder.touching);
+        find(FindingCode::Holder, Severity::Error, text, &holder.clearance_min_at);
+    } else if holder.near > 0 {
+        let text = format!(
+            "the holder comes within {least:.2} mm on {} moves, asked for were {asked} mm; {remedy}",
+            holder.near
+        );
+        find(FindingCode::Holder, Severity::Warning, text, &holder.clearance_min_at);
+    }
+    if holder.moves_not_checked > 0 {
+        let text = format!(
+            "the holder was not looked at on {} moves, whose tool leans against its setup's axis",
+            holder.moves_not_checked
+        );
+        find(FindingCode::HolderNotChecked, Severity::Warning, text, &None);
+    }
 }
 
 fn coverage_findings(

@@ -144,6 +144,7 @@ pub(crate) fn record(merged: &Merge, preset: Preset) -> RegionsFile {
         normal_half_angle_deg: r.normal_half_angle_deg,
         box_mm: box_mm(&r.bounds),
         setup_area_mm2: std::collections::BTreeMap::new(),
+        stick_out_needed_mm: std::collections::BTreeMap::new(),
         quality: None,
     };
     let joint = |j: &claymill_surface_merge::Joint| JointRecord {

@@ -2,14 +2,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use claymill_exchange::read_mesh;
-use claymill_nurbs::Point3;
+use claymill_nurbs::{Model, Point3};
 use claymill_paths::{Feeds, Plan, PlanError, PlanOptions, Regions, Strategy, plan_around};
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
-    FORMAT_VERSION, FolderWriter, Holder, JOB_FILE, Job, LinkStyle, ModelFacts, Obstacle, Program,
-    REGIONS_FILE, REPORT_FILE, Skipped, Tool, ToolRecord, VERIFY_FILE, read_moves, sha256_of,
+    FORMAT_VERSION, FolderWriter, HOLDER_CLEARANCE_MM, Holder, JOB_FILE, Job, LinkStyle, ModelFacts,
+    Obstacle, Program, REGIONS_FILE, REPORT_FILE, Skipped, Tool, ToolRecord, VERIFY_FILE, read_moves,
+    sha256_of,
 };
-use claymill_verify::{Verification, VerifyOptions, verify_with_crests};
+use claymill_verify::{Verification, VerifyOptions, stick_out_needed_mm, verify_with_crests};
 
 use claymill_viewer::ReportPicture;
 
@@ -23,12 +24,20 @@ use crate::{interrupt, select};
 /// Name of the job file that `plan` writes beside its results.
 pub(crate) const JOB_TOML: &str = "job.toml";
 
+/// Written instead of a stick-out: the least that does.
+const LEAST: &str = "auto";
+/// Holders are asked to keep no more than this from the model, mm.
+const LARGEST_CLEARANCE_MM: f64 = 1000.0;
+
 /// A job with all defaults filled in.
 pub(crate) struct Request {
     model: PathBuf,
     options: JobOptions,
     tool: Tool,
     holder: Option<Holder>,
+    /// The holder sticks out as far as it has to.
+    least_stick_out: bool,
+    holder_clearance_mm: f64,
     /// The tool whose rest is cut.
     rest_of: Option<Tool>,
     scallop_mm: f64,
@@ -75,6 +84,7 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
     JobOptions {
         tool: first.tool.or(second.tool),
         holder: first.holder.or(second.holder),
+        holder_clearance: first.holder_clearance.or(second.holder_clearance),
         rest_of: first.rest_of.or(second.rest_of),
         scallop: first.scallop.or(second.scallop),
         strategy: first.strategy.or(second.strategy),
@@ -98,7 +108,12 @@ impl Request {
     pub(crate) fn new(model: &Path, options: &JobOptions) -> Result<Self, Failure> {
         let tool = options.tool.as_deref().unwrap_or("ball:10").parse::<Tool>();
         let tool = tool.map_err(|e| Failure::usage(e, "For example: --tool ball:10."))?;
-        let holder = options.holder.as_deref().map(|text| holder(text, &tool)).transpose()?;
+        let least = options.holder.as_deref().and_then(|text| text.trim().strip_prefix(LEAST));
+        // What the tool has to stick out is known when there are paths; until then the ball does.
+        let text = least.map(|sections| format!("{}{sections}", tool.radius_mm()));
+        let text = text.as_deref().or(options.holder.as_deref());
+        let holder = text.map(|text| holder(text, &tool)).transpose()?;
+        let holder_clearance_mm = holder_clearance(options.holder_clearance)?;
         let rest_of = options.rest_of.as_deref().map(str::parse::<Tool>).transpose();
         let rest_of = rest_of.map_err(|e| Failure::usage(e, "For example: --rest-of ball:10."))?;
         let scallop_mm = options.scallop.unwrap_or(0.1);
@@ -119,6 +134,8 @@ impl Request {
             model: model.to_owned(),
             tool,
             holder,
+            least_stick_out: least.is_some(),
+            holder_clearance_mm: holder_clearance_mm.unwrap_or(HOLDER_CLEARANCE_MM),
             rest_of,
             scallop_mm,
             strategy: options.strategy.unwrap_or(StrategyName::Planar),
@@ -130,6 +147,19 @@ impl Request {
             feed_mm_per_min,
             options: options.clone(),
         })
+    }
+}
+
+/// A distance that can be kept.
+pub(crate) fn holder_clearance(asked_mm: Option<f64>) -> Result<Option<f64>, Failure> {
+    match asked_mm {
+        Some(mm) if !(0.0..=LARGEST_CLEARANCE_MM).contains(&mm) => Err(Failure::usage(
+            format!(
+                "holders cannot keep {mm} mm from the model: it must be between 0 and {LARGEST_CLEARANCE_MM}"
+            ),
+            "For example: --holder-clearance 2.",
+        )),
+        asked => Ok(asked),
     }
 }
 
@@ -205,16 +235,24 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
 
     console.stage("writing");
     folder.moves(&plan.program)?;
-    folder.json(REGIONS_FILE, &regions)?;
-    write_job_file(&folder, request, &plan_options)?;
     let mut job = job(request, &loaded, sha256, &plan_options, plan);
     job.request.check = check;
 
     console.stage("verifying");
     let program = read_moves(folder.path())?;
+    if request.least_stick_out {
+        choose_stick_out(console, model, &mut job, &program)?;
+    }
+    write_job_file(&folder, request, &job, &plan_options)?;
     verify::expect(console, program.moves.len(), job.totals.passes, model.faces.len());
     let at = |stage: &str, share: f64| console.at(stage, share);
     let (found, crests) = verify_with_crests(model, &job, &program, &VerifyOptions::default(), &at)?;
+    for needed in found.holder.iter().flat_map(|h| &h.regions) {
+        let record = regions.regions.iter_mut().find(|r| r.id == needed.region);
+        let record = record.map(|r| &mut r.stick_out_needed_mm);
+        record.map(|r| r.insert(needed.setup.clone(), needed.stick_out_needed_mm));
+    }
+    folder.json(REGIONS_FILE, &regions)?;
     folder.json(VERIFY_FILE, &found)?;
     verify::say(context, &found);
 
@@ -248,6 +286,26 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         program,
         found,
     })
+}
+
+/// Lets the holder stick out as far as it has to, in whole millimetres.
+fn choose_stick_out(
+    console: &crate::console::Console,
+    model: &Model,
+    job: &mut Job,
+    program: &Program,
+) -> Result<(), Failure> {
+    let at = |stage: &str, share: f64| console.at(stage, share);
+    let options = VerifyOptions::default();
+    let Some(needed_mm) = stick_out_needed_mm(model, job, program, &options, &at)? else { return Ok(()) };
+    let chosen_mm = needed_mm.ceil();
+    for holder in job.tools.iter_mut().filter_map(|t| t.holder.as_mut()) {
+        holder.stick_out_mm = chosen_mm;
+        console.say(format!(
+            "holder    {holder}: {needed_mm:.2} mm of stick-out are needed, {chosen_mm} mm are taken"
+        ));
+    }
+    Ok(())
 }
 
 /// The meshes that nothing may touch: their records and all their triangles.
@@ -312,6 +370,7 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
             only: request.options.only.clone(),
             skip: request.options.skip.clone(),
             check: Vec::new(),
+            holder_clearance_mm: request.holder_clearance_mm,
             feed_mm_per_min: options.feeds.cut_mm_per_min,
             rapid_mm_per_min: options.feeds.rapid_mm_per_min,
         },
@@ -332,10 +391,17 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
 }
 
 /// The job as a file that `--job` takes, with every default filled in.
-fn write_job_file(folder: &FolderWriter, request: &Request, options: &PlanOptions) -> Result<(), Failure> {
+fn write_job_file(
+    folder: &FolderWriter,
+    request: &Request,
+    job: &Job,
+    options: &PlanOptions,
+) -> Result<(), Failure> {
+    let holder = job.tools.first().and_then(|t| t.holder.as_ref());
     let whole = JobOptions {
         tool: Some(request.tool.to_string()),
-        holder: request.holder.as_ref().map(ToString::to_string),
+        holder: holder.map(ToString::to_string),
+        holder_clearance: holder.map(|_| request.holder_clearance_mm),
         scallop: Some(request.scallop_mm),
         strategy: Some(request.strategy),
         link: Some(match request.link {

@@ -1,8 +1,10 @@
+use std::path::Path;
 use std::process::ExitCode;
 
-use claymill_verify::{Severity, Verification, VerifyOptions};
+use claymill_toolpath::{Holder, read_job};
+use claymill_verify::{HolderClearance, Severity, Verification, VerifyOptions};
 
-use super::{Context, post};
+use super::{Context, plan, post};
 use crate::args::VerifyArgs;
 use crate::console::{Console, Tone};
 use crate::failure::{Failure, PROBLEM};
@@ -15,7 +17,10 @@ impl From<claymill_verify::VerifyError> for Failure {
 
 /// `claymill verify`.
 pub(crate) fn verify(context: &Context, args: &VerifyArgs) -> Result<ExitCode, Failure> {
+    let holder = args.holder.as_deref().map(|text| holder(&args.folder, text)).transpose()?;
     let options = VerifyOptions {
+        holder,
+        holder_clearance_mm: plan::holder_clearance(args.holder_clearance)?,
         model: args.model.clone(),
         obstacles: args.check.clone(),
         obstacle_unit_mm: args.mesh_unit,
@@ -35,6 +40,11 @@ pub(crate) fn verify(context: &Context, args: &VerifyArgs) -> Result<ExitCode, F
         say(context, &found);
     }
     Ok(exit_code(&found))
+}
+
+/// The holder as written on the command line, for the tool of a job.
+fn holder(folder: &Path, text: &str) -> Result<Holder, Failure> {
+    plan::holder(text, &read_job(folder)?.request.tool)
 }
 
 /// The moves as the control will see them. What the post may use up comes on top of what a pass may lie high.
@@ -79,6 +89,20 @@ pub(crate) fn expect(console: &Console, moves: usize, passes: u32, faces: usize)
     console.expect("coverage", faces as u64, "faces");
 }
 
+/// How near the holder comes, and what it needs.
+fn say_holder(holder: &HolderClearance) -> String {
+    let clear = match holder.clearance_min_mm {
+        Some(mm) if mm > 0.0 => format!("clear by {mm:.2} mm"),
+        Some(_) => format!("touches on {} moves", holder.touching),
+        None => "nothing comes near".to_owned(),
+    };
+    let mut setups: Vec<&str> = holder.regions.iter().map(|r| r.setup.as_str()).collect();
+    setups.dedup();
+    let least = |setup: &&str| Some(format!("{setup} {:.2} mm", holder.stick_out_needed_mm(Some(*setup))?));
+    let least: Vec<String> = setups.iter().filter_map(least).collect();
+    format!("holder: {clear}; stick-out that keeps {} mm: {}", holder.asked_mm, least.join(", "))
+}
+
 /// The measurement on a few lines.
 pub(crate) fn say(context: &Context, found: &Verification) {
     let (gouge, contact, crests) = (&found.gouge, &found.contact, &found.scallop.crests);
@@ -111,6 +135,9 @@ pub(crate) fn say(context: &Context, found: &Verification) {
             "",
             &format!("obstacles: {files} files, {triangles} triangles; smallest distance {clearance}"),
         );
+    }
+    if let Some(holder) = &found.holder {
+        console.say_long("", &say_holder(holder));
     }
     let findings = &found.verdict.findings;
     for f in findings.iter().take(FINDINGS_SAID) {

@@ -9,6 +9,7 @@ mod corpus;
 mod export;
 mod flaws;
 mod golden;
+mod holder;
 #[path = "../../../exchange/tests/iges_text/mod.rs"]
 mod iges_text;
 mod large;

@@ -9,7 +9,7 @@ use crate::run::{panel, run};
 use crate::scratch;
 
 /// A block as text STL.
-fn block(low: [f64; 3], high: [f64; 3]) -> String {
+pub(crate) fn block(low: [f64; 3], high: [f64; 3]) -> String {
     let corner = |k: usize| [0, 1, 2].map(|axis| if k >> axis & 1 == 0 { low[axis] } else { high[axis] });
     let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let mut text = "solid post\n".to_owned();

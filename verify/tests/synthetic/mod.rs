@@ -63,6 +63,7 @@ pub(crate) fn job(model: &Model) -> Job {
             only: Vec::new(),
             skip: Vec::new(),
             check: Vec::new(),
+            holder_clearance_mm: 1.0,
             feed_mm_per_min: 6000.0,
             rapid_mm_per_min: 20000.0,
         },

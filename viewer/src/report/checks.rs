@@ -104,7 +104,7 @@ fn measurements(v: &Verification) -> Markup {
     let (g, c, r, s) = (&v.gouge, &v.contact, &v.rapids, &v.scallop);
     let on_length = |x: f64| format!("{} of the length of all passes", share(x, 1.0));
     let clearance = r.clearance_min_mm.map_or_else(|| "–".into(), |mm| format!("{mm:.2} mm"));
-    let rows = [
+    let mut rows = vec![
         ("Deepest gouge", deviation(g.deepest_mm), place_or_dash(g.deepest_at.as_ref()), g.samples),
         (
             "Gouges deeper than 1, 2, 5 µm",
@@ -152,6 +152,37 @@ fn measurements(v: &Verification) -> Markup {
             s.surface.samples,
         ),
     ];
+    if let Some(shank) = &v.shank {
+        let entered = shank.deepest_at.as_ref();
+        rows.push((
+            "Moves on which the shank enters",
+            count(shank.touching),
+            place_or_dash(entered),
+            shank.moves,
+        ));
+    }
+    if let Some(holder) = &v.holder {
+        let least = match holder.clearance_min_mm {
+            Some(mm) => format!("{mm:.2} mm"),
+            None => "nothing near".into(),
+        };
+        let moves = holder.moves;
+        rows.push((
+            "Smallest clearance of holders",
+            least,
+            place_or_dash(holder.clearance_min_at.as_ref()),
+            moves,
+        ));
+        rows.push((
+            "Moves on which a holder touches, comes too near",
+            format!("{}, {}", count(holder.touching), count(holder.near)),
+            format!("asked for were {} mm", holder.asked_mm),
+            moves,
+        ));
+        if let Some(mm) = holder.stick_out_needed_mm(None) {
+            rows.push(("Stick-out needed", format!("{mm:.2} mm"), "for all regions".into(), moves));
+        }
+    }
     html! {
         div.wide { table {
             thead { tr {

@@ -1,5 +1,5 @@
 use claymill_nurbs::Vector3;
-use claymill_toolpath::{Job, MoveKind, Program, Setup};
+use claymill_toolpath::{MoveKind, Setup};
 use maud::{Markup, html};
 
 use super::figures::{area, count, duration, length, plural, share};
@@ -38,7 +38,7 @@ pub(super) fn section(input: &ReportInput<'_>) -> Markup {
 
 fn sheet(input: &ReportInput<'_>, setup: &Setup, drawn: Option<&SetupSheet>) -> Markup {
     let job = input.job;
-    let rows = rows(job, input.program, setup, drawn.map(|d| d.axes));
+    let rows = rows(input, setup, drawn.map(|d| d.axes));
     let tools = job.tools.iter().filter(|t| {
         t.holder.is_some() && input.program.moves.iter().any(|m| m.setup == setup.name && m.tool == t.id)
     });
@@ -60,12 +60,33 @@ fn sheet(input: &ReportInput<'_>, setup: &Setup, drawn: Option<&SetupSheet>) -> 
     }
 }
 
-fn rows(
-    job: &Job,
-    program: &Program,
-    setup: &Setup,
-    axes: Option<[[f64; 3]; 3]>,
-) -> Vec<(&'static str, String)> {
+/// How far the tool sticks out, and how far it has to.
+fn stick_out(input: &ReportInput<'_>, setup: &Setup, above_all_mm: f64) -> String {
+    let given =
+        input.job.tools.iter().filter_map(|t| t.holder.as_ref()).map(|h| h.stick_out_mm).reduce(f64::min);
+    let measured = input.verification.and_then(|v| v.holder.as_ref());
+    match (given, measured.and_then(|h| Some((h, h.stick_out_needed_mm(Some(&setup.name))?)))) {
+        (Some(given_mm), Some((holder, needed_mm))) => {
+            let verdict = if needed_mm > given_mm { ", which is too little" } else { "" };
+            let asked = holder.asked_mm;
+            format!(
+                "{given_mm} mm{verdict}: {needed_mm:.2} mm keep the holder {asked} mm away from the model here"
+            )
+        }
+        (Some(given_mm), None) => {
+            format!(
+                "{given_mm} mm as given, not verified; {above_all_mm:.0} mm keep it above the whole model"
+            )
+        }
+        (None, _) => format!(
+            "no holder was given; {above_all_mm:.0} mm keep any holder above the whole model, less needs a look: the shank \
+             was checked, as thick as the ball along its whole length"
+        ),
+    }
+}
+
+fn rows(input: &ReportInput<'_>, setup: &Setup, axes: Option<[[f64; 3]; 3]>) -> Vec<(&'static str, String)> {
+    let (job, program) = (input.job, input.program);
     let radius_mm = job.request.tool.radius_mm();
     let mine = || program.moves.iter().filter(|m| m.setup == setup.name);
     let mut rows = Vec::new();
@@ -79,26 +100,8 @@ fn rows(
     let tips = || mine().filter(|m| m.kind != MoveKind::Rapid).flat_map(|m| m.points.iter());
     let lowest = tips().map(|p| axis.dot(&Vector3::from(*p))).fold(f64::INFINITY, f64::min);
     if lowest.is_finite() {
-        let needed_mm = (setup.clearance_mm - lowest).ceil();
-        let given: Vec<f64> =
-            job.tools.iter().filter_map(|t| t.holder.as_ref()).map(|h| h.stick_out_mm).collect();
-        let shortest = given.iter().copied().fold(f64::INFINITY, f64::min);
-        rows.push((
-            "Stick-out",
-            if shortest >= needed_mm && !given.is_empty() {
-                format!("{shortest} mm, which keeps the holder above the whole model ({needed_mm:.0} mm do)")
-            } else {
-                let own = if given.is_empty() {
-                    "no holder was given".to_owned()
-                } else {
-                    format!("{shortest} mm as given")
-                };
-                format!(
-                    "{own}; {needed_mm:.0} mm keep any holder above the whole model, less needs a look: the holder was not \
-                     checked, the shank was, as thick as the ball along its whole length"
-                )
-            },
-        ));
+        let above_all_mm = (setup.clearance_mm - lowest).ceil();
+        rows.push(("Stick-out", stick_out(input, setup, above_all_mm)));
     }
     for tool in job.tools.iter().filter(|t| t.holder.is_some()) {
         rows.push(("Holder, from the tool up", tool::sections(tool).join("; ")));

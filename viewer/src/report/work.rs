@@ -208,6 +208,11 @@ fn region_row(input: &ReportInput<'_>, index: usize, sum: &Sum) -> Markup {
         .map(|(name, a)| format!("{name} {}", area(*a)))
         .collect();
     let crests = input.verification.and_then(|v| v.scallop.crests.by_region.iter().find(|c| c.region == id));
+    let held = input.verification.is_some_and(|v| v.holder.is_some());
+    let stick_outs: Vec<String> = (input.verification.and_then(|v| v.holder.as_ref()).into_iter())
+        .flat_map(|h| h.regions.iter().filter(|r| r.region == id))
+        .map(|r| format!("{} {:.2} mm", r.setup, r.stick_out_needed_mm))
+        .collect();
     let colour = input.region_colours.get(id).copied().unwrap_or(CLAY);
     html! { tr {
         @if let Some(t) = input.thumbnails.get(id) {
@@ -222,6 +227,9 @@ fn region_row(input: &ReportInput<'_>, index: usize, sum: &Sum) -> Markup {
         td.n { (area(region.area_mm2)) }
         td { @if by_setup.is_empty() { span.soft { "not cut" } } @else { (by_setup.join(", ")) } }
         (sum.cells())
+        @if held {
+            td.n { @if stick_outs.is_empty() { "–" } @else { (stick_outs.join(", ")) } }
+        }
         @match crests {
             Some(c) => { td.n { (deviation(c.p99_mm)) br; small.soft { "max " (deviation(c.max_mm)) } } }
             None => { td.n { "–" } }
@@ -244,7 +252,9 @@ pub(super) fn regions(input: &ReportInput<'_>) -> Markup {
             thead { tr {
                 @if !input.thumbnails.is_empty() { th scope="col" { "Where" } }
                 th scope="col" { "Region" } th.n scope="col" { "Faces" } th.n scope="col" { "Area" }
-                th scope="col" { "Area by setup" } (sum_headings()) th.n scope="col" { "Scallop 99 %" }
+                th scope="col" { "Area by setup" } (sum_headings())
+                @if input.verification.is_some_and(|v| v.holder.is_some()) { th.n scope="col" { "Stick-out needed" } }
+                th.n scope="col" { "Scallop 99 %" }
             } }
             tbody { @for index in range { (row(index)) } }
         } } }

@@ -1,0 +1,202 @@
+//! Shank and holder over every move, from the written moves and the model.
+//!
+//! ```text
+//!       │ spindle │          How much must the holder be raised for a point of the model at distance ρ from the axis
+//!     ╭─┴─────────┴─╮        and height z to stay below it? On a straight stretch this is a convex question about two
+//!     ╰──╮ flange╭──╯        convex bodies, the triangle as the moving tip sees it and a frustum of the holder,
+//!         ╲ nose╱            and their distance answers it for all the stretch at once, with a bound at every step.
+//!          ╲___╱   ▲
+//!           │ │    │ stick-out
+//!           ╰─╯ tip▼
+//! ```
+
+mod account;
+mod aims;
+mod body;
+mod gap;
+mod patch;
+mod sweep;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+
+use claymill_nurbs::{FaceMesh, Vector3};
+use rayon::prelude::*;
+
+pub use account::{HolderClearance, RegionStickOut, ShankContact};
+use aims::{Entry, Nearest, Raise, SAME_MM, Spot};
+use body::Frustum;
+use patch::Patches;
+use sweep::Sweep;
+
+use crate::reach::Reach;
+use crate::report::Place;
+use crate::scene::{Scene, Stage};
+use crate::track::Track;
+
+/// Distances of the holder beyond this are not measured, mm.
+const FAR_MM: f64 = 10.0;
+/// Moves that are looked along side by side, knowing what those before them have found: fixed numbers, so that the
+/// result does not depend on the number of threads. Few at first, when little is known.
+const ABREAST: [usize; 2] = [16, 256];
+
+/// Distances that are shorter by less than this are what was asked for, mm.
+const SETTLED_MM: f64 = 1e-4;
+
+/// What stands over the moves of a tool.
+struct Held {
+    body: Vec<Frustum>,
+    stick_out_mm: f64,
+}
+
+/// What one move has to say.
+struct Along {
+    /// More stick-out than any move of the region so far has asked for.
+    more_mm: Option<(f64, Spot)>,
+    /// A distance smaller than that asked for, or than any so far.
+    nearer_mm: Option<(f64, Spot)>,
+}
+
+/// Carries the holders along all moves; `None` where no tool has one.
+pub(crate) fn measure(
+    scene: &Scene<'_>,
+    meshes: &[Option<FaceMesh>],
+    reach: &Reach<'_>,
+    stage: &Stage<'_>,
+) -> Option<HolderClearance> {
+    let held: Vec<Option<Held>> = (0..scene.job.tools.len())
+        .map(|tool| {
+            let holder = scene.holder(tool)?;
+            Some(Held { body: body::of_holder(holder), stick_out_mm: holder.stick_out_mm })
+        })
+        .collect();
+    let tracks: Vec<&Track> = scene.tracks.iter().filter(|t| held[t.tool].is_some()).collect();
+    tracks.first()?;
+    let asked_mm = scene.holder_clearance_mm();
+    let (upright, tilted): (Vec<&Track>, Vec<&Track>) =
+        tracks.into_iter().partition(|t| t.stands_along(&axis(scene, t)));
+
+    let mut needed: BTreeMap<(usize, usize, usize), (f64, Option<Place>)> = BTreeMap::new();
+    let mut nearest: (f64, Option<Place>) = (FAR_MM.max(asked_mm), None);
+    let (mut touching, mut near) = (0, 0);
+    let (mut waiting, mut abreast) = (&upright[..], ABREAST[0]);
+    while !waiting.is_empty() {
+        let (batch, rest) = waiting.split_at(abreast.min(waiting.len()));
+        (waiting, abreast) = (rest, (2 * abreast).min(ABREAST[1]));
+        for track in batch {
+            needed.entry(key(track)).or_insert((track.radius_mm - SAME_MM, None));
+        }
+        let look = |track: &&Track| {
+            let held = held[track.tool].as_ref()?;
+            let found = along(
+                scene,
+                meshes,
+                reach,
+                track,
+                held,
+                needed[&key(track)].0,
+                (nearest.0 - SAME_MM).max(asked_mm),
+            );
+            stage.step(upright.len());
+            Some(found)
+        };
+        let found: Vec<Option<Along>> = batch.par_iter().map(look).collect();
+        for (track, found) in batch.iter().zip(found) {
+            let Some(found) = found else { continue };
+            let place = |spot: &Spot| Some(spot.place(scene, reach.setup(track.setup), track.seq));
+            if let (Some((mm, spot)), Some(most)) = (&found.more_mm, needed.get_mut(&key(track)))
+                && *mm > most.0
+            {
+                *most = (*mm, place(spot));
+            }
+            if let Some((mm, spot)) = &found.nearer_mm {
+                touching += u64::from(*mm <= SAME_MM);
+                near += u64::from(*mm < asked_mm - SETTLED_MM);
+                if *mm < nearest.0 {
+                    nearest = (*mm, place(spot));
+                }
+            }
+        }
+    }
+    let region = |((setup, region, tool), (mm, at)): ((usize, usize, usize), _)| RegionStickOut {
+        region,
+        setup: scene.job.setups[setup].name.clone(),
+        tool: scene.job.tools[tool].id.clone(),
+        stick_out_mm: held[tool].as_ref().map_or(0.0, |h| h.stick_out_mm),
+        stick_out_needed_mm: mm + SAME_MM,
+        at,
+    };
+    let found_near = nearest.1.is_some();
+    Some(HolderClearance {
+        asked_mm,
+        moves: upright.len() as u64,
+        moves_not_checked: tilted.len() as u64,
+        clearance_min_mm: found_near.then_some(if nearest.0 > SAME_MM { nearest.0 } else { 0.0 }),
+        clearance_min_at: nearest.1,
+        touching,
+        near,
+        regions: needed.into_iter().map(region).collect(),
+    })
+}
+
+/// Looks along one move for more stick-out than `known_mm`, and for distances below `within_mm`.
+fn along(
+    scene: &Scene<'_>,
+    meshes: &[Option<FaceMesh>],
+    reach: &Reach<'_>,
+    track: &Track,
+    held: &Held,
+    known_mm: f64,
+    within_mm: f64,
+) -> Along {
+    let patches = Patches { model: scene.model, meshes, view: reach.setup(track.setup) };
+    let sweep = Sweep { patches, body: &held.body };
+    let clearance_mm = scene.holder_clearance_mm();
+    let mut raise = Raise { clearance_mm, raised_mm: known_mm, spot: None };
+    sweep.along(track, &mut raise);
+    let mut nearest =
+        Nearest { raised_mm: held.stick_out_mm, within_mm, distance_mm: f64::INFINITY, spot: None };
+    sweep.along(track, &mut nearest);
+    Along {
+        more_mm: raise.spot.map(|spot| (raise.raised_mm, spot)),
+        nearer_mm: nearest.spot.map(|spot| (nearest.distance_mm, spot)),
+    }
+}
+
+/// Carries a shank as thick as the ball along all moves but rapids.
+pub(crate) fn measure_shank(
+    scene: &Scene<'_>,
+    meshes: &[Option<FaceMesh>],
+    reach: &Reach<'_>,
+    stage: &Stage<'_>,
+) -> ShankContact {
+    let checked = |t: &&Track| t.sweeps() && t.stands_along(&axis(scene, t));
+    let tracks: Vec<&Track> = scene.tracks.iter().filter(checked).collect();
+    let look = |track: &&Track| {
+        let view = reach.setup(track.setup);
+        let body = [body::shank(track.radius_mm, scene.options.gouge_limit_mm)];
+        let sweep = Sweep { patches: Patches { model: scene.model, meshes, view }, body: &body };
+        let mut entry = Entry { scene, view, radius_mm: track.radius_mm, found: None };
+        sweep.along(track, &mut entry);
+        stage.step(tracks.len());
+        entry.found.map(|(mm, spot)| (mm, spot.place(scene, view, track.seq)))
+    };
+    let found: Vec<Option<(f64, Place)>> = tracks.par_iter().map(look).collect();
+    let touching = found.iter().flatten().count() as u64;
+    let deepest = found.into_iter().flatten().reduce(|a, b| if b.0 > a.0 { b } else { a });
+    ShankContact {
+        moves: tracks.len() as u64,
+        touching,
+        deepest_mm: deepest.as_ref().map_or(0.0, |d| d.0),
+        deepest_at: deepest.map(|d| d.1),
+    }
+}
+
+fn key(track: &Track) -> (usize, usize, usize) {
+    (track.setup, track.region, track.tool)
+}
+
+fn axis(scene: &Scene<'_>, track: &Track) -> Vector3 {
+    Vector3::from(scene.job.setups[track.setup].axis).normalize()
+}

@@ -1,6 +1,6 @@
 use wgpu::{Adapter, Backends, DeviceType, Instance, InstanceDescriptor};
 
-use crate::ViewError;
+use crate::{Picture, ViewError};
 
 /// A device that can draw, and where it runs.
 pub struct Gpu {
@@ -77,6 +77,45 @@ impl Gpu {
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| ViewError::Device { adapter: name.clone(), reason: e.to_string() })?;
         Ok(Gpu { device, queue, adapter, name, largest_side_px })
+    }
+
+    /// What a texture of four bytes a pixel holds once all that was asked for is drawn; it must allow to be copied.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn read(&self, texture: &wgpu::Texture) -> Result<Picture, ViewError> {
+        let failed = |e: &dyn std::fmt::Display| ViewError::Device {
+            adapter: self.name.clone(),
+            reason: e.to_string(),
+        };
+        let wgpu::Extent3d { width, height, .. } = texture.size();
+        let row_bytes = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: u64::from(row_bytes) * u64::from(height),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
+        let destination = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_texture_to_buffer(texture.as_image_copy(), destination, texture.size());
+        self.queue.submit([encoder.finish()]);
+
+        let (sender, receiver) = std::sync::mpsc::channel();
+        buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+            // The receiver waits below; if it is gone nobody is interested.
+            let _ = sender.send(result);
+        });
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| failed(&e))?;
+        receiver.recv().map_err(|e| failed(&e))?.map_err(|e| failed(&e))?;
+        let mapped = buffer.slice(..).get_mapped_range().map_err(|e| failed(&e))?;
+        let mut rgba = Vec::with_capacity(4 * width as usize * height as usize);
+        for row in mapped.chunks_exact(row_bytes as usize) {
+            rgba.extend_from_slice(&row[..4 * width as usize]);
+        }
+        Ok(Picture { width, height, rgba })
     }
 }
 

@@ -7,8 +7,9 @@ use crate::ViewError;
 use crate::adapter::{self, Gpu};
 use crate::camera::{Camera, View};
 use crate::overlay;
+use crate::passes::DEPTH_FORMAT;
 use crate::picture::Picture;
-use crate::pipelines::{COLOUR_FORMAT, DEPTH_FORMAT, Pipelines, SAMPLES};
+use crate::pipelines::{COLOUR_FORMAT, Pipelines, SAMPLES};
 use crate::placement::Covered;
 use crate::scene::Scene;
 use crate::segments::{VisibleLines, visible_lines};
@@ -121,11 +122,9 @@ impl Renderer {
         let device = &self.gpu.device;
         let invalid = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let lines: Vec<VisibleLines> =
-            scene.lines.iter().map(|layer| visible_lines(scene, layer, &camera, options.size)).collect();
-        let drawn = self.draw(scene, &lines, &camera, options, factor);
+        let drawn = self.draw(scene, &camera, options, factor);
         let failure = pollster::block_on(memory.pop()).or(pollster::block_on(invalid.pop()));
-        let mut picture = match failure {
+        let (mut picture, share) = match failure {
             Some(error) => Err(self.failed(&error)),
             None => drawn,
         }?;
@@ -139,7 +138,6 @@ impl Renderer {
             picture.make_opaque();
         }
         if options.annotations {
-            let share = lines.iter().map(|l| l.share).fold(1.0, f32::min);
             overlay::annotate(&mut picture, scene, &camera, &model, (share, options.lettering));
         }
         Ok(picture)
@@ -149,14 +147,14 @@ impl Renderer {
         ViewError::Device { adapter: self.gpu.name.clone(), reason: reason.to_string() }
     }
 
+    /// The picture, and the least part of a layer's lines that is drawn.
     fn draw(
         &self,
         scene: &Scene,
-        lines: &[VisibleLines],
         camera: &Camera,
         options: &PictureOptions,
         factor: u32,
-    ) -> Result<Picture, ViewError> {
+    ) -> Result<(Picture, f32), ViewError> {
         let device = &self.gpu.device;
         let size = options.size.map(|s| s * factor);
         let attachment = TextureUsages::RENDER_ATTACHMENT;
@@ -172,10 +170,10 @@ impl Renderer {
         let group = |layout, entries: &[wgpu::BindGroupEntry<'_>]| {
             device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries })
         };
-        let frame_group = group(&self.pipelines.frame_layout, std::slice::from_ref(&constants));
+        let frame_group = group(&self.pipelines.layouts.frame, std::slice::from_ref(&constants));
         let depth_entry =
             wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&depth_view) };
-        let depth_group = group(&self.pipelines.depth_layout, &[constants, depth_entry]);
+        let depth_group = group(&self.pipelines.layouts.depth, &[constants, depth_entry]);
 
         let mut encoder = device.create_command_encoder(&Default::default());
         {
@@ -201,13 +199,18 @@ impl Renderer {
             pass.set_pipeline(&self.pipelines.occlusion);
             pass.draw(0..3, 0..1);
         }
+        // A software driver draws those while the lines are chosen.
+        self.gpu.queue.submit([encoder.finish()]);
+        let choose = |layer| visible_lines(scene, layer, camera, options.size);
+        let lines: Vec<VisibleLines> = scene.lines.iter().map(choose).collect();
+        let mut encoder = device.create_command_encoder(&Default::default());
         {
             let depth_attachment = depth_attachment(&depth_view, wgpu::LoadOp::Load);
             let mut pass =
                 begin(&mut encoder, &colour_view, Some(&resolved_view), false, Some(depth_attachment));
             pass.set_bind_group(0, &frame_group, &[]);
             pass.set_pipeline(&self.pipelines.line);
-            for layer in lines {
+            for layer in &lines {
                 for chunk in layer.segments.chunks(SEGMENTS_PER_BUFFER) {
                     let instances = self.buffer(chunk, BufferUsages::VERTEX)?;
                     pass.set_vertex_buffer(0, instances.slice(..));
@@ -215,7 +218,9 @@ impl Renderer {
                 }
             }
         }
-        self.read_back(encoder, &resolved, size)
+        let share = lines.iter().map(|l| l.share).fold(1.0, f32::min);
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok((self.gpu.read(&resolved)?, share))
     }
 
     fn texture(
@@ -258,41 +263,6 @@ impl Renderer {
             .copy_from_slice(bytes);
         buffer.unmap();
         Ok(buffer)
-    }
-
-    fn read_back(
-        &self,
-        mut encoder: wgpu::CommandEncoder,
-        texture: &wgpu::Texture,
-        size: [u32; 2],
-    ) -> Result<Picture, ViewError> {
-        let [width, height] = size;
-        let row_bytes = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: u64::from(row_bytes) * u64::from(height),
-            usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
-        let layout =
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
-        let destination = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
-        encoder.copy_texture_to_buffer(texture.as_image_copy(), destination, extent(size));
-        self.gpu.queue.submit([encoder.finish()]);
-
-        let (sender, receiver) = std::sync::mpsc::channel();
-        buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
-            // The receiver waits below; if it is gone nobody is interested.
-            let _ = sender.send(result);
-        });
-        self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| self.failed(&e))?;
-        receiver.recv().map_err(|e| self.failed(&e))?.map_err(|e| self.failed(&e))?;
-        let mapped = buffer.slice(..).get_mapped_range().map_err(|e| self.failed(&e))?;
-        let mut rgba = Vec::with_capacity(4 * width as usize * height as usize);
-        for row in mapped.chunks_exact(row_bytes as usize) {
-            rgba.extend_from_slice(&row[..4 * width as usize]);
-        }
-        Ok(Picture { width, height, rgba })
     }
 }
 

@@ -59,7 +59,8 @@ pub(crate) fn visible_lines(
         return VisibleLines { segments: all.flat_map_iter(draw).collect(), share: 1.0 };
     }
     let spacing_mm = (CLOSEST_PASSES_PX * camera.mm_per_px()) as f32;
-    let thinned = evenly_spaced(layer, spacing_mm, |a, b| frame.touches(a, b));
+    let whole = frame.holds(&layer.points);
+    let thinned = evenly_spaced(layer, spacing_mm, |a, b| whole || frame.touches(a, b));
     let runs = thinned.runs.par_iter().map(|r| (layer.strips[r.strip].colour, r.points.as_slice()));
     VisibleLines { segments: runs.flat_map_iter(draw).collect(), share: thinned.share }
 }
@@ -80,6 +81,18 @@ impl Frame<'_> {
     fn outside(&self, p: &[f64], q: &[f64]) -> bool {
         (0..2).any(|i| {
             p[i].max(q[i]) < -self.border_px || p[i].min(q[i]) > f64::from(self.size[i]) + self.border_px
+        })
+    }
+
+    /// Whether all points are in the picture, as the corners of a box around them are.
+    fn holds(&self, points: &[[f32; 3]]) -> bool {
+        let around = |[low, high]: [[f32; 3]; 2], p: &[f32; 3]| {
+            [[0, 1, 2].map(|k| low[k].min(p[k])), [0, 1, 2].map(|k| high[k].max(p[k]))]
+        };
+        let bounds = points.iter().fold([[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]], around);
+        (0..8_usize).all(|i| {
+            let corner = [0, 1, 2].map(|k| bounds[i >> k & 1][k]);
+            self.project(&corner).is_some_and(|p| !self.outside(&p, &p))
         })
     }
 

@@ -1,8 +1,8 @@
-use std::collections::HashMap;
 use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::cells::Cells;
 use crate::scene::{LineLayer, Strip};
 
 type Place = [f32; 3];
@@ -71,7 +71,7 @@ pub(crate) fn evenly_spaced(
     for pass in indices.chunk_by(|&a, &b| layer.strips[a].pass == layer.strips[b].pass) {
         let first_span = spans.len();
         for &strip in pass {
-            let rooms: Vec<Room> = stations[strip].iter().map(|s| drawn.room(&s.at)).collect();
+            let rooms = drawn.rooms(&stations[strip]);
             let neighbours = |a: usize| {
                 // A gap: the strip leaves the picture in between.
                 stations[strip][a + 1].along_mm - stations[strip][a].along_mm < 1.5 * STATION * spacing_mm
@@ -86,7 +86,9 @@ pub(crate) fn evenly_spaced(
         }
         // Only now: the parts of one pass do not keep each other away.
         for (strip, span) in &spans[first_span..] {
-            for s in stations[*strip].iter().filter(|s| span.contains(&s.along_mm)) {
+            let stations = &stations[*strip];
+            let first = stations.partition_point(|s| s.along_mm < span.start);
+            for s in stations[first..].iter().take_while(|s| s.along_mm < span.end) {
                 drawn.add(s.at);
             }
         }
@@ -175,12 +177,12 @@ fn part(points: &[Place], span: &Range<f32>) -> Vec<Place> {
 /// to, so that a query looks into one.
 struct DrawnStations {
     spacing_mm: f32,
-    cells: HashMap<[i32; 3], Vec<Place>>,
+    cells: Cells<Vec<Place>>,
 }
 
 impl DrawnStations {
     fn new(spacing_mm: f32) -> Self {
-        DrawnStations { spacing_mm, cells: HashMap::new() }
+        DrawnStations { spacing_mm, cells: Cells::default() }
     }
 
     fn cell(&self, mm: f32) -> i32 {
@@ -199,13 +201,26 @@ impl DrawnStations {
         }
     }
 
-    fn room(&self, at: &Place) -> Room {
-        let Some(near) = self.cells.get(&at.map(|mm| self.cell(mm))) else {
-            return Room::ToBegin;
+    fn rooms(&self, stations: &[Station]) -> Vec<Room> {
+        // Stations in a row share a cell.
+        let mut known: Option<([i32; 3], &[Place])> = None;
+        let room = |s: &Station| {
+            let cell = s.at.map(|mm| self.cell(mm));
+            let near = match known {
+                Some((of, near)) if of == cell => near,
+                _ => self.cells.get(&cell).map_or(&[][..], Vec::as_slice),
+            };
+            known = Some((cell, near));
+            self.room(&s.at, near)
         };
+        stations.iter().map(room).collect()
+    }
+
+    fn room(&self, at: &Place, near: &[Place]) -> Room {
         let (begin2, go_on2) = (self.spacing_mm.powi(2), (KEPT_ABOVE * self.spacing_mm).powi(2));
         let mut nearest2 = f32::INFINITY;
-        for place in near {
+        // What is in the way is most often what was drawn last.
+        for place in near.iter().rev() {
             nearest2 = nearest2.min(distance2(place, at));
             if nearest2 < go_on2 {
                 return Room::None;

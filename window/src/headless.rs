@@ -237,38 +237,6 @@ impl<'a> Headless<'a> {
         let (Some(easel), Some(texture)) = (&self.easel, &self.target) else {
             return Err(ViewError::NoAdapter { reason: "none was opened".into() });
         };
-        let gpu = &easel.gpu;
-        let failed = |e: &dyn std::fmt::Display| ViewError::Device {
-            adapter: gpu.name.clone(),
-            reason: e.to_string(),
-        };
-        let [width, height] = self.size;
-        let row_bytes = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: u64::from(row_bytes) * u64::from(height),
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let layout =
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
-        encoder.copy_texture_to_buffer(
-            texture.as_image_copy(),
-            wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },
-            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        );
-        gpu.queue.submit([encoder.finish()]);
-        let (sender, receiver) = std::sync::mpsc::channel();
-        buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
-            // The receiver waits below.
-            let _ = sender.send(result);
-        });
-        gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| failed(&e))?;
-        receiver.recv().map_err(|e| failed(&e))?.map_err(|e| failed(&e))?;
-        let mapped = buffer.slice(..).get_mapped_range().map_err(|e| failed(&e))?;
-        let rows = mapped.chunks_exact(row_bytes as usize);
-        let rgba = rows.flat_map(|row| row[..4 * width as usize].iter().copied()).collect();
-        Ok(Picture { width, height, rgba })
+        easel.gpu.read(texture)
     }
 }

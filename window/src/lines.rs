@@ -7,10 +7,10 @@
 //! ```
 
 use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
 use std::ops::Range;
 
 use claymill_nurbs::{Aabb, Point3};
+use claymill_viewer::Cells;
 
 /// A polyline that belongs to something: a move, a joint.
 #[derive(Debug, Clone)]
@@ -245,11 +245,11 @@ fn thin(strokes: &[Stroke], cut: &[Vec<[f32; 3]>], levels: &mut [Vec<u8>], level
     }
 }
 
-/// Places on drawn segments, to be found by place. The hash is never walked: results come in the order of strokes.
+/// Places on drawn segments, to be found by place.
 struct Drawn {
     spacing_mm: f32,
     /// Twice the spacing wide, so that what is near a place is in eight of them.
-    cells: HashMap<[i32; 3], Vec<[f32; 3]>, BuildHasherDefault<CellHasher>>,
+    cells: Cells<Vec<[f32; 3]>>,
 }
 
 /// Stations along a line, as a part of the spacing: what lies between two is taken for the first.
@@ -257,7 +257,7 @@ const STATION: f32 = 0.4;
 
 impl Drawn {
     fn new(spacing_mm: f32) -> Self {
-        Drawn { spacing_mm, cells: HashMap::default() }
+        Drawn { spacing_mm, cells: Cells::default() }
     }
 
     /// Enters those segments of a polyline that `chosen` says.
@@ -324,26 +324,6 @@ impl Drawn {
             }
         }
         if nearest2 < begin2 { Room::ToGoOn } else { Room::ToBegin }
-    }
-}
-
-/// Cells are asked for by the million, and nobody chooses them to collide.
-#[derive(Default)]
-struct CellHasher(u64);
-
-impl Hasher for CellHasher {
-    fn finish(&self) -> u64 {
-        self.0 ^ self.0 >> 29
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        for b in bytes {
-            self.write_i32(i32::from(*b));
-        }
-    }
-
-    fn write_i32(&mut self, i: i32) {
-        self.0 = (self.0.rotate_left(5) ^ u64::from(i as u32)).wrapping_mul(0x517c_c1b7_2722_0a95);
     }
 }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use claymill_nurbs::Aabb;
-use claymill_viewer::{Gpu, Scene, SurfaceMesh, SurfaceVertex};
+use claymill_viewer::{DEPTH_FORMAT, Gpu, Scene, SurfaceMesh, SurfaceVertex};
 use wgpu::util::DeviceExt;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages, TextureView};
 
@@ -13,7 +13,7 @@ use crate::frame::frame;
 use crate::layers::{Layers, LineLook};
 use crate::lines::{LineVertex, Lines};
 use crate::pick::Section;
-use crate::pipelines::{COLOUR_FORMAT, DEPTH_FORMAT, Layouts, Pipelines};
+use crate::pipelines::{COLOUR_FORMAT, Layouts, Pipelines};
 
 /// Samples a pixel of a fine picture; every adapter can do four.
 const FINE_SAMPLES: u32 = 4;
@@ -115,7 +115,7 @@ impl Stage {
         let group = |layout, entries: &[wgpu::BindGroupEntry<'_>]| {
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries })
         };
-        let frame_group = group(&self.layouts.frame, std::slice::from_ref(&constants));
+        let frame_group = group(&self.layouts.frame.frame, std::slice::from_ref(&constants));
         let shown = target.shown.create_view(&Default::default());
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         {
@@ -146,7 +146,7 @@ impl Stage {
                 binding: 1,
                 resource: wgpu::BindingResource::TextureView(&target.depth),
             };
-            let depth_group = group(&self.layouts.depth, &[constants, depth]);
+            let depth_group = group(&self.layouts.frame.depth, &[constants, depth]);
             let mut pass = target.begin(&mut encoder, &shown, Part::Shade);
             pass.set_bind_group(0, &depth_group, &[]);
             pass.set_pipeline(occlusion);

@@ -1,4 +1,4 @@
-// The model and its lines. Positions are mm relative to the scene's origin. Colours are drawn as they are shown, since
+// The model and its lines, after the `optics.wgsl` of all pictures. Positions are mm relative to the scene's origin. Colours are drawn as they are shown, since
 // the picture becomes a part of a window whose toolkit mixes them so.
 
 struct Frame {
@@ -25,22 +25,7 @@ fn shown(c: vec3<f32>) -> vec3<f32> {
     return pow(clamp(c, vec3(0.0), vec3(1.0)), vec3(1.0 / 2.2));
 }
 
-fn covering(i: u32) -> vec2<f32> {
-    return vec2(f32(i & 1u) * 4.0 - 1.0, f32(i >> 1u) * 4.0 - 1.0);
-}
-
 // --- backdrop ---------------------------------------------------------------------------------------------
-
-struct Backdrop {
-    @builtin(position) position: vec4<f32>,
-    @location(0) height: f32,
-}
-
-@vertex
-fn backdrop_vertex(@builtin(vertex_index) i: u32) -> Backdrop {
-    let xy = covering(i);
-    return Backdrop(vec4(xy, 1.0, 1.0), 0.5 + 0.5 * xy.y);
-}
 
 @fragment
 fn backdrop_fragment(in: Backdrop) -> @location(0) vec4<f32> {
@@ -80,17 +65,9 @@ fn lit(colour: vec3<f32>, normal: vec3<f32>, e: vec3<f32>) -> vec3<f32> {
     let shine = 0.10 * pow(max(0.0, dot(n, normalize(key + e))), 60.0)
         + 0.10 * pow(1.0 - max(0.0, dot(n, e)), 4.0);
     let mirrored = reflect(-e, n);
-    let stripes = zebra(acos(clamp(dot(mirrored, frame.sky.xyz), -1.0, 1.0)));
+    let lines = stripes(acos(clamp(dot(mirrored, frame.sky.xyz), -1.0, 1.0)));
     let plain = colour * light + vec3(shine);
-    return mix(plain, (0.3 + 0.7 * colour) * mix(0.05, 0.95, stripes) * (0.6 + 0.4 * light), frame.sky.w);
-}
-
-// Stripes of 7.5 degrees, grey where a pixel holds several.
-fn zebra(angle: f32) -> f32 {
-    let phase = angle * 24.0 / 6.2831853;
-    let width = max(fwidth(phase), 1e-5);
-    let ramp = abs(fract(phase) - 0.5) * 2.0 - 0.5;
-    return mix(clamp(ramp / (2.0 * width) + 0.5, 0.0, 1.0), 0.5, smoothstep(0.35, 0.7, width));
+    return mix(plain, (0.3 + 0.7 * colour) * mix(0.05, 0.95, lines) * (0.6 + 0.4 * light), frame.sky.w);
 }
 
 fn cut_away(p: vec3<f32>) -> bool {
@@ -118,47 +95,11 @@ fn tint_fragment(in: Surface) -> @location(0) vec4<f32> {
 
 // --- occlusion --------------------------------------------------------------------------------------------
 
-@group(0) @binding(1) var depth_buffer: texture_depth_multisampled_2d;
-
-fn depth_mm(p: vec2<i32>) -> f32 {
-    let size = vec2<i32>(textureDimensions(depth_buffer));
-    let d = textureLoad(depth_buffer, clamp(p, vec2(0), size - vec2(1)), 0);
-    return (frame.depth.x * d + frame.depth.y) / (frame.depth.z * d + 1.0);
-}
-
-fn smaller(a: f32, b: f32) -> f32 {
-    return select(b, a, abs(a) < abs(b));
-}
-
-@vertex
-fn occlusion_vertex(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {
-    return vec4(covering(i), 0.0, 1.0);
-}
-
-// How much of what the surface could see of the sky stands in front of it, over a spiral of places.
 @fragment
 fn occlusion_fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
-    let p = vec2<i32>(position.xy);
-    if (textureLoad(depth_buffer, p, 0) >= 1.0) {
-        return vec4(1.0);
-    }
-    let z = depth_mm(p);
-    let slope = vec2(
-        smaller(depth_mm(p + vec2(1, 0)) - z, z - depth_mm(p - vec2(1, 0))),
-        smaller(depth_mm(p + vec2(0, 1)) - z, z - depth_mm(p - vec2(0, 1))),
-    );
-    let reach_mm = frame.depth.w * frame.viewport.z;
-    let count = 14;
-    var taken = 0.0;
-    for (var i = 0; i < count; i++) {
-        let s = (f32(i) + 0.5) / f32(count);
-        let angle = 2.399963 * f32(i);
-        let offset = vec2<i32>(round(vec2(cos(angle), sin(angle)) * (s * frame.depth.w + 1.0)));
-        let away_mm = length(vec2<f32>(offset)) / frame.depth.w * reach_mm;
-        let in_front = z + dot(slope, vec2<f32>(offset)) - depth_mm(p + offset);
-        taken += clamp(in_front / away_mm - 0.08, 0.0, 1.0) * (1.0 - smoothstep(0.3 * reach_mm, 1.2 * reach_mm, in_front));
-    }
-    return vec4(vec3(pow(clamp(1.0 - 0.9 * taken / f32(count), 0.0, 1.0), 0.6)), 1.0);
+    let mm = frame.depth.w * frame.viewport.z;
+    let sky = taken(vec2<i32>(position.xy), Reach(frame.depth.w, mm, 14, 0.08, vec2(0.3 * mm, 1.2 * mm)));
+    return vec4(vec3(pow(clamp(1.0 - 0.9 * sky, 0.0, 1.0), 0.6)), 1.0);
 }
 
 // --- lines ------------------------------------------------------------------------------------------------
@@ -171,13 +112,6 @@ struct Line {
     @location(1) @interpolate(flat) length_half_width: vec2<f32>,
     @location(2) @interpolate(flat) colour: vec4<f32>,
     @location(3) place: vec3<f32>,
-}
-
-// In pixels, and depth; lifted toward the eye along the line of sight, which moves nothing in the picture.
-fn seen(p: vec3<f32>, lift_mm: f32) -> vec3<f32> {
-    let toward_eye = normalize(frame.eye.xyz - p * frame.eye.w);
-    let clip = frame.clip * vec4(p + toward_eye * lift_mm, 1.0);
-    return vec3(clip.xy / clip.w * 0.5 * frame.viewport.xy, select(clip.z / clip.w, 2.0, clip.w <= 0.0));
 }
 
 @vertex
@@ -199,22 +133,8 @@ fn line_vertex(
         return nothing;
     }
     let lift_mm = frame.viewport.w + (1.0 + half_width) * frame.viewport.z;
-    let from_px = seen(a, lift_mm);
-    let to_px = seen(b, lift_mm);
-    if (max(from_px.z, to_px.z) > 1.5) {
-        return nothing;
-    }
-    let delta = to_px.xy - from_px.xy;
-    let length_px = length(delta);
-    let along = select(vec2(1.0, 0.0), delta / length_px, length_px > 1e-4);
-    let across = vec2(-along.y, along.x);
-    let reach = half_width + 1.0;
-    let s = mix(-reach, length_px + reach, f32(i & 1u));
-    let side = f32(i >> 1u) * 2.0 - 1.0;
-    let px = from_px.xy + along * s + across * (side * reach);
-    let t = clamp(s / max(length_px, 1e-4), 0.0, 1.0);
-    let position = vec4(px / (0.5 * frame.viewport.xy), mix(from_px.z, to_px.z, t), 1.0);
-    return Line(position, vec2(s, side * reach), vec2(length_px, half_width), colour, mix(a, b, t));
+    let strip = band(i, a, b, half_width, 1.0, lift_mm);
+    return Line(strip.position, strip.along_across, strip.length_half_width, colour, mix(a, b, strip.t));
 }
 
 @fragment
@@ -222,12 +142,6 @@ fn line_fragment(in: Line) -> @location(0) vec4<f32> {
     if (cut_away(in.place)) {
         discard;
     }
-    let s = in.along_across.x;
-    let past = max(max(-s, s - in.length_half_width.x), 0.0);
-    // Translucent lines end square, so that the joints of a polyline are not painted twice.
-    if (in.colour.a < 0.99 && past > 0.0) {
-        discard;
-    }
-    let distance = length(vec2(past, in.along_across.y));
-    return vec4(in.colour.rgb, in.colour.a * clamp(in.length_half_width.y - distance + 0.5, 0.0, 1.0));
+    let beside_px = beside(in.along_across, in.length_half_width, in.colour.a);
+    return vec4(in.colour.rgb, in.colour.a * clamp(0.5 - beside_px, 0.0, 1.0));
 }

@@ -225,7 +225,7 @@ fn region_row(input: &ReportInput<'_>, index: usize, sum: &Sum) -> Markup {
         }
         td.n { (count(region.faces.len() as u64)) }
         td.n { (area(region.area_mm2)) }
-        td { @if by_setup.is_empty() { span.soft { "not cut" } } @else { (by_setup.join(", ")) } }
+        td.parts { @if by_setup.is_empty() { span.soft { "not cut" } } @for part in &by_setup { span { (part) } } }
         (sum.cells())
         @if held {
             td.n { @if stick_outs.is_empty() { "–" } @else { (stick_outs.join(", ")) } }

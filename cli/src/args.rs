@@ -535,6 +535,9 @@ pub(crate) struct ViewArgs {
     /// The model, where it is no longer at the path that the job names.
     #[arg(long)]
     pub(crate) model: Option<PathBuf>,
+    /// Draw the tool with this holder instead of the job's: see plan.
+    #[arg(long, value_name = "STICKOUT[:SECTIONS]")]
+    pub(crate) holder: Option<String>,
     /// Dark surroundings.
     #[arg(long)]
     pub(crate) dark: bool,

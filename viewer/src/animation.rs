@@ -5,14 +5,15 @@
 //!   seconds of each move (kinematics) ──► where the tool is ─────────┴─► a scene at any time
 //! ```
 
-use claymill_nurbs::{Aabb, Point3, Vector3};
-use claymill_toolpath::{Move, MoveKind, Program, ToolRecord};
+use claymill_nurbs::{Aabb, Vector3};
+use claymill_toolpath::{MoveKind, Program};
 
 use crate::camera::View;
+use crate::course::Course;
 use crate::palette::Rgb;
 use crate::pins::{Pin, PinShape};
 use crate::scene::{LineKind, LineLayer, Scene, Strip};
-use crate::strokes::{PathColours, StrokeStyle, consecutive_passes, drawn_moves, flatten};
+use crate::strokes::{PathColours, StrokeStyle, consecutive_passes, drawn_moves};
 use crate::tool::PosedTool;
 
 /// Colour of the mark at the tool's tip.
@@ -28,25 +29,12 @@ struct Timed {
     to_s: f64,
 }
 
-/// Where the tool's tip is at some time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Station {
-    pub(crate) at_s: f64,
-    pub(crate) tip: Point3,
-    pub(crate) axis: Vector3,
-    pub(crate) radius_mm: f64,
-    /// Which of the reel's tools.
-    tool: usize,
-}
-
 /// A job that can be seen at any time.
 #[derive(Debug, Clone)]
 pub struct Reel {
     bare: Scene,
     layers: Vec<(LineLayer, Vec<Timed>)>,
-    stations: Vec<Station>,
-    setups: Vec<(f64, String)>,
-    tools: Vec<ToolRecord>,
+    course: Course,
 }
 
 impl Reel {
@@ -64,17 +52,8 @@ impl Reel {
                 })
                 .into();
         bare.framed = bare.points().collect();
-        let (mut stations, mut setups) = (Vec::new(), Vec::new());
         let mut now_s = 0.0;
         for (((m, parts), &pass), &took_s) in program.moves.iter().zip(&drawn).zip(&passes).zip(seconds) {
-            if setups.last().is_none_or(|(_, name)| *name != m.setup) {
-                setups.push((now_s, m.setup.clone()));
-            }
-            let tool = style.tools.iter().position(|t| t.id == m.tool).unwrap_or(style.tools.len());
-            let radius_mm = style.tools.get(tool).map_or(1.0, |t| t.tool.radius_mm());
-            let axis = Vector3::from(m.axis_start);
-            let from = Station { at_s: now_s, tip: Point3::origin(), axis, radius_mm, tool };
-            add_stations(&mut stations, m, &from, took_s);
             let layer = match m.kind {
                 MoveKind::Link => Some(0),
                 MoveKind::LeadIn | MoveKind::LeadOut => Some(1),
@@ -95,20 +74,20 @@ impl Reel {
         for (layer, _) in &mut layers {
             layer.strips.clear();
         }
-        Reel { bare, layers, stations, setups, tools: style.tools.to_vec() }
+        Reel { bare, layers, course: Course::new(program, seconds, style.tools) }
     }
 
     /// How long the job takes, s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
-        self.stations.last().map_or(0.0, |s| s.at_s)
+        self.course.duration_s()
     }
 
     /// The view that holds the model all the time; or, with `follow_mm`, a box of that size around the tip.
     #[must_use]
     pub fn view(&self, view: &View, at_s: f64, follow_mm: Option<f64>) -> View {
         let name = view.name.clone();
-        match (follow_mm, self.station(at_s)) {
+        match (follow_mm, self.course.station(at_s)) {
             (Some(size), Some(s)) => {
                 let half = Vector3::repeat(0.5 * size);
                 view.clone().focused(&name, Aabb { min: s.tip - half, max: s.tip + half })
@@ -136,7 +115,8 @@ impl Reel {
                 scene.lines.push(LineLayer { strips, ..layer.clone() });
             }
         }
-        let setup = self.setups.iter().rfind(|(from_s, _)| *from_s <= at_s).map_or("", |s| s.1.as_str());
+        let setup =
+            self.course.setups.iter().rfind(|(from_s, _)| *from_s <= at_s).map_or("", |s| s.1.as_str());
         let clock = |s: f64| format!("{}:{:02}:{:02}", s as u64 / 3600, s as u64 / 60 % 60, s as u64 % 60);
         scene.caption.truncate(1);
         scene.caption.push(format!("setup {setup}, {} of {}", clock(at_s), clock(self.duration_s())));
@@ -148,51 +128,21 @@ impl Reel {
     }
 
     /// The model without paths and tool.
-    pub(crate) fn bare(&self) -> &Scene {
+    #[must_use]
+    pub fn bare(&self) -> &Scene {
         &self.bare
     }
 
-    /// Where the tool is, in the order of time.
-    pub(crate) fn stations(&self) -> &[Station] {
-        &self.stations
-    }
-
-    /// When each setup begins, s.
-    pub(crate) fn setup_times(&self) -> Vec<f64> {
-        self.setups.iter().map(|s| s.0).collect()
+    /// Where the tool is.
+    #[must_use]
+    pub fn course(&self) -> &Course {
+        &self.course
     }
 
     /// The tool as it stands at a time; none where no tool of the job is at work.
     #[must_use]
     pub fn tool(&self, at_s: f64) -> Option<PosedTool<'_>> {
-        let s = self.station(at_s)?;
-        Some(PosedTool { record: self.tools.get(s.tool)?, tip: s.tip, axis: s.axis })
-    }
-
-    pub(crate) fn station(&self, at_s: f64) -> Option<Station> {
-        let after = self.stations.partition_point(|s| s.at_s < at_s);
-        let (b, a) =
-            (self.stations.get(after).or(self.stations.last())?, self.stations.get(after.saturating_sub(1))?);
-        let share = ((at_s - a.at_s) / (b.at_s - a.at_s).max(1e-12)).clamp(0.0, 1.0);
-        // Between two setups the tool is nowhere: it does not tilt on the way.
-        let axis = if share < 0.5 { a.axis } else { b.axis };
-        Some(Station { at_s, tip: a.tip + (b.tip - a.tip) * share, axis, ..*b })
-    }
-}
-
-/// Points of the tip's way; within a move the time goes with the length.
-fn add_stations(stations: &mut Vec<Station>, m: &Move, from: &Station, took_s: f64) {
-    const CHORD_MM: f64 = 0.5;
-    let Ok(curve) = m.curve() else { return };
-    let points = flatten(&curve, CHORD_MM);
-    let whole_mm: f64 = points.windows(2).map(|ab| (ab[1] - ab[0]).norm()).sum();
-    let mut gone_mm = 0.0;
-    for (i, &tip) in points.iter().enumerate() {
-        if let Some(before) = i.checked_sub(1) {
-            gone_mm += (tip - points[before]).norm();
-        }
-        let share = if whole_mm > 0.0 { gone_mm / whole_mm } else { 1.0 };
-        stations.push(Station { at_s: from.at_s + share * took_s, tip, ..*from });
+        self.course.tool(at_s)
     }
 }
 
@@ -200,7 +150,8 @@ fn add_stations(stations: &mut Vec<Station>, m: &Move, from: &Station, took_s: f
 mod tests {
     use super::*;
     use crate::scene::SurfaceVertex;
-    use claymill_toolpath::{Tool, ToolRecord};
+    use claymill_nurbs::Point3;
+    use claymill_toolpath::{Move, Tool, ToolRecord};
 
     /// Two passes of 100 mm, ten seconds each, with a link of two seconds between them.
     fn reel() -> Reel {
@@ -231,7 +182,7 @@ mod tests {
         for (at_s, x, y) in
             [(0.0, 0.0, 0.0), (5.0, 50.0, 0.0), (11.0, 100.0, 1.5), (17.0, 50.0, 3.0), (22.0, 0.0, 3.0)]
         {
-            let s = reel.station(at_s).unwrap();
+            let s = reel.course.station(at_s).unwrap();
             approx::assert_abs_diff_eq!(s.tip, Point3::new(x, y, 0.0), epsilon = 1e-9);
             let scene = reel.scene(at_s);
             let drawn =

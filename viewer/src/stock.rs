@@ -6,9 +6,10 @@
 //! ```
 
 use claymill_nurbs::{Point3, Vector3};
+use rayon::prelude::*;
 
-use crate::animation::{Reel, Station};
 use crate::camera::{Camera, View};
+use crate::course::{Course, Station};
 use crate::front::Front;
 use crate::palette::Rgb;
 use crate::scene::{LegendEntry, LineKind, Mark, Scene, SurfaceVertex};
@@ -51,14 +52,14 @@ struct HeightMap {
 impl Stock {
     /// Every setup of a job begins with `allowance_mm` along its tool axis over whatever was not cut before.
     #[must_use]
-    pub fn of(reel: &Reel, allowance_mm: f64) -> Self {
-        let bare = reel.bare();
-        let radius_mm = reel.stations().iter().map(|s| s.radius_mm).fold(f64::INFINITY, f64::min);
-        let begin_s = reel.setup_times();
+    pub fn of(bare: &Scene, course: &Course, allowance_mm: f64) -> Self {
+        let stations = &course.stations;
+        let radius_mm = stations.iter().map(|s| s.radius_mm).fold(f64::INFINITY, f64::min);
+        let begin_s: Vec<f64> = course.setups.iter().map(|s| s.0).collect();
         let axis = |at_s: f64| {
-            let first = reel.stations().partition_point(|s| s.at_s < at_s);
+            let first = stations.partition_point(|s| s.at_s < at_s);
             // The station on the border belongs to the setup before.
-            reel.stations().get(first + 1).or(reel.stations().last()).map_or(Vector3::z(), |s| s.axis)
+            stations.get(first + 1).or(stations.last()).map_or(Vector3::z(), |s| s.axis)
         };
         let maps = begin_s.iter().map(|&s| HeightMap::new(bare, axis(s), radius_mm)).collect();
         let done = bare.surfaces.iter().map(|s| vec![false; s.vertices.len()]).collect();
@@ -66,13 +67,13 @@ impl Stock {
     }
 
     /// Cuts until `to_s`; time only goes on.
-    pub fn advance(&mut self, reel: &Reel, to_s: f64) {
-        let stations = reel.stations();
+    pub fn advance(&mut self, bare: &Scene, course: &Course, to_s: f64) {
+        let stations = &course.stations;
         let mut cutting = true;
         while cutting {
             cutting = false;
             let setup = self.begin_s.partition_point(|s| *s <= self.now_s.max(0.0)).max(1) - 1;
-            self.begin(reel, setup);
+            self.begin(bare, setup);
             let end_s = self.begin_s.get(setup + 1).copied().unwrap_or(f64::INFINITY);
             let until_s = to_s.min(end_s);
             while let Some(pair) = stations.get(self.next_station..self.next_station + 2) {
@@ -80,8 +81,11 @@ impl Stock {
                 if pair[0].at_s >= until_s {
                     break;
                 }
-                let to =
-                    if pair[1].at_s <= until_s { pair[1] } else { reel.station(until_s).unwrap_or(pair[1]) };
+                let to = if pair[1].at_s <= until_s {
+                    pair[1]
+                } else {
+                    course.station(until_s).unwrap_or(pair[1])
+                };
                 if pair[0].axis == pair[1].axis {
                     self.maps[setup].cut(&pair[0], &to);
                 }
@@ -91,7 +95,7 @@ impl Stock {
                 self.next_station += 1;
             }
             if end_s <= to_s {
-                self.mark_done(reel.bare(), setup);
+                self.mark_done(bare, setup);
                 cutting = setup + 1 < self.begin_s.len();
                 self.now_s = end_s;
             } else {
@@ -100,7 +104,7 @@ impl Stock {
         }
     }
 
-    fn begin(&mut self, reel: &Reel, setup: usize) {
+    fn begin(&mut self, bare: &Scene, setup: usize) {
         if self.maps.get(setup).is_none_or(|m| m.stock.is_some()) {
             return;
         }
@@ -108,7 +112,6 @@ impl Stock {
         let mut stock: Vec<f32> = self.maps[setup].model.iter().map(|h| h + allowance).collect();
         // What earlier setups cut has no material left.
         let before = &self.maps[..setup];
-        let bare = reel.bare();
         let map = &self.maps[setup];
         for (i, h) in stock.iter_mut().enumerate().filter(|(_, h)| h.is_finite()) {
             let top = map.place(i, f64::from(map.model[i]));
@@ -130,30 +133,48 @@ impl Stock {
         }
     }
 
-    /// Puts the material into a scene of the same reel at the time that was advanced to, in place of the paths.
-    pub fn show(&self, reel: &Reel, scene: &mut Scene) {
-        let bare = reel.bare();
+    /// Puts the material into a scene of the same model at the time that was advanced to, in place of the paths.
+    pub fn show(&self, bare: &Scene, scene: &mut Scene) {
         scene.lines.retain(|l| !matches!(l.kind, LineKind::Cut | LineKind::Link | LineKind::Lead));
-        let setup = self.begin_s.partition_point(|s| *s <= self.now_s.max(0.0)).max(1) - 1;
-        let allowance = self.allowance_mm as f32;
-        let current = self.maps.get(setup);
-        for (k, done) in self.done.iter().enumerate() {
-            let Some(mesh) = scene.surfaces.get_mut(k) else { continue };
-            for (v, &done) in mesh.vertices.iter_mut().zip(done) {
-                let p = Point3::from(v.position.map(f64::from)) + bare.origin.coords;
-                let cut = done || current.is_some_and(|m| m.is_cut_at(&p, allowance, bare.deviation_mm));
-                let [r, g, b] = if cut { DONE } else { TO_GO };
-                v.colour = [r, g, b, 255];
-            }
-        }
-        if let Some(map) = current {
-            map.add_skin(scene, allowance);
-        }
+        self.paint(bare, scene);
+        self.add_skin(scene);
         for (colour, text) in
             [(TO_GO, format!("material, {} mm over the model", self.allowance_mm)), (DONE, "cut".to_owned())]
         {
             scene.legend.push(LegendEntry { mark: Mark::Area, colour, text });
         }
+    }
+
+    /// Colours the model's surfaces, which are the first of `scene`, by whether they are cut.
+    pub fn paint(&self, bare: &Scene, scene: &mut Scene) {
+        let allowance = self.allowance_mm as f32;
+        let current = self.current();
+        for (k, done) in self.done.iter().enumerate() {
+            let Some(mesh) = scene.surfaces.get_mut(k) else { continue };
+            mesh.vertices.par_iter_mut().zip(done).for_each(|(v, &done)| {
+                let p = Point3::from(v.position.map(f64::from)) + bare.origin.coords;
+                let cut = done || current.is_some_and(|m| m.is_cut_at(&p, allowance, bare.deviation_mm));
+                let [r, g, b] = if cut { DONE } else { TO_GO };
+                v.colour = [r, g, b, 255];
+            });
+        }
+    }
+
+    /// Adds the surface of what is still to go in the setup that is on.
+    pub fn add_skin(&self, scene: &mut Scene) {
+        if let Some(map) = self.current() {
+            map.add_skin(scene, self.allowance_mm as f32);
+        }
+    }
+
+    /// Colours of the material and of what has been cut.
+    #[must_use]
+    pub fn colours() -> [Rgb; 2] {
+        [TO_GO, DONE]
+    }
+
+    fn current(&self) -> Option<&HeightMap> {
+        self.maps.get(self.begin_s.partition_point(|s| *s <= self.now_s.max(0.0)).max(1) - 1)
     }
 }
 
@@ -271,6 +292,7 @@ impl HeightMap {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::animation::Reel;
     use crate::strokes::StrokeStyle;
     use claymill_toolpath::{Move, MoveKind, Program, Tool, ToolRecord};
 
@@ -307,8 +329,8 @@ mod tests {
     #[test]
     fn the_ball_leaves_a_groove_of_its_own_round_as_far_as_it_came() {
         let reel = reel();
-        let mut stock = Stock::of(&reel, 4.0);
-        stock.advance(&reel, 5.0);
+        let mut stock = Stock::of(reel.bare(), reel.course(), 4.0);
+        stock.advance(reel.bare(), reel.course(), 5.0);
         let cell = stock.maps[0].camera.mm_per_px();
         for (x, y) in [(20.0, 30.0), (20.0, 32.0), (40.0, 27.0), (49.0, 30.0), (45.0, 34.0)] {
             let away = f64::abs(y - 30.0);
@@ -321,9 +343,9 @@ mod tests {
             approx::assert_abs_diff_eq!(height(&stock, x, y), 4.0, epsilon = 1e-4);
         }
         // In steps it comes to the same as at once.
-        let mut slowly = Stock::of(&reel, 4.0);
+        let mut slowly = Stock::of(reel.bare(), reel.course(), 4.0);
         for k in 1..=50 {
-            slowly.advance(&reel, 0.1 * f64::from(k));
+            slowly.advance(reel.bare(), reel.course(), 0.1 * f64::from(k));
         }
         let [a, b] = [&slowly, &stock].map(|s| s.maps[0].stock.as_ref().unwrap());
         assert!(a.iter().zip(b).all(|(a, b)| a == b || (a - b).abs() < 0.02));
@@ -332,11 +354,11 @@ mod tests {
     #[test]
     fn what_is_cut_shows_the_model_and_the_rest_a_skin_above_it() {
         let reel = reel();
-        let mut stock = Stock::of(&reel, 4.0);
-        stock.advance(&reel, 5.0);
+        let mut stock = Stock::of(reel.bare(), reel.course(), 4.0);
+        stock.advance(reel.bare(), reel.course(), 5.0);
         let mut scene = reel.scene(5.0);
         let before = scene.surfaces[0].vertices.len();
-        stock.show(&reel, &mut scene);
+        stock.show(reel.bare(), &mut scene);
         let model = reel.bare().surfaces[0].vertices.len();
         let coloured = |colour: Rgb, v: &&SurfaceVertex| v.colour[..3] == colour;
         let cut: Vec<_> = scene.surfaces[0].vertices[..model].iter().filter(|v| coloured(DONE, v)).collect();

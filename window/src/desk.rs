@@ -3,25 +3,28 @@
 use std::sync::{Arc, Mutex};
 
 use claymill_nurbs::{Aabb, ClosestPoints, Point3, Vector3};
-use claymill_verify::VerifyOptions;
-use claymill_viewer::{Colouring, HeatScale, Rgb, Scene, View, ViewError, region_colours};
+use claymill_viewer::{
+    CLOSEST_PASSES_PX, Colouring, HeatScale, Rgb, Scene, SurfaceMesh, View, ViewError, region_colours,
+};
 
+use crate::clock::Clock;
+use crate::crests::{Crests, News};
 use crate::exhibit::{Exhibit, Shared};
 use crate::facts::{self, Facts, Measured};
 use crate::findings::{Marked, marks};
 use crate::joints::{Seam, Seams, joint_counts};
 use crate::layers::{self, Layers, LineLook, Paint};
 use crate::lines::Lines;
+use crate::material::{Left, Material};
 use crate::pick::{self, OnLine, Section, Spot, box_near};
 use crate::sight::Sight;
-use crate::tracks::{ToolPlace, Tracks, tool_at};
+use crate::tracks::Tracks;
 
-/// Passes that would come closer together in the picture are thinned out, pixels.
-const CLOSEST_PASSES_PX: f64 = 4.0;
 /// Size of the cells in which the highest crest counts, in step-overs and at least, mm.
 const MAP_CELL_MM: f64 = 6.0;
-/// How far the map looks for crests along the passes, mm.
-const CREST_SPACING_MM: f64 = 4.0;
+
+/// Material over the model, as long as nobody says how much, mm.
+const ALLOWANCE_MM: f64 = 3.0;
 
 /// What a click means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,36 +61,9 @@ pub struct Cutting {
     pub flipped: bool,
 }
 
-/// The time shown, and how fast it goes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Clock {
-    /// Time since the start of the job, s.
-    pub now_s: f64,
-    /// Whether it runs.
-    pub playing: bool,
-    /// Seconds of the machine a second.
-    pub speed: f64,
-}
-
-/// The measurement of scallops, which takes its time.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Crests {
-    /// Not asked for.
-    Unknown,
-    /// Under way: the stage and its share.
-    Measuring(String, f64),
-    /// Done: place and height, mm.
-    Known(Arc<Vec<(Point3, f64)>>),
-    /// Why not.
-    Failed(String),
-}
-
-/// Where the measuring thread leaves its news.
-type News = Arc<Mutex<Crests>>;
-
 /// The state machine behind the window.
 pub struct Desk<'a> {
-    exhibit: &'a Shared,
+    pub(crate) exhibit: &'a Shared,
     closest: ClosestPoints<'a>,
     bounds: Aabb,
     /// The surfaces in their colours; vertices in the order of the faces' meshes.
@@ -112,8 +88,13 @@ pub struct Desk<'a> {
     pub dark: bool,
     picked: Option<Picked>,
     measured: Vec<Spot>,
-    news: News,
-    crests: Crests,
+    pub(crate) news: News,
+    pub(crate) crests: Crests,
+    material: Material,
+    left: Option<Arc<Left>>,
+    cutting_material: bool,
+    /// Material over the model before the first setup, mm.
+    pub allowance_mm: f64,
     painted: Option<(Paint, bool)>,
     /// Counts repaintings of the surfaces.
     pub(crate) paintings: u64,
@@ -166,6 +147,10 @@ impl<'a> Desk<'a> {
             measured: Vec::new(),
             news: Arc::new(Mutex::new(Crests::Unknown)),
             crests: Crests::Unknown,
+            material: Material::default(),
+            left: None,
+            cutting_material: false,
+            allowance_mm: ALLOWANCE_MM,
             painted: None,
             paintings: 0,
             said: Vec::new(),
@@ -221,12 +206,6 @@ impl<'a> Desk<'a> {
             [a, b] => Some(Measured::between(a, b)),
             _ => None,
         }
-    }
-
-    /// How far the measurement of scallops is.
-    #[must_use]
-    pub fn crests(&self) -> &Crests {
-        &self.crests
     }
 
     /// Pairs of faces with a joint of each class, and open stretches, as `JointClass::ALL` lists them.
@@ -314,70 +293,6 @@ impl<'a> Desk<'a> {
         let (axis, _) = self.cutting_axis();
         let sign = if self.cutting.flipped { -1.0 } else { 1.0 };
         self.cutting.on.then(|| Section { normal: axis * sign, at_mm: at_mm * sign })
-    }
-
-    // --- time ---------------------------------------------------------------------------------------------
-
-    /// How long the job takes, s.
-    #[must_use]
-    pub fn duration_s(&self) -> f64 {
-        self.tracks.duration_s()
-    }
-
-    /// Lets time pass; returns whether anything moved.
-    pub fn tick(&mut self, passed_s: f64) -> bool {
-        if !self.clock.playing {
-            return false;
-        }
-        self.clock.now_s = (self.clock.now_s + passed_s * self.clock.speed).min(self.duration_s());
-        if self.clock.now_s >= self.duration_s() {
-            self.clock.playing = false;
-        }
-        true
-    }
-
-    /// Starts or stops; from the end it starts anew.
-    pub fn play(&mut self) {
-        if !self.clock.playing && self.clock.now_s >= self.duration_s() {
-            self.clock.now_s = 0.0;
-        }
-        self.clock.playing = !self.clock.playing && self.duration_s() > 0.0;
-    }
-
-    /// Goes to the start of the next move, or back to the start of this one or the one before.
-    pub fn step(&mut self, forward: bool) {
-        let begins = &self.tracks.begins_s;
-        if begins.len() < 2 {
-            return;
-        }
-        self.clock.playing = false;
-        let after = begins.partition_point(|b| *b <= self.clock.now_s);
-        let before = begins.partition_point(|b| *b < self.clock.now_s);
-        let to = if forward { begins.get(after) } else { before.checked_sub(1).map(|b| &begins[b]) };
-        self.clock.now_s = to.copied().unwrap_or(if forward { self.duration_s() } else { 0.0 });
-    }
-
-    /// The move that is on and the part of it that is done; `None` when the job is over.
-    #[must_use]
-    pub fn now(&self) -> Option<(usize, f64)> {
-        if self.clock.now_s >= self.duration_s() {
-            return None;
-        }
-        let of = self.tracks.move_at(self.clock.now_s);
-        let (from, to) = (self.tracks.begins_s[of], self.tracks.begins_s[of + 1]);
-        Some((of, ((self.clock.now_s - from) / (to - from).max(1e-12)).clamp(0.0, 1.0)))
-    }
-
-    /// The tool at the time shown; none when the job is over.
-    #[must_use]
-    pub fn tool_place(&self) -> Option<ToolPlace> {
-        let (of, share) = self.now()?;
-        tool_at(self.exhibit.job.as_ref()?, of, share)
-    }
-
-    /// Moves up to here are drawn.
-    pub(crate) fn until(&self) -> (u32, f32) {
-        self.now().map_or((u32::MAX, 1.0), |(of, share)| (of as u32, share as f32))
     }
 
     // --- picking ------------------------------------------------------------------------------------------
@@ -483,6 +398,10 @@ impl<'a> Desk<'a> {
         {
             self.crests = news.clone();
         }
+        if self.layers.paint == Paint::Stock {
+            return self.show_material();
+        }
+        self.left = None;
         let known = matches!(self.crests, Crests::Known(_));
         let wanted = (self.layers.paint, known && self.layers.paint == Paint::Scallop);
         if self.painted == Some(wanted) {
@@ -500,33 +419,31 @@ impl<'a> Desk<'a> {
         layers::paint(&mut self.scene, self.exhibit, self.layers.paint, heights);
     }
 
-    /// Starts to measure scallops, beside everything else. `folder` holds the job, for obstacles named in it.
-    pub fn measure_crests(&mut self) {
-        if self.exhibit.job.is_none() || matches!(self.crests, Crests::Measuring(..) | Crests::Known(_)) {
-            return;
+    /// Paints the surfaces by the material left at the time shown, as soon as it is found.
+    fn show_material(&mut self) {
+        let (at_s, allowance_mm) = (self.clock.now_s, self.allowance_mm);
+        let (left, done) = self.material.left(self.exhibit, &self.scene, at_s, allowance_mm);
+        self.cutting_material = !done;
+        let same = |a: &Arc<Left>| self.left.as_ref().is_some_and(|b| Arc::ptr_eq(a, b));
+        let Some(left) = left.filter(|l| !same(l)) else { return };
+        for (surface, colours) in self.scene.surfaces.iter_mut().zip(&left.colours) {
+            surface.vertices.iter_mut().zip(colours).for_each(|(v, c)| v.colour = *c);
         }
-        self.crests = Crests::Measuring("preparing the model".into(), 0.0);
-        let (exhibit, news) = (Arc::clone(self.exhibit), Arc::clone(&self.news));
-        let say = move |news: &News, what: Crests| {
-            if let Ok(mut news) = news.lock() {
-                *news = what;
-            }
-        };
-        say(&news, self.crests.clone());
-        std::thread::spawn(move || {
-            let Some(job) = &exhibit.job else { return };
-            let options = VerifyOptions { crest_spacing_mm: CREST_SPACING_MM, ..VerifyOptions::default() };
-            let progress = |stage: &str, share: f64| say(&news, Crests::Measuring(stage.to_owned(), share));
-            let found =
-                claymill_verify::crest_samples(&exhibit.model, &job.job, &job.program, &options, &progress);
-            let done = match found {
-                Ok(samples) => {
-                    Crests::Known(Arc::new(samples.into_iter().map(|c| (c.foot, c.height_mm)).collect()))
-                }
-                Err(e) => Crests::Failed(e.to_string()),
-            };
-            say(&news, done);
-        });
+        self.scene.legend.clear();
+        self.left = Some(left);
+        self.painted = None;
+        self.paintings += 1;
+    }
+
+    /// The surface of the material that is still to go.
+    pub(crate) fn skin(&self) -> &[SurfaceMesh] {
+        self.left.as_ref().map_or(&[], |l| &l.skin)
+    }
+
+    /// Whether the material shown is that of an earlier moment, until the one asked for is found.
+    #[must_use]
+    pub fn is_cutting_material(&self) -> bool {
+        self.layers.paint == Paint::Stock && self.cutting_material
     }
 }
 

@@ -19,6 +19,8 @@ pub enum Paint {
     File,
     /// Measured scallop height.
     Scallop,
+    /// The material left at the time shown.
+    Stock,
     /// How much of each face is cut, and why the rest is not.
     Coverage,
 }
@@ -220,7 +222,7 @@ pub(crate) fn paint(
         Paint::Regions => face_colours(&exhibit.view(None), Colouring::Region),
         Paint::File => face_colours(&exhibit.view(None), Colouring::File),
         Paint::Coverage => exhibit.job.as_ref().map_or_else(Vec::new, coverage_colours),
-        Paint::Clay | Paint::Scallop => Vec::new(),
+        Paint::Clay | Paint::Scallop | Paint::Stock => Vec::new(),
     };
     let mut vertices = scene.surfaces.iter_mut().flat_map(|s| &mut s.vertices);
     for (face, mesh) in exhibit.meshes.iter().enumerate() {

@@ -17,6 +17,8 @@
 //! picture's scale can show.
 
 mod accents;
+mod clock;
+mod crests;
 mod desk;
 mod easel;
 mod exhibit;
@@ -24,9 +26,11 @@ mod facts;
 mod findings;
 mod frame;
 mod headless;
+mod inspector;
 mod joints;
 mod layers;
 mod lines;
+mod material;
 mod pane;
 mod panels;
 mod pick;
@@ -39,7 +43,9 @@ mod tracks;
 mod viewport;
 mod widgets;
 
-pub use desk::{Clock, Crests, Cutting, Desk, Picked, Tool};
+pub use clock::Clock;
+pub use crests::Crests;
+pub use desk::{Cutting, Desk, Picked, Tool};
 pub use easel::Easel;
 pub use exhibit::{Exhibit, JobToShow};
 pub use facts::{Facts, JointFacts, Measured, PathFacts, SurfaceFacts};

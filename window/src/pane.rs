@@ -7,7 +7,7 @@ use crate::layers::Layers;
 use crate::pick::Spot;
 use crate::sight::Sight;
 use crate::viewport::{self, Drag};
-use crate::{panels, theme};
+use crate::{inspector, panels, theme};
 
 /// A desk with its panels.
 pub struct Pane<'a> {
@@ -75,7 +75,10 @@ impl<'a> Pane<'a> {
             ctx.request_repaint();
         }
         self.desk.repaint();
-        if matches!(self.desk.crests(), crate::desk::Crests::Measuring(..)) {
+        if self.desk.is_cutting_material() {
+            ctx.request_repaint_after_secs(0.05);
+        }
+        if matches!(self.desk.crests(), crate::Crests::Measuring(..)) {
             ctx.request_repaint_after_secs(0.25);
         }
         // Taken out, so that the panels can change it while they are laid out.
@@ -91,7 +94,10 @@ impl<'a> Pane<'a> {
             Panel::bottom("time").frame(frame(ui)).show(ui, |ui| panels::timeline(ui, desk));
         }
         Panel::left("layers").default_size(236.0).frame(frame(ui)).show(ui, |ui| panels::tree(ui, desk));
-        Panel::right("facts").default_size(292.0).frame(frame(ui)).show(ui, |ui| panels::inspector(ui, desk));
+        Panel::right("facts")
+            .default_size(292.0)
+            .frame(frame(ui))
+            .show(ui, |ui| inspector::inspector(ui, desk));
         CentralPanel::no_frame().show(ui, |ui| {
             let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
             *place = rect;

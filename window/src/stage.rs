@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use claymill_nurbs::Aabb;
-use claymill_viewer::{DEPTH_FORMAT, Gpu, Scene, SurfaceMesh, SurfaceVertex};
+use claymill_viewer::{DEPTH_FORMAT, Gpu, PosedTool, Scene, SurfaceMesh, SurfaceVertex};
 use wgpu::util::DeviceExt;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages, TextureView};
 
@@ -57,6 +57,8 @@ pub struct Stage {
     fine: Pipelines,
     targets: [Option<Target>; 2],
     surfaces: Vec<SurfaceBuffers>,
+    /// Of the material.
+    skin: Vec<SurfaceBuffers>,
     tracks: LineBuffers,
     seams: LineBuffers,
     layers: Option<Layers>,
@@ -77,6 +79,7 @@ impl Stage {
             layouts,
             targets: [None, None],
             surfaces: Vec::new(),
+            skin: Vec::new(),
             tracks: LineBuffers::new(gpu, &desk.tracks.lines),
             seams: LineBuffers::new(gpu, &desk.seam_lines),
             layers: None,
@@ -99,14 +102,8 @@ impl Stage {
             accents.vertices.len(),
             look_texture(gpu, &self.layouts, &accents.looks),
         );
-        let tool = tool(desk).map(|mesh| {
-            let vertices = buffer(gpu, &mesh.vertices, BufferUsages::VERTEX);
-            (vertices, buffer(gpu, &mesh.indices, BufferUsages::INDEX), mesh.indices.len() as u32)
-        });
-        let chosen = chosen(desk).map(|mesh| {
-            let vertices = buffer(gpu, &mesh.vertices, BufferUsages::VERTEX);
-            (vertices, buffer(gpu, &mesh.indices, BufferUsages::INDEX), mesh.indices.len() as u32)
-        });
+        let tool = tool(desk).map(|mesh| SurfaceBuffers::new(gpu, &mesh));
+        let chosen = chosen(desk).map(|mesh| SurfaceBuffers::new(gpu, &mesh));
 
         let target = self.targets[slot].as_ref().expect("made above");
         let pipelines = if care == Care::Fine { &self.fine } else { &self.quick };
@@ -124,21 +121,13 @@ impl Stage {
             pass.set_pipeline(&pipelines.backdrop);
             pass.draw(0..3, 0..1);
             pass.set_pipeline(&pipelines.surface);
-            for s in self.surfaces.iter().filter(|s| s.count > 0) {
-                pass.set_vertex_buffer(0, s.vertices.slice(..));
-                pass.set_index_buffer(s.indices.slice(..), wgpu::IndexFormat::Uint32);
-                pass.draw_indexed(0..s.count, 0, 0..1);
+            let skin = self.skin.iter().filter(|_| desk.layers.surfaces);
+            for s in self.surfaces.iter().chain(skin).chain(&tool).filter(|s| s.count > 0) {
+                s.draw(&mut pass);
             }
-            if let Some((vertices, indices, count)) = &tool {
-                pass.set_vertex_buffer(0, vertices.slice(..));
-                pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
-                pass.draw_indexed(0..*count, 0, 0..1);
-            }
-            if let Some((vertices, indices, count)) = &chosen {
+            if let Some(chosen) = &chosen {
                 pass.set_pipeline(&pipelines.tint);
-                pass.set_vertex_buffer(0, vertices.slice(..));
-                pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
-                pass.draw_indexed(0..*count, 0, 0..1);
+                chosen.draw(&mut pass);
             }
         }
         if let Some(occlusion) = &pipelines.occlusion {
@@ -187,14 +176,8 @@ impl Stage {
         let repainted = self.paintings != desk.paintings;
         self.paintings = desk.paintings;
         if repainted {
-            let vertices = desk.scene.surfaces.iter().map(|s| buffer(gpu, &s.vertices, BufferUsages::VERTEX));
-            let indices = |s: &SurfaceMesh| buffer(gpu, &s.indices, BufferUsages::INDEX);
-            let renewed = vertices.zip(&desk.scene.surfaces).map(|(vertices, s)| SurfaceBuffers {
-                vertices,
-                indices: indices(s),
-                count: s.indices.len() as u32,
-            });
-            self.surfaces = renewed.collect();
+            self.surfaces = desk.scene.surfaces.iter().map(|s| SurfaceBuffers::new(gpu, s)).collect();
+            self.skin = desk.skin().iter().map(|s| SurfaceBuffers::new(gpu, s)).collect();
         }
         let changed = before.as_ref() != Some(&desk.layers);
         if changed || repainted {
@@ -236,11 +219,14 @@ fn shown_indices(desk: &Desk<'_>) -> Vec<Vec<u32>> {
     desk.scene.surfaces.iter().map(of_surface).collect()
 }
 
-/// The tool where it is.
+/// The tool where it is, with its holder where the job has one.
 fn tool(desk: &Desk<'_>) -> Option<SurfaceMesh> {
     let place = desk.tool_place().filter(|_| desk.layers.tool)?;
     let mut scene = Scene::new(desk.scene.origin);
-    scene.add_tool(&place.tip, &place.axis, place.radius_mm);
+    match desk.tool_record(&place) {
+        Some(record) => scene.add_posed_tool(&PosedTool { record, tip: place.tip, axis: place.axis }),
+        None => scene.add_tool(&place.tip, &place.axis, place.radius_mm),
+    }
     scene.surfaces.pop()
 }
 
@@ -338,6 +324,22 @@ impl Target {
             occlusion_query_set: None,
             multiview_mask: None,
         })
+    }
+}
+
+impl SurfaceBuffers {
+    fn new(gpu: &Gpu, mesh: &SurfaceMesh) -> Self {
+        SurfaceBuffers {
+            vertices: buffer(gpu, &mesh.vertices, BufferUsages::VERTEX),
+            indices: buffer(gpu, &mesh.indices, BufferUsages::INDEX),
+            count: mesh.indices.len() as u32,
+        }
+    }
+
+    fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_vertex_buffer(0, self.vertices.slice(..));
+        pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+        pass.draw_indexed(0..self.count, 0, 0..1);
     }
 }
 

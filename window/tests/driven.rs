@@ -3,13 +3,14 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use approx::assert_abs_diff_eq;
 use claymill_nurbs::analytic::{Frame, plane_patch, sphere};
 use claymill_nurbs::{
     Face, MeshOptions, Model, NurbsSurface, Point3, Source, SurfaceKind, Vector3, tessellate,
 };
-use claymill_toolpath::{Job, Move, MoveKind, Program, RegionsFile};
+use claymill_toolpath::{Holder, Job, Move, MoveKind, Program, RegionsFile};
 use claymill_viewer::{Axes, ViewError};
 use claymill_window::{Care, Exhibit, Headless, JobToShow, Paint, Tool};
 use egui::{Key, Modifiers, PointerButton};
@@ -19,6 +20,8 @@ const SIZE: [u32; 2] = [1200, 760];
 const CENTRE: [f64; 3] = [300.0, -120.0, 60.0];
 const RADIUS_MM: f64 = 40.0;
 const ROWS: u32 = 81;
+/// Longer than anything takes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 fn face(surface: NurbsSurface, kind: SurfaceKind, entity: &str, name: Option<&str>) -> Face {
     let source = Source { entity: entity.into(), name: name.map(Into::into), ..Source::default() };
@@ -381,6 +384,62 @@ fn pictures_show_what_is_switched_on() {
 }
 
 #[test]
+fn material_is_left_where_the_ball_has_not_been_and_the_holder_stands_over_it() {
+    let mut exhibit = Arc::into_inner(exhibit()).unwrap();
+    let fine = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 6.0 };
+    exhibit.meshes = exhibit.model.faces.iter().map(|f| tessellate(f, &fine).unwrap()).collect();
+    let record = &mut exhibit.job.as_mut().unwrap().job.tools[0];
+    record.holder = Some(Holder::parse("60:27-34x50,63x26", &record.tool).unwrap());
+    let exhibit = Arc::new(exhibit);
+    let mut window = Headless::new(&exhibit, SIZE).unwrap();
+    if let Err(e) = window.open() {
+        assert!(matches!(e, ViewError::NoAdapter { .. }), "{e}");
+        eprintln!("skipped: {e}");
+        return;
+    }
+    let colour = |window: &mut Headless<'_>, at: [f64; 3]| {
+        let until = Instant::now() + PATIENCE;
+        window.rest().unwrap();
+        while window.pane.desk.is_cutting_material() {
+            assert!(Instant::now() < until, "the material is never cut");
+            std::thread::sleep(Duration::from_millis(5));
+            window.rest().unwrap();
+        }
+        window.rest().unwrap();
+        let at = seen(window, at);
+        window.picture().unwrap().pixel(at.x as u32, at.y as u32)
+    };
+    let lightness = |c: [u8; 4]| c[..3].iter().map(|v| i32::from(*v)).sum::<i32>();
+    window.key(Key::T).unwrap();
+    window.pane.desk.layers.kinds = [false; 4];
+    window.pane.desk.layers.tool = false;
+    window.pane.desk.layers.paint = Paint::Stock;
+    let (early, late) = ([240.0, -60.0, 0.0], [360.0, -60.0, 0.0]);
+    // Rows so far, which of the two places are cut by then; and back again.
+    for (now_s, cut) in
+        [(0.0, [false, false]), (40.5, [true, false]), (80.9, [true, true]), (40.5, [true, false])]
+    {
+        window.pane.desk.clock.now_s = now_s;
+        for (at, cut) in [early, late].into_iter().zip(cut) {
+            let found = colour(&mut window, at);
+            assert_eq!(lightness(found) > 480, cut, "{found:?} at {at:?} after {now_s} s");
+        }
+    }
+    window.pane.desk.layers.paint = Paint::Clay;
+    let clay = colour(&mut window, late);
+    assert!(lightness(clay) > 480, "the material is gone with its layer: {clay:?}");
+
+    // From the front: 125 mm above the tip and 25 mm beside it there is holder, and nothing else.
+    window.key(Key::F).unwrap();
+    let tip = window.pane.desk.tool_place().unwrap().tip;
+    let beside = [tip.x + 25.0, tip.y, tip.z + 125.0];
+    let empty = colour(&mut window, beside);
+    window.pane.desk.layers.tool = true;
+    let held = colour(&mut window, beside);
+    assert!(lightness(held) < lightness(empty) - 150, "{held:?} over {empty:?}");
+}
+
+#[test]
 fn a_lost_device_is_an_error_and_no_panic() {
     let exhibit = exhibit();
     let mut window = Headless::new(&exhibit, SIZE).unwrap();
@@ -421,7 +480,7 @@ fn ten_million_vertices_turn() {
     job.job.totals.length.cut_mm = 2000.0 * 180.0;
     job.job.area.cut_mm2 = 180.0 * 180.0;
     let exhibit = Arc::new(exhibit);
-    let began = std::time::Instant::now();
+    let began = Instant::now();
     let mut window = Headless::new(&exhibit, [1440, 900]).unwrap();
     println!("laid out in {:.1?}", began.elapsed());
     if let Err(e) = window.open() {
@@ -437,7 +496,7 @@ fn ten_million_vertices_turn() {
         window.begin_turning().unwrap();
         let mut took: Vec<_> = (1_u8..10)
             .map(|i| {
-                let began = std::time::Instant::now();
+                let began = Instant::now();
                 window.turn_to([3.0 * f32::from(i), 0.0]).unwrap();
                 began.elapsed()
             })

@@ -82,7 +82,7 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
     }
     let style = StrokeStyle { region_colours: Some(&colours), tools: &tools, ..StrokeStyle::new(0.3) };
     let reel = Reel::new(bare, &program, &seconds(&job, &program), &style);
-    let mut stock = args.stock.map(|allowance_mm| Stock::of(&reel, allowance_mm));
+    let mut stock = args.stock.map(|allowance_mm| Stock::of(reel.bare(), reel.course(), allowance_mm));
 
     console.stage("frames");
     console.expect("frames", u64::from(count), "frames");
@@ -95,8 +95,8 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
         let view: View = reel.view(&view, at_s, args.follow);
         let mut scene = reel.scene(at_s);
         if let Some(stock) = &mut stock {
-            stock.advance(&reel, at_s);
-            stock.show(&reel, &mut scene);
+            stock.advance(reel.bare(), reel.course(), at_s);
+            stock.show(reel.bare(), &mut scene);
         }
         movie.frames.push(renderer.render(&scene, &view, &options)?);
     }

@@ -135,9 +135,9 @@ pub(crate) fn at_moment(
     scene.framed.clear();
     scene.lines.retain(|l| colours(l.kind).is_none_or(|(name, ..)| show.contains(&name)));
     if stock {
-        let mut material = Stock::of(&reel, moment.allowance_mm);
-        material.advance(&reel, at_s);
-        material.show(&reel, &mut scene);
+        let mut material = Stock::of(reel.bare(), reel.course(), moment.allowance_mm);
+        material.advance(reel.bare(), reel.course(), at_s);
+        material.show(reel.bare(), &mut scene);
     }
     for layer in &scene.lines {
         if let Some((_, kind, words)) = colours(layer.kind) {

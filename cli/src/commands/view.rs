@@ -30,7 +30,7 @@ mod with_window {
     use super::{Context, ExitCode, Failure, ViewArgs};
     use crate::commands::render::parse_size;
     use crate::commands::subject::{Subject, job_in};
-    use crate::commands::{animate, pictures};
+    use crate::commands::{animate, layers, pictures};
     use crate::console::{outln, peak_memory_mb};
 
     impl From<WindowError> for Failure {
@@ -128,7 +128,8 @@ mod with_window {
         context.console.stage("meshing");
         let meshes = pictures::meshes(&model, &pictures::PICTURE_MESH);
         let job = match job {
-            Some(job) => {
+            Some(mut job) => {
+                job.tools = layers::tools(&job, args.holder.as_deref())?;
                 let program = read_moves(&args.what)?;
                 if program.moves.is_empty() {
                     context.console.say("warning: the job holds no moves; the model alone is shown");

@@ -35,6 +35,7 @@ mod record;
 mod reference;
 mod rsh;
 mod shape;
+mod shared;
 mod simulate;
 mod wire;
 mod words;

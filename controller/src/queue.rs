@@ -1,4 +1,3 @@
-use std::fs::{File, OpenOptions};
 use std::io;
 use std::os::unix::fs::FileExt;
 use std::path::Path;
@@ -7,28 +6,7 @@ use std::time::{Duration, Instant};
 use thiserror::Error;
 
 use crate::record::FEED_SHARES;
-
-/// A bounded queue of records between two processes, in a file that lives in memory (`/dev/shm`).
-///
-/// ```text
-///   0     magic, version, capacity
-///   64    the producer's word:  bytes written, records written, beats
-///   128   the consumer's word:  bytes taken,   records taken,   beats
-///   192   the consumer's progress: the record that it is doing, how far it is (mm of its path), the feed's share
-///   224   the stream that the producer is writing: its name, and the number of its first record
-///   4096  the ring: records, each behind its length (u32), byte b of the stream at b mod capacity
-/// ```
-///
-/// Each word belongs to one side, and is written with its own check sum by one call, so that a reader who meets
-/// it half-written reads it again. The producer writes records first and its word afterwards: a record that
-/// was being written when the producer died was never there. The consumer moves its word on when it has *done*
-/// a record: one that it was doing when it died is still there. Mapping the file would need `unsafe`; reading and
-/// writing it does not, and with many records a call the calls cost little.
-#[derive(Debug)]
-struct Shared {
-    file: File,
-    capacity: u64,
-}
+use crate::shared::{CONSUMER_AT, PRODUCER_AT, PROGRESS_AT, STREAM_AT, Shared, Word, progress};
 
 /// The file is not a queue, or the other side is gone.
 #[derive(Debug, Error)]
@@ -47,12 +25,6 @@ pub enum QueueError {
     Silent(Duration),
 }
 
-const MAGIC: u64 = 0x3151_4c4d_5941_4c43;
-const PRODUCER_AT: u64 = 64;
-const CONSUMER_AT: u64 = 128;
-const PROGRESS_AT: u64 = 192;
-const STREAM_AT: u64 = 224;
-const RING_AT: u64 = 4096;
 /// In place of a stream's first record: it was dropped.
 const DROPPED: u64 = u64::MAX;
 /// The other side counts as dead after this long without a beat.
@@ -60,92 +32,6 @@ pub const SILENCE: Duration = Duration::from_millis(600);
 /// How often a waiting side beats.
 const BEAT: Duration = Duration::from_millis(50);
 const NAP: Duration = Duration::from_micros(100);
-
-/// Where one side is in the stream.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-struct Word {
-    bytes: u64,
-    records: u64,
-    beats: u64,
-}
-
-impl Shared {
-    fn open(path: &Path, capacity: u64) -> Result<Self, QueueError> {
-        let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
-        let mut head = [0; 16];
-        if file.metadata()?.len() < RING_AT {
-            file.set_len(RING_AT + capacity)?;
-            head[8..].copy_from_slice(&capacity.to_le_bytes());
-            head[..8].copy_from_slice(&MAGIC.to_le_bytes());
-            file.write_all_at(&head, 0)?;
-            let shared = Shared { file, capacity };
-            shared.write_word(PRODUCER_AT, Word::default())?;
-            shared.write_word(CONSUMER_AT, Word::default())?;
-            shared.write_word(STREAM_AT, Word::default())?;
-            shared.write_word(PROGRESS_AT, progress(u64::MAX, 0.0, 1.0))?;
-            return Ok(shared);
-        }
-        file.read_exact_at(&mut head, 0)?;
-        let number = |at: usize| u64::from_le_bytes(head[at..at + 8].try_into().unwrap_or_default());
-        if number(0) != MAGIC {
-            return Err(QueueError::Format("the file is no queue of this version"));
-        }
-        let capacity = number(8);
-        if !(4096..=1 << 32).contains(&capacity) || file.metadata()?.len() != RING_AT + capacity {
-            return Err(QueueError::Format("the queue's size is damaged"));
-        }
-        Ok(Shared { file, capacity })
-    }
-
-    fn write_word(&self, at: u64, word: Word) -> io::Result<()> {
-        let mut bytes = [0; 32];
-        let check = sum(&word);
-        for (i, v) in [word.bytes, word.records, word.beats, check].into_iter().enumerate() {
-            bytes[8 * i..8 * i + 8].copy_from_slice(&v.to_le_bytes());
-        }
-        self.file.write_all_at(&bytes, at)
-    }
-
-    fn read_word(&self, at: u64) -> Result<Word, QueueError> {
-        let begun = Instant::now();
-        loop {
-            let mut bytes = [0; 32];
-            self.file.read_exact_at(&mut bytes, at)?;
-            let v = |i: usize| u64::from_le_bytes(bytes[8 * i..8 * i + 8].try_into().unwrap_or_default());
-            let word = Word { bytes: v(0), records: v(1), beats: v(2) };
-            if v(3) == sum(&word) {
-                return Ok(word);
-            }
-            if begun.elapsed() > SILENCE {
-                return Err(QueueError::Format("a word of the queue is damaged"));
-            }
-        }
-    }
-
-    /// Copies to or from the ring, round its end.
-    fn ring(
-        &self,
-        at: u64,
-        length: u64,
-        mut part: impl FnMut(u64, std::ops::Range<usize>) -> io::Result<()>,
-    ) -> io::Result<()> {
-        let begin = at % self.capacity;
-        let first = length.min(self.capacity - begin);
-        part(RING_AT + begin, 0..first as usize)?;
-        if first < length {
-            part(RING_AT, first as usize..length as usize)?;
-        }
-        Ok(())
-    }
-}
-
-fn sum(word: &Word) -> u64 {
-    MAGIC ^ word.bytes.rotate_left(7) ^ word.records.rotate_left(23) ^ word.beats.rotate_left(41)
-}
-
-fn progress(seq: u64, way_mm: f64, feed_share: f64) -> Word {
-    Word { bytes: seq, records: way_mm.to_bits(), beats: feed_share.to_bits() }
-}
 
 /// Watches the beats of the other side.
 #[derive(Debug)]

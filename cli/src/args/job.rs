@@ -1,0 +1,157 @@
+//! What a job is asked for.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use serde::{Deserialize, Serialize};
+
+use crate::merging::MergingArgs;
+
+#[derive(Debug, Args)]
+pub(crate) struct PlanArgs {
+    /// IGES, STEP or Rhino 3dm file.
+    pub(crate) model: PathBuf,
+    /// Job folder to write.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Take the job from this TOML file (every job folder holds the one it was made with); options on the
+    /// command line go before it.
+    #[arg(long = "job", value_name = "FILE")]
+    pub(crate) job_file: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) job: JobOptions,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompareArgs {
+    /// IGES, STEP or Rhino 3dm file.
+    pub(crate) model: PathBuf,
+    /// Folder for the comparison and one job folder for each combination.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Strategies to compare.
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "NAMES",
+          default_values_t = [StrategyName::Planar, StrategyName::Iso, StrategyName::Scallop, StrategyName::IsoPatch,
+                              StrategyName::Auto])]
+    pub(crate) strategies: Vec<StrategyName>,
+    /// Scallop heights, mm.
+    #[arg(long, value_delimiter = ',', value_name = "MM", default_values_t = [0.1])]
+    pub(crate) scallop: Vec<f64>,
+    /// Tools: `ball:R` with the radius in mm.
+    #[arg(long, value_delimiter = ',', value_name = "SHAPE:SIZE", default_values_t = ["ball:10".to_owned()])]
+    pub(crate) tool: Vec<String>,
+    /// How passes are joined.
+    #[arg(long, value_enum, default_value_t = LinkName::Lace)]
+    pub(crate) link: LinkName,
+    /// Merge preset.
+    #[arg(long, value_enum, default_value_t = PresetName::Clay)]
+    pub(crate) preset: PresetName,
+    /// Cut only these: `region:3`, `layer:NAME`, `colour:#RRGGBB`, `face:10-20`; may be repeated.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    pub(crate) only: Vec<String>,
+    /// Leave these out; same forms as --only.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    pub(crate) skip: Vec<String>,
+    /// Cutting feed, mm/min [default: 6000].
+    #[arg(long, value_name = "MM_PER_MIN")]
+    pub(crate) feed: Option<f64>,
+    #[command(flatten)]
+    pub(crate) axes: AxisArgs,
+}
+
+/// Options of a job; also the content of a job file.
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct JobOptions {
+    /// Tool: `ball:R` with the radius in mm [default: ball:10].
+    #[arg(long, value_name = "SHAPE:SIZE")]
+    pub(crate) tool: Option<String>,
+    /// What holds the tool: how far it sticks out, mm, and sections from the tool up as diameters and length, for
+    /// example 60:27-34x50,63x26; without sections a shrink-fit chuck on HSK-A63. auto for the least that does. It is
+    /// drawn and verified, not planned around.
+    #[arg(long, value_name = "STICKOUT[:SECTIONS]")]
+    pub(crate) holder: Option<String>,
+    /// Distance that the holder has to keep from the model, mm [default: 1].
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) holder_clearance: Option<f64>,
+    /// Rest passes: cut only what this larger tool could not, for example ball:10.
+    #[arg(long, value_name = "SHAPE:SIZE")]
+    pub(crate) rest_of: Option<String>,
+    /// Scallop height between passes, mm [default: 0.1].
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) scallop: Option<f64>,
+    /// Strategy [default: planar].
+    #[arg(long, value_enum)]
+    pub(crate) strategy: Option<StrategyName>,
+    /// Direction of planar rows in each setup, degrees [default: the cheapest one by region].
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub(crate) angle: Option<f64>,
+    /// How passes are joined [default: lace].
+    #[arg(long, value_enum)]
+    pub(crate) link: Option<LinkName>,
+    /// Merge preset [default: clay].
+    #[arg(long, value_enum)]
+    pub(crate) preset: Option<PresetName>,
+    /// Cut only these: `region:3`, `layer:NAME`, `colour:#RRGGBB`, `face:10-20`; may be repeated.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    pub(crate) only: Vec<String>,
+    /// Leave these out; same forms as --only.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    pub(crate) skip: Vec<String>,
+    /// Obstacle that no move may touch, as a mesh in the model's place: STL, OBJ or glTF; may be repeated.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) check: Vec<PathBuf>,
+    /// Millimetres in one unit of obstacles whose format has no unit (STL, OBJ) [default: 1].
+    #[arg(long, value_name = "MM", requires = "check")]
+    pub(crate) mesh_unit: Option<f64>,
+    /// Cutting feed, mm/min [default: 6000].
+    #[arg(long, value_name = "MM_PER_MIN")]
+    pub(crate) feed: Option<f64>,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(crate) merging: MergingArgs,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(crate) axes: AxisArgs,
+}
+
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+pub(crate) struct AxisArgs {
+    /// Model axis that points up, for example +z [default: guessed and printed].
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
+    pub(crate) up: Option<String>,
+    /// Model axis that points from the rear of the vehicle to its front, for example -y [default: guessed].
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
+    pub(crate) length: Option<String>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum PresetName {
+    ClassA,
+    Clay,
+    Tangent,
+    Paper,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum StrategyName {
+    /// Parallel rows over whole regions.
+    Planar,
+    /// Lines that sweep a whole region from side to side.
+    Iso,
+    /// Lines at a constant scallop height from one side of a region.
+    Scallop,
+    /// Parameter lines of every patch by itself.
+    IsoPatch,
+    /// For each region whatever costs least of planar, iso and scallop.
+    Auto,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum LinkName {
+    Lace,
+    Box,
+}

@@ -1,0 +1,116 @@
+//! Controls and machines.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+#[derive(Debug, Args)]
+pub(crate) struct StreamArgs {
+    /// Job folder.
+    pub(crate) folder: PathBuf,
+    /// linuxcnc:HOST:PORT, shm:FILE (a queue in memory, for example shm:/dev/shm/mill) or tcp:HOST:PORT.
+    #[arg(long, value_name = "TARGET")]
+    pub(crate) to: String,
+    /// Begin at this move.
+    #[arg(long, value_name = "SEQ", default_value_t = 0)]
+    pub(crate) from: u64,
+    /// First come to rest and drop what the machine was doing; the way to the move leads up to the clearance height,
+    /// across and down. For tcp.
+    #[arg(long)]
+    pub(crate) restart: bool,
+    /// Only this region.
+    #[arg(long, value_name = "ID")]
+    pub(crate) region: Option<usize>,
+    /// Machine definition (TOML), for linuxcnc.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) machine: Option<PathBuf>,
+    /// Version of LinuxCNC: 2.9 or 2.10 [default: 2.9].
+    #[arg(long, value_name = "VERSION")]
+    pub(crate) version: Option<String>,
+    /// File with the secret that both sides share, for tcp.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) secret: Option<PathBuf>,
+    /// The target may be another machine.
+    #[arg(long)]
+    pub(crate) remote: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ControlArgs {
+    /// The queue's file, for example /dev/shm/mill.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) queue: PathBuf,
+    /// Take connections at this address into the queue.
+    #[arg(long, value_name = "HOST:PORT", requires = "secret")]
+    pub(crate) listen: Option<String>,
+    /// File with the secret that both sides share.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) secret: Option<PathBuf>,
+    /// Other machines may connect.
+    #[arg(long)]
+    pub(crate) remote: bool,
+    /// Machine definition (TOML): its dynamics count.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) machine: Option<PathBuf>,
+    /// Stop after every path until told to run.
+    #[arg(long)]
+    pub(crate) step: bool,
+    /// Begin at rest, until told to run.
+    #[arg(long)]
+    pub(crate) hold: bool,
+    /// Do not keep to real time.
+    #[arg(long)]
+    pub(crate) fast: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct OrderArgs {
+    /// hold: come to rest on the path. run: go on. step: go on to the end of the path. abort: come to rest and leave;
+    /// what was not done stays in the queue. discard: come to rest and drop the path and all that waits. status: none.
+    pub(crate) order: String,
+    /// Address of `claymill control --listen`.
+    #[arg(long, value_name = "HOST:PORT")]
+    pub(crate) to: String,
+    /// File with the secret that both sides share.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) secret: PathBuf,
+    /// The target may be another machine.
+    #[arg(long)]
+    pub(crate) remote: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PostArgs {
+    /// Job folder.
+    pub(crate) folder: PathBuf,
+    /// fanuc, mitsubishi, siemens, heidenhain, linuxcnc, beckhoff, g1, apt, apt-creo or step-nc.
+    #[arg(long, value_name = "DIALECT")]
+    pub(crate) to: String,
+    /// Program to write.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+    /// Machine definition (TOML).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) machine: Option<PathBuf>,
+    /// Version of LinuxCNC: 2.9 or 2.10 [default: 2.9].
+    #[arg(long, value_name = "VERSION")]
+    pub(crate) version: Option<String>,
+    /// Run the program on a virtual control too: cut error, feed and time go into the totals.
+    #[arg(long)]
+    pub(crate) simulate: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SimulateArgs {
+    /// Job folder that the program was written from.
+    pub(crate) folder: PathBuf,
+    /// The program. May be repeated for a program of several files, in order.
+    #[arg(long, value_name = "FILE", required = true)]
+    pub(crate) program: Vec<PathBuf>,
+    /// The program's dialect, where its header does not name it.
+    #[arg(long, value_name = "DIALECT")]
+    pub(crate) dialect: Option<String>,
+    /// The machine definition (TOML) that the program was written with.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) machine: Option<PathBuf>,
+}

@@ -94,6 +94,22 @@ pub struct Pass<'a> {
     pub depth: Option<(CompareFunction, bool)>,
 }
 
+impl<'a> Pass<'a> {
+    /// The first pass: behind everything, without vertices of its own.
+    #[must_use]
+    pub fn backdrop(layouts: &'a [Option<&'a BindGroupLayout>]) -> Self {
+        Pass {
+            name: "backdrop",
+            vertex_of: None,
+            layouts,
+            buffers: &[],
+            strip: false,
+            blend: None,
+            depth: Some((CompareFunction::Always, false)),
+        }
+    }
+}
+
 /// What the pipelines of a picture have in common.
 pub struct Press<'a> {
     device: &'a Device,

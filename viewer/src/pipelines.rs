@@ -28,15 +28,7 @@ impl Pipelines {
             step_mode: VertexStepMode::Instance,
             attributes: &LINE_ATTRIBUTES,
         })];
-        let backdrop = Pass {
-            name: "backdrop",
-            vertex_of: None,
-            layouts: &frame,
-            buffers: &[],
-            strip: false,
-            blend: None,
-            depth: Some((CompareFunction::Always, false)),
-        };
+        let backdrop = Pass::backdrop(&frame);
         Pipelines {
             backdrop: press.pipeline(&backdrop),
             surface: press.pipeline(&Pass {

@@ -54,15 +54,7 @@ impl Pipelines {
             Some(VertexBufferLayout { array_stride, step_mode: VertexStepMode::Instance, attributes })
         };
         let over = Some(BlendState::ALPHA_BLENDING);
-        let backdrop = Pass {
-            name: "backdrop",
-            vertex_of: None,
-            layouts: &frame,
-            buffers: &[],
-            strip: false,
-            blend: None,
-            depth: Some((CompareFunction::Always, false)),
-        };
+        let backdrop = Pass::backdrop(&frame);
         Pipelines {
             backdrop: press.pipeline(&backdrop),
             surface: press.pipeline(&Pass {

@@ -1,8 +1,6 @@
 use std::f64::consts::TAU;
 
-use claymill_nurbs::{
-    Face, FaceMesh, KnotVector, Model, NurbsSurface, Point2, Point3, Source, SurfaceKind, Vector3,
-};
+use claymill_nurbs::{FaceMesh, KnotVector, Model, NurbsSurface, Point2, Point3, Vector3};
 use claymill_toolpath::{Move, MoveKind, Program};
 
 fn wave(x: f64, y: f64) -> f64 {
@@ -83,15 +81,7 @@ pub(crate) fn model() -> (Model, Vec<FaceMesh>, Vec<usize>) {
     surfaces.push(torus(Point3::new(-20.0, 10.0, 30.0), 50.0, 18.0));
     regions.push(2);
     let meshes = surfaces.iter().map(|s| grid_mesh(s, if s.size().0 > 10 { 120 } else { 24 })).collect();
-    let face = |surface| Face {
-        surface,
-        loops: Vec::new(),
-        reversed: false,
-        kind: SurfaceKind::Nurbs,
-        source: Source::default(),
-    };
-    let model = Model { faces: surfaces.into_iter().map(face).collect(), ..Model::default() };
-    (model, meshes, regions)
+    (claymill_tests::model_of(surfaces), meshes, regions)
 }
 
 /// Zig-zag strokes over the panel, 2 mm apart, with links and two rapids.

@@ -46,6 +46,22 @@ fn lines_cross_a_sphere_where_the_formula_says() {
 }
 
 #[test]
+fn a_line_through_both_poles_finds_both_whichever_is_looked_at_first() {
+    let model = model(sphere(20.0), vec![]);
+    let index = ClosestPoints::new(&model);
+    for way in [1.0, -1.0] {
+        for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
+            let start = Point3::from(axis * (-50.0 * way));
+            let found = index.crossings(&start, &(axis * way), 100.0);
+            let mut along: Vec<f64> = found.all.iter().map(|c| c.along_mm).collect();
+            along.dedup_by(|b, a| (*b - *a).abs() < 1e-6);
+            assert_eq!(along.len(), 2, "{found:?}");
+            assert!((along[0] - 30.0).abs() < 1e-7 && (along[1] - 70.0).abs() < 1e-7, "{found:?}");
+        }
+    }
+}
+
+#[test]
 fn lines_cross_a_torus_as_often_as_its_equation_changes_sign() {
     let model = model(torus(60.0, 15.0), vec![]);
     let index = ClosestPoints::new(&model);

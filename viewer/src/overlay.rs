@@ -35,7 +35,7 @@ pub(crate) fn annotate(
     (share, larger): (f32, f32),
 ) {
     let letter = (picture.width.min(picture.height) as f32 * 0.0115 * larger).clamp(6.5, 60.0);
-    let layout = Layout { letter, border: 2.2 * letter, line: 2.15 * letter };
+    let layout = Layout { letter, border: 2.2 * letter, line: LINE * letter };
     draw_pins(picture, &scene.pins, camera, letter);
     let mut page = Page::new([picture.width, picture.height], model);
     page.take(scale_bar(picture, &layout, camera));
@@ -88,31 +88,58 @@ fn legend_rows(scene: &Scene, share: f32) -> Vec<(Option<LegendEntry>, String)> 
     rows
 }
 
+/// Width of a legend's signs and of what is between its columns, in letters.
+const SIGN: f32 = 2.4;
+const GAP: f32 = 2.5;
+/// Distance of baselines, in letters.
+const LINE: f32 = 2.15;
+/// Letters of a legend, as parts of the usual ones, and the smallest that are made smaller, pixels.
+const SMALLER: [f32; 4] = [1.0, 0.85, 0.7, 0.58];
+const SMALLEST_PX: f32 = 9.0;
+
+fn column_width(rows: &[(Option<LegendEntry>, String)], letter: f32) -> f32 {
+    let indent = |entry: &Option<LegendEntry>| if entry.is_some() { (SIGN + 1.0) * letter } else { 0.0 };
+    rows.iter().map(|(e, text)| indent(e) + text_width(text, letter)).fold(0.0, f32::max)
+}
+
+/// Sizes of the legend in one column, two and so on, as long as they are no wider than the room.
+fn panels(rows: &[(Option<LegendEntry>, String)], letter: f32, room: f32) -> Vec<[f32; 2]> {
+    let column = column_width(rows, letter);
+    let panel = |columns: usize| {
+        let lines = rows.len().div_ceil(columns) as f32;
+        let width = columns as f32 * (column + GAP * letter) - GAP * letter;
+        [width + 2.0 * letter, (lines * LINE + 1.2) * letter]
+    };
+    let fits = |columns: &usize| *columns == 1 || panel(*columns)[0] <= room;
+    (1..=4).filter(fits).map(panel).collect()
+}
+
 fn legend(picture: &mut Picture, layout: &Layout, page: &mut Page, rows: &[(Option<LegendEntry>, String)]) {
     if rows.is_empty() {
         return;
     }
-    let letter = layout.letter;
-    let sign = 2.4 * letter;
-    let indent = |entry: &Option<LegendEntry>| if entry.is_some() { sign + letter } else { 0.0 };
-    let column = rows.iter().map(|(e, text)| indent(e) + text_width(text, letter)).fold(0.0, f32::max);
-    let (pad, gap) = (letter, 2.5 * letter);
-    let panel = |columns: usize| {
-        let lines = rows.len().div_ceil(columns) as f32;
-        let width = columns as f32 * (column + gap) - gap;
-        [width + 2.0 * pad, lines * layout.line + 1.2 * pad]
-    };
-    let room = picture.width as f32 - 2.0 * (layout.border - pad);
-    let fits = |columns: &usize| *columns == 1 || panel(*columns)[0] <= room;
-    let panels: Vec<[f32; 2]> = (1..=4).filter(fits).map(panel).collect();
     let corners = [Corner::TopRight, Corner::BottomRight, Corner::TopLeft, Corner::BottomLeft];
-    let (chosen, [x, y]) = page.place(&panels, layout.border - pad, &corners);
+    let border = layout.border - layout.letter;
+    let room = picture.width as f32 - 2.0 * border;
+    // Smaller letters rather than a legend over the model, as long as they can be read.
+    let mut sizes =
+        SMALLER.map(|part| (part * layout.letter).max(SMALLEST_PX.min(layout.letter))).into_iter();
+    let has_room = |&letter: &f32| page.has_room(&panels(rows, letter, room), border, &corners);
+    let smallest = sizes.clone().last().unwrap_or(layout.letter);
+    let letter = sizes.find(has_room).unwrap_or(smallest);
+    let line = LINE * letter;
+    let sign = SIGN * letter;
+    let indent = |entry: &Option<LegendEntry>| if entry.is_some() { sign + letter } else { 0.0 };
+    let column = column_width(rows, letter);
+    let (pad, gap) = (letter, GAP * letter);
+    let panels = panels(rows, letter, room);
+    let (chosen, [x, y]) = page.place(&panels, border, &corners);
     let over_model = page.covered_share(&Area { corner: [x, y], size: panels[chosen] }) > 0.0;
     fill(picture, [x, y], panels[chosen], PANEL, if over_model { OVER_MODEL } else { 0.6 });
     let lines = rows.len().div_ceil(chosen + 1);
     for (i, (entry, text)) in rows.iter().enumerate() {
         let left = x + pad + (i / lines) as f32 * (column + gap);
-        let baseline = y + pad + 1.15 * letter + (i % lines) as f32 * layout.line;
+        let baseline = y + pad + 1.15 * letter + (i % lines) as f32 * line;
         if let Some(entry) = entry {
             let middle = baseline - 0.5 * letter;
             match entry.mark {

@@ -89,14 +89,23 @@ impl<'a> Page<'a> {
     /// Chooses one of several sizes and a corner: the first size that hides nothing of the model in some
     /// corner, else what hides least. Returns which size, and the top left of its place.
     pub(crate) fn place(&mut self, sizes: &[[f32; 2]], border: f32, corners: &[Corner]) -> (usize, [f32; 2]) {
-        let each = sizes.iter().enumerate().flat_map(|(i, &size)| corners.iter().map(move |&c| (i, size, c)));
-        let places = each.map(|(i, size, corner)| (i, self.in_corner(size, border, corner)));
-        // The first of equal ones.
-        let Some((i, area)) = places.min_by_key(|(_, area)| self.model.count(area)) else {
+        let Some((i, area)) = self.best(sizes, border, corners) else {
             return (0, [border; 2]);
         };
         self.take(area);
         (i, area.corner)
+    }
+
+    /// Whether one of several sizes hides nothing of the model in some corner.
+    pub(crate) fn has_room(&self, sizes: &[[f32; 2]], border: f32, corners: &[Corner]) -> bool {
+        self.best(sizes, border, corners).is_some_and(|(_, area)| self.model.count(&area) == 0)
+    }
+
+    fn best(&self, sizes: &[[f32; 2]], border: f32, corners: &[Corner]) -> Option<(usize, Area)> {
+        let each = sizes.iter().enumerate().flat_map(|(i, &size)| corners.iter().map(move |&c| (i, size, c)));
+        let places = each.map(|(i, size, corner)| (i, self.in_corner(size, border, corner)));
+        // The first of equal ones.
+        places.min_by_key(|(_, area)| self.model.count(area))
     }
 
     fn in_corner(&self, size: [f32; 2], border: f32, corner: Corner) -> Area {

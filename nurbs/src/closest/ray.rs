@@ -12,10 +12,11 @@ const SAME_MM: f64 = 1e-6;
 const LARGEST_STRAY: f64 = 0.5;
 /// Steps until the position is known to the last bit, since each at least halves its error.
 const STEPS: usize = 60;
-/// Cuts of one piece (each halves it one way), and of all pieces, at most: reached where the line touches or follows
-/// the surface.
+/// Cuts of one piece (each halves it one way) after one another, of one piece, and of all pieces, at most: reached
+/// where the line touches or follows the surface, or goes through a pole.
 const LARGEST_DEPTH: usize = 36;
 const LARGEST_CUT_COUNT: usize = 2000;
+const LARGEST_CUT_COUNT_OF_ALL: usize = 40_000;
 
 /// A place where a line passes through a face.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,7 +51,9 @@ struct Line<'q> {
     across: [Vector3; 2],
     length_mm: f64,
     found: Vec<Crossing>,
+    /// Of the piece that is looked at, and of those before.
     cuts: usize,
+    cuts_before: usize,
     complete: bool,
 }
 
@@ -64,10 +67,20 @@ impl ClosestPoints<'_> {
         let first = along.cross(&aside).normalize();
         let across = [first, along.cross(&first)];
         let found = Vec::new();
-        let mut line =
-            Line { index: self, origin: *origin, along, across, length_mm, found, cuts: 0, complete: true };
+        let mut line = Line {
+            index: self,
+            origin: *origin,
+            along,
+            across,
+            length_mm,
+            found,
+            cuts: 0,
+            cuts_before: 0,
+            complete: true,
+        };
         self.tree.along(origin, &along, length_mm, |item| {
             if let Some(piece) = self.pieces.get(item) {
+                line.cuts_before += std::mem::take(&mut line.cuts);
                 line.visit(piece, 0);
             }
         });
@@ -137,7 +150,8 @@ impl Line<'_> {
 
     fn cut(&mut self, piece: &Piece, depth: usize) {
         self.cuts += 1;
-        if depth == LARGEST_DEPTH || self.cuts > LARGEST_CUT_COUNT {
+        let of_all = self.cuts_before + self.cuts;
+        if depth == LARGEST_DEPTH || self.cuts > LARGEST_CUT_COUNT || of_all > LARGEST_CUT_COUNT_OF_ALL {
             self.complete = false;
             return;
         }

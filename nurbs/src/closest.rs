@@ -19,18 +19,16 @@ mod piece;
 mod ray;
 mod rim;
 mod search;
-mod tree;
 mod unique;
 
 use rayon::prelude::*;
 
-use crate::{Aabb, FaceId, Model, Point3};
+use crate::{Aabb, BoxTree, FaceId, Model, Point3};
 use build::Trim;
 use piece::Piece;
 pub use ray::{Crossing, Crossings};
 use rim::RimPiece;
 use search::Search;
-use tree::Tree;
 pub use unique::Nearest;
 
 /// Closest points over all faces of a model: a hierarchy of boxes around small surface pieces, then Newton
@@ -43,7 +41,7 @@ pub struct ClosestPoints<'a> {
     pieces: Vec<Piece>,
     rims: Vec<RimPiece>,
     /// Over `pieces`, then `rims`.
-    tree: Tree,
+    tree: BoxTree,
 }
 
 /// The nearest point of the model.
@@ -94,7 +92,7 @@ impl<'a> ClosestPoints<'a> {
         }
         let mut boxes: Vec<Aabb> = (pieces.par_iter()).map(|p| Aabb::of(&p.corners())).collect();
         boxes.extend(rims.iter().map(RimPiece::bounds));
-        ClosestPoints { model, trims, pieces, rims, tree: Tree::new(&boxes) }
+        ClosestPoints { model, trims, pieces, rims, tree: BoxTree::new(&boxes) }
     }
 
     /// The model.
@@ -133,16 +131,14 @@ impl<'a> ClosestPoints<'a> {
     #[must_use]
     pub fn any_within(&self, p: &Point3, radius_mm: f64) -> bool {
         let mut search = Search::new(self, p, radius_mm);
-        self.tree.search(p, search.best_squared, |item| {
-            let bound = search.visit(item);
-            if search.found.is_some() { 0.0 } else { bound }
-        });
+        let bound = |s: &Search| if s.found.is_some() { 0.0 } else { s.best_squared };
+        self.tree.nearest_first(p, &mut search, bound, Search::visit);
         search.foot().is_some_and(|f| f.distance_mm < radius_mm)
     }
 
     fn search(&self, p: &Point3, within_mm: f64) -> Search<'_> {
         let mut search = Search::new(self, p, within_mm);
-        self.tree.search(p, search.best_squared, |item| search.visit(item));
+        self.tree.nearest_first(p, &mut search, |s| s.best_squared, Search::visit);
         search
     }
 
@@ -164,12 +160,12 @@ impl<'a> ClosestPoints<'a> {
         hint.within = if search.found.is_some() { f64::INFINITY } else { within_mm };
         hint.items.clear();
         let horizon = (distance + 2.0 * hint.reach).powi(2).next_up();
-        self.tree.search(p, horizon, |item| {
+        let gather = |items: &mut Vec<u32>, item: usize| {
             if self.lower_bound_squared(item, p) <= horizon {
-                hint.items.push(item as u32);
+                items.push(item as u32);
             }
-            horizon
-        });
+        };
+        self.tree.nearest_first(p, &mut hint.items, |_| horizon, gather);
         if let Some(k) = hint.items.iter().position(|&i| i as usize == search.item) {
             hint.items.swap(0, k);
         }

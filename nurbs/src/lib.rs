@@ -32,6 +32,7 @@ mod arc;
 mod area;
 mod bernstein;
 mod boundary;
+mod box_tree;
 mod closest;
 mod curve;
 mod curvedness;
@@ -52,6 +53,7 @@ mod surface;
 pub mod tolerance;
 mod winding;
 
+pub use box_tree::{BRANCHES, BoxTree, Boxes, Eight, outward};
 pub use closest::{ClosestPoints, Crossing, Crossings, Foot, Hint, Nearest};
 pub use curve::{Curve2, Curve3, NurbsCurve};
 pub use domain::Domain;

@@ -1,10 +1,9 @@
 use std::ops::ControlFlow;
 
-use claymill_nurbs::{Aabb, FaceId, Point3, Vector3};
+use claymill_nurbs::{Aabb, BoxTree, FaceId, Point3, Vector3};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use crate::box_tree::BoxTree;
 use crate::mesh::Mesh;
 
 /// Facets steeper than this (cosine against the axis) are met by their edges only.
@@ -73,10 +72,10 @@ impl<'a> DropMesh<'a> {
     /// Calls `item` for every triangle in boxes that are `wanted`, until it breaks.
     pub(crate) fn visit(
         &self,
-        wanted: impl FnMut(&Aabb) -> bool,
+        mut wanted: impl FnMut(&Aabb) -> bool,
         item: impl FnMut(usize) -> ControlFlow<()>,
     ) {
-        self.tree.visit(wanted, item);
+        self.tree.visit(|boxes| boxes.each(&mut wanted), item);
     }
 
     /// Distance of the surface from a triangle at most, mm.
@@ -102,7 +101,7 @@ impl<'a> DropMesh<'a> {
     /// Whether a tool enters a triangle, where its radius depends on the triangle's deviation.
     fn stops(&self, centre: &Point3, largest: f64, radius: impl Fn(f64) -> f64) -> bool {
         let mut stopped = false;
-        self.tree.visit(
+        self.visit(
             |b| b.max.z + largest > centre.z && column_distance_squared(b, centre) < largest * largest,
             |i| {
                 let r = radius(self.deviation(i));
@@ -119,7 +118,7 @@ impl<'a> DropMesh<'a> {
     pub(crate) fn highest(&self, at: &Point3, radius: f64) -> Option<f64> {
         let best = std::cell::Cell::new(f64::NEG_INFINITY);
         let thick = radius + self.worst_deviation;
-        self.tree.visit(
+        self.visit(
             |b| b.max.z + thick > best.get() && column_distance_squared(b, at) < thick * thick,
             |i| {
                 if let Some(z) = lowered(&self.corners(i), at.x, at.y, radius + self.deviation(i)) {
@@ -135,7 +134,7 @@ impl<'a> DropMesh<'a> {
     /// (in the frame), seen along the axis.
     pub(crate) fn top_along(&self, a: &Point3, b: &Point3, radius: f64) -> Option<f64> {
         let best = std::cell::Cell::new(f64::NEG_INFINITY);
-        self.tree.visit(
+        self.visit(
             |bounds| bounds.max.z > best.get() && passes_over(bounds, a, b, radius),
             |i| {
                 let bounds = Aabb::of(&self.corners(i));

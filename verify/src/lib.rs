@@ -23,7 +23,6 @@
 //! # Ok::<(), claymill_verify::VerifyError>(())
 //! ```
 
-mod box_tree;
 mod capsule;
 mod contact;
 mod coverage;

@@ -1,14 +1,11 @@
-use std::cell::Cell;
-use std::ops::ControlFlow;
 use std::path::Path;
 
 use claymill_exchange::{ObstacleMesh, read_mesh};
-use claymill_nurbs::{Aabb, Point3};
+use claymill_nurbs::{Aabb, BoxTree, Point3};
 use claymill_toolpath::{Job, sha256_of};
 use rayon::prelude::*;
 
 use crate::VerifyError;
-use crate::box_tree::BoxTree;
 use crate::options::VerifyOptions;
 use crate::report::{Obstacles, Place};
 use crate::scene::{Scene, Stage};
@@ -56,20 +53,17 @@ impl ObstacleSet {
 
     /// Distance from `p` to the nearest triangle and the point there; `None` if that is not below `within`.
     fn nearest(&self, p: &Point3, within: f64) -> Option<(f64, Point3)> {
-        let best: Cell<Option<(f64, Point3)>> = Cell::new(None);
-        let reach = || best.get().map_or(within, |b| b.0);
-        self.tree.visit(
-            |b| b.distance_squared(p) < reach() * reach(),
-            |i| {
-                let q = closest_on_triangle(&self.triangles[i], p);
-                let d = (q - p).norm();
-                if d < reach() {
-                    best.set(Some((d, q)));
-                }
-                ControlFlow::Continue(())
-            },
-        );
-        best.get()
+        let mut best: Option<(f64, Point3)> = None;
+        let reach = |best: &Option<(f64, Point3)>| best.map_or(within, |b| b.0);
+        let bound = |best: &Option<(f64, Point3)>| reach(best).powi(2);
+        self.tree.nearest_first(p, &mut best, bound, |best, i| {
+            let q = closest_on_triangle(&self.triangles[i], p);
+            let d = (q - p).norm();
+            if d < reach(best) {
+                *best = Some((d, q));
+            }
+        });
+        best
     }
 
     /// Whether a triangle is nearer than `within`.

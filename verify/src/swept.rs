@@ -1,9 +1,8 @@
 use std::ops::ControlFlow;
 
-use claymill_nurbs::{Aabb, Point3, Vector3};
+use claymill_nurbs::{Aabb, BoxTree, Point3, Vector3, outward};
 use rayon::prelude::*;
 
-use crate::box_tree::BoxTree;
 use crate::capsule::Capsule;
 use crate::track::Track;
 
@@ -68,8 +67,11 @@ impl<'a> Swept<'a> {
         distance_mm: f64,
         mut found: impl FnMut(&Piece) -> ControlFlow<()>,
     ) {
-        let reach = distance_mm * distance_mm;
-        self.tree.visit(|b| b.distance_squared(p) <= reach, |i| found(&self.pieces[i]));
+        let (place, reach) = ([p.x, p.y, p.z].map(|x| outward([x, x])), distance_mm * distance_mm);
+        self.tree.visit(
+            |boxes| boxes.distances_squared(&place).map(|d| f64::from(d) <= reach),
+            |i| found(&self.pieces[i]),
+        );
     }
 
     /// Whether a ball has been deeper than `tolerance_mm` beyond `p`.

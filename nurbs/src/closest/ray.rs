@@ -1,8 +1,10 @@
+use std::ops::ControlFlow;
+
 use super::ClosestPoints;
 use super::interval::{Interval, dot};
 use super::net::Net;
 use super::piece::Piece;
-use crate::{FaceId, Point3, Vector3};
+use crate::{Aabb, FaceId, Point3, Vector3};
 
 /// A point this near to the line is on it, mm.
 const ON_LINE_MM: f64 = 1e-9;
@@ -78,12 +80,16 @@ impl ClosestPoints<'_> {
             cuts_before: 0,
             complete: true,
         };
-        self.tree.along(origin, &along, length_mm, |item| {
-            if let Some(piece) = self.pieces.get(item) {
-                line.cuts_before += std::mem::take(&mut line.cuts);
-                line.visit(piece, 0);
-            }
-        });
+        self.tree.visit(
+            |boxes| boxes.each(|b| meets(b, origin, &along, length_mm)),
+            |item| {
+                if let Some(piece) = self.pieces.get(item) {
+                    line.cuts_before += std::mem::take(&mut line.cuts);
+                    line.visit(piece, 0);
+                }
+                ControlFlow::Continue(())
+            },
+        );
         let mut all = line.found;
         all.sort_by(|a, b| a.along_mm.total_cmp(&b.along_mm).then(a.face.cmp(&b.face)));
         let mut kept: Vec<Crossing> = Vec::with_capacity(all.len());
@@ -95,6 +101,24 @@ impl ClosestPoints<'_> {
         }
         Crossings { all: kept, complete: line.complete }
     }
+}
+
+/// Whether a line along a unit vector meets a box, by its stretches between opposite sides.
+fn meets(b: &Aabb, origin: &Point3, unit: &Vector3, length_mm: f64) -> bool {
+    let (mut from, mut to) = (0.0f64, length_mm);
+    for axis in 0..3 {
+        let (low, high) = (b.min[axis] - origin[axis], b.max[axis] - origin[axis]);
+        if unit[axis].abs() < f64::MIN_POSITIVE {
+            if low > 0.0 || high < 0.0 {
+                return false;
+            }
+            continue;
+        }
+        let (a, b) = (low / unit[axis], high / unit[axis]);
+        (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
+    }
+    // The boxes are rounded outward by more than this rounds.
+    from <= to + ON_LINE_MM
 }
 
 impl Line<'_> {

@@ -73,8 +73,8 @@ impl<'q> Search<'q> {
         })
     }
 
-    /// Looks for a nearer foot on an item; returns the squared distance to beat from now on.
-    pub(super) fn visit(&mut self, item: usize) -> f64 {
+    /// Looks for a nearer foot on an item.
+    pub(super) fn visit(&mut self, item: usize) {
         let before = self.best_squared;
         let pieces = &self.index.pieces;
         if let Some(piece) = pieces.get(item) {
@@ -86,7 +86,6 @@ impl<'q> Search<'q> {
         if self.best_squared < before {
             self.item = item;
         }
-        self.best_squared
     }
 
     /// Looks for a nearer foot on a piece of a surface.

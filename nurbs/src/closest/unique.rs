@@ -44,11 +44,9 @@ impl ClosestPoints<'_> {
         let horizon = (foot.distance_mm + EQUAL_MM).powi(2).next_up();
         let mut rivals =
             Rivals { index: self, p: *p, foot, horizon, cuts: 0, other: None, unresolved: false };
-        self.tree.search(p, horizon, |item| {
-            rivals.visit(item);
-            // Nothing more to learn once there is another.
-            if rivals.other.is_some() { 0.0 } else { horizon }
-        });
+        // Nothing more to learn once there is another.
+        let bound = |r: &Rivals| if r.other.is_some() { 0.0 } else { horizon };
+        self.tree.nearest_first(p, &mut rivals, bound, Rivals::visit);
         if rivals.other.is_none() && !rivals.unresolved {
             Nearest::Unique(foot)
         } else {

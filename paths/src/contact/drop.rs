@@ -163,11 +163,11 @@ impl<'a> BallDrop<'a> {
     }
 
     /// Points of a triangle or piece of an edge, and how far from their hull it may be.
-    fn hull(&self, item: u32) -> ([Point3; 3], f64) {
-        match self.triangles.get(item as usize) {
+    fn hull(&self, item: usize) -> ([Point3; 3], f64) {
+        match self.triangles.get(item) {
             Some(t) => (t.p, f64::from(t.deviation_mm)),
             None => {
-                let e = &self.edges[item as usize - self.triangles.len()];
+                let e = &self.edges[item - self.triangles.len()];
                 ([e.a, e.b, e.b], e.deviation_mm)
             }
         }
@@ -179,7 +179,7 @@ impl<'a> BallDrop<'a> {
         &self,
         rectangle: [[f64; 2]; 2],
         low: f64,
-        mut visit: impl FnMut(u32, [Point3; 3], f64),
+        mut visit: impl FnMut(usize, [Point3; 3], f64),
     ) {
         self.tree.over(rectangle, self.radius_mm, low, |item| {
             let (points, delta) = self.hull(item);
@@ -256,7 +256,7 @@ impl<'a> Search<'a> {
     }
 
     /// Looks at one triangle or piece of an edge.
-    fn visit(&mut self, item: u32) {
+    fn visit(&mut self, item: usize) {
         let (points, delta) = self.ball.hull(item);
         if !self.floor.clears_hull(&points, delta) {
             self.visit_uncleared(item);
@@ -264,11 +264,11 @@ impl<'a> Search<'a> {
     }
 
     /// Looks at one that may rise above the floor.
-    pub(super) fn visit_uncleared(&mut self, item: u32) {
+    pub(super) fn visit_uncleared(&mut self, item: usize) {
         let ball = self.ball;
-        match ball.triangles.get(item as usize) {
+        match ball.triangles.get(item) {
             Some(t) => self.triangle(t),
-            None => self.edge(&ball.edges[item as usize - ball.triangles.len()]),
+            None => self.edge(&ball.edges[item - ball.triangles.len()]),
         }
     }
 

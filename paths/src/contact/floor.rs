@@ -1,4 +1,4 @@
-use claymill_nurbs::{Point3, Vector3};
+use claymill_nurbs::{BRANCHES, Boxes, Point3, Vector3};
 
 /// What something must rise above to hold the ball up higher than the best contact found so far.
 ///
@@ -57,16 +57,16 @@ impl Floor {
         (height <= 0.0) | ((along > 0.0) & (height * self.diameter_mm <= along * along))
     }
 
-    /// Whether nothing in a box can hold the ball up, for eight boxes side by side: ranges of x and y, and tops.
+    /// Whether nothing in a box can hold the ball up, for eight boxes side by side.
     #[inline(always)]
-    pub(super) fn clears_boxes(&self, x: &[[f32; 8]; 2], y: &[[f32; 8]; 2], top: &[f32; 8]) -> [bool; 8] {
+    pub(super) fn clears_boxes(&self, Boxes { min, max }: &Boxes) -> [bool; BRANCHES] {
         let n = &self.normal;
         // The corners that rise highest above the plane.
-        let (far_x, far_y) = (&x[usize::from(n.x > 0.0)], &y[usize::from(n.y > 0.0)]);
+        let [far_x, far_y] = [0, 1].map(|axis| if n[axis] > 0.0 { &max[axis] } else { &min[axis] });
         std::array::from_fn(|k| {
-            let height = n.x * f64::from(far_x[k]) + n.y * f64::from(far_y[k]) + n.z * f64::from(top[k]);
-            let range = |ends: &[[f32; 8]; 2]| [f64::from(ends[0][k]), f64::from(ends[1][k])];
-            self.clears(height - self.level, range(x), range(y))
+            let height = n.x * f64::from(far_x[k]) + n.y * f64::from(far_y[k]) + n.z * f64::from(max[2][k]);
+            let range = |axis: usize| [f64::from(min[axis][k]), f64::from(max[axis][k])];
+            self.clears(height - self.level, range(0), range(1))
         })
     }
 

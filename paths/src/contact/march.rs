@@ -32,7 +32,7 @@ const FARTHEST: f64 = 0.95;
 #[derive(Debug, Default)]
 struct Around {
     rectangle: Option<[[f64; 2]; 2]>,
-    items: Vec<u32>,
+    items: Vec<usize>,
     hulls: Vec<Hulls>,
 }
 

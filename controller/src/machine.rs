@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use claymill_toolpath::MoveKind;
+use claymill_toolpath::{MachineLimits, MoveKind};
 use serde::{Deserialize, Serialize};
 
 use crate::MachineError;
@@ -310,6 +310,17 @@ impl Machine {
             return value("start, end, tool_change, work_offset, name", "must be single lines");
         }
         Ok(())
+    }
+
+    /// What it can do, as far as the time of a job is concerned.
+    #[must_use]
+    pub fn limits(&self) -> MachineLimits {
+        MachineLimits {
+            name: Some(self.name.clone()),
+            acceleration_mm_per_s2: self.dynamics.acceleration_mm_per_s2,
+            jerk_mm_per_s3: self.dynamics.jerk_mm_per_s3,
+            corner_mm: self.control.corner_mm.unwrap_or(MachineLimits::default().corner_mm),
+        }
     }
 
     /// Work offset and zero of a setup.

@@ -1,19 +1,16 @@
 //! How long a machine takes: feed, acceleration, jerk, bends and corners, by the law of `claymill_motion`.
 
 use claymill_motion::{JointRule, Limits, Looks, Rail, Schedule, Track};
-use claymill_toolpath::Move;
-
-use crate::Feeds;
-
-/// How far from a corner the control may run, mm.
-const CORNER_MM: f64 = 0.005;
+use claymill_toolpath::{MachineLimits, Move};
 
 /// Time of each move of a program that begins and ends at rest, s.
 #[must_use]
-pub fn times_s(moves: &[Move], feeds: &Feeds) -> Vec<f64> {
-    let limits =
-        Limits { acceleration_mm_per_s2: feeds.acceleration_mm_per_s2, jerk_mm_per_s3: feeds.jerk_mm_per_s3 };
-    let mut track = Track::new(limits, JointRule::Within { mm: CORNER_MM, stop_deg: 180.0 });
+pub fn times_s(moves: &[Move], machine: &MachineLimits) -> Vec<f64> {
+    let limits = Limits {
+        acceleration_mm_per_s2: machine.acceleration_mm_per_s2,
+        jerk_mm_per_s3: machine.jerk_mm_per_s3,
+    };
+    let mut track = Track::new(limits, JointRule::Within { mm: machine.corner_mm, stop_deg: 180.0 });
     let mut known = Vec::with_capacity(moves.len());
     for m in moves {
         let curve = m.curve().ok();
@@ -38,8 +35,8 @@ mod tests {
 
     use super::*;
 
-    fn feeds() -> Feeds {
-        Feeds { acceleration_mm_per_s2: 1000.0, jerk_mm_per_s3: 10_000.0, ..Feeds::default() }
+    fn machine() -> MachineLimits {
+        MachineLimits { acceleration_mm_per_s2: 1000.0, jerk_mm_per_s3: 10_000.0, ..MachineLimits::default() }
     }
 
     fn straight(from: [f64; 3], to: [f64; 3], feed: f64) -> Move {
@@ -49,10 +46,10 @@ mod tests {
     #[test]
     fn from_rest_to_rest_the_closed_form_holds() {
         // geometry.md §9: t = L/v + v/a + a/j.
-        let t = times_s(&[straight([0.0; 3], [500.0, 0.0, 0.0], 10_000.0)], &feeds());
+        let t = times_s(&[straight([0.0; 3], [500.0, 0.0, 0.0], 10_000.0)], &machine());
         approx::assert_abs_diff_eq!(t[0], 3.266_66, epsilon = 1e-4);
         // Too short to reach feed or acceleration: t = 4 (L / 2j)^⅓.
-        let t = times_s(&[straight([0.0; 3], [1.0, 0.0, 0.0], 10_000.0)], &feeds());
+        let t = times_s(&[straight([0.0; 3], [1.0, 0.0, 0.0], 10_000.0)], &machine());
         approx::assert_relative_eq!(t[0], 4.0 * (1.0 / 20_000.0f64).cbrt(), max_relative = 1e-6);
     }
 
@@ -62,13 +59,17 @@ mod tests {
             straight([0.0; 3], [250.0, 0.0, 0.0], 10_000.0),
             straight([250.0, 0.0, 0.0], [500.0, 0.0, 0.0], 10_000.0),
         ];
-        approx::assert_abs_diff_eq!(times_s(&on, &feeds()).iter().sum::<f64>(), 3.266_66, epsilon = 1e-4);
+        approx::assert_abs_diff_eq!(times_s(&on, &machine()).iter().sum::<f64>(), 3.266_66, epsilon = 1e-4);
         let back = [
             straight([0.0; 3], [250.0, 0.0, 0.0], 10_000.0),
             straight([250.0, 0.0, 0.0], [0.0; 3], 10_000.0),
         ];
         let one = 250.0 / (10_000.0 / 60.0) + 10_000.0 / 60.0 / 1000.0 + 0.1;
-        approx::assert_abs_diff_eq!(times_s(&back, &feeds()).iter().sum::<f64>(), 2.0 * one, epsilon = 1e-4);
+        approx::assert_abs_diff_eq!(
+            times_s(&back, &machine()).iter().sum::<f64>(),
+            2.0 * one,
+            epsilon = 1e-4
+        );
     }
 
     #[test]
@@ -84,7 +85,7 @@ mod tests {
             Move::along(MoveKind::Cut, &arc, Vector3::z(), 10_000.0),
             straight([0.0, 10.0, 0.0], [-400.0, 10.0, 0.0], 10_000.0),
         ];
-        let t = times_s(&moves, &feeds());
+        let t = times_s(&moves, &machine());
         approx::assert_relative_eq!(t[1], 0.5 * std::f64::consts::PI * 10.0 / 81.7, max_relative = 0.02);
     }
 }

@@ -3,7 +3,8 @@ use std::collections::BTreeMap;
 use claymill_nurbs::{Aabb, FaceId, Model, NurbsError};
 use claymill_surface_merge::{Merge, RegionMesh};
 use claymill_toolpath::{
-    Area, FaceAccount, LengthByKind, LinkStyle, Move, Program, RegionTotals, Setup, Tool, Totals, UncutReason,
+    Area, FaceAccount, LengthByKind, LinkStyle, MachineLimits, Move, Program, RegionTotals, Setup, Tool,
+    Totals, UncutReason,
 };
 use rayon::prelude::*;
 use thiserror::Error;
@@ -38,6 +39,8 @@ pub struct PlanOptions {
     pub orientation: Orientation,
     /// Feeds.
     pub feeds: Feeds,
+    /// What the machine can do, for the times.
+    pub machine: MachineLimits,
 }
 
 /// Feeds, mm/min.
@@ -49,22 +52,12 @@ pub struct Feeds {
     pub lead_mm_per_min: f64,
     /// Rapids.
     pub rapid_mm_per_min: f64,
-    /// Largest acceleration, for the time, mm/s².
-    pub acceleration_mm_per_s2: f64,
-    /// Largest jerk, for the time, mm/s³.
-    pub jerk_mm_per_s3: f64,
 }
 
 impl Default for Feeds {
-    /// A clay mill: 6 m/min, leads at 3 m/min, rapids at 20 m/min, 1 m/s², 10 m/s³.
+    /// A clay mill: 6 m/min, leads at 3 m/min, rapids at 20 m/min.
     fn default() -> Self {
-        Feeds {
-            cut_mm_per_min: 6000.0,
-            lead_mm_per_min: 3000.0,
-            rapid_mm_per_min: 20_000.0,
-            acceleration_mm_per_s2: 1000.0,
-            jerk_mm_per_s3: 10_000.0,
-        }
+        Feeds { cut_mm_per_min: 6000.0, lead_mm_per_min: 3000.0, rapid_mm_per_min: 20_000.0 }
     }
 }
 
@@ -230,7 +223,7 @@ pub fn plan(
                 parts.push((region, part));
             }
         }
-        out.setup(&context, &account, parts);
+        out.setup(&context, &account, parts, &options.machine);
     }
     if out.program.moves.is_empty() {
         return Err(if earlier.is_empty() { PlanError::NothingToCut } else { PlanError::NoRest });
@@ -389,7 +382,13 @@ struct Output {
 
 impl Output {
     /// Appends a setup: its parts with the ways between them.
-    fn setup(&mut self, context: &SetupContext, account: &Account, parts: Vec<(usize, Part)>) {
+    fn setup(
+        &mut self,
+        context: &SetupContext,
+        account: &Account,
+        parts: Vec<(usize, Part)>,
+        machine: &MachineLimits,
+    ) {
         let name = context.frame.name;
         let first_move = self.program.moves.len();
         let first_region = self.regions.len();
@@ -427,7 +426,7 @@ impl Output {
             self.program.moves.extend(up.into_iter().map(|m| Move { region, pass, ..m }));
         }
         let regions = &mut self.regions[first_region..];
-        let times_s = times_s(&self.program.moves[first_move..], &context.feeds);
+        let times_s = times_s(&self.program.moves[first_move..], machine);
         for ((seq, m), time_s) in self.program.moves.iter_mut().enumerate().skip(first_move).zip(times_s) {
             m.seq = seq as u64;
             name.clone_into(&mut m.setup);

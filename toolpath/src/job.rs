@@ -112,6 +112,35 @@ pub struct Request {
     pub feed_mm_per_min: f64,
     /// Rapid rate, mm/min.
     pub rapid_mm_per_min: f64,
+    /// What the machine can do, as far as the times are concerned.
+    #[serde(default)]
+    pub machine: MachineLimits,
+}
+
+/// How quickly a machine gets on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MachineLimits {
+    /// Its name; `None` for a clay mill as usual.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Largest acceleration along the path, mm/s².
+    pub acceleration_mm_per_s2: f64,
+    /// Largest jerk along the path, mm/s³.
+    pub jerk_mm_per_s3: f64,
+    /// How far from a corner the control may run, mm.
+    pub corner_mm: f64,
+}
+
+impl Default for MachineLimits {
+    /// A clay mill: 1 m/s², 10 m/s³.
+    fn default() -> Self {
+        MachineLimits {
+            name: None,
+            acceleration_mm_per_s2: 1000.0,
+            jerk_mm_per_s3: 10_000.0,
+            corner_mm: 0.005,
+        }
+    }
 }
 
 /// A mesh file (STL, OBJ, glTF) that no move may touch.

@@ -52,9 +52,12 @@ pub(crate) struct CompareArgs {
     /// Leave these out; same forms as --only.
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) skip: Vec<String>,
-    /// Cutting feed, mm/min [default: 6000].
+    /// Cutting feed, mm/min [default: 6000, or what the machine allows].
     #[arg(long, value_name = "MM_PER_MIN")]
     pub(crate) feed: Option<f64>,
+    /// Machine definition (TOML): rapids and times are those of its feeds, acceleration and jerk.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) machine: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) axes: AxisArgs,
 }
@@ -104,9 +107,12 @@ pub(crate) struct JobOptions {
     /// Millimetres in one unit of obstacles whose format has no unit (STL, OBJ) [default: 1].
     #[arg(long, value_name = "MM", requires = "check")]
     pub(crate) mesh_unit: Option<f64>,
-    /// Cutting feed, mm/min [default: 6000].
+    /// Cutting feed, mm/min [default: 6000, or what the machine allows].
     #[arg(long, value_name = "MM_PER_MIN")]
     pub(crate) feed: Option<f64>,
+    /// Machine definition (TOML): rapids and times are those of its feeds, acceleration and jerk.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) machine: Option<PathBuf>,
     #[command(flatten)]
     #[serde(flatten)]
     pub(crate) merging: MergingArgs,

@@ -2,8 +2,8 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
 
-use claymill_paths::{Feeds, times_s};
-use claymill_toolpath::{Job, Program, read_job, read_moves, write_whole};
+use claymill_paths::times_s;
+use claymill_toolpath::{Job, Move, Program, read_job, read_moves, write_whole};
 use claymill_viewer::{Movie, PictureOptions, Reel, Renderer, Stock, StrokeStyle, View};
 
 use super::pictures::{self, Album};
@@ -162,12 +162,8 @@ fn frames(args: &AnimateArgs, format: Format, [width, height]: [u32; 2]) -> Resu
 
 /// Seconds of every move: every setup begins and ends at rest.
 pub(crate) fn seconds(job: &Job, program: &Program) -> Vec<f64> {
-    let feeds = Feeds {
-        cut_mm_per_min: job.request.feed_mm_per_min,
-        rapid_mm_per_min: job.request.rapid_mm_per_min,
-        ..Feeds::default()
-    };
-    program.moves.chunk_by(|a, b| a.setup == b.setup).flat_map(|moves| times_s(moves, &feeds)).collect()
+    let of_setup = |moves: &[Move]| times_s(moves, &job.request.machine);
+    program.moves.chunk_by(|a, b| a.setup == b.setup).flat_map(of_setup).collect()
 }
 
 fn write(args: &AnimateArgs, format: Format, movie: &Movie) -> Result<(), Failure> {

@@ -154,6 +154,7 @@ fn command(args: &CompareArgs) -> String {
     option("link", Some(merge::name(&args.link)));
     option("preset", Some(merge::name(&args.preset).replace('_', "-")));
     option("feed", args.feed.map(|f| f.to_string()));
+    option("machine", args.machine.as_ref().map(|m| m.display().to_string()));
     option("up", args.axes.up.clone());
     option("length", args.axes.length.clone());
     for (name, list) in [("only", &args.only), ("skip", &args.skip)] {
@@ -175,6 +176,7 @@ fn request(args: &CompareArgs, tool: &str, scallop: f64, strategy: StrategyName)
         only: args.only.clone(),
         skip: args.skip.clone(),
         feed: args.feed,
+        machine: args.machine.clone(),
         axes: args.axes.clone(),
         ..JobOptions::default()
     };

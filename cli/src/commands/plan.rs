@@ -1,14 +1,15 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use claymill_controller::Machine;
 use claymill_exchange::read_mesh;
 use claymill_nurbs::{Model, Point3};
 use claymill_paths::{Feeds, Plan, PlanError, PlanOptions, Regions, Strategy, plan_around};
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
-    FORMAT_VERSION, FolderWriter, HOLDER_CLEARANCE_MM, Holder, JOB_FILE, Job, LinkStyle, ModelFacts,
-    Obstacle, Program, REGIONS_FILE, REPORT_FILE, Skipped, Tool, ToolRecord, VERIFY_FILE, read_moves,
-    sha256_of,
+    FORMAT_VERSION, FolderWriter, HOLDER_CLEARANCE_MM, Holder, JOB_FILE, Job, LinkStyle, MachineLimits,
+    ModelFacts, Obstacle, Program, REGIONS_FILE, REPORT_FILE, Skipped, Tool, ToolRecord, VERIFY_FILE,
+    read_moves, sha256_of,
 };
 use claymill_verify::{Verification, VerifyOptions, stick_out_needed_mm, verify_with_crests};
 
@@ -44,7 +45,8 @@ pub(crate) struct Request {
     strategy: StrategyName,
     link: LinkStyle,
     preset: PresetName,
-    feed_mm_per_min: f64,
+    feeds: Feeds,
+    machine: MachineLimits,
 }
 
 /// What is of interest after a job.
@@ -96,6 +98,7 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
         check: if first.check.is_empty() { second.check } else { first.check },
         mesh_unit: first.mesh_unit.or(second.mesh_unit),
         feed: first.feed.or(second.feed),
+        machine: first.machine.or(second.machine),
         merging: first.merging.or(second.merging),
         axes: crate::args::AxisArgs {
             up: first.axes.up.or(second.axes.up),
@@ -120,13 +123,8 @@ impl Request {
         if !(scallop_mm > 0.0 && scallop_mm < tool.radius_mm()) {
             return Err(PlanError::Scallop { scallop_mm, radius_mm: tool.radius_mm() }.into());
         }
-        let feed_mm_per_min = options.feed.unwrap_or(Feeds::default().cut_mm_per_min);
-        if !(feed_mm_per_min.is_finite() && feed_mm_per_min > 0.0) {
-            return Err(Failure::usage(
-                format!("feed {feed_mm_per_min} mm/min must be positive"),
-                "For example: --feed 6000.",
-            ));
-        }
+        let machine = options.machine.as_deref().map(Machine::read).transpose()?;
+        let feeds = feeds(options.feed, machine.as_ref())?;
         if options.angle.is_some_and(|angle| !angle.is_finite()) {
             return Err(Failure::usage("the angle of the rows must be a number", "For example: --angle 45."));
         }
@@ -144,10 +142,32 @@ impl Request {
                 Some(LinkName::Lace) | None => LinkStyle::Lace,
             },
             preset: options.preset.unwrap_or(PresetName::Clay),
-            feed_mm_per_min,
+            feeds,
+            machine: machine.map(|m| m.limits()).unwrap_or_default(),
             options: options.clone(),
         })
     }
+}
+
+/// The feeds as asked for, or as usual, as far as the machine allows them.
+fn feeds(asked_mm_per_min: Option<f64>, machine: Option<&Machine>) -> Result<Feeds, Failure> {
+    let usual = Feeds::default();
+    let cut_mm_per_min = asked_mm_per_min.unwrap_or(usual.cut_mm_per_min);
+    if !(cut_mm_per_min.is_finite() && cut_mm_per_min > 0.0) {
+        let what = format!("feed {cut_mm_per_min} mm/min must be positive");
+        return Err(Failure::usage(what, "For example: --feed 6000."));
+    }
+    let Some(machine) = machine else { return Ok(Feeds { cut_mm_per_min, ..usual }) };
+    let most = machine.feed.max_mm_per_min;
+    if asked_mm_per_min.is_some_and(|asked| asked > most) {
+        let what = format!("feed {cut_mm_per_min} mm/min is more than {most}, the most of {}", machine.name);
+        return Err(Failure::usage(what, "Give a lower --feed, or another --machine."));
+    }
+    Ok(Feeds {
+        cut_mm_per_min: cut_mm_per_min.min(most),
+        lead_mm_per_min: usual.lead_mm_per_min.min(most),
+        rapid_mm_per_min: machine.feed.rapid_mm_per_min,
+    })
 }
 
 /// A distance that can be kept.
@@ -195,7 +215,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     let preset = Preset::from(request.preset);
     let mut options = request.options.merging.options(preset, model)?;
     options.ball_radius_mm = request.tool.radius_mm();
-    options.feed_mm_per_min = request.feed_mm_per_min;
+    options.feed_mm_per_min = request.feeds.cut_mm_per_min;
     let merged = merge::regions(model, &options)?;
     let mut regions = merge::record(&merged, preset);
     merge::add_quality(&mut regions, model, &merged, options.ball_radius_mm);
@@ -217,7 +237,8 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         row_angle_deg: request.options.angle,
         link: request.link,
         orientation,
-        feeds: Feeds { cut_mm_per_min: request.feed_mm_per_min, ..Feeds::default() },
+        feeds: request.feeds,
+        machine: request.machine.clone(),
     };
     let to_cut = Regions {
         merged: &merged,
@@ -373,6 +394,7 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
             holder_clearance_mm: request.holder_clearance_mm,
             feed_mm_per_min: options.feeds.cut_mm_per_min,
             rapid_mm_per_min: options.feeds.rapid_mm_per_min,
+            machine: options.machine.clone(),
         },
         tolerances: plan.tolerances,
         tools: vec![ToolRecord {
@@ -409,7 +431,7 @@ fn write_job_file(
             LinkStyle::Box => LinkName::Box,
         }),
         preset: Some(request.preset),
-        feed: Some(request.feed_mm_per_min),
+        feed: Some(request.feeds.cut_mm_per_min),
         axes: crate::args::AxisArgs {
             up: Some(options.orientation.up.to_string()),
             length: Some(options.orientation.front.to_string()),

@@ -20,6 +20,7 @@ mod post;
 mod rest;
 mod roadster;
 mod run;
+mod times;
 #[cfg(feature = "window")]
 mod view;
 mod whole_job;

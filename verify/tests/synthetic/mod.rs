@@ -66,6 +66,7 @@ pub(crate) fn job(model: &Model) -> Job {
             holder_clearance_mm: 1.0,
             feed_mm_per_min: 6000.0,
             rapid_mm_per_min: 20000.0,
+            machine: Default::default(),
         },
         tolerances: Default::default(),
         tools: vec![ToolRecord { id: "T1".into(), tool, holder: None }],

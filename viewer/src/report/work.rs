@@ -3,7 +3,8 @@ use std::collections::BTreeMap;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use claymill_toolpath::{
-    FaceAccount, Job, LengthByKind, LinkStyle, MoveKind, RegionTotals, RegionsFile, UncutReason,
+    FaceAccount, Job, LengthByKind, LinkStyle, MachineLimits, MoveKind, RegionTotals, RegionsFile,
+    UncutReason,
 };
 use maud::{Markup, html};
 
@@ -76,6 +77,7 @@ pub(super) fn asked(job: &Job) -> Markup {
         ("Passes are joined", link.to_owned()),
         ("Merging", r.preset.clone()),
         ("Feed", format!("{} mm/min cutting, {} mm/min rapid", r.feed_mm_per_min, r.rapid_mm_per_min)),
+        ("Times", machine(&r.machine)),
         ("Axes", format!("up {}, rear to front {}", r.up, r.length)),
         ("Only", list(&r.only)),
         ("Left out", list(&r.skip)),
@@ -84,6 +86,16 @@ pub(super) fn asked(job: &Job) -> Markup {
         h2 id="asked" { "What was asked" }
         table { tbody { @for (name, value) in &rows { tr { th scope="row" { (name) } td { (value) } } } } }
     }
+}
+
+fn machine(limits: &MachineLimits) -> String {
+    format!(
+        "on {}: {} mm/s², {} mm/s³, corners within {} mm",
+        limits.name.as_deref().unwrap_or("a clay mill as usual"),
+        limits.acceleration_mm_per_s2,
+        limits.jerk_mm_per_s3,
+        limits.corner_mm
+    )
 }
 
 pub(super) fn path_lengths(job: &Job) -> Markup {

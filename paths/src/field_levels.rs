@@ -49,12 +49,17 @@ impl<'a, 'm> FieldLevels<'a, 'm> {
 
     /// Faces on which the field has values.
     pub(crate) fn faces(&self) -> BTreeSet<FaceId> {
-        let mesh = self.field.mesh();
-        let values = self.field.values();
-        let has_value = |t: &[u32; 3]| t.iter().all(|&v| values[v as usize].is_finite());
-        let triangles = mesh.triangles().iter().zip(mesh.face_of_triangle());
-        triangles.filter(|(t, _)| has_value(t)).map(|(_, &face)| face).collect()
+        faces_of(&self.field)
     }
+}
+
+/// Faces on which a field has values.
+pub(crate) fn faces_of(field: &Field) -> BTreeSet<FaceId> {
+    let mesh = field.mesh();
+    let values = field.values();
+    let has_value = |t: &[u32; 3]| t.iter().all(|&v| values[v as usize].is_finite());
+    let triangles = mesh.triangles().iter().zip(mesh.face_of_triangle());
+    triangles.filter(|(t, _)| has_value(t)).map(|(_, &face)| face).collect()
 }
 
 impl Levels for FieldLevels<'_, '_> {

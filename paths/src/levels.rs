@@ -12,6 +12,7 @@ use claymill_nurbs::{FaceId, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::contact::{Location, Support};
+use crate::contour::contour;
 use crate::crests::Laid;
 use crate::near::LaidNear;
 use crate::part::{SetupContext, TOO_HIGH};
@@ -29,6 +30,8 @@ const LEVEL_ROUNDS: usize = 8;
 const BRIDGE_MM: f64 = 30.0;
 /// Places between which the model is looked at are at least this share of the flat step-over apart.
 const LOOK: f64 = 0.5;
+/// Lines of constant height run at most this share of the flat step-over beside their places on the mesh.
+const ASIDE: f64 = 0.5;
 /// Passes are not laid closer together than this share of the flat step-over.
 const CLOSEST: f64 = 0.08;
 
@@ -48,6 +51,10 @@ pub(crate) trait Levels: Sync {
     fn range(&self) -> (f64, f64);
     /// The curves at a level, each as places that follow each other closely.
     fn lines(&self, level: f64) -> Vec<Vec<Spot>>;
+    /// The height that the ball's centre keeps along the curves at a level, if it does.
+    fn height_mm(&self, _level: f64) -> Option<f64> {
+        None
+    }
 }
 
 /// A place where the ball should touch.
@@ -190,7 +197,7 @@ impl SetupContext<'_> {
             point,
             normal,
             centre: point + normal * self.ball.radius_mm(),
-            claimed: self.claims.holds(spot.face, Point2::new(spot.u, spot.v)),
+            claimed: self.claims_at(spot.face, spot.u, spot.v),
         })
     }
 
@@ -199,7 +206,11 @@ impl SetupContext<'_> {
         for line in pattern.lines(level) {
             for run in runs(&self.places(&line)) {
                 let plan: Vec<Point2> = run.iter().map(|p| p.centre.xy()).collect();
-                strokes.extend(through(&plan).into_iter().map(|drawn| Stroke { drawn, places: run.clone() }));
+                let drawn = match pattern.height_mm(level) {
+                    Some(height) => contour(self.ball, &plan, height, ASIDE * self.flat_step_mm()),
+                    None => through(&plan),
+                };
+                strokes.extend(drawn.into_iter().map(|drawn| Stroke { drawn, places: run.clone() }));
             }
         }
         strokes

@@ -25,6 +25,7 @@
 mod banded;
 mod claims;
 mod contact;
+mod contour;
 mod crests;
 mod field_levels;
 mod frame;
@@ -45,17 +46,19 @@ mod raster;
 mod reach;
 mod refit;
 mod rows;
+mod slopes;
 mod spline;
 mod step_over;
 mod strategy;
 mod tour;
+mod waterline;
 
 pub use contact::{BallDrop, Covering, Location, March, Support};
 pub use frame::{Axis, AxisError, Frame, Orientation, ParallelAxes, RowsAlong};
 pub use kinematics::times_s;
 pub use obstacles::plan_around;
 pub use part::CLEARANCE_MM;
-pub use plan::{Feeds, Plan, PlanError, PlanOptions, Progress, Regions, TOOL_ID, plan};
+pub use plan::{Feeds, Plan, PlanError, PlanOptions, Progress, Regions, STEEP_DEG, TOOL_ID, plan};
 pub use refit::{FIT_BIAS_MM, FIT_TOLERANCE_MM};
 pub use step_over::flat_mm;
 pub use strategy::Strategy;

@@ -1,6 +1,8 @@
 //! The passes of one part: what one setup cuts of one region.
 
-use claymill_nurbs::{Curve3, Model, Point3};
+use std::collections::BTreeSet;
+
+use claymill_nurbs::{Curve3, FaceId, Model, Point2, Point3};
 use claymill_surface_merge::RegionMesh;
 use claymill_toolpath::{Considered, LinkStyle, Move, MoveKind, round_to_written};
 use rayon::prelude::*;
@@ -17,6 +19,9 @@ use crate::patch_levels::PatchLevels;
 use crate::profile::{Chain, Profile, follow};
 use crate::reach::Fate;
 use crate::refit::{Fit, Over, fit};
+use crate::slopes::{Limit, Slopes};
+use crate::step_over::flat_mm;
+use crate::waterline::Waterlines;
 use crate::{Feeds, Frame, RowsAlong, Strategy};
 
 /// Rapids across keep at least this distance above everything within the tool's radius; rapids up and down
@@ -30,6 +35,10 @@ const LINK_STEPS: f64 = 8.0;
 const STOPS_MM: f64 = 40.0;
 /// What a turn between two passes costs, as path length, when a direction is chosen.
 pub(crate) const TURN_MM: f64 = 60.0;
+
+/// Ground shallower than this has no waterlines but rows, degrees: contour lines wander there, and for the same scallop
+/// height their levels would be closer than a quarter of the step-over.
+const SHALLOWEST_DEG: f64 = 15.0;
 
 /// A crest higher than this share of the scallop height is worth a further row.
 pub(crate) const TOO_HIGH: f64 = 1.03;
@@ -49,6 +58,10 @@ pub(crate) struct SetupContext<'a> {
     pub(crate) earlier: Option<&'a BallDrop<'a>>,
     pub(crate) heights: &'a Heights,
     pub(crate) strategy: Strategy,
+    /// Which slopes of what the setup cuts the passes are for.
+    pub(crate) slopes: Slopes,
+    /// Slope above which there are waterlines instead of rows (steep-shallow), degrees.
+    pub(crate) steep_deg: f64,
     /// Direction of straight rows; chosen by region when not asked for.
     pub(crate) rows_along: Option<RowsAlong>,
     pub(crate) scallop_mm: f64,
@@ -72,14 +85,15 @@ pub(crate) struct Part {
 /// The exact paths of a part by one strategy.
 struct Layout {
     strategy: Strategy,
-    laid: Vec<Laid>,
+    /// Cut one after the other.
+    groups: Vec<Vec<Laid>>,
     lifted: u64,
     along: Option<RowsAlong>,
 }
 
 impl Layout {
     fn considered(&self) -> Considered {
-        let chains = || self.laid.iter().flat_map(|l| &l.chains);
+        let chains = || self.groups.iter().flatten().flat_map(|l| &l.chains);
         let length_mm = chains().flatten().map(Profile::length_mm).sum();
         Considered { strategy: self.strategy.to_string(), length_mm, passes: chains().count() as u32 }
     }
@@ -99,7 +113,9 @@ impl SetupContext<'_> {
         let considered: Vec<Considered> = layouts.iter().map(Layout::considered).collect();
         let costs_mm = considered.iter().map(|c| c.length_mm + TURN_MM * f64::from(c.passes));
         let (chosen, _) = layouts.into_iter().zip(costs_mm).min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let passes: Vec<Pass> = chosen.laid.par_iter().flat_map_iter(|row| self.fit_row(row)).collect();
+        let fit_all = |laid: &Vec<Laid>| laid.par_iter().flat_map_iter(|row| self.fit_row(row)).collect();
+        let groups: Vec<Vec<Pass>> = chosen.groups.iter().map(fit_all).collect();
+        let passes: Vec<Pass> = groups.into_iter().flat_map(|passes| self.in_order(passes)).collect();
         if passes.is_empty() {
             return None;
         }
@@ -112,16 +128,21 @@ impl SetupContext<'_> {
             retracts: 0,
             lifted: chosen.lifted,
         };
-        self.link_passes(passes, &mut part);
+        self.link_passes(&passes, &mut part);
         Some(part)
     }
 
     /// Lays the exact paths by one strategy.
     fn lay(&self, strategy: Strategy, faces: &[usize], mesh: Option<&RegionMesh>) -> Option<Layout> {
-        if strategy == Strategy::Planar {
-            let (along, raster, rows) = self.rows(faces)?;
-            let (laid, lifted) = self.lay_rows(&raster, rows, along);
-            return Some(Layout { strategy, laid, lifted, along: Some(along) });
+        match strategy {
+            Strategy::Planar => {
+                let (along, raster, rows) = self.rows(faces)?;
+                let (laid, lifted) = self.lay_rows(&raster, rows, along);
+                return Some(Layout { strategy, groups: vec![laid], lifted, along: Some(along) });
+            }
+            Strategy::Waterline => return self.lay_by_slope(strategy, SHALLOWEST_DEG, faces, mesh),
+            Strategy::SteepShallow => return self.lay_by_slope(strategy, self.steep_deg, faces, mesh),
+            Strategy::Iso | Strategy::Scallop | Strategy::IsoPatch | Strategy::Auto => {}
         }
         let field = mesh.filter(|_| strategy.sweeps_regions()).and_then(|mesh| {
             let field = match strategy {
@@ -130,14 +151,52 @@ impl SetupContext<'_> {
             };
             field.ok()
         });
-        // What no field covers is cut patch by patch.
         let covered = field.as_ref().map(FieldLevels::faces).unwrap_or_default();
+        let (laid, lifted) = self.lay_levels(&self.patterns(faces, &covered, field));
+        (!laid.is_empty()).then_some(Layout { strategy, groups: vec![laid], lifted, along: None })
+    }
+
+    /// A field, and what it does not cover patch by patch.
+    fn patterns<'b>(
+        &'b self,
+        faces: &[usize],
+        covered: &BTreeSet<FaceId>,
+        field: Option<impl Levels + 'b>,
+    ) -> Vec<Box<dyn Levels + 'b>> {
         let alone = faces.iter().filter(|&&f| self.claims.any(f) && !covered.contains(&f));
-        let mut patterns: Vec<Box<dyn Levels + '_>> =
+        let mut patterns: Vec<Box<dyn Levels + 'b>> =
             alone.map(|&f| Box::new(PatchLevels::new(f, &self.model.faces[f])) as _).collect();
         patterns.extend(field.map(|f| Box::new(f) as _));
-        let (laid, lifted) = self.lay_levels(&patterns);
-        (!laid.is_empty()).then_some(Layout { strategy, laid, lifted, along: None })
+        patterns
+    }
+
+    /// Rows where the surface is shallow, then waterlines where it is steep; both overlap by a step-over.
+    fn lay_by_slope(
+        &self,
+        strategy: Strategy,
+        limit_deg: f64,
+        faces: &[usize],
+        mesh: Option<&RegionMesh>,
+    ) -> Option<Layout> {
+        let limit = Limit::new(limit_deg, flat_mm(self.ball.radius_mm(), self.scallop_mm));
+        let steep = SetupContext { slopes: Slopes::Steeper(limit), ..*self };
+        let shallow = SetupContext { slopes: Slopes::Shallower(limit), ..*self };
+        let field = mesh.map(|mesh| Waterlines::new(mesh, &steep));
+        let covered = field.as_ref().map(Waterlines::faces).unwrap_or_default();
+        let (lines, mut lifted) = steep.lay_levels(&steep.patterns(faces, &covered, field));
+        let rows = shallow.lay(Strategy::Planar, faces, None);
+        let strategy = if lines.is_empty() { Strategy::Planar } else { strategy };
+        let along = rows.as_ref().and_then(|r| r.along);
+        lifted += rows.as_ref().map_or(0, |r| r.lifted);
+        let mut groups = rows.map_or_else(Vec::new, |r| r.groups);
+        groups.push(lines);
+        groups.iter().any(|g| !g.is_empty()).then_some(Layout { strategy, groups, lifted, along })
+    }
+
+    /// Whether the setup cuts the face at these parameters with these passes.
+    pub(crate) fn claims_at(&self, face: FaceId, u: f64, v: f64) -> bool {
+        self.claims.holds(face, Point2::new(u, v))
+            && (self.slopes == Slopes::All || self.slopes.hold(&self.ball.surface(face).jet(u, v)))
     }
 
     fn fit_row(&self, row: &Laid) -> Vec<Pass> {
@@ -155,22 +214,26 @@ impl SetupContext<'_> {
         (!curves.is_empty()).then_some(Pass { curves })
     }
 
-    fn link_passes(&self, mut passes: Vec<Pass>, part: &mut Part) {
+    /// The passes as they are to be cut, one after the other.
+    fn in_order(&self, passes: Vec<Pass>) -> Vec<Pass> {
         let ends: Vec<Ends> = passes.iter().map(|p| Ends { start: p.start(), end: p.end() }).collect();
-        let turns = order(&ends, self.link);
-        for turn in &turns {
+        let mut passes: Vec<Option<Pass>> = passes.into_iter().map(Some).collect();
+        let turned = |turn: Turn| {
+            let mut pass = passes[turn.pass].take()?;
             if turn.reversed {
-                passes[turn.pass].reverse();
+                pass.reverse();
             }
-        }
+            Some(pass)
+        };
+        order(&ends, self.link).into_iter().filter_map(turned).collect()
+    }
+
+    fn link_passes(&self, passes: &[Pass], part: &mut Part) {
         // Links are independent of each other, so they are proven in parallel.
-        let links: Vec<Option<Vec<Move>>> = turns
-            .par_windows(2)
-            .map(|w: &[Turn]| self.stay_down(passes[w[0].pass].end(), passes[w[1].pass].start()))
-            .collect();
+        let links: Vec<Option<Vec<Move>>> =
+            passes.par_windows(2).map(|w| self.stay_down(w[0].end(), w[1].start())).collect();
         let axis = self.frame.axis();
-        for (k, turn) in turns.iter().enumerate() {
-            let pass = &passes[turn.pass];
+        for (k, pass) in passes.iter().enumerate() {
             let number = k as u32;
             let first = part.moves.len();
             match k.checked_sub(1).map(|before| &links[before]) {
@@ -178,7 +241,7 @@ impl SetupContext<'_> {
                 Some(Some(link)) => part.moves.extend(link.iter().cloned()),
                 Some(None) => {
                     part.retracts += 1;
-                    part.moves.extend(self.lift_over(passes[turns[k - 1].pass].end(), pass.start()));
+                    part.moves.extend(self.lift_over(passes[k - 1].end(), pass.start()));
                 }
             }
             for curve in &pass.curves {

@@ -18,6 +18,7 @@ use crate::order::{Ends, order_parts};
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
 use crate::reach::{Fate, Views, assign};
 use crate::refit::{FIT_BIAS_MM, FIT_TOLERANCE_MM};
+use crate::slopes::Slopes;
 use crate::{Frame, Orientation, RowsAlong, Strategy};
 
 /// What to cut and how.
@@ -31,6 +32,8 @@ pub struct PlanOptions {
     pub scallop_mm: f64,
     /// Where passes run.
     pub strategy: Strategy,
+    /// Slope above which [`Strategy::SteepShallow`] has waterlines instead of rows, degrees; see [`STEEP_DEG`].
+    pub steep_deg: f64,
     /// Direction of planar rows, degrees from each setup's `x` to its `y`; the cheapest one by region if `None`.
     pub row_angle_deg: Option<f64>,
     /// How passes are joined.
@@ -148,6 +151,11 @@ pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
 /// Rest strips are narrow: they are looked for on triangles with sides of this many ball radii by two.
 const REST_FINENESS: f64 = 0.5;
 
+/// Usual limit between shallow and steep, degrees. Rows across a slope of 45° are 1.4 times closer in plan than on the
+/// level, those across a steeper one soon half as far apart and less; waterlines come together the same way as the
+/// surface flattens. In the middle neither has to be refined.
+pub const STEEP_DEG: f64 = 45.0;
+
 /// Identity of the only tool.
 pub const TOOL_ID: &str = "T1";
 
@@ -208,6 +216,8 @@ pub fn plan(
             earlier: earlier.get(index),
             heights: &heights,
             strategy: options.strategy,
+            slopes: Slopes::All,
+            steep_deg: options.steep_deg,
             rows_along: options.row_angle_deg.map(RowsAlong::at_deg),
             scallop_mm: to_lay_mm(options.scallop_mm),
             link: options.link,

@@ -58,8 +58,11 @@ impl SetupContext<'_> {
                     let [a, b, c] = t.map(|i| mesh.uv[i as usize]);
                     let middle = (a.coords + b.coords + c.coords) / 3.0;
                     let centres = [centre(a)?, centre(b)?, centre(c)?];
-                    Some(Cut { centres, jet: surface.jet(middle.x, middle.y) })
+                    let jet = surface.jet(middle.x, middle.y);
+                    let inside = [a, b, c].map(|uv| self.slopes.inside(&surface.jet(uv.x, uv.y)));
+                    Some(clipped(centres, inside).map(move |centres| Cut { centres, jet }))
                 })
+                .flatten()
                 .collect::<Vec<_>>()
         };
         faces.par_iter().flat_map_iter(of_face).collect()
@@ -94,7 +97,7 @@ impl SetupContext<'_> {
                 &laid,
                 TOO_HIGH * self.scallop_mm,
                 |q| row_guide(along, q),
-                |face, at| at.map_or(self.claims.any(face), |at| self.claims.holds(face, at)),
+                |face, at| at.map_or(self.claims.any(face), |at| self.claims_at(face, at.x, at.y)),
             );
             if rows.is_empty() {
                 break;
@@ -113,6 +116,21 @@ impl SetupContext<'_> {
         }
         (laid, lifted)
     }
+}
+
+/// The part of a triangle where what is given at its corners is not negative, as triangles.
+fn clipped(corners: [Point3; 3], inside: [f64; 3]) -> impl Iterator<Item = [Point3; 3]> {
+    let mut kept: Vec<Point3> = Vec::with_capacity(4);
+    for i in 0..3 {
+        let j = (i + 1) % 3;
+        if inside[i] >= 0.0 {
+            kept.push(corners[i]);
+        }
+        if (inside[i] >= 0.0) != (inside[j] >= 0.0) {
+            kept.push(corners[i] + (corners[j] - corners[i]) * (inside[i] / (inside[i] - inside[j])));
+        }
+    }
+    (2..kept.len()).map(move |k| [kept[0], kept[k - 1], kept[k]])
 }
 
 /// The guide of a straight row.

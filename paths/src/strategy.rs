@@ -9,6 +9,11 @@ pub enum Strategy {
     Iso,
     /// Lines at a constant scallop height from one side of a region.
     Scallop,
+    /// Lines on which the ball's centre keeps its height along the tool axis; parallel rows where the surface is too
+    /// shallow for them.
+    Waterline,
+    /// Parallel rows where the surface is shallow, waterlines where it is steep, with an overlap.
+    SteepShallow,
     /// Parameter lines of every patch by itself.
     IsoPatch,
     /// For each region whatever costs least of planar, iso and scallop.
@@ -18,7 +23,7 @@ pub enum Strategy {
 impl Strategy {
     /// Whether passes run on region meshes.
     pub(crate) fn sweeps_regions(self) -> bool {
-        matches!(self, Strategy::Iso | Strategy::Scallop | Strategy::Auto)
+        !matches!(self, Strategy::Planar | Strategy::IsoPatch)
     }
 
     /// What is laid out for a part, to choose from.
@@ -27,6 +32,8 @@ impl Strategy {
             Strategy::Planar => &[Strategy::Planar],
             Strategy::Iso => &[Strategy::Iso],
             Strategy::Scallop => &[Strategy::Scallop],
+            Strategy::Waterline => &[Strategy::Waterline],
+            Strategy::SteepShallow => &[Strategy::SteepShallow],
             Strategy::IsoPatch => &[Strategy::IsoPatch],
             Strategy::Auto => &[Strategy::Planar, Strategy::Iso, Strategy::Scallop],
         }
@@ -39,6 +46,8 @@ impl fmt::Display for Strategy {
             Strategy::Planar => "planar",
             Strategy::Iso => "iso",
             Strategy::Scallop => "scallop",
+            Strategy::Waterline => "waterline",
+            Strategy::SteepShallow => "steep-shallow",
             Strategy::IsoPatch => "iso-patch",
             Strategy::Auto => "auto",
         })

@@ -86,6 +86,9 @@ pub(crate) struct JobOptions {
     /// Strategy [default: planar].
     #[arg(long, value_enum)]
     pub(crate) strategy: Option<StrategyName>,
+    /// Slope above which steep-shallow has waterlines instead of rows, degrees [default: 45].
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub(crate) steep: Option<f64>,
     /// Direction of planar rows in each setup, degrees [default: the cheapest one by region].
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub(crate) angle: Option<f64>,
@@ -149,6 +152,10 @@ pub(crate) enum StrategyName {
     Iso,
     /// Lines at a constant scallop height from one side of a region.
     Scallop,
+    /// Lines of constant height of the ball; rows where the surface is too shallow for them.
+    Waterline,
+    /// Rows where the surface is shallow, waterlines where it is steep, with an overlap.
+    SteepShallow,
     /// Parameter lines of every patch by itself.
     IsoPatch,
     /// For each region whatever costs least of planar, iso and scallop.

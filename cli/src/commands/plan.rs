@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use claymill_controller::Machine;
 use claymill_exchange::read_mesh;
 use claymill_nurbs::{Model, Point3};
-use claymill_paths::{Feeds, Plan, PlanError, PlanOptions, Regions, Strategy, plan_around};
+use claymill_paths::{Feeds, Plan, PlanError, PlanOptions, Regions, STEEP_DEG, Strategy, plan_around};
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
     FORMAT_VERSION, FolderWriter, HOLDER_CLEARANCE_MM, Holder, JOB_FILE, Job, LinkStyle, MachineLimits,
@@ -29,6 +29,9 @@ pub(crate) const JOB_TOML: &str = "job.toml";
 const LEAST: &str = "auto";
 /// Holders are asked to keep no more than this from the model, mm.
 const LARGEST_CLEARANCE_MM: f64 = 1000.0;
+
+/// There are no waterlines on ground shallower than the first, and nothing steeper than the second is cut, degrees.
+const STEEP_LIMITS_DEG: (f64, f64) = (15.0, 80.0);
 
 /// A job with all defaults filled in.
 pub(crate) struct Request {
@@ -90,6 +93,7 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
         rest_of: first.rest_of.or(second.rest_of),
         scallop: first.scallop.or(second.scallop),
         strategy: first.strategy.or(second.strategy),
+        steep: first.steep.or(second.steep),
         angle: first.angle.or(second.angle),
         link: first.link.or(second.link),
         preset: first.preset.or(second.preset),
@@ -125,6 +129,17 @@ impl Request {
         }
         let machine = options.machine.as_deref().map(Machine::read).transpose()?;
         let feeds = feeds(options.feed, machine.as_ref())?;
+        if let Some(deg) =
+            options.steep.filter(|deg| !(STEEP_LIMITS_DEG.0..=STEEP_LIMITS_DEG.1).contains(deg))
+        {
+            return Err(Failure::usage(
+                format!(
+                    "the limit between shallow and steep is between {} and {} degrees, not {deg}",
+                    STEEP_LIMITS_DEG.0, STEEP_LIMITS_DEG.1
+                ),
+                "For example: --steep 45.",
+            ));
+        }
         if options.angle.is_some_and(|angle| !angle.is_finite()) {
             return Err(Failure::usage("the angle of the rows must be a number", "For example: --angle 45."));
         }
@@ -195,6 +210,8 @@ impl From<StrategyName> for Strategy {
             StrategyName::Planar => Strategy::Planar,
             StrategyName::Iso => Strategy::Iso,
             StrategyName::Scallop => Strategy::Scallop,
+            StrategyName::Waterline => Strategy::Waterline,
+            StrategyName::SteepShallow => Strategy::SteepShallow,
             StrategyName::IsoPatch => Strategy::IsoPatch,
             StrategyName::Auto => Strategy::Auto,
         }
@@ -234,6 +251,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         rest_of: request.rest_of,
         scallop_mm: request.scallop_mm,
         strategy: request.strategy.into(),
+        steep_deg: request.options.steep.unwrap_or(STEEP_DEG),
         row_angle_deg: request.options.angle,
         link: request.link,
         orientation,

@@ -31,10 +31,12 @@ const LONGEST_MM: f64 = 4.0;
 const SHARPEST: f64 = 0.94;
 const SHORTEST_MM: f64 = 0.5;
 
-/// A place on the line: the number of the given place that it follows, and the direction uphill.
+/// A place on the line, and the direction uphill.
 #[derive(Debug, Clone, Copy)]
 struct Node {
+    /// Number of the given place, or of the one before.
     index: usize,
+    given: bool,
     at: Point2,
     uphill: Vector2,
 }
@@ -45,7 +47,7 @@ pub(crate) fn contour(ball: &BallDrop, places: &[Point2], height: f64, aside_mm:
     let mut trace = Trace { march: March::new(ball), height, aside_mm, runs: Vec::new() };
     let mut before: Option<(Point2, Option<Node>)> = None;
     for (index, &place) in places.iter().enumerate() {
-        let node = trace.node(index, place);
+        let node = trace.node(index, place).map(|n| Node { given: true, ..n });
         match before {
             Some((from, a)) => trace.step(from, a, place, node),
             None => trace.runs.extend(node.map(|n| vec![n])),
@@ -71,7 +73,7 @@ impl Trace<'_> {
             let uphill = uphill(&location)?;
             let off = self.height - location.centre.z;
             if off.abs() <= self.bound(&location, ON_LEVEL_MM) {
-                return Some(Node { index, at, uphill });
+                return Some(Node { index, given: false, at, uphill });
             }
             at += uphill * (off / uphill.norm_squared());
             if (at - from).norm() > self.aside_mm {
@@ -195,7 +197,13 @@ fn drawn(run: &[Node]) -> Option<Drawn> {
         points.push(piece.ends[0] + piece.from * (piece.length / 3.0));
         points.push(piece.ends[1] - piece.to * (piece.length / 3.0));
         knots.extend([s, s]);
-        at.push((node.index, s));
+        if node.given {
+            at.push((node.index, s));
+        }
+    }
+    let end = &run[run.len() - 1];
+    if !end.given {
+        at.push((end.index, s));
     }
     points.push(last.ends[1]);
     knots.extend([s, s]);
@@ -204,4 +212,104 @@ fn drawn(run: &[Node]) -> Option<Drawn> {
     }
     let guide = Guide::Curved(Curve2::new(KnotVector::new(3, knots).ok()?, points, None).ok()?);
     Some(Drawn { guide, at })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+    use claymill_nurbs::analytic::{Frame as Placement, cone, plane_patch, sphere, torus};
+    use claymill_nurbs::{Face, Model, NurbsSurface, Point3, Vector3};
+
+    use super::*;
+    use crate::contact::Covering;
+    use crate::profile::follow;
+    use crate::{Frame, Orientation};
+
+    const R: f64 = 6.0;
+
+    /// The contour line of a ball of 6 mm at `height` through `places`.
+    fn lines(surfaces: Vec<NurbsSurface>, height: f64, places: &[Point2]) -> Vec<Drawn> {
+        let model: Model = claymill_tests::model_of(surfaces);
+        let area_mm2 = model.faces.iter().map(Face::area_mm2).sum();
+        let covering = Covering::new(&model, &vec![false; model.faces.len()], area_mm2, R).unwrap();
+        let top = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0];
+        let ball = BallDrop::new(&model, &covering, &top, R);
+        let found = contour(&ball, places, height, 1.0);
+        for drawn in &found {
+            let end = drawn.at[drawn.at.len() - 1].1;
+            let chains = follow(&ball, &drawn.guide, 0.0, end).chains;
+            assert_eq!(chains.len(), 1);
+            for sample in chains[0].iter().flat_map(|p| &p.samples) {
+                assert!((sample.z - height).abs() < 1e-6, "{} instead of {height}", sample.z);
+            }
+        }
+        found
+    }
+
+    /// Places within half a millimetre of a circle about the axis.
+    fn around(radius: f64, (from, to): (f64, f64)) -> Vec<Point2> {
+        let place = |k: u32| {
+            let angle = from + (to - from) * f64::from(k) / 90.0;
+            let r = radius + 0.5 * f64::from(k * k).sin();
+            Point2::new(r * angle.cos(), r * angle.sin())
+        };
+        (0..=90).map(place).collect()
+    }
+
+    fn assert_circle(found: &[Drawn], radius: f64, turn: f64) {
+        let [drawn] = found else { panic!("{} guides", found.len()) };
+        let end = drawn.at[drawn.at.len() - 1].1;
+        approx::assert_relative_eq!(end, radius * turn, max_relative = 1e-4);
+        for k in 0..=997 {
+            let [x, y] = drawn.guide.at(end * f64::from(k) / 997.0);
+            assert!((x.hypot(y) - radius).abs() < 1e-6, "{} instead of {radius}", x.hypot(y));
+        }
+    }
+
+    fn placement() -> Placement {
+        Placement::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap()
+    }
+
+    #[test]
+    fn a_cone_a_sphere_and_a_valley_of_a_torus_have_circles() {
+        // A cone whose side rises at 60°: the offset one is wider by R / sin 60°.
+        let slope = 60f64.to_radians();
+        let side = cone(&placement(), 60.0, slope - FRAC_PI_2, (0.0, TAU), (0.0, 70.0)).unwrap();
+        let radius = 60.0 - 40.0 / slope.tan() + R / slope.sin();
+        assert_circle(&lines(vec![side], 40.0, &around(radius, (0.0, TAU))), radius, TAU);
+
+        let dome = sphere(&placement(), 40.0, (0.0, TAU), (0.0, FRAC_PI_2)).unwrap();
+        let radius = 46f64.powi(2).mul_add(1.0, -900.0).sqrt();
+        assert_circle(&lines(vec![dome], 30.0, &around(radius, (0.2, 4.0))), radius, 3.8);
+
+        // The inner half of a gutter: the ball's centre runs 20 − 6 mm from the tube's axis.
+        let gutter = torus(&placement(), 50.0, 20.0, (0.0, TAU), (PI, 1.5 * PI)).unwrap();
+        let radius = 50.0 - (14f64.powi(2) - 64.0).sqrt();
+        assert_circle(&lines(vec![gutter], -8.0, &around(radius, (0.0, TAU))), radius, TAU);
+    }
+
+    #[test]
+    fn in_a_corner_of_two_walls_the_line_turns() {
+        // Walls that rise at 60° over x = 0 and y = 0 and meet in a valley.
+        let (sine, cosine) = 60f64.to_radians().sin_cos();
+        let wall = |normal: Vector3, along: Vector3| {
+            let frame = Placement::new(Point3::origin(), normal, along).unwrap();
+            plane_patch(&frame, (-60.0, 60.0), (-60.0, 60.0)).unwrap()
+        };
+        let walls = vec![
+            wall(Vector3::new(sine, 0.0, cosine), Vector3::y()),
+            wall(Vector3::new(0.0, sine, cosine), Vector3::x()),
+        ];
+        // x sin + z cos = R on the first.
+        let beside = (R - 10.0 * cosine) / sine;
+        let down = (0..=20).map(|k| Point2::new(beside, beside + 20.0 - f64::from(k)));
+        let right = (1..=20).map(|k| Point2::new(beside + f64::from(k), beside));
+        let found = lines(walls, 10.0, &down.chain(right).collect::<Vec<_>>());
+        let [a, b] = &found[..] else { panic!("{} guides", found.len()) };
+        let end = a.at[a.at.len() - 1].1;
+        for [x, y] in [a.guide.at(end), b.guide.at(0.0)] {
+            assert!((x - beside).hypot(y - beside) < 1e-3, "{x} {y} instead of {beside}");
+        }
+    }
 }

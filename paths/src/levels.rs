@@ -235,7 +235,7 @@ impl SetupContext<'_> {
         for w in at.windows(2) {
             let ((i, s0), (j, s1)) = (w[0], w[1]);
             let (a, b) = (stroke.places[i].spot, stroke.places[j].spot);
-            let looks = if a.face == b.face { ((s1 - s0) / look_mm).ceil() } else { 1.0 };
+            let looks = if self.go_on(&a, &b) { ((s1 - s0) / look_mm).ceil() } else { 1.0 };
             for k in 0..looks as u32 {
                 let share = f64::from(k) / looks;
                 let spot = Spot { u: a.u + (b.u - a.u) * share, v: a.v + (b.v - a.v) * share, ..a };
@@ -255,6 +255,15 @@ impl SetupContext<'_> {
         }
         let end = at[at.len() - 1].1;
         found.into_iter().map(|(a, b)| (a.max(0.0), b.min(end))).collect()
+    }
+
+    /// Whether the parameters lead from one place to the next: on one face, but not across the seam of a closed one.
+    fn go_on(&self, a: &Spot, b: &Spot) -> bool {
+        let surface = self.ball.surface(a.face);
+        let point = |u: f64, v: f64| surface.point(u, v);
+        let (from, to) = (point(a.u, a.v), point(b.u, b.v));
+        let halfway = point(0.5 * (a.u + b.u), 0.5 * (a.v + b.v));
+        a.face == b.face && (halfway - nalgebra::center(&from, &to)).norm() <= (to - from).norm()
     }
 
     /// Whether the passes laid so far, which mostly run in the horizontal direction given, leave too much on a

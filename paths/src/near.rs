@@ -71,14 +71,17 @@ impl<'a> LaidNear<'a> {
     ) -> f64 {
         let [i, j] = self.cell([centre.x, centre.y]);
         let mut lowest = f64::INFINITY;
-        let mut seen: Vec<(u32, u32, u32)> = Vec::new();
+        // A pass that comes past more than once, a closed one where it ends, counts each time.
+        let again_mm = f64::from(4 * REACH_CELLS) * self.cell_mm;
+        let mut seen: Vec<At> = Vec::new();
         for di in -REACH_CELLS..=REACH_CELLS {
             for dj in -REACH_CELLS..=REACH_CELLS {
                 for at in self.cells.get(&[i + di, j + dj]).into_iter().flatten() {
-                    if seen.contains(&at.profile()) {
+                    let same = |s: &At| s.profile() == at.profile() && (s.s - at.s).abs() < again_mm;
+                    if seen.iter().any(same) {
                         continue;
                     }
-                    seen.push(at.profile());
+                    seen.push(*at);
                     let ball = self.crossing(at, centre, feed);
                     lowest = lowest.min(cut_to_mm(point, normal, &ball, radius_mm));
                 }

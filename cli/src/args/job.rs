@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use claymill_paths::STEEP_DEG;
 use serde::{Deserialize, Serialize};
 
+use crate::failure::Failure;
 use crate::merging::MergingArgs;
 
 #[derive(Debug, Args)]
@@ -122,6 +124,25 @@ pub(crate) struct JobOptions {
     #[command(flatten)]
     #[serde(flatten)]
     pub(crate) axes: AxisArgs,
+}
+
+/// There are no waterlines on ground shallower than the first, and nothing steeper than the second is cut, degrees.
+const STEEP_LIMITS_DEG: (f64, f64) = (15.0, 80.0);
+
+impl JobOptions {
+    /// The slope between rows and waterlines, degrees.
+    pub(crate) fn steep_deg(&self) -> Result<f64, Failure> {
+        let (least, most) = STEEP_LIMITS_DEG;
+        match self.steep {
+            Some(deg) if !(least..=most).contains(&deg) => Err(Failure::usage(
+                format!(
+                    "the limit between shallow and steep is between {least} and {most} degrees, not {deg}"
+                ),
+                "For example: --steep 45.",
+            )),
+            asked => Ok(asked.unwrap_or(STEEP_DEG)),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use claymill_controller::Machine;
 use claymill_exchange::read_mesh;
 use claymill_nurbs::{Model, Point3};
-use claymill_paths::{Feeds, Plan, PlanError, PlanOptions, Regions, STEEP_DEG, Strategy, plan_around};
+use claymill_paths::{Feeds, Plan, PlanError, PlanOptions, Regions, Strategy, plan_around};
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
     FORMAT_VERSION, FolderWriter, HOLDER_CLEARANCE_MM, Holder, JOB_FILE, Job, LinkStyle, MachineLimits,
@@ -30,9 +30,6 @@ const LEAST: &str = "auto";
 /// Holders are asked to keep no more than this from the model, mm.
 const LARGEST_CLEARANCE_MM: f64 = 1000.0;
 
-/// There are no waterlines on ground shallower than the first, and nothing steeper than the second is cut, degrees.
-const STEEP_LIMITS_DEG: (f64, f64) = (15.0, 80.0);
-
 /// A job with all defaults filled in.
 pub(crate) struct Request {
     model: PathBuf,
@@ -46,6 +43,7 @@ pub(crate) struct Request {
     rest_of: Option<Tool>,
     scallop_mm: f64,
     strategy: StrategyName,
+    steep_deg: f64,
     link: LinkStyle,
     preset: PresetName,
     feeds: Feeds,
@@ -129,17 +127,6 @@ impl Request {
         }
         let machine = options.machine.as_deref().map(Machine::read).transpose()?;
         let feeds = feeds(options.feed, machine.as_ref())?;
-        if let Some(deg) =
-            options.steep.filter(|deg| !(STEEP_LIMITS_DEG.0..=STEEP_LIMITS_DEG.1).contains(deg))
-        {
-            return Err(Failure::usage(
-                format!(
-                    "the limit between shallow and steep is between {} and {} degrees, not {deg}",
-                    STEEP_LIMITS_DEG.0, STEEP_LIMITS_DEG.1
-                ),
-                "For example: --steep 45.",
-            ));
-        }
         if options.angle.is_some_and(|angle| !angle.is_finite()) {
             return Err(Failure::usage("the angle of the rows must be a number", "For example: --angle 45."));
         }
@@ -152,6 +139,7 @@ impl Request {
             rest_of,
             scallop_mm,
             strategy: options.strategy.unwrap_or(StrategyName::Planar),
+            steep_deg: options.steep_deg()?,
             link: match options.link {
                 Some(LinkName::Box) => LinkStyle::Box,
                 Some(LinkName::Lace) | None => LinkStyle::Lace,
@@ -251,7 +239,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         rest_of: request.rest_of,
         scallop_mm: request.scallop_mm,
         strategy: request.strategy.into(),
-        steep_deg: request.options.steep.unwrap_or(STEEP_DEG),
+        steep_deg: request.steep_deg,
         row_angle_deg: request.options.angle,
         link: request.link,
         orientation,
@@ -444,6 +432,7 @@ fn write_job_file(
         holder_clearance: holder.map(|_| request.holder_clearance_mm),
         scallop: Some(request.scallop_mm),
         strategy: Some(request.strategy),
+        steep: (request.strategy == StrategyName::SteepShallow).then_some(options.steep_deg),
         link: Some(match request.link {
             LinkStyle::Lace => LinkName::Lace,
             LinkStyle::Box => LinkName::Box,

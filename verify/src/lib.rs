@@ -27,6 +27,7 @@ mod capsule;
 mod contact;
 mod coverage;
 mod crest;
+mod crest_file;
 mod distribution;
 mod drop;
 mod error;
@@ -48,6 +49,7 @@ use std::path::{Path, PathBuf};
 use claymill_nurbs::{ClosestPoints, MeshOptions, Model};
 use claymill_toolpath::{FORMAT_VERSION, JOB_FILE, Job, Program, read_job, read_moves, sha256_of};
 
+pub use crest_file::{CRESTS_FILE, read_crests, write_crests};
 pub use error::VerifyError;
 pub use holder::{HolderClearance, RegionStickOut, ShankContact};
 pub use options::{Progress, VerifyOptions};

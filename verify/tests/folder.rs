@@ -7,7 +7,9 @@ use std::path::Path;
 use claymill_exchange::write_iges;
 use claymill_nurbs::{Model, Point3};
 use claymill_toolpath::{FolderWriter, Job, MoveKind, Program, TOOLPATHS_FILE, sha256_of};
-use claymill_verify::{VerifyError, VerifyOptions, verify, verify_program};
+use claymill_verify::{
+    CRESTS_FILE, CrestSample, VerifyError, VerifyOptions, read_crests, verify, verify_program, write_crests,
+};
 use synthetic::{R, job, options, program, rectangle, straight};
 
 /// Writes a job on the model file `model` into `folder`.
@@ -49,6 +51,40 @@ fn a_sound_job_passes_from_its_files_alone() {
     let result = verify(&folder, &options(), &|_, _| ()).unwrap();
     assert!(result.verdict.passed, "{:?}", result.verdict);
     assert!(result.verdict.findings.is_empty(), "{:?}", result.verdict);
+}
+
+#[test]
+fn crests_are_read_back_for_the_very_moves_they_were_measured_on() {
+    let place = tempfile::tempdir().unwrap();
+    let (folder, model) = (place.path().join("out"), place.path().join("car.igs"));
+    std::fs::write(&model, "a model").unwrap();
+    write(&folder, &model, |_| ());
+    let mut job = claymill_toolpath::read_job(&folder).unwrap();
+    assert_eq!(read_crests(&folder, &job), None);
+    let crest = |k: u32| CrestSample {
+        foot: Point3::new(4000.25, -0.5 * f64::from(k), 10.0),
+        height_mm: 0.125 / f64::from(1 << k),
+    };
+    let crests: Vec<CrestSample> = (0..5).map(crest).collect();
+    write_crests(&folder, &job, &crests).unwrap();
+    assert_eq!(read_crests(&folder, &job).as_ref(), Some(&crests));
+    write_crests(&folder, &job, &[]).unwrap();
+    assert_eq!(read_crests(&folder, &job), Some(Vec::new()));
+
+    // Another model, other moves, half a file: to be measured again.
+    write_crests(&folder, &job, &crests).unwrap();
+    let sha256 = std::mem::replace(&mut job.model.sha256, "of another".into());
+    assert_eq!(read_crests(&folder, &job), None);
+    job.model.sha256 = sha256;
+    let whole = std::fs::read(folder.join(CRESTS_FILE)).unwrap();
+    for end in 0..whole.len() {
+        std::fs::write(folder.join(CRESTS_FILE), &whole[..end]).unwrap();
+        assert_eq!(read_crests(&folder, &job), None, "{end} bytes");
+    }
+    std::fs::write(folder.join(CRESTS_FILE), whole).unwrap();
+    assert!(read_crests(&folder, &job).is_some());
+    std::fs::write(folder.join(TOOLPATHS_FILE), "\n").unwrap();
+    assert_eq!(read_crests(&folder, &job), None);
 }
 
 #[test]

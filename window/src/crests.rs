@@ -23,8 +23,8 @@ pub enum Crests {
     Failed(String),
 }
 
-/// Where the measuring thread leaves its news.
-pub(crate) type News = Arc<Mutex<Crests>>;
+/// Where the measuring thread leaves its news, until they are taken.
+pub(crate) type News = Arc<Mutex<Option<Crests>>>;
 
 impl Desk<'_> {
     /// How far the measurement of scallops is.
@@ -42,10 +42,9 @@ impl Desk<'_> {
         let (exhibit, news) = (Arc::clone(self.exhibit), Arc::clone(&self.news));
         let say = move |news: &News, what: Crests| {
             if let Ok(mut news) = news.lock() {
-                *news = what;
+                *news = Some(what);
             }
         };
-        say(&news, self.crests.clone());
         std::thread::spawn(move || {
             let Some(job) = &exhibit.job else { return };
             let options = VerifyOptions { crest_spacing_mm: CREST_SPACING_MM, ..VerifyOptions::default() };

@@ -1,6 +1,6 @@
 //! The state of a window, without a window: what is shown, from where, at what time, and what was picked.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use claymill_nurbs::{Aabb, ClosestPoints, Point3, Vector3};
 use claymill_viewer::{
@@ -127,6 +127,8 @@ impl<'a> Desk<'a> {
         );
         let axes = exhibit.axes;
         let sight = Sight::new(&View::iso(&axes), axes.up, &outline(exhibit, &bounds), size);
+        let crests =
+            exhibit.job.as_ref().and_then(|j| j.crests.clone()).map_or(Crests::Unknown, Crests::Known);
         let clock = Clock { now_s: tracks.duration_s(), playing: false, speed: 60.0 };
         let mut desk = Desk {
             closest,
@@ -145,8 +147,8 @@ impl<'a> Desk<'a> {
             dark: false,
             picked: None,
             measured: Vec::new(),
-            news: Arc::new(Mutex::new(Crests::Unknown)),
-            crests: Crests::Unknown,
+            news: News::default(),
+            crests,
             material: Material::default(),
             left: None,
             cutting_material: false,
@@ -393,10 +395,8 @@ impl<'a> Desk<'a> {
 
     /// Takes in what the measuring thread found and paints the surfaces as the layers say.
     pub fn repaint(&mut self) {
-        if let Ok(news) = self.news.lock()
-            && *news != self.crests
-        {
-            self.crests = news.clone();
+        if let Some(news) = self.news.lock().ok().and_then(|mut news| news.take()) {
+            self.crests = news;
         }
         if self.layers.paint == Paint::Stock {
             return self.show_material();

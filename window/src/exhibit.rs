@@ -37,6 +37,8 @@ pub struct JobToShow {
     pub seconds: Vec<f64>,
     /// What verification measured, where it was written.
     pub verification: Option<Verification>,
+    /// Scallop crests as measured: place and height, mm; where that was written.
+    pub crests: Option<Arc<Vec<(Point3, f64)>>>,
 }
 
 impl Exhibit {

@@ -72,7 +72,7 @@ fn job() -> JobToShow {
     }))
     .unwrap();
     let seconds = vec![1.0; moves.len()];
-    JobToShow { job, program: Program { moves }, seconds, verification: None }
+    JobToShow { job, program: Program { moves }, seconds, verification: None, crests: None }
 }
 
 fn exhibit() -> Arc<Exhibit> {

@@ -1,8 +1,12 @@
 //! Layers of `render` that come from a measurement or from a time of the job.
 
+use std::path::Path;
+
 use claymill_nurbs::{Model, Point3, Vector3};
 use claymill_toolpath::{Holder, Job, MoveKind, Program, ToolRecord};
-use claymill_verify::{SurfaceState, VerifyOptions, crest_samples, gouge_samples, residual_samples};
+use claymill_verify::{
+    SurfaceState, VerifyOptions, crest_samples, gouge_samples, read_crests, residual_samples,
+};
 use claymill_viewer::{
     HeatScale, LegendEntry, LineKind, Mark, Pin, PinShape, Reel, Rgb, Scene, StateScale, Stock, StrokeStyle,
     kind_colour,
@@ -38,6 +42,8 @@ pub(crate) struct Work<'a> {
     pub(crate) model: &'a Model,
     pub(crate) job: &'a Job,
     pub(crate) program: &'a Program,
+    /// Where the job is.
+    pub(crate) folder: &'a Path,
 }
 
 /// The job's tools, with another holder if one is given.
@@ -56,11 +62,14 @@ pub(crate) fn add_measured(
     work: &Work<'_>,
     show: &[ShowName],
 ) -> Result<(), Failure> {
-    let Work { model, job, program } = *work;
+    let Work { model, job, program, folder } = *work;
     let options = VerifyOptions::default();
     let at = |stage: &str, share: f64| context.console.at(stage, share);
     if show.contains(&ShowName::Scallop) {
-        let crests = crest_samples(model, job, program, &options, &at)?;
+        let crests = match read_crests(folder, job) {
+            Some(crests) => crests,
+            None => crest_samples(model, job, program, &options, &at)?,
+        };
         let heights: Vec<(Point3, f64)> = crests.iter().map(|c| (c.foot, c.height_mm)).collect();
         let asked_mm = job.request.scallop_mm;
         scene.paint_heights(&heights, &HeatScale { asked_mm, cell_mm: MAP_CELL_MM });

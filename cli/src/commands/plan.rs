@@ -11,7 +11,7 @@ use claymill_toolpath::{
     ModelFacts, Obstacle, Program, REGIONS_FILE, REPORT_FILE, Skipped, Tool, ToolRecord, VERIFY_FILE,
     read_moves, sha256_of,
 };
-use claymill_verify::{Verification, VerifyOptions, stick_out_needed_mm, verify_with_crests};
+use claymill_verify::{Verification, VerifyOptions, stick_out_needed_mm, verify_with_crests, write_crests};
 
 use claymill_viewer::ReportPicture;
 
@@ -281,6 +281,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     }
     folder.json(REGIONS_FILE, &regions)?;
     folder.json(VERIFY_FILE, &found)?;
+    write_crests(folder.path(), &job, &crests)?;
     verify::say(context, &found);
 
     console.stage("pictures");

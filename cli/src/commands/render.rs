@@ -59,7 +59,8 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
     }
     let mut scene = match &job {
         Some(job) => {
-            of_job(context, args, &album, &subject.title, &layers::Work { model, job, program: &program })?
+            let work = layers::Work { model, job, program: &program, folder: &args.what };
+            of_job(context, args, &album, &subject.title, &work)?
         }
         None => album.scene(&subject.title, None, &args.show)?,
     };

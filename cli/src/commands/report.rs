@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use claymill_nurbs::Model;
 use claymill_paths::Orientation;
 use claymill_toolpath::{Job, Program, REPORT_FILE, RegionsFile, read_job, read_moves, read_regions};
-use claymill_verify::{CrestSample, Verification, VerifyOptions, verify_with_crests};
+use claymill_verify::{CrestSample, Verification, VerifyOptions, verify_with_crests, write_crests};
 use claymill_viewer::{ReportError, ReportInput, write_report};
 
 use super::animate::seconds;
@@ -42,6 +42,7 @@ pub(crate) fn report(context: &Context, args: &ReportArgs) -> Result<ExitCode, F
     super::verify::expect(context.console, program.moves.len(), job.totals.passes, model.faces.len());
     let at = |stage: &str, share: f64| context.console.at(stage, share);
     let (found, crests) = verify_with_crests(model, &job, &program, &VerifyOptions::default(), &at)?;
+    write_crests(folder, &job, &crests)?;
     context.console.stage("pictures");
     let finished = Finished {
         model,

@@ -23,7 +23,7 @@ mod with_window {
     use std::time::{Duration, Instant};
 
     use claymill_toolpath::{VERIFY_FILE, read_moves};
-    use claymill_verify::Verification;
+    use claymill_verify::{Verification, read_crests};
     use claymill_viewer::ViewError;
     use claymill_window::{Exhibit, Headless, JobToShow, Stage, WindowError, WindowOptions, show};
 
@@ -136,7 +136,9 @@ mod with_window {
                 }
                 let seconds = animate::seconds(&job, &program);
                 let verification = verification(context, &args.what);
-                Some(JobToShow { job, program, seconds, verification })
+                let crests = read_crests(&args.what, &job)
+                    .map(|crests| Arc::new(crests.into_iter().map(|c| (c.foot, c.height_mm)).collect()));
+                Some(JobToShow { job, program, seconds, verification, crests })
             }
             None => None,
         };

@@ -1,0 +1,63 @@
+//! Measured crests as a file of the job folder, so that maps of them need not be measured again.
+//!
+//! ```text
+//!   claymill crests 1\n
+//!   SHA-256 of toolpaths.jsonl\n
+//!   SHA-256 of the model\n
+//!   number of places\n
+//!   x y z height, mm, four little-endian f32 a place
+//! ```
+
+use std::path::Path;
+
+use claymill_nurbs::Point3;
+use claymill_toolpath::{FolderError, Job, TOOLPATHS_FILE, sha256_of, write_whole};
+
+use crate::CrestSample;
+
+/// Name of the file.
+pub const CRESTS_FILE: &str = "crests.bin";
+
+/// Bytes of a place.
+const PLACE: usize = 16;
+
+/// What the crests were measured on: moves and model.
+fn header(folder: &Path, job: &Job, count: usize) -> Result<String, FolderError> {
+    let moves = sha256_of(&folder.join(TOOLPATHS_FILE))?;
+    Ok(format!("claymill crests 1\n{moves}\n{}\n{count}\n", job.model.sha256))
+}
+
+/// Writes what was measured on the moves in the folder.
+///
+/// # Errors
+/// The moves cannot be read, or the file cannot be written.
+pub fn write_crests(folder: &Path, job: &Job, crests: &[CrestSample]) -> Result<(), FolderError> {
+    let mut bytes = header(folder, job, crests.len())?.into_bytes();
+    bytes.reserve(PLACE * crests.len());
+    for c in crests {
+        for x in [c.foot.x, c.foot.y, c.foot.z, c.height_mm] {
+            bytes.extend((x as f32).to_le_bytes());
+        }
+    }
+    let path = folder.join(CRESTS_FILE);
+    write_whole(&path, &bytes).map_err(|source| FolderError::Io { path, source })
+}
+
+/// Reads what was measured on the very moves in the folder; `None` where that is not there, or damaged: it can be measured
+/// again.
+#[must_use]
+pub fn read_crests(folder: &Path, job: &Job) -> Option<Vec<CrestSample>> {
+    let bytes = std::fs::read(folder.join(CRESTS_FILE)).ok()?;
+    let end = bytes.iter().enumerate().filter(|(_, b)| **b == b'\n').nth(3)?.0 + 1;
+    let (head, places) = bytes.split_at(end);
+    let count = places.len() / PLACE;
+    if places.len() % PLACE != 0 || head != header(folder, job, count).ok()?.as_bytes() {
+        return None;
+    }
+    let place = |place: &[u8]| {
+        let [x, y, z, height] = [0, 4, 8, 12]
+            .map(|k| f64::from(f32::from_le_bytes([place[k], place[k + 1], place[k + 2], place[k + 3]])));
+        CrestSample { foot: Point3::new(x, y, z), height_mm: height }
+    };
+    Some(places.chunks_exact(PLACE).map(place).collect())
+}

@@ -68,6 +68,12 @@ impl Curvedness {
 
     /// Bounds over a parameter box.
     pub(crate) fn over(&self, min: Point2, max: Point2) -> Bounds {
+        let pieces = self.pieces_over(min, max);
+        pieces.fold(Bounds::default(), |bounds, k| bounds.max(&self.pieces[k]))
+    }
+
+    /// The numbers of the pieces that meet a parameter box.
+    pub(crate) fn pieces_over(&self, min: Point2, max: Point2) -> impl Iterator<Item = usize> + use<> {
         let spans = |breaks: &[f64], a: f64, b: f64| {
             let last = breaks.len() - 2;
             let first = breaks.partition_point(|&k| k <= a).saturating_sub(1).min(last);
@@ -75,18 +81,14 @@ impl Curvedness {
             let end = breaks.partition_point(|&k| k < b).saturating_sub(1).clamp(first, last);
             first..=end
         };
-        let mut bounds = Bounds::default();
-        for i in spans(&self.breaks_u, min.x, max.x) {
-            for j in spans(&self.breaks_v, min.y, max.y) {
-                bounds = bounds.max(self.piece(i, j));
-            }
-        }
-        bounds
+        let (rows, columns) = (spans(&self.breaks_u, min.x, max.x), spans(&self.breaks_v, min.y, max.y));
+        let width = self.breaks_v.len() - 1;
+        rows.flat_map(move |i| columns.clone().map(move |j| i * width + j))
     }
 }
 
 /// Control points of a piece relative to their middle, which keeps products small, and the weights.
-fn nets(piece: &NurbsSurface) -> (Bernstein<3>, Bernstein<1>) {
+pub(crate) fn nets(piece: &NurbsSurface) -> (Bernstein<3>, Bernstein<1>) {
     let degrees = [piece.knots_u().degree(), piece.knots_v().degree()];
     let middle = piece.net().iter().map(|h| h.xyz() / h.w).sum::<Vector3>() / piece.net().len() as f64;
     let local = piece.net().iter().map(|h| h.xyz() - middle * h.w);

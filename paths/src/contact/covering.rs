@@ -1,7 +1,8 @@
 use std::collections::HashSet;
 
 use claymill_nurbs::{
-    Curve2, Face, FaceId, FaceMesh, MeshOptions, Model, NurbsError, NurbsSurface, Point2, Point3, tessellate,
+    Curve2, Face, FaceId, FaceMesh, Flatness, MeshOptions, Model, NurbsError, NurbsSurface, Point2, Point3,
+    Vector3, tessellate,
 };
 use rayon::prelude::*;
 
@@ -21,11 +22,10 @@ const TRIANGLES: f64 = 4e6;
 /// Edges are cut into pieces that leave their chord by no more than this, mm.
 const EDGE_DEVIATION_MM: f64 = 0.02;
 const EDGE_PIECE_MM: f64 = 15.0;
-/// Sampled curvatures and deviations are multiplied by this before they count as bounds.
+/// Sampled curvatures, and deviations of edges, are multiplied by this before they count as bounds.
 const SAMPLING_MARGIN: f64 = 1.25;
-/// Sampled distances from a triangle's plane are multiplied by this and raised by the floor.
-const DEVIATION_MARGIN: f64 = 1.5;
-const DEVIATION_FLOOR_MM: f64 = 1e-4;
+/// More than rounding takes from a bound, mm.
+const ROUNDING_MM: f64 = 1e-6;
 /// Normals on both sides of a knot that differ by more than this (0.1°) make a crease.
 const CREASE_SINE: f64 = 1.7e-3;
 
@@ -34,7 +34,7 @@ const CREASE_SINE: f64 = 1.7e-3;
 #[derive(Debug)]
 pub struct Covering {
     pub(crate) meshes: Vec<FaceMesh>,
-    /// Per face and triangle: how far the surface may be from the triangle's plane, mm.
+    /// Per face and triangle: how far the surface may be from the triangle, mm.
     pub(super) deviation_mm: Vec<Vec<f32>>,
     /// Per face and triangle: smallest and largest normal curvature there and on the triangles around it, for
     /// the normal `Su × Sv`, 1/mm.
@@ -91,23 +91,38 @@ impl Covering {
     }
 }
 
-/// Distance of the surface from the plane of each triangle, sampled in the middle and on the sides, where a
-/// quadratic has its extremes.
+/// How far the surface may be from each triangle, proven.
+///
+/// Over a triangle of the parameter plane it keeps near to the triangle's plane ([`Flatness`]). It may slide along that as
+/// well, by no more than the mesh's own bound, and so come to lie over a triangle around it, whose plane is inclined.
 fn deviations(face: &Face, mesh: &FaceMesh) -> Vec<f32> {
-    const PLACES: [[f64; 3]; 4] = [[1.0 / 3.0; 3], [0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]];
-    let of = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|i| mesh.points[i as usize]);
-        let uv = t.map(|i| mesh.uv[i as usize].coords);
-        let n = (b - a).cross(&(c - a)).try_normalize(0.0);
-        let off = |w: &[f64; 3]| {
-            let at = uv[0] * w[0] + uv[1] * w[1] + uv[2] * w[2];
-            let d = face.surface.point(at.x, at.y) - a;
-            n.map_or(d.norm(), |n| d.dot(&n).abs())
-        };
-        let most = PLACES.iter().map(off).fold(0.0, f64::max);
-        (most * DEVIATION_MARGIN + DEVIATION_FLOOR_MM) as f32
+    let flatness = Flatness::of(&face.surface);
+    let corners = |t: &[u32; 3]| t.map(|i| mesh.points[i as usize]);
+    let own = |t: &[u32; 3]| flatness.off_plane_mm(&t.map(|i| mesh.uv[i as usize]));
+    let own: Vec<f64> = mesh.triangles.iter().map(own).collect();
+    let normal = |t: &[u32; 3]| {
+        let [a, b, c] = corners(t);
+        (b - a).cross(&(c - a)).try_normalize(0.0)
     };
-    mesh.triangles.iter().map(of).collect()
+    let normals: Vec<Option<Vector3>> = mesh.triangles.iter().map(normal).collect();
+    let mut around: Vec<Vec<u32>> = vec![Vec::new(); mesh.points.len()];
+    for (k, t) in mesh.triangles.iter().enumerate() {
+        t.iter().for_each(|&i| around[i as usize].push(k as u32));
+    }
+    let slid_over = |k: usize, other: usize| {
+        let slide = f64::from(mesh.deviation_mm[other]);
+        let inclined = match (normals[k], normals[other]) {
+            (Some(a), Some(b)) if a.dot(&b) > 0.0 => a.cross(&b).norm(),
+            _ => 1.0,
+        };
+        own[other] + slide * inclined
+    };
+    let of = |(k, t): (usize, &[u32; 3])| {
+        let others = t.iter().flat_map(|&i| &around[i as usize]).map(|&other| other as usize);
+        let most = others.filter(|&other| other != k).map(|other| slid_over(k, other)).fold(own[k], f64::max);
+        (most + ROUNDING_MM) as f32
+    };
+    mesh.triangles.iter().enumerate().map(of).collect()
 }
 
 /// Marks the triangles with a side on the boundary of a trimmed face.

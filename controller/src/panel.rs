@@ -1,3 +1,4 @@
+use std::fmt;
 use std::str::FromStr;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -100,6 +101,18 @@ impl FromStr for Order {
             "discard" => Ok(Order::Discard),
             other => Err(UnknownOrder(other.into())),
         }
+    }
+}
+
+impl fmt::Display for Order {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Order::Hold => "hold",
+            Order::Run => "run",
+            Order::Step => "step",
+            Order::Abort => "abort",
+            Order::Discard => "discard",
+        })
     }
 }
 

@@ -18,7 +18,10 @@ pub struct Remote {
 pub enum RemoteError {
     /// No connection, or it broke.
     #[error("LinuxCNC: {0}")]
-    Io(#[from] io::Error),
+    Io(io::Error),
+    /// It is silent.
+    #[error("LinuxCNC has not answered within {} s", PATIENCE.as_secs())]
+    Silent,
     /// It refused an order.
     #[error("LinuxCNC refused `{order}`: {answer}")]
     Refused {
@@ -27,6 +30,15 @@ pub enum RemoteError {
         /// What it said.
         answer: String,
     },
+}
+
+impl From<io::Error> for RemoteError {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut => RemoteError::Silent,
+            _ => RemoteError::Io(error),
+        }
+    }
 }
 
 /// An order is answered within this time, or the control counts as gone.

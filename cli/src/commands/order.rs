@@ -43,7 +43,7 @@ pub(crate) fn order(context: &Context, args: &OrderArgs) -> Result<ExitCode, Fai
     if context.json {
         let place = status.place.map(|(tip, axis)| [[tip.x, tip.y, tip.z], [axis.x, axis.y, axis.z]]);
         context.print_json(&serde_json::json!({
-            "order": format!("{:?}", status.order).to_lowercase(),
+            "order": status.order.to_string(),
             "seq": status.seq,
             "paths": status.paths,
             "mm_per_s": status.speed,
@@ -69,7 +69,6 @@ fn done(given: Order, status: &Status) -> bool {
 }
 
 fn line(status: &Status) -> String {
-    let order = format!("{:?}", status.order).to_lowercase();
     let place = status.place.map_or_else(
         || "has not moved".to_owned(),
         |(p, _)| {
@@ -79,5 +78,5 @@ fn line(status: &Status) -> String {
             )
         },
     );
-    format!("{order:9} {place}; {} paths done", status.paths)
+    format!("{:9} {place}; {} paths done", status.order, status.paths)
 }

@@ -151,18 +151,38 @@ impl FolderWriter {
     /// # Errors
     /// Renaming fails.
     pub fn finish(mut self) -> Result<(), FolderError> {
-        let old = self.partial.with_extension("old");
         let replaced = self.destination.exists();
-        if replaced {
+        let mut old = self.partial.clone();
+        if replaced && exchange(&self.partial, &self.destination).is_err() {
+            // Where folders cannot change places there is a moment with neither.
+            old.set_extension("old");
             fs::rename(&self.destination, &old).map_err(io_error(&self.destination))?;
+            fs::rename(&self.partial, &self.destination).map_err(|source| {
+                // The earlier job comes back; the first error is the one worth telling.
+                let _ = fs::rename(&old, &self.destination);
+                io_error(&self.destination)(source)
+            })?;
+        } else if !replaced {
+            fs::rename(&self.partial, &self.destination).map_err(io_error(&self.destination))?;
         }
-        fs::rename(&self.partial, &self.destination).map_err(io_error(&self.destination))?;
         self.finished = true;
         if replaced {
             fs::remove_dir_all(&old).map_err(io_error(&old))?;
         }
         Ok(())
     }
+}
+
+/// Lets two folders change places at once: whoever looks sees the one or the other, whole.
+#[cfg(target_os = "linux")]
+fn exchange(a: &Path, b: &Path) -> io::Result<()> {
+    use rustix::fs::{CWD, RenameFlags, renameat_with};
+    Ok(renameat_with(CWD, a, CWD, b, RenameFlags::EXCHANGE)?)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn exchange(_: &Path, _: &Path) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
 }
 
 impl Drop for FolderWriter {
@@ -241,4 +261,42 @@ pub fn sha256_of(path: &Path) -> Result<String, FolderError> {
         hash.update(&buffer[..count]);
     }
     Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use super::*;
+
+    fn write(destination: &Path, number: u32) {
+        let writer = FolderWriter::begin_replacing(destination, "number").unwrap();
+        writer.text("number", &number.to_string()).unwrap();
+        writer.text("again", &number.to_string()).unwrap();
+        writer.finish().unwrap();
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_folder_is_there_at_every_moment_while_it_is_replaced() {
+        let place = tempfile::tempdir().unwrap();
+        let destination = place.path().join("out");
+        write(&destination, 0);
+        let done = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            let watch = scope.spawn(|| {
+                let mut looks = 0u64;
+                while !done.load(Ordering::Relaxed) {
+                    assert!(destination.exists());
+                    looks += 1;
+                }
+                looks
+            });
+            (1..300).for_each(|number| write(&destination, number));
+            done.store(true, Ordering::Relaxed);
+            assert!(watch.join().unwrap() > 100);
+        });
+        assert_eq!(fs::read_to_string(destination.join("again")).unwrap(), "299");
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1);
+    }
 }

@@ -25,6 +25,10 @@ const FLATTEST: f64 = 0.05;
 /// Corners are narrowed down to this and ends to that, mm.
 const NARROWEST_MM: f64 = 1e-4;
 const END_MM: f64 = 0.05;
+/// Halfway between two places the line is looked for no further aside than this share of their distance, so that
+/// halves become shorter; and they are halved so often at most.
+const SHRINK: f64 = 0.25;
+const DEEPEST: u32 = 20;
 /// Neighbouring places of a line are no further apart, mm: a bend between them cannot hide.
 const LONGEST_MM: f64 = 4.0;
 /// Nor do they turn by more, as a cosine.
@@ -41,15 +45,18 @@ struct Node {
     uphill: Vector2,
 }
 
+/// A place that was looked at, and what was found.
+type Sought = (Point2, Option<Node>);
+
 /// The contour line at `height` through `places`, none of which may be further beside it than `aside_mm`: one guide, or
 /// several where it turns sharply or is interrupted.
 pub(crate) fn contour(ball: &BallDrop, places: &[Point2], height: f64, aside_mm: f64) -> Vec<Drawn> {
-    let mut trace = Trace { march: March::new(ball), height, aside_mm, runs: Vec::new() };
-    let mut before: Option<(Point2, Option<Node>)> = None;
+    let mut trace = Trace { march: March::new(ball), height, runs: Vec::new() };
+    let mut before: Option<Sought> = None;
     for (index, &place) in places.iter().enumerate() {
-        let node = trace.node(index, place).map(|n| Node { given: true, ..n });
+        let node = trace.node(index, place, aside_mm).map(|n| Node { given: true, ..n });
         match before {
-            Some((from, a)) => trace.step(from, a, place, node),
+            Some((from, a)) => trace.step((from, a), (place, node), 0),
             None => trace.runs.extend(node.map(|n| vec![n])),
         }
         before = Some((place, node));
@@ -60,13 +67,12 @@ pub(crate) fn contour(ball: &BallDrop, places: &[Point2], height: f64, aside_mm:
 struct Trace<'a> {
     march: March<'a>,
     height: f64,
-    aside_mm: f64,
     runs: Vec<Vec<Node>>,
 }
 
 impl Trace<'_> {
-    /// The place of the line that is reached from `from` uphill or downhill.
-    fn node(&mut self, index: usize, from: Point2) -> Option<Node> {
+    /// The place of the line that is reached from `from` uphill or downhill, if it is no further than `aside_mm`.
+    fn node(&mut self, index: usize, from: Point2, aside_mm: f64) -> Option<Node> {
         let mut at = from;
         for _ in 0..NEWTON_STEPS {
             let location = self.march.drop(at.x, at.y)?;
@@ -76,7 +82,7 @@ impl Trace<'_> {
                 return Some(Node { index, given: false, at, uphill });
             }
             at += uphill * (off / uphill.norm_squared());
-            if (at - from).norm() > self.aside_mm {
+            if (at - from).norm() > aside_mm {
                 return None;
             }
         }
@@ -89,25 +95,27 @@ impl Trace<'_> {
     }
 
     /// Goes on from `a` (already stored), looked for at `from`, to `b`, looked for at `to`.
-    fn step(&mut self, from: Point2, a: Option<Node>, to: Point2, b: Option<Node>) {
+    fn step(&mut self, (from, a): Sought, (to, b): Sought, depth: u32) {
+        let (from, to) = (a.map_or(from, |a| a.at), b.map_or(to, |b| b.at));
+        let length = (to - from).norm();
         match (a, b) {
-            (Some(a), Some(b)) => self.join(a, b),
+            (Some(a), Some(b)) => self.join(a, b, depth),
             (None, None) => {}
-            _ if (to - from).norm() <= END_MM => self.runs.extend(b.map(|b| vec![b])),
+            _ if length <= END_MM || depth >= DEEPEST => self.runs.extend(b.map(|b| vec![b])),
             _ => {
                 let middle = nalgebra::center(&from, &to);
                 let index = a.or(b).map_or(0, |n| n.index);
-                let m = self.node(index, middle);
-                self.step(from, a, middle, m);
-                self.step(middle, m, to, b);
+                let m = self.node(index, middle, SHRINK * length);
+                self.step((from, a), (middle, m), depth + 1);
+                self.step((middle, m), (to, b), depth + 1);
             }
         }
     }
 
-    fn join(&mut self, a: Node, b: Node) {
+    fn join(&mut self, a: Node, b: Node, depth: u32) {
         let way = b.at - a.at;
         let length = way.norm();
-        if length <= NARROWEST_MM {
+        if length <= NARROWEST_MM || depth >= DEEPEST {
             return self.close(a, b);
         }
         let piece = Piece::new(&a, &b);
@@ -121,17 +129,16 @@ impl Trace<'_> {
             return self.push(b);
         }
         let middle = if turns { nalgebra::center(&a.at, &b.at) } else { halfway };
-        match self.node(a.index, middle) {
-            // Halves that do not shrink lead nowhere.
-            Some(m) if (m.at - a.at).norm().max((b.at - m.at).norm()) < 0.9 * length => {
-                self.join(a, m);
-                self.join(m, b);
+        match self.node(a.index, middle, SHRINK * length) {
+            Some(m) => {
+                self.join(a, m, depth + 1);
+                self.join(m, b, depth + 1);
             }
-            _ if length > END_MM => {
-                self.step(a.at, Some(a), middle, None);
-                self.step(middle, None, b.at, Some(b));
+            None if length > END_MM => {
+                self.step((a.at, Some(a)), (middle, None), depth + 1);
+                self.step((middle, None), (b.at, Some(b)), depth + 1);
             }
-            _ => self.close(a, b),
+            None => self.close(a, b),
         }
     }
 

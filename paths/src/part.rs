@@ -21,7 +21,7 @@ use crate::reach::Fate;
 use crate::refit::{Fit, Over, fit};
 use crate::slopes::{Limit, Slopes};
 use crate::step_over::flat_mm;
-use crate::waterline::Waterlines;
+use crate::waterline::CentreHeights;
 use crate::{Feeds, Frame, RowsAlong, Strategy};
 
 /// Rapids across keep at least this distance above everything within the tool's radius; rapids up and down
@@ -156,17 +156,17 @@ impl SetupContext<'_> {
         (!laid.is_empty()).then_some(Layout { strategy, groups: vec![laid], lifted, along: None })
     }
 
-    /// A field, and what it does not cover patch by patch.
+    /// Fields, and what they do not cover patch by patch.
     fn patterns<'b>(
         &'b self,
         faces: &[usize],
         covered: &BTreeSet<FaceId>,
-        field: Option<impl Levels + 'b>,
+        fields: impl IntoIterator<Item = impl Levels + 'b>,
     ) -> Vec<Box<dyn Levels + 'b>> {
         let alone = faces.iter().filter(|&&f| self.claims.any(f) && !covered.contains(&f));
         let mut patterns: Vec<Box<dyn Levels + 'b>> =
             alone.map(|&f| Box::new(PatchLevels::new(f, &self.model.faces[f])) as _).collect();
-        patterns.extend(field.map(|f| Box::new(f) as _));
+        patterns.extend(fields.into_iter().map(|f| Box::new(f) as _));
         patterns
     }
 
@@ -181,9 +181,10 @@ impl SetupContext<'_> {
         let limit = Limit::new(limit_deg, flat_mm(self.ball.radius_mm(), self.scallop_mm));
         let steep = SetupContext { slopes: Slopes::Steeper(limit), ..*self };
         let shallow = SetupContext { slopes: Slopes::Shallower(limit), ..*self };
-        let field = mesh.map(|mesh| Waterlines::new(mesh, &steep));
-        let covered = field.as_ref().map(Waterlines::faces).unwrap_or_default();
-        let (lines, mut lifted) = steep.lay_levels(&steep.patterns(faces, &covered, field));
+        let heights = mesh.map(|mesh| CentreHeights::new(mesh, &steep));
+        let covered = heights.as_ref().map(CentreHeights::faces).unwrap_or_default();
+        let fields = heights.iter().flat_map(CentreHeights::waterlines);
+        let (lines, mut lifted) = steep.lay_levels(&steep.patterns(faces, &covered, fields));
         let rows = shallow.lay(Strategy::Planar, faces, None);
         let strategy = if lines.is_empty() { Strategy::Planar } else { strategy };
         let along = rows.as_ref().and_then(|r| r.along);

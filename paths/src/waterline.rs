@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use claymill_nurbs::{FaceId, NurbsSurface};
+use claymill_nurbs::{FaceId, NurbsSurface, Point2};
 use claymill_surface_merge::{Field, IsoPoint, RegionMesh};
 
 use crate::field_levels::faces_of;
@@ -10,13 +10,19 @@ use crate::levels::{Levels, Spot};
 use crate::part::SetupContext;
 use crate::slopes::climb;
 
-/// Level curves of the height of the ball's centre when it touches the faces of a region.
-pub(crate) struct Waterlines<'a, 'm> {
+/// The height of the ball's centre when it touches the faces of a region.
+pub(crate) struct CentreHeights<'a, 'm> {
     field: Field<'a, 'm>,
     context: &'a SetupContext<'a>,
 }
 
-impl<'a, 'm> Waterlines<'a, 'm> {
+/// Its level curves between two heights.
+pub(crate) struct Waterlines<'b, 'a, 'm> {
+    heights: &'b CentreHeights<'a, 'm>,
+    range: (f64, f64),
+}
+
+impl<'a, 'm> CentreHeights<'a, 'm> {
     pub(crate) fn new(mesh: &'a RegionMesh<'m>, context: &'a SetupContext<'a>) -> Self {
         let height = |v: &claymill_surface_merge::SurfacePoint| {
             let surface = context.ball.surface(v.face);
@@ -24,12 +30,39 @@ impl<'a, 'm> Waterlines<'a, 'm> {
             Some(surface.point(v.uv.x, v.uv.y).z + n.z.abs() * context.ball.radius_mm())
         };
         let heights = mesh.vertices().iter().map(|v| height(v).unwrap_or(f64::NAN)).collect();
-        Waterlines { field: Field::new(mesh, heights), context }
+        CentreHeights { field: Field::new(mesh, heights), context }
     }
 
     /// Faces on which there are waterlines.
     pub(crate) fn faces(&self) -> BTreeSet<FaceId> {
         faces_of(&self.field)
+    }
+
+    /// The waterlines of each range of heights in which something is cut: far apart on a region, what is cut needs
+    /// levels of its own.
+    pub(crate) fn waterlines(&self) -> Vec<Waterlines<'_, 'a, 'm>> {
+        let mesh = self.field.mesh();
+        let mut ranges: Vec<(f64, f64)> = Vec::new();
+        for (k, triangle) in mesh.triangles().iter().enumerate() {
+            let heights = triangle.map(|v| self.field.values()[v as usize]);
+            let face = mesh.face_of_triangle()[k];
+            let corners = mesh.corners()[k];
+            let middle = Point2::from((corners[0].coords + corners[1].coords + corners[2].coords) / 3.0);
+            let cut = |uv: &Point2| self.context.claims_at(face, uv.x, uv.y);
+            if heights.iter().all(|h| h.is_finite()) && (corners.iter().any(cut) || cut(&middle)) {
+                let low = heights.iter().copied().fold(f64::INFINITY, f64::min);
+                ranges.push((low, heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)));
+            }
+        }
+        ranges.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut apart: Vec<(f64, f64)> = Vec::new();
+        for range in ranges {
+            match apart.last_mut() {
+                Some(open) if range.0 <= open.1 => open.1 = open.1.max(range.1),
+                _ => apart.push(range),
+            }
+        }
+        apart.into_iter().map(|range| Waterlines { heights: self, range }).collect()
     }
 
     fn surface(&self, face: FaceId) -> &NurbsSurface {
@@ -56,19 +89,19 @@ impl<'a, 'm> Waterlines<'a, 'm> {
     }
 }
 
-impl Levels for Waterlines<'_, '_> {
+impl Levels for Waterlines<'_, '_, '_> {
     fn range(&self) -> (f64, f64) {
-        self.field.range().into()
+        self.range
     }
 
     fn lines(&self, level: f64) -> Vec<Vec<Spot>> {
-        let lines = self.field.iso_line(level);
+        let lines = self.heights.field.iso_line(level);
         lines
             .into_iter()
             .map(|line| {
-                let mut spots: Vec<Spot> = line.points.iter().map(|p| self.spot(*p)).collect();
+                let mut spots: Vec<Spot> = line.points.iter().map(|p| self.heights.spot(*p)).collect();
                 if line.closed && !spots.is_empty() {
-                    let beginning = self.beginning(&spots);
+                    let beginning = self.heights.beginning(&spots);
                     spots.rotate_left(beginning);
                     spots.push(spots[0]);
                 }

@@ -51,22 +51,48 @@ type Sought = (Point2, Option<Node>);
 /// The contour line at `height` through `places`, none of which may be further beside it than `aside_mm`: one guide, or
 /// several where it turns sharply or is interrupted.
 pub(crate) fn contour(ball: &BallDrop, places: &[Point2], height: f64, aside_mm: f64) -> Vec<Drawn> {
-    let mut trace = Trace { march: March::new(ball), height, runs: Vec::new() };
+    let mut trace = Trace { march: March::new(ball), height, uphill: 1.0, runs: Vec::new() };
+    let sought = |(index, place): (usize, &Point2)| {
+        let node = trace.node(index, *place, aside_mm);
+        (*place, node.map(|n| Node { given: true, ..n }))
+    };
+    let sought: Vec<Sought> = places.iter().enumerate().map(sought).collect();
+    // Uphill is on the same side all along the line.
+    let along = |w: &[Sought]| w[0].1.map_or(0.0, |n| n.along(1.0).dot(&(w[1].0 - w[0].0)));
+    trace.uphill = if sought.windows(2).map(along).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
     let mut before: Option<Sought> = None;
-    for (index, &place) in places.iter().enumerate() {
-        let node = trace.node(index, place, aside_mm).map(|n| Node { given: true, ..n });
+    for (place, node) in sought {
         match before {
-            Some((from, a)) => trace.step((from, a), (place, node), 0),
+            // On their way to the line places close together may pass each other.
+            Some((_, Some(a)))
+                if node.is_some_and(|b| {
+                    let way = b.at - a.at;
+                    way.norm() < 2.0 * aside_mm && way.dot(&a.along(trace.uphill)) <= 0.0
+                }) =>
+            {
+                continue;
+            }
+            Some(from) => trace.step(from, (place, node), 0),
             None => trace.runs.extend(node.map(|n| vec![n])),
         }
         before = Some((place, node));
     }
-    trace.runs.iter().filter_map(|run| drawn(run)).collect()
+    let uphill = trace.uphill;
+    trace.runs.iter().filter_map(|run| drawn(run, uphill)).collect()
+}
+
+impl Node {
+    /// The way on along the line, uphill to the right (1) or left (−1).
+    fn along(&self, uphill: f64) -> Vector2 {
+        Vector2::new(-self.uphill.y, self.uphill.x).normalize() * uphill
+    }
 }
 
 struct Trace<'a> {
     march: March<'a>,
     height: f64,
+    /// On which side uphill is.
+    uphill: f64,
     runs: Vec<Vec<Node>>,
 }
 
@@ -118,9 +144,16 @@ impl Trace<'_> {
         if length <= NARROWEST_MM || depth >= DEEPEST {
             return self.close(a, b);
         }
-        let piece = Piece::new(&a, &b);
+        let piece = Piece::new(&a, &b, self.uphill);
+        if piece.from.dot(&way) <= 0.0 && piece.to.dot(&way) <= 0.0 {
+            // Back the way it came.
+            return if length > END_MM {
+                self.runs.push(vec![b])
+            };
+        }
         let halfway = piece.middle();
-        let turns = piece.from.dot(&piece.to) < SHARPEST || piece.from.dot(&way) <= 0.0;
+        let turns =
+            piece.from.dot(&piece.to) < SHARPEST || piece.from.dot(&way) <= 0.0 || piece.to.dot(&way) <= 0.0;
         if length <= LONGEST_MM
             && !turns
             && let Some(location) = self.march.drop(halfway.x, halfway.y)
@@ -145,7 +178,12 @@ impl Trace<'_> {
     /// Two places that are as good as the same: the line goes on, or turns here.
     fn close(&mut self, a: Node, b: Node) {
         let smooth = a.uphill.normalize().dot(&b.uphill.normalize()) > SMOOTH;
-        if smooth && (b.at - a.at).norm() <= NARROWEST_MM { self.push(b) } else { self.runs.push(vec![b]) }
+        let way = b.at - a.at;
+        if way.norm() > NARROWEST_MM || !smooth {
+            self.runs.push(vec![b]);
+        } else if way.dot(&(a.along(self.uphill) + b.along(self.uphill))) > 0.0 {
+            self.push(b);
+        }
     }
 
     fn push(&mut self, node: Node) {
@@ -174,12 +212,9 @@ struct Piece {
 }
 
 impl Piece {
-    fn new(a: &Node, b: &Node) -> Self {
+    fn new(a: &Node, b: &Node, uphill: f64) -> Self {
         let way = b.at - a.at;
-        // Uphill stays on the same side.
-        let side = |n: &Node| Vector2::new(-n.uphill.y, n.uphill.x).normalize();
-        let sign = if (side(a) + side(b)).dot(&way) < 0.0 { -1.0 } else { 1.0 };
-        let (from, to) = (side(a) * sign, side(b) * sign);
+        let (from, to) = (a.along(uphill), b.along(uphill));
         // An arc that turns by 2φ is φ / sin φ times as long as its chord.
         let half = 0.5 * from.angle(&to);
         let length = way.norm() * if half > 1e-6 { half / half.sin() } else { 1.0 };
@@ -192,8 +227,8 @@ impl Piece {
 }
 
 /// The C¹ cubic through the places; its parameter is about arc length.
-fn drawn(run: &[Node]) -> Option<Drawn> {
-    let pieces: Vec<Piece> = run.windows(2).map(|w| Piece::new(&w[0], &w[1])).collect();
+fn drawn(run: &[Node], uphill: f64) -> Option<Drawn> {
+    let pieces: Vec<Piece> = run.windows(2).map(|w| Piece::new(&w[0], &w[1], uphill)).collect();
     let (first, last) = (pieces.first()?, pieces.last()?);
     let mut at = vec![(run[0].index, 0.0)];
     let mut points = vec![first.ends[0]];

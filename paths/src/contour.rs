@@ -41,6 +41,8 @@ struct Node {
     /// Number of the given place, or of the one before.
     index: usize,
     given: bool,
+    /// Where the line turns sharply between the node before and this one.
+    corner: Option<Point2>,
     at: Point2,
     uphill: Vector2,
 }
@@ -105,7 +107,7 @@ impl Trace<'_> {
             let uphill = uphill(&location)?;
             let off = self.height - location.centre.z;
             if off.abs() <= self.bound(&location, ON_LEVEL_MM) {
-                return Some(Node { index, given: false, at, uphill });
+                return Some(Node { index, given: false, corner: None, at, uphill });
             }
             at += uphill * (off / uphill.norm_squared());
             if (at - from).norm() > aside_mm {
@@ -154,8 +156,10 @@ impl Trace<'_> {
         let halfway = piece.middle();
         let turns =
             piece.from.dot(&piece.to) < SHARPEST || piece.from.dot(&way) <= 0.0 || piece.to.dot(&way) <= 0.0;
+        let sharp = length <= SHARP_MM && piece.from.dot(&piece.to) < SMOOTH;
         if length <= LONGEST_MM
             && !turns
+            && !sharp
             && let Some(location) = self.march.drop(halfway.x, halfway.y)
             && (location.centre.z - self.height).abs() <= self.bound(&location, LEVEL_MM)
         {
@@ -179,8 +183,15 @@ impl Trace<'_> {
     fn close(&mut self, a: Node, b: Node) {
         let smooth = a.uphill.normalize().dot(&b.uphill.normalize()) > SMOOTH;
         let way = b.at - a.at;
-        if way.norm() > NARROWEST_MM || !smooth {
+        if way.norm() > NARROWEST_MM {
             self.runs.push(vec![b]);
+        } else if !smooth {
+            // The corner is where the two tangents meet.
+            let (from, to) = (a.along(self.uphill), b.along(self.uphill));
+            let share = way.perp(&to) / from.perp(&to);
+            let on = share.abs() < 2.0 * NARROWEST_MM;
+            let corner = if on { a.at + from * share } else { nalgebra::center(&a.at, &b.at) };
+            self.push(Node { corner: Some(corner), ..b });
         } else if way.dot(&(a.along(self.uphill) + b.along(self.uphill))) > 0.0 {
             self.push(b);
         }
@@ -193,8 +204,10 @@ impl Trace<'_> {
     }
 }
 
-/// Cosine of a turn that is no corner (2°).
-const SMOOTH: f64 = 0.9994;
+/// Cosine of a turn that is no corner (0.3°): a pass may be sampled over it like over any other place.
+const SMOOTH: f64 = 0.999_986;
+/// What turns by more within this way is narrowed down to a corner, mm.
+const SHARP_MM: f64 = 0.01;
 
 /// Rise by way of the surface of centres, if the ball's side does not cut and it is not too flat.
 fn uphill(location: &Location) -> Option<Vector2> {
@@ -213,12 +226,15 @@ struct Piece {
 
 impl Piece {
     fn new(a: &Node, b: &Node, uphill: f64) -> Self {
-        let way = b.at - a.at;
-        let (from, to) = (a.along(uphill), b.along(uphill));
+        Piece::between([a.at, b.at], a.along(uphill), b.along(uphill))
+    }
+
+    fn between(ends: [Point2; 2], from: Vector2, to: Vector2) -> Self {
+        let way = ends[1] - ends[0];
         // An arc that turns by 2φ is φ / sin φ times as long as its chord.
         let half = 0.5 * from.angle(&to);
         let length = way.norm() * if half > 1e-6 { half / half.sin() } else { 1.0 };
-        Piece { ends: [a.at, b.at], from, to, length }
+        Piece { ends, from, to, length }
     }
 
     fn middle(&self) -> Point2 {
@@ -226,34 +242,72 @@ impl Piece {
     }
 }
 
-/// The C¹ cubic through the places; its parameter is about arc length.
-fn drawn(run: &[Node], uphill: f64) -> Option<Drawn> {
-    let pieces: Vec<Piece> = run.windows(2).map(|w| Piece::new(&w[0], &w[1], uphill)).collect();
-    let (first, last) = (pieces.first()?, pieces.last()?);
-    let mut at = vec![(run[0].index, 0.0)];
-    let mut points = vec![first.ends[0]];
-    let mut knots = vec![0.0; 4];
-    let mut s = 0.0;
-    for (piece, node) in pieces.iter().zip(&run[1..]) {
-        s += piece.length;
-        points.push(piece.ends[0] + piece.from * (piece.length / 3.0));
-        points.push(piece.ends[1] - piece.to * (piece.length / 3.0));
-        knots.extend([s, s]);
-        if node.given {
-            at.push((node.index, s));
+/// Places of a line between two of its corners: where, the way on, and the number of a given place.
+type Smooth = Vec<(Point2, Vector2, Option<usize>)>;
+
+/// The smooth stretches of a run; where it was narrowed down to a corner only the corner is left.
+fn stretches(run: &[Node], uphill: f64) -> Vec<Smooth> {
+    let mut all: Vec<Smooth> = Vec::new();
+    let mut open: Smooth = Vec::new();
+    for (k, node) in run.iter().enumerate() {
+        if let (Some(corner), Some(before)) = (node.corner, k.checked_sub(1)) {
+            while open.len() > 1 && (open[open.len() - 1].0 - corner).norm() < SHARP_MM {
+                open.pop();
+            }
+            let mut corner = corner;
+            if open.len() == 1 && (open[0].0 - corner).norm() < SHARP_MM {
+                // Two corners in one.
+                corner = open[0].0;
+            } else {
+                open.push((corner, run[before].along(uphill), None));
+                all.push(std::mem::take(&mut open));
+            }
+            open = vec![(corner, node.along(uphill), None)];
+        }
+        let begun = open.len() == 1 && open[0].2.is_none();
+        if !begun || (node.at - open[0].0).norm() >= SHARP_MM {
+            open.push((node.at, node.along(uphill), (node.given || k == 0).then_some(node.index)));
         }
     }
-    let end = &run[run.len() - 1];
-    if !end.given {
-        at.push((end.index, s));
+    all.push(open);
+    all.retain(|s| s.len() > 1);
+    all
+}
+
+/// The cubic through the places, C¹ but for its corners; its parameter is about arc length.
+fn drawn(run: &[Node], uphill: f64) -> Option<Drawn> {
+    let (first, last) = (run.first()?, run.last()?);
+    let stretches = stretches(run, uphill);
+    let mut points = vec![stretches.first()?[0].0];
+    let mut at = vec![(first.index, 0.0)];
+    let mut knots = vec![0.0; 4];
+    let mut corners = Vec::new();
+    let mut s = 0.0;
+    for (k, stretch) in stretches.iter().enumerate() {
+        if k > 0 {
+            points.push(stretch[0].0);
+            knots.push(s);
+            corners.push(s);
+        }
+        for w in stretch.windows(2) {
+            let piece = Piece::between([w[0].0, w[1].0], w[0].1, w[1].1);
+            s += piece.length;
+            points.push(piece.ends[0] + piece.from * (piece.length / 3.0));
+            points.push(piece.ends[1] - piece.to * (piece.length / 3.0));
+            knots.extend([s, s]);
+            at.extend(w[1].2.map(|index| (index, s)));
+        }
     }
-    points.push(last.ends[1]);
-    knots.extend([s, s]);
     if s < SHORTEST_MM {
         return None;
     }
+    if at[at.len() - 1].1 < s {
+        at.push((last.index, s));
+    }
+    points.push(stretches.last()?.last()?.0);
+    knots.extend([s, s]);
     let guide = Guide::Curved(Curve2::new(KnotVector::new(3, knots).ok()?, points, None).ok()?);
-    Some(Drawn { guide, at })
+    Some(Drawn { guide, at, corners })
 }
 
 #[cfg(test)]
@@ -332,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn in_a_corner_of_two_walls_the_line_turns() {
+    fn in_the_valley_of_two_walls_the_line_turns() {
         // Walls that rise at 60° over x = 0 and y = 0 and meet in a valley.
         let (sine, cosine) = 60f64.to_radians().sin_cos();
         let wall = |normal: Vector3, along: Vector3| {
@@ -348,10 +402,13 @@ mod tests {
         let down = (0..=20).map(|k| Point2::new(beside, beside + 20.0 - f64::from(k)));
         let right = (1..=20).map(|k| Point2::new(beside + f64::from(k), beside));
         let found = lines(walls, 10.0, &down.chain(right).collect::<Vec<_>>());
-        let [a, b] = &found[..] else { panic!("{} guides", found.len()) };
-        let end = a.at[a.at.len() - 1].1;
-        for [x, y] in [a.guide.at(end), b.guide.at(0.0)] {
-            assert!((x - beside).hypot(y - beside) < 1e-3, "{x} {y} instead of {beside}");
+        let [drawn] = &found[..] else { panic!("{} guides", found.len()) };
+        let [corner] = drawn.corners[..] else { panic!("{:?}", drawn.corners) };
+        let [x, y] = drawn.guide.at(corner);
+        assert!((x - beside).hypot(y - beside) < 1e-6, "{x} {y} instead of {beside}");
+        for (s, along) in [(corner - 1e-3, [0.0, -1.0]), (corner + 1e-3, [1.0, 0.0])] {
+            let [x, y] = drawn.guide.direction(s);
+            assert!((x - along[0]).hypot(y - along[1]) < 1e-6, "{x} {y}");
         }
     }
 }

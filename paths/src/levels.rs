@@ -17,7 +17,7 @@ use crate::crests::Laid;
 use crate::near::LaidNear;
 use crate::part::{SetupContext, TOO_HIGH};
 use crate::plan_curve::{Drawn, through};
-use crate::profile::follow;
+use crate::profile::{follow, parted};
 use crate::raster::cheapest_step;
 use crate::reach::LEAST_FACING;
 use crate::step_over::on_contact_mm;
@@ -222,7 +222,8 @@ impl SetupContext<'_> {
         let (s0, s1) = stretch.unwrap_or((at[0].1, at[at.len() - 1].1));
         let followed = follow(self.ball, &stroke.drawn.guide, s0, s1);
         let lifted = followed.lifted;
-        let chains = followed.passes();
+        let corners = &stroke.drawn.corners;
+        let chains = followed.passes().into_iter().map(|chain| parted(chain, corners)).collect();
         (Laid { q: level, guide: stroke.drawn.guide.clone(), chains, fresh: true }, lifted)
     }
 

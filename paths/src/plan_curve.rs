@@ -23,6 +23,8 @@ pub(crate) struct Drawn {
     pub(crate) guide: Guide,
     /// Index of the place, parameter there; both ascend.
     pub(crate) at: Vec<(usize, f64)>,
+    /// Parameters at which it turns sharply.
+    pub(crate) corners: Vec<f64>,
 }
 
 /// Guides along `places`: one, or several end to end where the places turn sharply.
@@ -58,7 +60,7 @@ fn smooth(places: &[Point2], kept: &[usize]) -> Option<Drawn> {
         let off: Vec<f64> = at.iter().map(|&(i, s)| (curve.point(s) - places[i]).norm()).collect();
         let finer = if round + 1 < ROUNDS { split(&at, &off, &breaks) } else { breaks.clone() };
         if finer.len() == breaks.len() {
-            return Some(Drawn { guide: Guide::Curved(curve), at });
+            return Some(Drawn { guide: Guide::Curved(curve), at, corners: Vec::new() });
         }
         breaks = finer;
     }

@@ -152,6 +152,29 @@ pub(crate) fn follow(ball: &BallDrop, guide: &Guide, s0: f64, s1: f64) -> Follow
     Followed { chains, lifted }
 }
 
+/// Parts the profiles of a chain where their guide turns sharply.
+pub(crate) fn parted(chain: Chain, corners: &[f64]) -> Chain {
+    /// So close to a corner the guide still has the direction of its side, mm.
+    const SIDE_MM: f64 = 1e-6;
+    let mut parts = Vec::new();
+    for mut rest in chain {
+        for &s in corners {
+            if s <= rest.start().s + SIDE_MM || s >= rest.end().s - SIDE_MM {
+                continue;
+            }
+            let (z, slope) = rest.at(s);
+            let side = |s: f64| Sample { s, z, slope, face: None };
+            let (before, after): (Vec<Sample>, Vec<Sample>) = rest.samples.iter().partition(|q| q.s < s);
+            let before = before.into_iter().filter(|q| q.s < s - SIDE_MM).chain([side(s - SIDE_MM)]);
+            let after = after.into_iter().filter(|q| q.s > s + SIDE_MM);
+            parts.push(Profile { samples: before.collect() });
+            rest.samples = [side(s + SIDE_MM)].into_iter().chain(after).collect();
+        }
+        parts.push(rest);
+    }
+    parts
+}
+
 struct Walk<'a> {
     guide: &'a Guide,
     chains: Vec<Chain>,

@@ -237,7 +237,7 @@ impl Walk<'_> {
             .map(|(i, j)| (slopes[j] - slopes[i]).abs().max(angle_between(courses[i], courses[j])))
             .into_iter()
             .fold(0.0, f64::max);
-        let gentle = turn <= SHARPEST_TURN || sb - sa <= CLOSEST_MM;
+        let gentle = (turn <= SHARPEST_TURN && self.bends_evenly(sa, sb)) || sb - sa <= CLOSEST_MM;
         // On one face the slopes are exact and the middle tells all; elsewhere errors could cancel there.
         let one_face = a.face.is_some() && a.face == m.face && a.face == b.face;
         if gentle
@@ -255,6 +255,22 @@ impl Walk<'_> {
         } else {
             self.corner(a, b);
         }
+    }
+
+    /// Whether the guide is where its places and directions at both ends tell, seen from above.
+    fn bends_evenly(&self, sa: f64, sb: f64) -> bool {
+        let Guide::Curved(_) = self.guide else { return true };
+        let end = |s: f64, k: usize| Sample {
+            s,
+            z: self.guide.at(s)[k],
+            slope: self.guide.direction(s)[k],
+            face: None,
+        };
+        let off = |share: f64, k: usize| {
+            let s = sa + (sb - sa) * share;
+            hermite(&end(sa, k), &end(sb, k), s).0 - self.guide.at(s)[k]
+        };
+        [0.25, 0.5, 0.75].iter().all(|&share| off(share, 0).hypot(off(share, 1)) <= HERMITE_MM)
     }
 
     /// Something sharp lies between `a` and `b`, which are as good as at the same place.

@@ -221,11 +221,16 @@ fn held(nodes: &[Node], start: f64, t: f64) -> Vec<Node> {
         let mut level = nodes[i].1;
         // First node of the peak in `kept`, and last one in `nodes`.
         let (mut l, mut r) = (kept.len() - 1, i);
+        // At the level of a valley the peak at first ends there; only what is too short so takes in what rises behind.
+        let mut beyond = false;
         loop {
-            while l > 0 && kept[l - 1].1 >= level {
+            while l > 0 && kept[l - 1].1 >= level && (beyond || kept[l].1 > level || kept[l - 1].1 == level) {
                 l -= 1;
             }
-            while r + 1 < nodes.len() && nodes[r + 1].1 >= level {
+            while r + 1 < nodes.len()
+                && nodes[r + 1].1 >= level
+                && (beyond || nodes[r].1 > level || nodes[r + 1].1 == level)
+            {
                 r += 1;
             }
             let below_left = (l > 0).then(|| kept[l - 1]);
@@ -248,6 +253,11 @@ fn held(nodes: &[Node], start: f64, t: f64) -> Vec<Node> {
                 }
                 break;
             }
+            if next > level {
+                beyond = true;
+                continue;
+            }
+            beyond = false;
             if wider >= next.sqrt() * t || next >= level {
                 // Linear in between: wide + slope · (level − u²) = t · u.
                 let slope = if level > next { (wider - wide) / (level - next) } else { 0.0 };

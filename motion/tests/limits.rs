@@ -54,6 +54,22 @@ fn a_slow_place_is_passed_at_its_speed() {
 }
 
 #[test]
+fn a_slow_corner_beside_a_short_way_slows_nothing_else() {
+    let corner = Joint { speed: 5.6, jerk_per_speed: 0.0 };
+    let with = |first: f64| {
+        let mut places = vec![straight(first, 100.0), straight(580.0, 100.0)];
+        places[1].0 = corner;
+        let backwards: Vec<(Joint, Place)> = vec![straight(580.0, 100.0), (corner, straight(first, 100.0).1)];
+        assert!((time(&places) - time(&backwards)).abs() < 1e-6, "{}", time(&backwards));
+        time(&places)
+    };
+    let alone = time(&[straight(580.0, 100.0)]);
+    for first in [0.1, 0.3, 0.49, 0.6, 1.0, 3.0] {
+        assert!(with(first) < alone + 0.5, "{first}: {} instead of about {alone}", with(first));
+    }
+}
+
+#[test]
 fn without_a_limit_of_jerk_it_is_a_trapezium() {
     let limits = Limits { jerk_mm_per_s3: f64::INFINITY, ..LIMITS };
     let slow = Joint { speed: 20.0, jerk_per_speed: 0.0 };

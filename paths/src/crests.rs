@@ -33,6 +33,8 @@ pub(crate) struct Laid {
     pub(crate) q: f64,
     /// What the row runs over.
     pub(crate) guide: Guide,
+    /// The stretches of it that were to be followed.
+    pub(crate) planned: Vec<(f64, f64)>,
     /// Its exact path; gaps between chains are not cut.
     pub(crate) chains: Vec<Chain>,
     /// Laid since the crests were last looked at.
@@ -49,7 +51,45 @@ struct OnRow {
     fresh: bool,
 }
 
+/// What is on a row at some place.
+#[derive(Debug, Clone, Copy)]
+enum There {
+    Ball(OnRow),
+    /// The ball was to come by and cannot.
+    Barred {
+        q: f64,
+        fresh: bool,
+    },
+}
+
+impl There {
+    fn q(&self) -> f64 {
+        match self {
+            There::Ball(OnRow { q, .. }) | There::Barred { q, .. } => *q,
+        }
+    }
+
+    fn fresh(&self) -> bool {
+        match self {
+            There::Ball(OnRow { fresh, .. }) | There::Barred { fresh, .. } => *fresh,
+        }
+    }
+
+    fn ball(&self) -> Option<&OnRow> {
+        match self {
+            There::Ball(ball) => Some(ball),
+            There::Barred { .. } => None,
+        }
+    }
+}
+
 impl Laid {
+    fn there(&self, s: f64) -> Option<There> {
+        let planned = || self.planned.iter().any(|&(from, to)| from <= s && s <= to);
+        let barred = || planned().then_some(There::Barred { q: self.q, fresh: self.fresh });
+        self.at(s).map(There::Ball).or_else(barred)
+    }
+
     fn at(&self, s: f64) -> Option<OnRow> {
         let holds = |c: &&Chain| c[0].start().s <= s && s <= c[c.len() - 1].end().s;
         let chain = self.chains.iter().find(holds)?;
@@ -69,8 +109,9 @@ impl Laid {
 
 /// Rows halfway between neighbours in `laid` (sorted by position) where these leave crests higher than
 /// `scallop_mm` on what is the part's own: by the raster, and by `claimed` (a face, and the parameters on it).
-/// Over an edge it counts only where both rows run on the part: beyond its border others cut. Only pairs with
-/// a fresh row are looked at.
+/// Over an edge it counts only where both rows run on the part: beyond its border others cut. Where one of the two is
+/// barred, what can be reached ends between them, and the other one may be a step away from there. Only pairs with a
+/// fresh row are looked at.
 pub(crate) fn missing_rows(
     ball: &BallDrop,
     raster: &Raster,
@@ -80,32 +121,45 @@ pub(crate) fn missing_rows(
     claimed: impl Fn(FaceId, Option<Point2>) -> bool + Sync,
 ) -> Vec<Row> {
     let closest_mm = CLOSEST * crate::step_over::flat_mm(ball.radius_mm(), scallop_mm);
-    let on_part = |a: &OnRow, b: &OnRow, m: &Location| match m.support {
+    let on_part = |beside: [Option<&OnRow>; 2], m: &Location| match m.support {
         Support::Face { u, v } => claimed(m.face, Some(Point2::new(u, v))),
         Support::Edge | Support::Bound => {
-            claimed(m.face, None) && [a, b].iter().all(|row| row.face.is_none_or(|f| claimed(f, None)))
+            let whole =
+                |row: Option<&OnRow>| row.is_some_and(|row| row.face.is_none_or(|f| claimed(f, None)));
+            claimed(m.face, None) && beside.into_iter().all(whole)
         }
     };
     let of_column = |column: usize| {
         let s = raster.middle(column);
         let mut found = Vec::new();
-        let mut before: Option<OnRow> = None;
+        let mut before: Option<There> = None;
         let mut march = March::new(ball);
-        for b in laid.iter().filter_map(|row| row.at(s)) {
+        for b in laid.iter().filter_map(|row| row.there(s)) {
             if let Some(a) = before
-                && (a.fresh || b.fresh)
-                && b.q - a.q > 2.0 * closest_mm
-                && let Some(q) = raster.claimed_between(column, a.q, b.q)
+                && (a.fresh() || b.fresh())
+                && (a.ball().is_some() || b.ball().is_some())
+                && b.q() - a.q() > 2.0 * closest_mm
+                && let Some(q) = raster.claimed_between(column, a.q(), b.q())
             {
-                let [x, y] = guide(q).at(s);
-                let m = march.drop(x, y);
-                if m.is_some_and(|m| {
-                    m.normal.z >= STEEPEST_NZ
-                        && left_mm(&a, &b, &m, guide(q).direction(s), ball.radius_mm()) > scallop_mm
-                        && on_part(&a, &b, &m)
-                }) {
-                    found.push((q, column));
-                }
+                let mut look = |q: f64, beside: [Option<&OnRow>; 2]| {
+                    let [x, y] = guide(q).at(s);
+                    let m = march.drop(x, y).filter(|m| m.normal.z >= STEEPEST_NZ && on_part(beside, m))?;
+                    let left = |row| left_mm(row, &m, guide(q).direction(s), ball.radius_mm());
+                    Some(beside.map(|row| row.map_or(f64::INFINITY, left)))
+                };
+                let beside = [a.ball(), b.ball()];
+                // Where only one of the two has cut down to the middle, the other touches something else: the crest is
+                // nearer to that one.
+                let further = match look(q, beside) {
+                    Some([left, right]) if left.min(right) > scallop_mm => Some(q),
+                    Some([left, right]) if right > scallop_mm => raster.claimed_between(column, q, b.q()),
+                    Some([left, _]) if left > scallop_mm => raster.claimed_between(column, a.q(), q),
+                    _ => None,
+                };
+                let is_left = |&at: &f64| {
+                    at == q || look(at, beside).is_some_and(|[left, right]| left.min(right) > scallop_mm)
+                };
+                found.extend(further.filter(is_left).map(|at| (at, column)));
             }
             before = Some(b);
         }
@@ -122,16 +176,13 @@ pub(crate) fn missing_rows(
     rows
 }
 
-/// What the balls that pass at `a` and `b` leave over `m`'s contact, along the normal there.
-fn left_mm(a: &OnRow, b: &OnRow, m: &Location, [ex, ey]: [f64; 2], radius_mm: f64) -> f64 {
+/// What the ball on a row leaves over `m`'s contact, along the normal there.
+fn left_mm(p: &OnRow, m: &Location, [ex, ey]: [f64; 2], radius_mm: f64) -> f64 {
     let feed = Vector3::new(ex, ey, m.slope(ex, ey)).normalize();
     let contact = m.centre - m.normal * radius_mm;
-    let by = |p: &OnRow| {
-        // Where the path crosses the plane through m across the feed.
-        let crossing = p.centre + p.feed * ((m.centre - p.centre).dot(&feed) / p.feed.dot(&feed));
-        cut_to_mm(&contact, &m.normal, &crossing, radius_mm)
-    };
-    by(a).min(by(b))
+    // Where the path crosses the plane through m across the feed.
+    let crossing = p.centre + p.feed * ((m.centre - p.centre).dot(&feed) / p.feed.dot(&feed));
+    cut_to_mm(&contact, &m.normal, &crossing, radius_mm)
 }
 
 #[cfg(test)]
@@ -175,6 +226,7 @@ mod tests {
             .map(|&q| Laid {
                 q,
                 guide: guide(q),
+                planned: vec![(1.0, 199.0)],
                 chains: follow(&ball, &guide(q), 1.0, 199.0).chains,
                 fresh: true,
             })

@@ -224,7 +224,8 @@ impl SetupContext<'_> {
         let lifted = followed.lifted;
         let corners = &stroke.drawn.corners;
         let chains = followed.passes().into_iter().map(|chain| parted(chain, corners)).collect();
-        (Laid { q: level, guide: stroke.drawn.guide.clone(), chains, fresh: true }, lifted)
+        let guide = stroke.drawn.guide.clone();
+        (Laid { q: level, guide, planned: vec![(s0, s1)], chains, fresh: true }, lifted)
     }
 
     /// Stretches of a stroke on which the passes laid so far leave too much that the ball could cut, the next

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use claymill_nurbs::{Curve3, FaceId, Model, Point2, Point3};
+use claymill_nurbs::{Curve3, FaceId, KnotVector, Model, Point2, Point3};
 use claymill_surface_merge::RegionMesh;
-use claymill_toolpath::{Considered, LinkStyle, Move, MoveKind, round_to_written};
+use claymill_toolpath::{Considered, LinkStyle, Move, MoveKind, WRITTEN_STEP_MM, round_to_written};
 use rayon::prelude::*;
 
 use crate::claims::Claims;
@@ -42,6 +42,8 @@ const SHALLOWEST_DEG: f64 = 15.0;
 
 /// A crest higher than this share of the scallop height is worth a further row.
 pub(crate) const TOO_HIGH: f64 = 1.03;
+/// Between corners this near to each other a pass goes straight, mm.
+const TINY_MM: f64 = 0.05;
 /// Rounds of laying rows between rows: each halves their distance.
 pub(crate) const ROUNDS: usize = 6;
 
@@ -212,6 +214,7 @@ impl SetupContext<'_> {
             join(curves.last_mut(), &mut curve);
             curves.push(curve);
         }
+        curves.iter_mut().filter(|c| chord_mm(c) < TINY_MM).for_each(|c| *c = straightened(c));
         (!curves.is_empty()).then_some(Pass { curves })
     }
 
@@ -336,6 +339,23 @@ fn join(before: Option<&mut Curve3>, after: &mut Curve3) {
     let corner = nalgebra::center(&a, &b).map(round_to_written);
     move_end(before, true, corner);
     move_end(after, false, corner);
+}
+
+fn chord_mm(curve: &Curve3) -> f64 {
+    let points = curve.points();
+    (points[points.len() - 1] - points[0]).norm()
+}
+
+/// The straight way between the ends of a curve. In one so short the written digits, and ends that were moved, make
+/// loops which no machine could follow at any speed.
+fn straightened(curve: &Curve3) -> Curve3 {
+    let points = curve.points();
+    let (a, b) = (points[0], points[points.len() - 1]);
+    let length = round_to_written(chord_mm(curve)).max(WRITTEN_STEP_MM);
+    let knots = [[0.0; 4], [length; 4]].concat();
+    let line = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|x| (a + (b - a) * x).map(round_to_written));
+    let straight = KnotVector::new(3, knots).and_then(|k| Curve3::new(k, line.to_vec(), None));
+    straight.unwrap_or_else(|_| curve.clone())
 }
 
 fn move_end(curve: &mut Curve3, last: bool, to: Point3) {

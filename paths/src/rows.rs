@@ -89,7 +89,7 @@ impl SetupContext<'_> {
             let followed: Vec<(Laid, u64)> = rows.par_iter().map(|row| self.follow_row(row, along)).collect();
             laid.iter_mut().for_each(|row| row.fresh = false);
             lifted += followed.iter().map(|f| f.1).sum::<u64>();
-            laid.extend(followed.into_iter().map(|f| f.0).filter(|row| !row.chains.is_empty()));
+            laid.extend(followed.into_iter().map(|f| f.0));
             laid.sort_by(|a, b| a.q.total_cmp(&b.q));
             rows = missing_rows(
                 self.ball,
@@ -103,11 +103,13 @@ impl SetupContext<'_> {
                 break;
             }
         }
+        laid.retain(|row| !row.chains.is_empty());
         (laid, lifted)
     }
 
     fn follow_row(&self, row: &Row, along: RowsAlong) -> (Laid, u64) {
-        let mut laid = Laid { q: row.q, guide: row_guide(along, row.q), chains: Vec::new(), fresh: true };
+        let (guide, planned) = (row_guide(along, row.q), row.stretches.clone());
+        let mut laid = Laid { q: row.q, guide, planned, chains: Vec::new(), fresh: true };
         let mut lifted = 0;
         for &(s0, s1) in &row.stretches {
             let followed = follow(self.ball, &laid.guide, s0, s1);

@@ -152,7 +152,7 @@ pub(crate) fn missing_rows(
                 // nearer to that one.
                 let further = match look(q, beside) {
                     Some([left, right]) if left.min(right) > scallop_mm => Some(q),
-                    Some([left, right]) if right > scallop_mm => raster.claimed_between(column, q, b.q()),
+                    Some([_, right]) if right > scallop_mm => raster.claimed_between(column, q, b.q()),
                     Some([left, _]) if left > scallop_mm => raster.claimed_between(column, a.q(), q),
                     _ => None,
                 };

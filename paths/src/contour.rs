@@ -65,11 +65,13 @@ pub(crate) fn contour(ball: &BallDrop, places: &[Point2], height: f64, aside_mm:
     let mut before: Option<Sought> = None;
     for (place, node) in sought {
         match before {
-            // On their way to the line places close together may pass each other.
+            // Where triangles meet in a point places are the same but for rounding, and a guide between the two would
+            // turn anyhow; on their way to the line places close together may pass each other.
             Some((_, Some(a)))
                 if node.is_some_and(|b| {
                     let way = b.at - a.at;
-                    way.norm() < 2.0 * aside_mm && way.dot(&a.along(trace.uphill)) <= 0.0
+                    let back = way.dot(&a.along(trace.uphill)) <= 0.0;
+                    way.norm() <= NARROWEST_MM || (back && way.norm() < 2.0 * aside_mm)
                 }) =>
             {
                 continue;
@@ -383,6 +385,27 @@ mod tests {
         let gutter = torus(&placement(), 50.0, 20.0, (0.0, TAU), (PI, 1.5 * PI)).unwrap();
         let radius = 50.0 - (14f64.powi(2) - 64.0).sqrt();
         assert_circle(&lines(vec![gutter], -8.0, &around(radius, (0.0, TAU))), radius, TAU);
+    }
+
+    #[test]
+    fn places_that_are_the_same_but_for_rounding_are_one() {
+        let dome = sphere(&placement(), 40.0, (0.0, TAU), (0.0, FRAC_PI_2)).unwrap();
+        let radius = 46f64.powi(2).mul_add(1.0, -900.0).sqrt();
+        let on = |angle: f64| Point2::new(radius * angle.cos(), radius * angle.sin());
+        let places: Vec<Point2> = (0..=20)
+            .map(|k| 0.05 * f64::from(k))
+            .flat_map(|a| [on(a), on(a + 5e-11), on(a + 1e-10)])
+            .collect();
+        let found = lines(vec![dome], 30.0, &places);
+        assert_circle(&found, radius, 1.0);
+        let Guide::Curved(curve) = &found[0].guide else { panic!() };
+        let shortest = curve.knots().as_slice().windows(2).map(|w| w[1] - w[0]).filter(|h| *h > 0.0);
+        assert!(shortest.fold(f64::INFINITY, f64::min) > NARROWEST_MM);
+        // A place ahead is found from the beginning.
+        for ahead in [1e-3, 0.1, 0.5] {
+            let [x, y] = found[0].guide.at(ahead);
+            approx::assert_abs_diff_eq!(found[0].guide.nearest(x, y, 0.0), ahead, epsilon = 1e-8);
+        }
     }
 
     #[test]

@@ -83,6 +83,13 @@ impl Profile {
         }
     }
 
+    /// The place halfway.
+    pub(crate) fn halfway(&self) -> Sample {
+        let s = 0.5 * (self.start().s + self.end().s);
+        let (z, slope) = self.at(s);
+        Sample { s, z, slope, face: self.face_at(s) }
+    }
+
     /// The face whose inside carries the ball at both ends of the interval around `s`.
     pub(crate) fn face_at(&self, s: f64) -> Option<FaceId> {
         let i = self.samples.partition_point(|p| p.s <= s).clamp(1, self.samples.len() - 1);

@@ -10,7 +10,7 @@ use crate::part::SetupContext;
 use crate::step_over::{flat_mm, on_contact_mm};
 
 /// Edges of region meshes, in flat step-overs, and their limits, mm.
-const EDGE_STEPS: f64 = 3.0;
+const EDGE_STEPS: f64 = 1.5;
 const EDGE_MM: (f64, f64) = (3.0, 10.0);
 
 /// Length of a region mesh's edges that suits the step-over.
@@ -21,13 +21,15 @@ pub(crate) fn mesh_edge_mm(radius_mm: f64, scallop_mm: f64) -> f64 {
 /// The iso-lines of a field.
 pub(crate) struct FieldLevels<'a, 'm> {
     field: Field<'a, 'm>,
+    /// A unit of the field is a step-over.
+    in_steps: bool,
 }
 
 impl<'a, 'm> FieldLevels<'a, 'm> {
     /// A harmonic field between the region's two guides: lines sweep from the one to the other.
     pub(crate) fn sweep(mesh: &'a RegionMesh<'m>) -> Result<Self, FieldError> {
         let guides = mesh.guides();
-        Ok(FieldLevels { field: mesh.harmonic(&guides.from, &guides.to)? })
+        Ok(FieldLevels { field: mesh.harmonic(&guides.from, &guides.to)?, in_steps: false })
     }
 
     /// The distance from one guide, counted in step-overs: lines keep the scallop height (geometry.md §5.4).
@@ -44,7 +46,7 @@ impl<'a, 'm> FieldLevels<'a, 'm> {
             });
             1.0 / step.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(flat)
         };
-        Ok(FieldLevels { field: mesh.distance_in(&mesh.guides().from, steps_per_mm)? })
+        Ok(FieldLevels { field: mesh.distance_in(&mesh.guides().from, steps_per_mm)?, in_steps: true })
     }
 
     /// Faces on which the field has values.
@@ -65,6 +67,10 @@ pub(crate) fn faces_of(field: &Field) -> BTreeSet<FaceId> {
 impl Levels for FieldLevels<'_, '_> {
     fn range(&self) -> (f64, f64) {
         self.field.range().into()
+    }
+
+    fn in_steps(&self) -> bool {
+        self.in_steps
     }
 
     fn lines(&self, level: f64) -> Vec<Vec<Spot>> {

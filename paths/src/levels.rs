@@ -24,6 +24,8 @@ use crate::step_over::on_contact_mm;
 
 /// Levels at which the step-over is asked for before the first passes are laid.
 const ASKED: usize = 48;
+/// Levels are spread by up to this factor rather than one more laid: crests grow by twice as much.
+const SPREAD: f64 = 1.005;
 /// Rounds of laying levels halfway between levels.
 const LEVEL_ROUNDS: usize = 8;
 /// Gaps in what a setup claims of a line are crossed when they are no longer than this, mm.
@@ -49,6 +51,10 @@ pub(crate) struct Spot {
 pub(crate) trait Levels: Sync {
     /// Lowest and highest level.
     fn range(&self) -> (f64, f64);
+    /// Whether a unit of level is a step-over everywhere, more or less.
+    fn in_steps(&self) -> bool {
+        false
+    }
     /// The curves at a level, each as places that follow each other closely.
     fn lines(&self, level: f64) -> Vec<Vec<Spot>>;
     /// The height that the ball's centre keeps along the curves at a level, if it does.
@@ -137,7 +143,9 @@ impl SetupContext<'_> {
         crate::step_over::flat_mm(self.ball.radius_mm(), self.scallop_mm)
     }
 
-    /// Levels at a distance that wastes least: their density is asked for all over the range.
+    /// Levels at a distance that wastes least: their density is asked for all over the range. Where levels count
+    /// step-overs what they ask for differs by accident alone, and the middle is right: the cheapest distance would
+    /// follow the closest few.
     fn first_levels(&self, pattern: &dyn Levels) -> Vec<f64> {
         let (low, high) = pattern.range();
         let width = (high - low) / ASKED as f64;
@@ -145,7 +153,11 @@ impl SetupContext<'_> {
             let level = low + (k as f64 + 0.5) * width;
             let needs: Vec<f32> = pattern.lines(level).iter().flat_map(|line| self.needs(line)).collect();
             let widest = f64::from(needs.iter().copied().fold(0.0f32, f32::max));
-            if widest > 0.0 { 1.0 / cheapest_step(&needs, widest) } else { 0.0 }
+            match widest > 0.0 {
+                true if pattern.in_steps() => 1.0 / middle(needs),
+                true => 1.0 / cheapest_step(&needs, widest),
+                false => 0.0,
+            }
         };
         let density: Vec<f64> = (0..ASKED).map(density).collect();
         let mut sums = vec![0.0];
@@ -153,7 +165,7 @@ impl SetupContext<'_> {
             sums.push(sums[sums.len() - 1] + d * width);
         }
         let total = sums[ASKED];
-        let count = total.ceil() as usize;
+        let count = (total / SPREAD).ceil() as usize;
         (0..count)
             .map(|k| {
                 let wanted = total * (k as f64 + 0.5) / count as f64;
@@ -302,6 +314,12 @@ fn halfway(levels: &[(f64, bool)], (low, high): (f64, f64), ends: bool) -> Vec<(
         found.extend([low + inside, high - inside].map(|level| (level, f64::INFINITY)));
     }
     found
+}
+
+/// The median of some distances.
+fn middle(mut needs: Vec<f32>) -> f64 {
+    let half = needs.len() / 2;
+    f64::from(*needs.select_nth_unstable_by(half, f32::total_cmp).1)
 }
 
 fn of_each<T, L>(all: &[T], levels: impl Fn(&T) -> Vec<L>) -> Vec<(usize, L)> {

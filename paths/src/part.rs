@@ -41,7 +41,7 @@ pub(crate) const TURN_MM: f64 = 60.0;
 const SHALLOWEST_DEG: f64 = 15.0;
 
 /// A crest higher than this share of the scallop height is worth a further row.
-pub(crate) const TOO_HIGH: f64 = 1.03;
+pub(crate) const TOO_HIGH: f64 = 1.045;
 /// Between corners this near to each other a pass goes straight, mm.
 const TINY_MM: f64 = 0.05;
 /// Rounds of laying rows between rows: each halves their distance.

@@ -4,9 +4,6 @@ use claymill_nurbs::{Jet, Vector3};
 
 use crate::RowsAlong;
 
-/// Rows are laid this much closer than the formula allows: the scallop height goes with the square of the
-/// step-over, and the surface bends a little between the row and the middle of the step.
-const MARGIN: f64 = 0.99;
 /// A valley nearly as tight as the ball asks for rows ever closer together; below this share of the flat
 /// step-over nothing is gained.
 const CLOSEST: f64 = 0.1;
@@ -34,7 +31,7 @@ pub(crate) fn row_distance_mm(jet: &Jet, along: RowsAlong, radius_mm: f64, scall
     let sine = feed.norm();
     let across = n.cross(&feed) / sine;
     let bend = bend(jet, &across, &n, radius_mm)?;
-    let distance = flat_mm(radius_mm, scallop_mm) * bend.sqrt() * sine * MARGIN;
+    let distance = flat_mm(radius_mm, scallop_mm) * bend.sqrt() * sine;
     (distance.is_finite() && distance > 0.0).then_some(distance)
 }
 
@@ -54,7 +51,7 @@ pub(crate) fn on_contact_mm(
     scallop_mm: f64,
 ) -> Option<f64> {
     let bend = bend(jet, &across.try_normalize(0.0)?, normal, radius_mm)?;
-    Some(flat_mm(radius_mm, scallop_mm) / bend.sqrt() * MARGIN)
+    Some(flat_mm(radius_mm, scallop_mm) / bend.sqrt())
 }
 
 #[cfg(test)]
@@ -76,7 +73,7 @@ mod tests {
             let j = jet(Vector3::x(), Vector3::y(), Vector3::z() * curvature);
             let distance = row_distance_mm(&j, RowsAlong::X, 10.0, 0.02).unwrap();
             let exact = arc * (1.0 - curvature * 10.0);
-            approx::assert_relative_eq!(distance, exact * MARGIN, max_relative = 1e-3);
+            approx::assert_relative_eq!(distance, exact, max_relative = 1e-3);
         }
     }
 

@@ -214,7 +214,7 @@ impl SetupContext<'_> {
             join(curves.last_mut(), &mut curve);
             curves.push(curve);
         }
-        curves.iter_mut().filter(|c| chord_mm(c) < TINY_MM).for_each(|c| *c = straightened(c));
+        curves.iter_mut().filter(|c| polygon_mm(c) < TINY_MM).for_each(|c| *c = straightened(c));
         (!curves.is_empty()).then_some(Pass { curves })
     }
 
@@ -341,9 +341,9 @@ fn join(before: Option<&mut Curve3>, after: &mut Curve3) {
     move_end(after, false, corner);
 }
 
-fn chord_mm(curve: &Curve3) -> f64 {
-    let points = curve.points();
-    (points[points.len() - 1] - points[0]).norm()
+/// No curve is longer than its control polygon.
+fn polygon_mm(curve: &Curve3) -> f64 {
+    curve.points().windows(2).map(|w| (w[1] - w[0]).norm()).sum()
 }
 
 /// The straight way between the ends of a curve. In one so short the written digits, and ends that were moved, make
@@ -351,7 +351,7 @@ fn chord_mm(curve: &Curve3) -> f64 {
 fn straightened(curve: &Curve3) -> Curve3 {
     let points = curve.points();
     let (a, b) = (points[0], points[points.len() - 1]);
-    let length = round_to_written(chord_mm(curve)).max(WRITTEN_STEP_MM);
+    let length = round_to_written((b - a).norm()).max(WRITTEN_STEP_MM);
     let knots = [[0.0; 4], [length; 4]].concat();
     let line = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|x| (a + (b - a) * x).map(round_to_written));
     let straight = KnotVector::new(3, knots).and_then(|k| Curve3::new(k, line.to_vec(), None));

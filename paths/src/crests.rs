@@ -188,7 +188,6 @@ fn left_mm(p: &OnRow, m: &Location, [ex, ey]: [f64; 2], radius_mm: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use claymill_nurbs::analytic::{Frame as Placement, plane_patch};
-    use claymill_nurbs::{Face, Model, Source, SurfaceKind};
 
     use super::*;
     use crate::contact::Covering;
@@ -206,14 +205,7 @@ mod tests {
         let normal = Vector3::new(0.0, -sine, cosine);
         let placement = Placement::new(Point3::origin(), normal, Vector3::x()).unwrap();
         let surface = plane_patch(&placement, (0.0, 200.0), (0.0, 40.0)).unwrap();
-        let face = Face {
-            surface,
-            loops: Vec::new(),
-            reversed: false,
-            kind: SurfaceKind::Nurbs,
-            source: Source::default(),
-        };
-        let model = Model { faces: vec![face], ..Model::default() };
+        let model = claymill_tests::model_of([surface]);
         let covering = Covering::new(&model, &[false], 8000.0, R).unwrap();
         let top = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0];
         let ball = BallDrop::new(&model, &covering, &top, R);

@@ -248,8 +248,9 @@ impl SetupContext<'_> {
         let mut found: Vec<(f64, f64)> = Vec::new();
         for w in at.windows(2) {
             let ((i, s0), (j, s1)) = (w[0], w[1]);
-            let (a, b) = (stroke.places[i].spot, stroke.places[j].spot);
-            let looks = if self.go_on(&a, &b) { ((s1 - s0) / look_mm).ceil() } else { 1.0 };
+            let (from, to) = (&stroke.places[i], &stroke.places[j]);
+            let (a, b) = (from.spot, to.spot);
+            let looks = if self.go_on(from, to) { ((s1 - s0) / look_mm).ceil() } else { 1.0 };
             for k in 0..looks as u32 {
                 let share = f64::from(k) / looks;
                 let spot = Spot { u: a.u + (b.u - a.u) * share, v: a.v + (b.v - a.v) * share, ..a };
@@ -272,12 +273,13 @@ impl SetupContext<'_> {
     }
 
     /// Whether the parameters lead from one place to the next: on one face, but not across the seam of a closed one.
-    fn go_on(&self, a: &Spot, b: &Spot) -> bool {
-        let surface = self.ball.surface(a.face);
-        let point = |u: f64, v: f64| surface.point(u, v);
-        let (from, to) = (point(a.u, a.v), point(b.u, b.v));
-        let halfway = point(0.5 * (a.u + b.u), 0.5 * (a.v + b.v));
-        a.face == b.face && (halfway - nalgebra::center(&from, &to)).norm() <= (to - from).norm()
+    fn go_on(&self, from: &Place, to: &Place) -> bool {
+        let (a, b) = (from.spot, to.spot);
+        a.face == b.face && {
+            let halfway = self.ball.surface(a.face).point(0.5 * (a.u + b.u), 0.5 * (a.v + b.v));
+            let middle = nalgebra::center(&from.point, &to.point);
+            (halfway - middle).norm() <= (to.point - from.point).norm()
+        }
     }
 
     /// Whether the passes laid so far, which mostly run in the horizontal direction given, leave too much on a

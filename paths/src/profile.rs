@@ -321,7 +321,7 @@ impl Walk<'_> {
 #[cfg(test)]
 mod tests {
     use claymill_nurbs::analytic::{Frame as Placement, plane_patch};
-    use claymill_nurbs::{Curve2, Face, KnotVector, Model, Point2, Point3, Source, SurfaceKind, Vector3};
+    use claymill_nurbs::{Curve2, KnotVector, Point2, Point3, Vector3};
 
     use super::*;
     use crate::contact::Covering;
@@ -330,14 +330,8 @@ mod tests {
     #[test]
     fn an_s_in_the_guide_is_sampled_through() {
         let placement = Placement::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
-        let face = Face {
-            surface: plane_patch(&placement, (-20.0, 20.0), (-20.0, 20.0)).unwrap(),
-            loops: Vec::new(),
-            reversed: false,
-            kind: SurfaceKind::Nurbs,
-            source: Source::default(),
-        };
-        let model = Model { faces: vec![face], ..Model::default() };
+        let plane = plane_patch(&placement, (-20.0, 20.0), (-20.0, 20.0)).unwrap();
+        let model = claymill_tests::model_of([plane]);
         let covering = Covering::new(&model, &[false], 1600.0, 6.0).unwrap();
         let top = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0];
         let ball = BallDrop::new(&model, &covering, &top, 6.0);

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use claymill_nurbs::analytic::{Frame as Placement, cylinder, plane_patch, sphere, torus};
-use claymill_nurbs::{Face, Model, NurbsSurface, Point3, Source, SurfaceKind, Vector3};
+use claymill_nurbs::{NurbsSurface, Point3, Vector3};
 use claymill_paths::{
     FIT_BIAS_MM, Feeds, Orientation, PlanOptions, Regions, STEEP_DEG, Strategy, flat_mm, plan,
 };
@@ -15,15 +15,8 @@ const SCALLOP_MM: f64 = 0.1;
 
 /// The ways of the ball's centre along all passes over one face, each as a few of its places.
 fn passes(surface: NurbsSurface) -> Vec<Vec<Point3>> {
-    let face = Face {
-        surface,
-        loops: Vec::new(),
-        reversed: false,
-        kind: SurfaceKind::Nurbs,
-        source: Source::default(),
-    };
-    let area_mm2 = face.area_mm2();
-    let model = Model { faces: vec![face], ..Model::default() };
+    let model = claymill_tests::model_of([surface]);
+    let area_mm2 = model.faces[0].area_mm2();
     let merged = merge(&model, &MergeOptions::default()).unwrap();
     let regions = Regions { merged: &merged, of_face: &[0], excluded: &[false], face_area_mm2: &[area_mm2] };
     let options = PlanOptions {

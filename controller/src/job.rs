@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
-use claymill_toolpath::{Job, Move, MoveKind, Program, Setup, read_job, read_moves};
+use claymill_toolpath::{Job, Move, MoveKind, Program, read_job, read_moves};
 
 use crate::frame::signed_axis;
 use crate::{Frame, Machine, PostError};
@@ -95,55 +95,6 @@ impl MachineJob {
     pub fn strokes(&self) -> usize {
         self.sections.iter().map(|s| s.strokes.len()).sum()
     }
-}
-
-/// Ends of moves that are farther apart than this are not joined, mm.
-pub(crate) const GAP_MM: f64 = 1e-3;
-
-/// Moves chosen from a job, with a way up to the clearance height, across and down wherever one does not begin where
-/// the one before it ends. What is added bears the number of the move that it leads to.
-#[must_use]
-pub fn bridged(job: &Job, program: &Program) -> Program {
-    let mut moves: Vec<Move> = Vec::new();
-    for m in &program.moves {
-        let setup = job.setups.iter().find(|s| s.name == m.setup);
-        if let (Some(last), Some(setup)) = (moves.last().filter(|l| l.setup == m.setup), setup) {
-            let over = ways(job, setup, last.end(), m);
-            moves.extend(over);
-        }
-        moves.push(m.clone());
-    }
-    Program { moves }
-}
-
-/// Moves with a way before them from where a machine stands: up to the clearance height, across and down. There is none
-/// where the tool axis is another one, because the part is turned in between.
-#[must_use]
-pub fn reached(job: &Job, program: Program, (tip, axis): (Point3, Vector3)) -> Program {
-    let Some(first) = program.moves.first() else { return program };
-    let setup = job.setups.iter().find(|s| s.name == first.setup);
-    let setup = setup.filter(|s| (Vector3::from(s.axis) - axis).norm() < 1e-6);
-    let mut moves = setup.map_or_else(Vec::new, |setup| ways(job, setup, tip, first));
-    moves.extend(program.moves);
-    Program { moves }
-}
-
-/// Up from a place, across and down to where a move begins, under its number.
-fn ways(job: &Job, setup: &Setup, from: Point3, m: &Move) -> Vec<Move> {
-    let to = m.start();
-    if (from - to).norm() <= GAP_MM {
-        return Vec::new();
-    }
-    let axis = Vector3::from(setup.axis);
-    let lifted = |p: Point3| p + axis * (setup.clearance_mm - axis.dot(&p.coords)).max(0.0);
-    let ways = [(from, lifted(from)), (lifted(from), lifted(to)), (lifted(to), to)];
-    let long = ways.into_iter().filter(|(a, b)| (b - a).norm() > 0.0);
-    long.map(|(a, b)| {
-        let way = Move::straight(MoveKind::Rapid, a, b, axis, job.request.rapid_mm_per_min);
-        let (setup, tool) = (m.setup.clone(), m.tool.clone());
-        Move { seq: m.seq, setup, tool, region: m.region, pass: m.pass, ..way }
-    })
-    .collect()
 }
 
 fn section(job: &Job, m: &Move, machine: &Machine) -> Result<Section, PostError> {

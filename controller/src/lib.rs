@@ -31,8 +31,10 @@ mod panel;
 mod port;
 mod post;
 mod queue;
+mod recall;
 mod record;
 mod reference;
+mod route;
 mod rsh;
 mod shape;
 mod shared;
@@ -44,7 +46,7 @@ pub use compare::{Comparison, check, compare, dialect_of, elements, moves_of};
 pub use dialects::{Dialect, Element, UnknownDialect, tool_number};
 pub use error::{MachineError, PostError, ReadError, Refusal};
 pub use frame::Frame;
-pub use job::{MachineJob, Section, Stroke, bridged, reached};
+pub use job::{MachineJob, Section, Stroke};
 pub use lower::Rung;
 pub use machine::{
     AxisName, ControlFacts, Coolant, Dynamics, Feed, Files, LineNumbers, Machine, SetupPlace, Spindle, Units,
@@ -52,10 +54,11 @@ pub use machine::{
 pub use number::LengthFormat;
 pub use panel::{Panel, Status, UnknownOrder};
 pub use port::{Port, tell};
-pub use post::{PostTotals, WrittenFile, blocks_of, post};
+pub use post::{PostTotals, WrittenFile, blocks_of, post, retreat_of};
 pub use queue::{Consumer, Producer, QueueError, SILENCE};
 pub use record::{LONGEST_RECORD, Path, RECORD_VERSION, Record, RecordError};
 pub use reference::{Ended, Event, Order, Reference, ReferenceError, SetPoint, Tally};
+pub use route::{Approach, Route};
 pub use rsh::{Remote, RemoteError};
 pub use shape::{ARC_RADIUS_MM, Arc, Plane, Shape};
 pub use simulate::{FeedProfile, Simulation, simulate};

@@ -70,7 +70,8 @@ impl Panel {
             }
             Event::Discarded => {
                 status.discards += 1;
-                if status.order != Order::Abort {
+                // A stream that begins anew recalls the one before it without an order from here: the machine goes on.
+                if status.order == Order::Discard {
                     status.order = Order::Hold;
                 }
             }

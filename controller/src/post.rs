@@ -12,6 +12,7 @@ use crate::dialects::{Dialect, Grammar, Page, TAG};
 use crate::job::{MachineJob, Section, Stroke};
 use crate::lower::{Lowered, Rung, lower};
 use crate::machine::Files;
+use crate::route::LIFT_MM;
 use crate::{AxisName, Machine, PostError, Refusal, Simulation};
 
 /// What was written, and how well it stands for the job.
@@ -150,6 +151,33 @@ pub fn blocks_of(job: &MachineJob, dialect: Dialect, machine: &Machine) -> Resul
     }
     let moves = |l: &&str| !(l.is_empty() || l.starts_with(['%', '(']));
     Ok(text.lines().filter(moves).map(str::to_owned).collect())
+}
+
+/// Blocks that take a tool, which may stand in a cut at height `z_mm` of the work, straight up to the clearance height of
+/// the job's first section: `lift_mm` at the feed of leads, the rest at once.
+#[must_use]
+pub fn retreat_of(
+    job: &MachineJob,
+    dialect: Dialect,
+    machine: &Machine,
+    z_mm: f64,
+    lift_mm: Option<f64>,
+) -> Vec<String> {
+    let Some(section) = job.sections.first() else { return Vec::new() };
+    let top = section.clearance_mm;
+    if z_mm >= top {
+        return Vec::new();
+    }
+    let format = dialect.format(machine);
+    let unit = if machine.units == crate::Units::Mm { "G21" } else { "G20" };
+    let lead = section.strokes.iter().find(|s| s.kind == MoveKind::LeadIn);
+    let feed = lead.map_or(0.5 * machine.feed.max_mm_per_min, |s| s.feed) / machine.units.mm();
+    let lifted = (z_mm + lift_mm.unwrap_or(LIFT_MM)).min(top);
+    vec![
+        format!("G90 G94 {unit}"),
+        format!("G1 Z{} F{}", format.text(lifted), crate::number::decimal(feed, 3)),
+        format!("G0 Z{}", format.text(top)),
+    ]
 }
 
 /// Slack of the comparison's own arithmetic, mm.

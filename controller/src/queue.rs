@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use thiserror::Error;
 
 use crate::record::FEED_SHARES;
-use crate::shared::{CONSUMER_AT, PRODUCER_AT, PROGRESS_AT, STREAM_AT, Shared, Word, progress};
+use crate::shared::{ANSWER_AT, CONSUMER_AT, PRODUCER_AT, PROGRESS_AT, STREAM_AT, Shared, Word, progress};
 
 /// The file is not a queue, or the other side is gone.
 #[derive(Debug, Error)]
@@ -35,17 +35,17 @@ const NAP: Duration = Duration::from_micros(100);
 
 /// Watches the beats of the other side.
 #[derive(Debug)]
-struct Watch {
+pub(crate) struct Watch {
     beats: u64,
     since: Instant,
 }
 
 impl Watch {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Watch { beats: u64::MAX, since: Instant::now() }
     }
 
-    fn silent(&mut self, beats: u64) -> Option<Duration> {
+    pub(crate) fn silent(&mut self, beats: u64) -> Option<Duration> {
         if beats != self.beats {
             (self.beats, self.since) = (beats, Instant::now());
         }
@@ -56,9 +56,11 @@ impl Watch {
 /// The side that writes records.
 #[derive(Debug)]
 pub struct Producer {
-    shared: Shared,
-    word: Word,
+    pub(crate) shared: Shared,
+    pub(crate) word: Word,
     taken: Word,
+    /// Name of the stream that is being written, once it was told.
+    stream: Option<u64>,
     waiting: Vec<u8>,
     waiting_records: u64,
     watch: Watch,
@@ -78,6 +80,7 @@ impl Producer {
             shared,
             word,
             taken,
+            stream: None,
             waiting,
             waiting_records,
             watch: Watch::new(),
@@ -96,6 +99,9 @@ impl Producer {
             return Err(QueueError::Dropped);
         }
         self.flush()?;
+        // Another producer may have written meanwhile.
+        self.word = self.shared.read_word(PRODUCER_AT)?;
+        self.stream = Some(stream);
         if known.bytes != stream || known.records > self.word.records {
             let fresh = Word { bytes: stream, records: self.word.records, beats: 0 };
             self.shared.write_word(STREAM_AT, fresh)?;
@@ -111,6 +117,7 @@ impl Producer {
     pub fn abandon(&mut self) -> Result<u64, QueueError> {
         self.waiting.clear();
         self.waiting_records = 0;
+        self.stream = None;
         let known = self.shared.read_word(STREAM_AT)?;
         self.shared.write_word(STREAM_AT, Word { records: DROPPED, ..known })?;
         Ok(known.bytes)
@@ -178,6 +185,7 @@ impl Producer {
         if self.waiting.is_empty() {
             return Ok(true);
         }
+        self.is_wanted()?;
         let size = self.waiting.len() as u64;
         let begun = Instant::now();
         while self.word.bytes + size > self.taken.bytes + self.shared.capacity {
@@ -212,24 +220,34 @@ impl Producer {
     /// The queue cannot be written.
     pub fn beat(&mut self) -> Result<(), QueueError> {
         if self.beaten.elapsed() >= BEAT {
+            self.is_wanted()?;
             self.beaten = Instant::now();
             self.word.beats += 1;
             self.shared.write_word(PRODUCER_AT, self.word)?;
         }
         Ok(())
     }
+
+    /// Whether the stream that is being written is still the one that the queue is for.
+    fn is_wanted(&self) -> Result<(), QueueError> {
+        let Some(stream) = self.stream else { return Ok(()) };
+        let known = self.shared.read_word(STREAM_AT)?;
+        if known.bytes == stream && known.records != DROPPED { Ok(()) } else { Err(QueueError::Dropped) }
+    }
 }
 
 /// The side that takes records.
 #[derive(Debug)]
 pub struct Consumer {
-    shared: Shared,
-    word: Word,
+    pub(crate) shared: Shared,
+    pub(crate) word: Word,
     written: Word,
     /// Bytes read ahead, where the next record begins in them, and the next one that was not looked at.
     ahead: Vec<u8>,
     at: usize,
     seen: usize,
+    /// Recalls that were obeyed.
+    pub(crate) obeyed: u64,
     watch: Watch,
     beaten: Instant,
 }
@@ -242,6 +260,7 @@ impl Consumer {
     pub fn open(path: &Path, capacity: u64) -> Result<Self, QueueError> {
         let shared = Shared::open(path, capacity)?;
         let (word, written) = (shared.read_word(CONSUMER_AT)?, shared.read_word(PRODUCER_AT)?);
+        let obeyed = shared.read_word(ANSWER_AT)?.beats;
         Ok(Consumer {
             shared,
             word,
@@ -249,6 +268,7 @@ impl Consumer {
             ahead: Vec::new(),
             at: 0,
             seen: 0,
+            obeyed,
             watch: Watch::new(),
             beaten: Instant::now(),
         })
@@ -347,7 +367,11 @@ impl Consumer {
     /// The queue cannot be used.
     pub fn discard(&mut self) -> Result<(), QueueError> {
         self.written = self.shared.read_word(PRODUCER_AT)?;
-        let Word { bytes, records, .. } = self.written;
+        self.go_to(self.written)
+    }
+
+    /// Takes everything out up to where a word stood.
+    pub(crate) fn go_to(&mut self, Word { bytes, records, .. }: Word) -> Result<(), QueueError> {
         self.word = Word { bytes, records, beats: self.word.beats + 1 };
         self.ahead.clear();
         (self.at, self.seen) = (0, 0);

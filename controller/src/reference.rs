@@ -4,7 +4,7 @@ use claymill_motion::{JointRule, Limits};
 use claymill_nurbs::{Point3, Vector3};
 
 use crate::drive::Drive;
-use crate::job::GAP_MM;
+use crate::route::GAP_MM;
 use crate::{Consumer, Dynamics, Path, QueueError, Record, RecordError};
 
 /// What the machine is told while it runs.
@@ -152,13 +152,18 @@ impl Reference {
         let mut clock = Clock::new(self.real_time, self.limits.cycle_s);
         loop {
             self.look_ahead(queue, &mut drive)?;
-            let now = order();
+            let recalled = queue.recalled()?;
+            let now = if recalled { Order::Discard } else { order() };
             if drive.at_rest() {
                 let goes_on = matches!(now, Order::Run | Order::Step);
                 match now {
                     Order::Abort => return Ok((Ended::Aborted, tally)),
                     Order::Discard => {
-                        queue.discard()?;
+                        if recalled {
+                            queue.give_back(drive.here().map(|p| (p.tip, p.axis)))?;
+                        } else {
+                            queue.discard()?;
+                        }
                         drive.discard();
                         report(Event::Discarded);
                         continue;

@@ -120,12 +120,36 @@ impl Remote {
         self.order("set mode mdi").map(|_| ())
     }
 
+    /// Ends what the machine is doing, and waits until it stands still. The control turns the spindle off.
+    ///
+    /// # Errors
+    /// The control does not answer, or still moves after `patience`.
+    pub fn abort(&mut self, patience: Duration) -> Result<(), RemoteError> {
+        self.order("set abort")?;
+        self.settle(patience, |_| ())?;
+        // What the abort itself has to say is no fault of the blocks that follow.
+        self.error()?;
+        self.order("set mode mdi").map(|_| ())
+    }
+
     /// Where the machine is, mm.
     ///
     /// # Errors
     /// The control does not answer.
     pub fn position(&mut self) -> Result<Option<Point3>, RemoteError> {
-        let answer = self.ask("get abs_act_pos")?;
+        self.place("get abs_act_pos")
+    }
+
+    /// Where the machine is from the work's zero, with the work and tool offsets in force, mm.
+    ///
+    /// # Errors
+    /// The control does not answer.
+    pub fn work_position(&mut self) -> Result<Option<Point3>, RemoteError> {
+        self.place("get rel_act_pos")
+    }
+
+    fn place(&mut self, question: &str) -> Result<Option<Point3>, RemoteError> {
+        let answer = self.ask(question)?;
         let numbers: Vec<f64> = answer.split_whitespace().filter_map(|w| w.parse().ok()).collect();
         Ok((numbers.len() >= 3).then(|| Point3::new(numbers[0], numbers[1], numbers[2])))
     }

@@ -15,6 +15,8 @@ use crate::queue::SILENCE;
 ///   128   the consumer's word:  bytes taken,   records taken,   beats
 ///   192   the consumer's progress: the record that it is doing, how far it is (mm of its path), the feed's share
 ///   224   the stream that the producer is writing: its name, and the number of its first record
+///   256   the producer's recall: what was written up to here is to be dropped; how many recalls there were
+///   288   the consumer's answer: the recalls that it has obeyed; where it stood then: 320 tip (mm), 352 tool axis
 ///   4096  the ring: records, each behind its length (u32), byte b of the stream at b mod capacity
 /// ```
 ///
@@ -29,12 +31,17 @@ pub(crate) struct Shared {
     pub(crate) capacity: u64,
 }
 
-const MAGIC: u64 = 0x3151_4c4d_5941_4c43;
+const MAGIC: u64 = 0x3251_4c4d_5941_4c43;
 pub(crate) const PRODUCER_AT: u64 = 64;
 pub(crate) const CONSUMER_AT: u64 = 128;
 pub(crate) const PROGRESS_AT: u64 = 192;
 pub(crate) const STREAM_AT: u64 = 224;
+pub(crate) const RECALL_AT: u64 = 256;
+pub(crate) const ANSWER_AT: u64 = 288;
+pub(crate) const TIP_AT: u64 = 320;
+pub(crate) const AXIS_AT: u64 = 352;
 const RING_AT: u64 = 4096;
+
 /// Where one side is in the stream.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Word {
@@ -55,7 +62,9 @@ impl Shared {
             let shared = Shared { file, capacity };
             shared.write_word(PRODUCER_AT, Word::default())?;
             shared.write_word(CONSUMER_AT, Word::default())?;
-            shared.write_word(STREAM_AT, Word::default())?;
+            for at in [STREAM_AT, RECALL_AT, ANSWER_AT, TIP_AT, AXIS_AT] {
+                shared.write_word(at, Word::default())?;
+            }
             shared.write_word(PROGRESS_AT, progress(u64::MAX, 0.0, 1.0))?;
             return Ok(shared);
         }
@@ -119,4 +128,16 @@ fn sum(word: &Word) -> u64 {
 
 pub(crate) fn progress(seq: u64, way_mm: f64, feed_share: f64) -> Word {
     Word { bytes: seq, records: way_mm.to_bits(), beats: feed_share.to_bits() }
+}
+
+impl Word {
+    /// Three numbers in a word.
+    pub(crate) fn of_numbers([x, y, z]: [f64; 3]) -> Self {
+        Word { bytes: x.to_bits(), records: y.to_bits(), beats: z.to_bits() }
+    }
+
+    /// The numbers of [`Word::of_numbers`].
+    pub(crate) fn numbers(self) -> [f64; 3] {
+        [self.bytes, self.records, self.beats].map(f64::from_bits)
+    }
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use claymill_controller::{
-    Consumer, Dynamics, Ended, Event, Order, Panel, Path, Port, Producer, Record, Reference, Sender,
-    WireError, tell,
+    Consumer, Dynamics, Ended, Event, Order, Panel, Path, Port, Producer, QueueError, Record, Reference,
+    Sender, WireError, tell,
 };
 use claymill_nurbs::{Curve3, Point3, Vector3};
 use claymill_toolpath::MoveKind;
@@ -128,4 +128,66 @@ fn what_was_dropped_stays_dropped_when_the_machine_is_started_again() {
     again.flush().unwrap();
     let mut consumer = Consumer::open(&queue, CAPACITY).unwrap();
     assert_eq!(consumer.peek().unwrap().unwrap(), line(Point3::origin(), 0));
+}
+
+/// Two processes in one: a machine in the middle of a path, a producer that goes on writing, and one that recalls it.
+#[test]
+fn a_stream_that_is_recalled_ends_and_the_machine_says_where_it_stands() {
+    let folder = tempfile::tempdir().unwrap();
+    let queue = folder.path().join("queue");
+    let panel = Arc::new(Panel::new(Order::Run, false));
+    let old = {
+        let queue = queue.clone();
+        std::thread::spawn(move || -> Result<(), QueueError> {
+            let mut producer = Producer::open(&queue, CAPACITY)?;
+            producer.resume(7)?;
+            for i in 0..100_000 {
+                while let Err(error) = producer.push(&line(Point3::origin(), i)) {
+                    let QueueError::Silent(_) = error else { return Err(error) };
+                }
+            }
+            producer.flush()
+        })
+    };
+    let shown = Arc::clone(&panel);
+    let machine = {
+        let queue = queue.clone();
+        std::thread::spawn(move || {
+            let limits = Dynamics { acceleration_mm_per_s2: 1000.0, jerk_mm_per_s3: 10_000.0, cycle_s: 1e-3 };
+            let reference = Reference { limits, real_time: true, single_step: false };
+            let mut consumer = Consumer::open(&queue, CAPACITY).unwrap();
+            let mut tips = Vec::new();
+            let mut report = |event: Event| {
+                shown.saw(&event);
+                tips.extend(if let Event::At(p) = event { Some(p.tip) } else { None });
+            };
+            let ended = reference.run(&mut consumer, &mut || shown.status().order, &mut report);
+            (ended.unwrap(), tips)
+        })
+    };
+    let begun = Instant::now();
+    while panel.status().paths < 3 || panel.status().speed < 10.0 {
+        assert!(begun.elapsed() < Duration::from_secs(30));
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let mut producer = Producer::open(&queue, CAPACITY).unwrap();
+    let (tip, axis) = producer.recall().unwrap().expect("it has moved");
+    assert!(matches!(old.join().unwrap(), Err(QueueError::Dropped)));
+    assert_eq!((axis, panel.status().speed, panel.status().discards), (Vector3::z(), 0.0, 1));
+    // It goes on without an order, with what begins where it stands.
+    assert_eq!(producer.resume(8).unwrap(), 0);
+    for i in 0..10 {
+        producer.push(&line(tip, i)).unwrap();
+    }
+    let mut end = Vec::new();
+    Record::End.encode(10, &mut end);
+    producer.push(&end).unwrap();
+    producer.flush().unwrap();
+    let ((ended, _), tips) = machine.join().unwrap();
+    assert_eq!(ended, Ended::Done);
+    let farthest = tips.windows(2).map(|w| (w[1] - w[0]).norm()).fold(0.0, f64::max);
+    assert!(farthest <= 0.1 + 1e-9, "{farthest} mm in a cycle");
+    assert!((tips[tips.len() - 1] - (tip + Vector3::new(5.0, 5.0, 0.0))).norm() < 1e-6);
+    // Nobody is there any more: that is said, not waited for.
+    assert!(matches!(producer.recall(), Err(QueueError::Silent(_))));
 }

@@ -12,9 +12,11 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use claymill_controller::{Dialect, Dynamics, Feed, Machine, MachineJob, Remote, blocks_of, post, simulate};
+use claymill_controller::{
+    Dialect, Dynamics, Feed, Machine, MachineJob, Remote, Route, blocks_of, post, retreat_of, simulate,
+};
 use claymill_nurbs::{Curve3, Point3};
-use claymill_toolpath::MoveKind;
+use claymill_toolpath::{Move, MoveKind, Program};
 
 const INI: &str = include_str!("linuxcnc_sim/machine.ini");
 const HAL: &str = include_str!("linuxcnc_sim/machine.hal");
@@ -128,6 +130,55 @@ fn curves_and_straight_moves_arrive() {
         "| as | blocks | file, kB | virtual control, s | file, s | streamed, s | positions | distance, mm |"
     );
     table.iter().for_each(|row| eprintln!("{row}"));
+    begins_again(&mut remote);
+}
+
+/// Stopped in the middle of a pass, the machine goes up, over and down to another one, and cuts that.
+fn begins_again(remote: &mut Remote) {
+    let machine = Machine { comments: false, feed: FEED, dynamics: DYNAMICS, ..Machine::default() };
+    let curves = job::curves();
+    let (job, program) = (job::record(), job::program(&curves[..2]));
+    let [first, last] = [0, 1].map(|i| {
+        let mut cuts = program.moves.iter().filter(|m| m.kind == MoveKind::Cut);
+        let cut = cuts.nth(i).unwrap();
+        let wanted = |m: &Move| if i == 0 { m.seq <= cut.seq } else { m.seq >= cut.seq };
+        let route = Route::new(&job, &program, wanted, None);
+        let chosen = Program { moves: route.moves };
+        (cut.curve().unwrap(), MachineJob::new(job.clone(), &chosen, &machine).unwrap())
+    });
+    let top = first.1.sections[0].clearance_mm;
+    for block in blocks_of(&first.1, Dialect::LinuxCnc29, &machine).unwrap() {
+        remote.mdi(&block).unwrap_or_else(|e| panic!("{block}: {e}"));
+        if remote.position().unwrap().is_some_and(|p| p.z < 10.5) {
+            break;
+        }
+    }
+    remote.abort(Duration::from_secs(20)).unwrap();
+    let stopped = remote.work_position().unwrap().expect("a position");
+    assert!(stopped.z < top - 20.0, "{stopped:?} is no place in a cut");
+    let mut blocks = retreat_of(&last.1, Dialect::LinuxCnc29, &machine, stopped.z, None);
+    blocks.extend(blocks_of(&last.1, Dialect::LinuxCnc29, &machine).unwrap());
+    let mut seen = vec![stopped];
+    for block in &blocks {
+        remote.mdi(block).unwrap_or_else(|e| panic!("{block}: {e}"));
+        seen.extend(remote.position().unwrap());
+    }
+    remote.settle(Duration::from_secs(60), |p| seen.push(p)).unwrap();
+    assert_eq!(remote.error().unwrap(), None);
+    let frame = last.1.sections[0].frame;
+    let begin = frame.to_machine(&last.0.start());
+    let aside = |p: &Point3, q: &Point3| (p - q).xy().norm();
+    let left = seen.iter().position(|p| aside(p, &stopped) > 0.01).expect("it goes elsewhere");
+    assert!(
+        seen[left..].iter().take_while(|p| aside(p, &begin) > 0.01).all(|p| p.z > top - 0.01),
+        "{seen:?}"
+    );
+    let curve =
+        vec![samples(&last.1.sections[0].strokes.iter().find(|s| s.kind == MoveKind::Cut).unwrap().curve)];
+    let highest = curve[0].iter().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
+    let low = seen[left..].iter().filter(|p| p.z <= highest && aside(p, &begin) > 0.01);
+    let worst = low.map(|p| distance(&curve, p)).fold(0.0, f64::max);
+    assert!(worst < BAR_MM, "{worst} mm from the pass");
 }
 
 /// What the control's definition allows.

@@ -11,11 +11,12 @@ pub(crate) struct StreamArgs {
     /// linuxcnc:HOST:PORT, shm:FILE (a queue in memory, for example shm:/dev/shm/mill) or tcp:HOST:PORT.
     #[arg(long, value_name = "TARGET")]
     pub(crate) to: String,
-    /// Begin at this move.
+    /// Begin at this move: over the clearance height, down by the lead-in of the job before it or, where there is none,
+    /// straight down at the feed of leads. A rapid, a link or a lead-out is passed over, to the cut behind it.
     #[arg(long, value_name = "SEQ", default_value_t = 0)]
     pub(crate) from: u64,
-    /// First come to rest and drop what the machine was doing; the way to the move leads up to the clearance height,
-    /// across and down. For tcp.
+    /// First come to rest and drop what the machine was doing, then go up from there: at the feed of leads, then
+    /// rapidly to the clearance height. LinuxCNC is told to abort, which stops its spindle until the tool is up.
     #[arg(long)]
     pub(crate) restart: bool,
     /// Only this region.

@@ -7,9 +7,10 @@ use std::time::{Duration, Instant};
 
 use claymill_controller::{
     Coolant, Machine, MachineJob, Order, Path as PathRecord, Producer, QueueError, Record, Remote,
-    RemoteError, Sender, WireError, blocks_of, bridged, reached, tell, tool_number,
+    RemoteError, Route, Sender, WireError, blocks_of, retreat_of, tell, tool_number,
 };
-use claymill_toolpath::{Program, TOOLPATHS_FILE, read_job, read_moves, sha256_of};
+use claymill_nurbs::{Point3, Vector3};
+use claymill_toolpath::{Move, Program, TOOLPATHS_FILE, read_job, read_moves, sha256_of};
 
 use super::{Context, post};
 use crate::args::StreamArgs;
@@ -17,12 +18,19 @@ use crate::failure::{Failure, advice_on};
 
 /// Bytes of a queue in memory.
 pub(crate) const QUEUE_BYTES: u64 = 1 << 20;
+/// A machine comes to rest within this time.
+const BRAKES: Duration = Duration::from_secs(20);
 /// A broken connection is tried again this often.
 const RETRY: Duration = Duration::from_millis(300);
 
 impl From<QueueError> for Failure {
     fn from(error: QueueError) -> Self {
-        Failure::problem(&error, "Check the queue's path, or remove the file to begin anew.")
+        let advice = match error {
+            QueueError::Dropped => "Say --restart, and --from SEQ, to begin anew.",
+            QueueError::Silent(_) => "Start `claymill control --queue` with this queue, then say it again.",
+            _ => "Check the queue's path, or remove the file to begin anew.",
+        };
+        Failure::problem(&error, advice)
     }
 }
 
@@ -53,38 +61,51 @@ pub(crate) fn stream(context: &Context, args: &StreamArgs) -> Result<ExitCode, F
     if kind != "shm" {
         near(place, args.remote)?;
     }
-    if args.restart && kind != "tcp" {
-        return Err(Failure::usage(
-            format!("--restart cannot be told to `{}`", args.to),
-            "It is for tcp:HOST:PORT, where the machine says where it stands.",
-        ));
-    }
     let job = read_job(&args.folder)?;
-    let mut program = read_moves(&args.folder)?;
-    program.moves.retain(|m| m.seq >= args.from && args.region.is_none_or(|r| r == m.region));
-    if program.moves.is_empty() {
+    let program = read_moves(&args.folder)?;
+    let wanted = |m: &Move| m.seq >= args.from && args.region.is_none_or(|r| r == m.region);
+    if !program.moves.iter().any(wanted) {
         return Err(Failure::usage("no move is left to stream", "Check --from and --region."));
     }
-    program = bridged(&job, &program);
     let machine = post::machine(args.machine.as_deref())?;
+    let routed = |stands: Option<(Point3, Vector3)>| {
+        let route = Route::new(&job, &program, wanted, stands);
+        if let Some(approach) = &route.approach {
+            context.console.say(format!("approach  {approach}"));
+        }
+        route
+    };
     match kind {
         "linuxcnc" => {
-            let job = MachineJob::new(job, &program, &machine)?;
+            let moves = Program { moves: routed(None).moves };
+            let lift_mm = job.tolerances.get("clearance_mm").copied();
+            let job = MachineJob::new(job.clone(), &moves, &machine)?;
             let dialect = post::dialect("linuxcnc", args.version.as_deref())?;
             let blocks = blocks_of(&job, dialect, &machine)?;
-            linuxcnc(context, place, &blocks)?;
+            let mut remote = Remote::connect(place)?;
+            if args.restart {
+                remote.abort(BRAKES)?;
+                let stands = remote.work_position()?;
+                let retreat = |z_mm| retreat_of(&job, dialect, &machine, z_mm, lift_mm);
+                linuxcnc(context, &mut remote, &stands.map_or_else(Vec::new, |p| retreat(p.z)))?;
+            }
+            linuxcnc(context, &mut remote, &blocks)?;
         }
-        "shm" => to_queue(context, Path::new(place), &Stream::new(&program, &machine)?, name(args)?)?,
+        "shm" => {
+            let mut queue = Producer::open(Path::new(place), QUEUE_BYTES)?;
+            let (name, stands) =
+                if args.restart { (fresh_name(), queue.recall()?) } else { (name(args)?, None) };
+            to_queue(context, &mut queue, &Stream::new(&routed(stands), &machine)?, name)?;
+        }
         "tcp" => {
             let secret = secret(args.secret.as_deref())?;
-            if args.restart {
-                let status = tell(place, &secret, Some(Order::Discard))?;
-                if let Some(stands) = status.place {
-                    program = reached(&job, program, stands);
-                }
-            }
+            let stands = match args.restart {
+                true => tell(place, &secret, Some(Order::Discard))?.place,
+                false => None,
+            };
             let name = if args.restart { fresh_name() } else { name(args)? };
-            to_machine(context, place, &secret, &Stream::new(&program, &machine)?, name, args.restart)?;
+            let stream = Stream::new(&routed(stands), &machine)?;
+            to_machine(context, place, &secret, &stream, name, args.restart)?;
         }
         other => {
             let advice = "Write linuxcnc:HOST:PORT, shm:FILE or tcp:HOST:PORT.";
@@ -140,8 +161,7 @@ fn fresh_name() -> u64 {
     RandomState::new().hash_one(std::process::id()).max(1)
 }
 
-fn linuxcnc(context: &Context, address: &str, blocks: &[String]) -> Result<(), Failure> {
-    let mut remote = Remote::connect(address)?;
+fn linuxcnc(context: &Context, remote: &mut Remote, blocks: &[String]) -> Result<(), Failure> {
     context.console.stage("streaming");
     let begun = Instant::now();
     for (i, block) in blocks.iter().enumerate() {
@@ -159,19 +179,19 @@ fn linuxcnc(context: &Context, address: &str, blocks: &[String]) -> Result<(), F
     Ok(())
 }
 
-/// The records of a program: tool, spindle and coolant before its moves, a change of tool between them, everything off
-/// and the end behind them.
+/// The records of a route: where it leads up from where the machine stands, that first; tool, spindle and coolant before
+/// the other moves, a change of tool between them, everything off and the end behind them.
 struct Stream {
     records: Vec<Record>,
 }
 
 impl Stream {
-    fn new(program: &Program, machine: &Machine) -> Result<Self, Failure> {
+    fn new(route: &Route, machine: &Machine) -> Result<Self, Failure> {
         let turn = if machine.spindle.counterclockwise { -1.0 } else { 1.0 };
-        let mut records = Vec::with_capacity(program.moves.len() + 8);
+        let mut records = Vec::with_capacity(route.moves.len() + 8);
         let mut tool = None;
-        for m in &program.moves {
-            if tool != Some(&m.tool) {
+        for (i, m) in route.moves.iter().enumerate() {
+            if i >= route.departs && tool != Some(&m.tool) {
                 if tool.is_some() {
                     records.push(Record::Spindle(0.0));
                 }
@@ -208,8 +228,7 @@ impl Stream {
     }
 }
 
-fn to_queue(context: &Context, path: &Path, stream: &Stream, name: u64) -> Result<(), Failure> {
-    let mut queue = Producer::open(path, QUEUE_BYTES)?;
+fn to_queue(context: &Context, queue: &mut Producer, stream: &Stream, name: u64) -> Result<(), Failure> {
     context.console.stage("streaming");
     let count = stream.len();
     let mut silent = false;

@@ -130,9 +130,10 @@ fn workshop(folder: &Path) -> Vec<Value> {
     moves.lines().map(|l| serde_json::from_str(l).unwrap()).collect()
 }
 
-/// The number of one of the last cuts, and where it begins.
+/// The number of one of the last cuts that have no lead-in, and where it begins.
 fn a_cut(moves: &[Value]) -> (u64, [f64; 3]) {
-    let cut = moves.iter().rev().filter(|m| m["kind"] == "cut").nth(3).expect("a cut");
+    let inner = moves.windows(2).rev().filter(|w| w[0]["kind"] == "link" && w[1]["kind"] == "cut");
+    let cut = &inner.map(|w| &w[1]).nth(3).expect("a cut");
     (cut["seq"].as_u64().unwrap(), tip(&cut["points"][0]))
 }
 
@@ -179,20 +180,15 @@ fn hold_step_go_on_and_abort() {
     let _ = stream.wait();
 }
 
-#[test]
-fn restart_at_a_chosen_path() {
-    let folder = scratch();
-    let folder = folder.path();
-    let moves = workshop(folder);
-    let mut machine = Machine::start(folder, &[]);
-    let mut first = machine.stream(&[]);
-    machine.until("motion", |p| p["mm_per_s"].as_f64().is_some_and(|v| v > 20.0));
-    let (seq, start) = a_cut(&moves);
-    let mut again = machine.stream(&["--restart", "--from", &seq.to_string()]);
+/// What a restart did: set points behind the order, the way down to the cut among them, and what it said.
+fn restarted(folder: &Path, mut machine: Machine, moves: &[Value], mut first: Child, mut again: Child) {
+    let (_, start) = a_cut(moves);
     // It comes to rest, goes up and over to the chosen path, and on to the job's end.
     let seen = machine.until("the end", |p| p["executed"] == "End");
     assert!(again.wait().unwrap().success());
     assert!(machine.ends());
+    let _ = first.kill();
+    let _ = first.wait();
     let tips: Vec<[f64; 3]> = seen.iter().filter_map(|p| p.get("tip").map(tip)).collect();
     let near = tips.iter().position(|t| far(*t, start) < 0.05).expect("the chosen path's start");
     let end = tip(moves.last().unwrap()["points"].as_array().unwrap().last().unwrap());
@@ -201,11 +197,59 @@ fn restart_at_a_chosen_path() {
     let cycle_s = 1e-3;
     let farthest = tips.windows(2).map(|w| far(w[0], w[1])).fold(0.0, f64::max);
     assert!(farthest <= 60_000.0 / 60.0 * cycle_s * 1.01, "{farthest} mm in one cycle");
-    // On the way over it was at the clearance height.
+    // It was at the clearance height on the way over, and from there straight above the cut it went down at the feed of
+    // leads; no lead-in of the job ends there.
     let job: Value = serde_json::from_slice(&std::fs::read(folder.join("job/job.json")).unwrap()).unwrap();
     let clearance = job["setups"][0]["clearance_mm"].as_f64().unwrap();
-    assert!(tips[..near].iter().any(|t| (t[2] - clearance).abs() < 1e-4), "never at {clearance}");
-    first.wait().unwrap();
+    let top = tips[..near].iter().rposition(|t| (t[2] - clearance).abs() < 1e-3);
+    let top = top.unwrap_or_else(|| panic!("never at {clearance}"));
+    let leads = moves.iter().find(|m| m["kind"] == "lead_in").unwrap()["feed"].as_f64().unwrap();
+    let (mut fastest, mut aside) = (0.0_f64, 0.0_f64);
+    for w in tips[top..=near].windows(2) {
+        fastest = fastest.max(far(w[0], w[1]) / cycle_s * 60.0);
+        aside = aside.max((w[1][0] - start[0]).hypot(w[1][1] - start[1]));
+    }
+    assert!(fastest <= leads * 1.001 && fastest > 0.5 * leads, "{fastest} mm/min down");
+    assert!(aside < 0.05, "{aside} mm aside on the way down");
+    // The spindle turns before the way down begins, and nothing is switched where it stood in the cut.
+    let place = |i: &usize| seen[..*i].iter().filter(|p| p.get("tip").is_some()).count();
+    let restart =
+        (0..seen.len()).rev().find(|i| seen[*i]["executed"].as_str().is_some_and(|e| e.starts_with("Tool")));
+    let restart = restart.as_ref().map(place).expect("a tool");
+    assert!((tips[restart][2] - clearance).abs() < 1e-3 && restart <= top, "{:?}", tips[restart]);
+}
+
+#[test]
+fn restart_at_a_chosen_path() {
+    let folder = scratch();
+    let folder = folder.path();
+    let moves = workshop(folder);
+    let machine = Machine::start(folder, &[]);
+    let first = machine.stream(&[]);
+    machine.until("motion", |p| p["mm_per_s"].as_f64().is_some_and(|v| v > 20.0));
+    let (seq, _) = a_cut(&moves);
+    let again = machine.stream(&["--restart", "--from", &seq.to_string()]);
+    restarted(folder, machine, &moves, first, again);
+}
+
+#[test]
+fn restart_at_a_chosen_path_over_a_queue_in_memory() {
+    let folder = scratch();
+    let folder = folder.path();
+    let moves = workshop(folder);
+    let machine = Machine::start(folder, &[]);
+    let stream = |more: &[&str]| {
+        let mut command = claymill();
+        command.current_dir(folder).args(["stream", "job", "--to", "shm:queue"]).args(more);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the command starts")
+    };
+    let mut first = stream(&[]);
+    machine.until("motion", |p| p["mm_per_s"].as_f64().is_some_and(|v| v > 20.0));
+    let (seq, _) = a_cut(&moves);
+    let again = stream(&["--restart", "--from", &seq.to_string()]);
+    // Whoever streamed before is told that nobody waits for it any more.
+    assert_eq!(first.wait().unwrap().code(), Some(1));
+    restarted(folder, machine, &moves, first, again);
 }
 
 #[test]
@@ -222,6 +266,4 @@ fn orders_need_the_secret() {
         let wrong = run(folder, ["order", order, "--to", to, "--secret", "secret"]);
         assert_eq!(wrong.code, Some(2), "{wrong:?}");
     }
-    let wrong = run(folder, ["stream", "job", "--to", "shm:queue", "--restart"]);
-    assert_eq!(wrong.code, Some(2), "{wrong:?}");
 }

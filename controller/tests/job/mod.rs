@@ -6,7 +6,7 @@ use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
 use claymill_toolpath::{Job, Move, MoveKind, Program};
 
 /// `job.json` with two setups.
-fn record() -> Job {
+pub(crate) fn record() -> Job {
     let json = serde_json::json!({
         "format_version": 1, "claymill_version": "test",
         "model": {"path": "model.igs", "sha256": "", "units": "MM", "unit_mm": 1.0, "faces_in_file": 0,
@@ -43,8 +43,13 @@ pub(crate) fn curve(degree: usize, points: &[[f64; 3]], weights: Option<&[f64]>)
     Curve3::new(KnotVector::new(degree, knots).unwrap(), points, weights.map(<[f64]>::to_vec)).unwrap()
 }
 
-/// Moves from curve to curve: down onto the first one, straight links between them, up at the end.
+/// The moves of [`program`] for a machine.
 pub(crate) fn job(curves: &[(&str, Curve3)], machine: &Machine) -> MachineJob {
+    MachineJob::new(record(), &program(curves), machine).expect("a job")
+}
+
+/// Moves from curve to curve: down onto each one, up at its end and straight over to the next.
+pub(crate) fn program(curves: &[(&str, Curve3)]) -> Program {
     let mut moves: Vec<Move> = Vec::new();
     let mut add = |setup: &str, pass: usize, m: Move| {
         let seq = moves.len() as u64;
@@ -67,7 +72,7 @@ pub(crate) fn job(curves: &[(&str, Curve3)], machine: &Machine) -> MachineJob {
         add(setup, pass, Move::along(MoveKind::Cut, curve, axis, 6000.0));
         last = Some((setup, curve.end()));
     }
-    MachineJob::new(record(), &Program { moves }, machine).expect("a job")
+    Program { moves }
 }
 
 /// Curves of every kind that a ladder meets: planar in each plane, in space, rational, of other degrees, with

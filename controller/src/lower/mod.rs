@@ -1,5 +1,6 @@
 //! The ladder from a curve to what a control takes of it.
 
+mod blocks;
 mod fitted;
 mod written;
 
@@ -10,8 +11,9 @@ use crate::follow::deviation;
 use crate::number::LengthFormat;
 use crate::{Plane, Refusal, Shape};
 
-pub(crate) use fitted::chords;
-use fitted::{as_biarcs, as_chords, hermite};
+pub(crate) use blocks::chords;
+use blocks::{as_blocks, as_chords};
+use fitted::hermite;
 use written::written;
 
 /// What a dialect takes.
@@ -63,7 +65,7 @@ pub enum Rung {
     Nurbs,
     /// A polynomial curve fitted to it.
     Polynomial,
-    /// Pairs of tangent arcs.
+    /// Pairs of tangent arcs, with straight moves where those take fewer blocks.
     Biarcs,
     /// Straight moves.
     Chords,
@@ -126,7 +128,7 @@ pub(crate) fn lower(
     let rungs: [(Rung, Attempt); 4] = [
         (Rung::Nurbs, as_nurbs),
         (Rung::Polynomial, as_polynomial),
-        (Rung::Biarcs, as_biarcs),
+        (Rung::Biarcs, as_blocks),
         (Rung::Chords, as_chords),
     ];
     let mut least = f64::INFINITY;
@@ -136,6 +138,8 @@ pub(crate) fn lower(
             let Some(shapes) = attempt(curve, abilities, format, share * tolerance_mm) else { break };
             let error_mm = deviation(curve, &shapes);
             if error_mm <= allowed {
+                let straight = shapes.iter().all(|s| matches!(s, Shape::Line { .. }));
+                let rung = if rung == Rung::Biarcs && straight { Rung::Chords } else { rung };
                 return Ok(Lowered { rung, shapes, error_mm });
             }
             least = least.min(error_mm);

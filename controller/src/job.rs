@@ -30,6 +30,8 @@ pub struct Section {
     pub setup: String,
     /// Tool id, `T1`.
     pub tool: String,
+    /// Radius of its ball, mm.
+    pub radius_mm: f64,
     /// From model to machine coordinates.
     pub frame: Frame,
     /// Height above which nothing is in the way, machine mm.
@@ -108,9 +110,11 @@ fn section(job: &Job, m: &Move, machine: &Machine) -> Result<Section, PostError>
     let zero = Point3::from(machine.place(&m.setup).zero_mm);
     let frame = Frame::new(Vector3::from(setup.axis), up, front, zero)
         .ok_or_else(|| PostError::Job(format!("setup `{}` has no tool axis", m.setup)))?;
+    let tool = job.tools.iter().find(|t| t.id == m.tool).map_or(job.request.tool, |t| t.tool);
     Ok(Section {
         setup: m.setup.clone(),
         tool: m.tool.clone(),
+        radius_mm: tool.radius_mm(),
         clearance_mm: setup.clearance_mm - frame.axis().dot(&zero.coords),
         frame,
         strokes: Vec::new(),

@@ -46,6 +46,9 @@ pub struct Machine {
     pub coolant: Coolant,
     /// Blocks for a tool change; `{tool}` stands for its number. By default those of the dialect.
     pub tool_change: Option<Vec<String>>,
+    /// Blocks that take the tool out of the way: before the first tool change, before the part is turned and at the end. By
+    /// default those of the dialect.
+    pub home: Option<Vec<String>>,
     /// Blocks after the header, before the first tool change.
     pub start: Vec<String>,
     /// Blocks before the end of the program.
@@ -208,6 +211,7 @@ impl Default for Machine {
             spindle: Spindle::default(),
             coolant: Coolant::Off,
             tool_change: None,
+            home: None,
             start: Vec::new(),
             end: Vec::new(),
             setups: BTreeMap::new(),
@@ -303,11 +307,12 @@ impl Machine {
         if self.setups.values().any(|s| s.zero_mm.iter().any(|z| !z.is_finite() || z.abs() > 1e6)) {
             return value("setups", "must have zeros that are finite");
         }
-        let lines = self.start.iter().chain(&self.end).chain(self.tool_change.iter().flatten());
+        let lines = self.start.iter().chain(&self.end);
+        let lines = lines.chain(self.tool_change.iter().flatten()).chain(self.home.iter().flatten());
         let names = [&self.name, &self.work_offset];
         let offsets = self.setups.values().filter_map(|s| s.work_offset.as_ref());
         if lines.chain(names).chain(offsets).any(|l| l.chars().any(char::is_control)) {
-            return value("start, end, tool_change, work_offset, name", "must be single lines");
+            return value("start, end, home, tool_change, work_offset, name", "must be single lines");
         }
         Ok(())
     }

@@ -84,7 +84,7 @@ pub fn post(
     let format = dialect.format(machine);
     let mut writer = Writer {
         grammar: dialect.grammar(),
-        page: Page { machine, format, name: program_name(&name), header: Vec::new() },
+        page: Page { machine, format, name: program_name(&name), number: 0, header: Vec::new() },
         dialect,
         job,
         folder: folder.0.clone(),
@@ -132,7 +132,7 @@ pub fn post(
 pub fn blocks_of(job: &MachineJob, dialect: Dialect, machine: &Machine) -> Result<Vec<String>, PostError> {
     let grammar = dialect.grammar();
     let format = dialect.format(machine);
-    let page = Page { machine, format, name: "STREAM".into(), header: Vec::new() };
+    let page = Page { machine, format, name: "STREAM".into(), number: 1, header: Vec::new() };
     let mut text = String::new();
     grammar.begin(&mut text, &page);
     let mut id = 0;
@@ -335,7 +335,10 @@ impl<'a> Writer<'a> {
                 .collect();
             for (stroke, made) in batch.iter().zip(made) {
                 let full = self.page.machine.max_bytes.is_some_and(|max| file.sheet.bytes >= max);
-                if full && written > 0 && stroke.kind == MoveKind::Rapid {
+                // Behind a rapid that goes up, not before it: the next file would go down there first.
+                let rises = strokes.get(written + 1).is_some_and(|n| n.kind == MoveKind::Rapid)
+                    && stroke.curve.end().z > stroke.curve.start().z;
+                if full && written > 0 && stroke.kind == MoveKind::Rapid && !rises {
                     return Ok(written);
                 }
                 let (text, lowered) = made?;
@@ -382,10 +385,11 @@ impl<'a> Writer<'a> {
         let unit = if machine.units == crate::Units::Mm { "mm" } else { "inch" };
         let model = Path::new(&self.job.job.model.path);
         let model = model.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        self.page.number = self.sheets.len() + 1;
         self.page.header = vec![
             format!("{TAG} {}", self.dialect),
             format!("version {}, machine {}", env!("CARGO_PKG_VERSION"), machine.name),
-            format!("model {model}, tool {}, unit {unit}", self.job.job.request.tool),
+            format!("model {model}, unit {unit}"),
             format!("file {}, setup {}", self.sheets.len() + 1, section.setup),
             format!(
                 "tolerance {} mm, with rounding {:.6} mm",

@@ -6,8 +6,10 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use claymill_controller::{
-    AxisName, Dialect, Files, LineNumbers, Machine, PostError, Rung, Units, moves_of, post,
+    AxisName, Coolant, Dialect, Files, LineNumbers, Machine, MachineJob, PostError, Rung, Units, moves_of,
+    post,
 };
+use claymill_toolpath::{Move, MoveKind, Program};
 
 fn written(dialect: Dialect, machine: &Machine) -> (claymill_controller::PostTotals, String) {
     let folder = tempfile::tempdir().unwrap();
@@ -117,5 +119,68 @@ fn the_same_job_gives_the_same_bytes() {
     for dialect in Dialect::ALL {
         let machine = Machine::default();
         assert_eq!(written(dialect, &machine).1, written(dialect, &machine).1);
+    }
+}
+
+/// What an operator relies on: up before anything is changed or turned, spindle before the way down, what is set up where.
+#[test]
+fn a_program_begins_stops_and_ends_out_of_the_way() {
+    let (_, text) = written(Dialect::Fanuc, &Machine { coolant: Coolant::Flood, ..Machine::default() });
+    let lines: Vec<&str> = text.lines().collect();
+    let all = |wanted: &str| -> Vec<usize> {
+        lines.iter().enumerate().filter(|(_, l)| l.starts_with(wanted)).map(|(i, _)| i).collect()
+    };
+    let (home, change, spindle) = (all("G91 G28 Z0."), all("T1 M6"), all("S12000 M3"));
+    let (over, cut, coolant) = (all("G0 G43 Z60. H1"), all("G05 P10000"), all("M8"));
+    let (off, stop, end) = (all("M5"), all("M0"), all("M30"));
+    assert_eq!((home.len(), change.len(), stop.len(), end.len()), (3, 2, 1, 1));
+    for i in 0..2 {
+        let order = [home[i], change[i], spindle[i], over[i], coolant[i], cut[i], off[i], home[i + 1]];
+        assert!(order.is_sorted(), "{order:?}");
+    }
+    assert!(home[1] < stop[0] && stop[0] < change[1] && home[2] < end[0]);
+    assert!(home.iter().all(|i| lines[i + 1] == "G90"));
+    assert_eq!(lines[1], "O0001 (PART)");
+    assert!(text.contains("(setup left tool T1 ball R6., its tip is programmed)"), "{text}");
+    assert!(text.contains("(zero at X0. Y0. Z0. of the model, tool axis -y, lowest Z"), "{text}");
+    // Elsewhere the machine definition says where that is, and a Heidenhain's preset.
+    let home = Some(vec!["L Z-1 R0 FMAX M91".to_owned()]);
+    let machine = Machine { home, work_offset: "3".into(), ..Machine::default() };
+    let (_, text) = written(Dialect::Heidenhain, &machine);
+    assert_eq!((text.matches("L Z-1 R0 FMAX M91").count(), text.matches("Q339=+3").count()), (3, 2));
+}
+
+#[test]
+fn a_file_begins_behind_a_retract() {
+    let axis = claymill_nurbs::Vector3::z();
+    let mut moves = Vec::new();
+    let mut from = claymill_nurbs::Point3::new(0.0, 0.0, 60.0);
+    for i in 0..200 {
+        let (x, y) = (f64::from(i % 10) * 5.0, f64::from(i));
+        let ways = [
+            (MoveKind::Rapid, [x, y, 30.0]),
+            (MoveKind::LeadIn, [x, y, 20.0]),
+            (MoveKind::Cut, [x + 9.0, y, 20.0]),
+            (MoveKind::LeadOut, [x + 9.0, y, 30.0]),
+            (MoveKind::Rapid, [x + 9.0, y, 60.0]),
+            (MoveKind::Rapid, [f64::from((i + 1) % 10) * 5.0, y + 1.0, 60.0]),
+        ];
+        for (kind, to) in ways {
+            let m = Move::straight(kind, from, to.into(), axis, 3000.0);
+            let (setup, tool) = ("top".to_owned(), "T1".to_owned());
+            moves.push(Move { seq: moves.len() as u64, setup, tool, ..m });
+            from = to.into();
+        }
+    }
+    let machine = Machine { max_bytes: Some(8192), ..Machine::default() };
+    let job = MachineJob::new(job::record(), &Program { moves }, &machine).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let totals = post(&job, Dialect::Fanuc, &machine, &folder.path().join("part.nc"), &|_| ()).unwrap();
+    assert!(totals.files.len() > 3, "{totals:?}");
+    for (i, file) in totals.files.iter().enumerate() {
+        let text = fs::read_to_string(&file.path).unwrap();
+        assert!(text.contains(&format!("O{:04} (PART)", i + 1)), "{text}");
+        // Straight down to where a move begins: below the clearance height a file would go down to go up.
+        assert!(!text.lines().any(|l| l.starts_with("G0 Z")), "{text}");
     }
 }

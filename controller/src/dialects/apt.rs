@@ -6,7 +6,7 @@ use std::io::BufRead;
 use claymill_nurbs::{Curve3, Point3};
 use claymill_toolpath::MoveKind;
 
-use super::{Fault, Grammar, Page, Sink, apt_read, tool_number};
+use super::{Fault, Grammar, Page, Sink, apt_read, title, tool_number};
 use crate::job::{Section, Stroke};
 use crate::lower::{Abilities, Lowered, Splines, chords};
 use crate::number::decimal;
@@ -121,8 +121,13 @@ impl Grammar for Apt {
 
     fn section(&self, out: &mut String, page: &Page, section: &Section, start: &Point3) {
         let machine = page.machine;
-        let _ = writeln!(out, "$$ setup {} tool {}", section.setup, section.tool);
+        if machine.comments {
+            title(page, section).iter().for_each(|line| out.push_str(&format!("$$ {line}\n")));
+        }
         let _ = writeln!(out, "LOADTL/{}", tool_number(&section.tool));
+        // Diameter and corner radius.
+        let text = |mm: f64| page.format.text(mm);
+        let _ = writeln!(out, "CUTTER/{},{}", text(2.0 * section.radius_mm), text(section.radius_mm));
         if machine.spindle.speed_rpm > 0.0 {
             let turn = if machine.spindle.counterclockwise { "CCLW" } else { "CLW" };
             let _ = writeln!(out, "SPINDL/{},RPM,{turn}", decimal(machine.spindle.speed_rpm, 1));

@@ -174,7 +174,7 @@ impl Reader<'_> {
                 self.ended = true;
                 Ok(())
             }
-            "LOADTL" | "SPINDL" | "COOLNT" | "PPRINT" => Ok(()),
+            "LOADTL" | "CUTTER" | "SPINDL" | "COOLNT" | "PPRINT" => Ok(()),
             "MOVNRB" if self.creo => self.movnrb(line, rest),
             _ if word.starts_with("PARTNO") => Ok(()),
             _ if word.starts_with("BEGIN NURBS_SIEMENS") && !self.creo => self.begin_catia(line, text),

@@ -5,7 +5,7 @@ use claymill_nurbs::Point3;
 use claymill_toolpath::MoveKind;
 
 use super::gcode_read::Reader;
-use super::{Fault, Grammar, Page, Sink, beckhoff, fanuc, linuxcnc, siemens, tool_number};
+use super::{Fault, Grammar, Page, Sink, beckhoff, fanuc, linuxcnc, siemens, title, tool_number};
 use crate::job::{Section, Stroke};
 use crate::lower::{Abilities, Lowered, Splines};
 use crate::number::decimal;
@@ -57,6 +57,20 @@ impl Flavour {
 #[derive(Debug)]
 pub(crate) struct GCode(pub(crate) Flavour);
 
+impl GCode {
+    /// Out of the way: the machine's own blocks, or to the reference point of Z on controls where that is above
+    /// everything on any machine.
+    fn home(&self, out: &mut String, machine: &Machine) {
+        match &machine.home {
+            Some(lines) => lines.iter().for_each(|line| out.push_str(&format!("{line}\n"))),
+            None if matches!(self.0, Flavour::Fanuc | Flavour::Mitsubishi) => {
+                out.push_str("G91 G28 Z0.\nG90\n");
+            }
+            None => {}
+        }
+    }
+}
+
 /// `X1. Y2. Z3.`
 pub(crate) fn point(page: &Page, p: &Point3) -> String {
     let f = &page.format;
@@ -93,7 +107,7 @@ impl Grammar for GCode {
         match self.0 {
             Flavour::Fanuc | Flavour::Mitsubishi | Flavour::Plain => {
                 code(out, "%");
-                code(out, "O0001");
+                code(out, &format!("O{:04} ({})", page.number, page.name));
             }
             Flavour::LinuxCnc { .. } => code(out, "%"),
             Flavour::Siemens | Flavour::Beckhoff => {}
@@ -116,13 +130,12 @@ impl Grammar for GCode {
                 _ => format!("G90 G94 {unit} G17 G40 G49 G80"),
             },
         );
+        self.home(out, page.machine);
         for line in &page.machine.start {
             code(out, line);
         }
-        match self.0 {
-            Flavour::Beckhoff => code(out, "#SPLINE TYPE BSPLINE"),
-            Flavour::Fanuc | Flavour::Mitsubishi if page.machine.nurbs => {}
-            _ => {}
+        if self.0 == Flavour::Beckhoff {
+            code(out, "#SPLINE TYPE BSPLINE");
         }
     }
 
@@ -132,7 +145,7 @@ impl Grammar for GCode {
             let _ = writeln!(out, "{line}");
         };
         if machine.comments {
-            code(self.0.comment(&format!("setup {} tool {}", section.setup, section.tool)));
+            title(page, section).iter().for_each(|line| code(self.0.comment(line)));
         }
         let tool = tool_number(&section.tool);
         match &machine.tool_change {
@@ -250,6 +263,7 @@ impl Grammar for GCode {
         if page.machine.spindle.speed_rpm > 0.0 {
             let _ = writeln!(out, "M5");
         }
+        self.home(out, page.machine);
         if let Some(text) = stop {
             let _ = writeln!(out, "{}", self.0.comment(text));
             let _ = writeln!(out, "M0");

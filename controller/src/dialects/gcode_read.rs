@@ -130,7 +130,26 @@ impl<'a> Reader<'a> {
         if words[0].key.starts_with('#') {
             return self.hash(line, &words);
         }
-        if self.goes_on(&words)? { Ok(()) } else { self.plain(line, &words) }
+        if self.goes_on(&words)? {
+            return Ok(());
+        }
+        if self.goes_home(&words) {
+            self.modes.leave(Some(910), &words);
+            self.position = [None; 3];
+            return Ok(());
+        }
+        self.plain(line, &words)
+    }
+
+    /// `G91 G28 Z0.`: from where it is straight to the reference point of Z.
+    fn goes_home(&self, words: &[Word]) -> bool {
+        let [g91, g28, z] = words else { return false };
+        matches!(self.flavour, Flavour::Fanuc | Flavour::Mitsubishi)
+            && [g91, g28].iter().all(|w| w.key == "G")
+            && [g91.code(), g28.code()] == [Some(910), Some(280)]
+            && z.key == "Z"
+            && z.number() == Some(0.0)
+            && !self.ended
     }
 
     /// Whether an open spline took the block.

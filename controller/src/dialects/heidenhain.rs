@@ -8,7 +8,7 @@ use claymill_nurbs::{Curve3, Point3};
 use claymill_toolpath::MoveKind;
 
 use super::siemens::power_basis;
-use super::{Fault, Grammar, Page, Sink, heidenhain_read, tool_number};
+use super::{Fault, Grammar, Page, Sink, heidenhain_read, title, tool_number};
 use crate::job::{Section, Stroke};
 use crate::lower::{Abilities, Lowered, Splines};
 use crate::{Coolant, Machine, Shape, Units};
@@ -65,16 +65,22 @@ impl Grammar for Heidenhain {
     fn begin(&self, out: &mut String, page: &Page) {
         let unit = if page.machine.units == Units::Mm { "MM" } else { "INCH" };
         let _ = writeln!(out, "BEGIN PGM {} {unit}", page.name);
-        for line in page.header.iter().chain(&page.machine.start) {
-            let header = page.header.contains(line);
-            let _ = if header { writeln!(out, "; {line}") } else { writeln!(out, "{line}") };
-        }
+        page.header.iter().for_each(|line| out.push_str(&format!("; {line}\n")));
+        let machine = page.machine;
+        let lines = machine.home.iter().flatten().chain(&machine.start);
+        lines.for_each(|line| out.push_str(&format!("{line}\n")));
     }
 
     fn section(&self, out: &mut String, page: &Page, section: &Section, start: &Point3) {
         let machine = page.machine;
         if machine.comments {
-            let _ = writeln!(out, "; setup {} tool {}", section.setup, section.tool);
+            for line in title(page, section) {
+                let _ = writeln!(out, "; {line}");
+            }
+        }
+        // A preset by its number; other names of work offsets mean nothing here.
+        if let Some(preset) = machine.place(&section.setup).work_offset.and_then(|o| o.parse::<u16>().ok()) {
+            let _ = writeln!(out, "CYCL DEF 247 DATUM SETTING Q339=+{preset}");
         }
         let tool = tool_number(&section.tool);
         match &machine.tool_change {
@@ -141,6 +147,8 @@ impl Grammar for Heidenhain {
         if section.clearance_mm > end.z {
             let _ = writeln!(out, "L Z{} R0 FMAX", signed(page, section.clearance_mm));
         }
+        let home = page.machine.home.iter().flatten();
+        home.for_each(|line| out.push_str(&format!("{line}\n")));
         if let Some(text) = stop {
             let _ = writeln!(out, "; {text}");
             let _ = writeln!(out, "STOP M5");

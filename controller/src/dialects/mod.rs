@@ -164,8 +164,40 @@ pub(crate) struct Page<'a> {
     pub(crate) format: LengthFormat,
     /// Name of the program: letters and digits.
     pub(crate) name: String,
+    /// Of the file, from 1.
+    pub(crate) number: usize,
     /// Lines for the header, the dialect's tag among them.
     pub(crate) header: Vec<String>,
+}
+
+/// What whoever sets the machine up must know of a section: the tool and what is programmed of it, where the zero is,
+/// how deep it goes.
+pub(crate) fn title(page: &Page, section: &Section) -> [String; 2] {
+    let text = |mm: f64| page.format.text(mm);
+    let zero = section.frame.to_model(&Point3::origin());
+    let axis = section.frame.axis();
+    let named = "xyz".char_indices().find(|(i, _)| axis[*i].abs() == 1.0);
+    let axis = named.map_or_else(
+        || format!("{:.6} {:.6} {:.6}", axis.x, axis.y, axis.z),
+        |(i, letter)| format!("{}{letter}", if axis[i] > 0.0 { '+' } else { '-' }),
+    );
+    let points = section.strokes.iter().flat_map(|s| s.curve.points());
+    let lowest = points.map(|p| p.z).fold(f64::INFINITY, f64::min);
+    [
+        format!(
+            "setup {} tool {} ball R{}, its tip is programmed",
+            section.setup,
+            section.tool,
+            text(section.radius_mm)
+        ),
+        format!(
+            "zero at X{} Y{} Z{} of the model, tool axis {axis}, lowest Z{}",
+            text(zero.x),
+            text(zero.y),
+            text(zero.z),
+            text(lowest)
+        ),
+    ]
 }
 
 /// A part of the program that one block moves along.

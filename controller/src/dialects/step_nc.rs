@@ -6,7 +6,7 @@ use std::io::BufRead;
 use claymill_nurbs::{Curve3, Point3};
 use claymill_toolpath::MoveKind;
 
-use super::{Fault, Grammar, Page, Sink, step_nc_read};
+use super::{Fault, Grammar, Page, Sink, step_nc_read, title};
 use crate::job::{Section, Stroke};
 use crate::lower::{Abilities, Lowered, Splines};
 use crate::number::decimal;
@@ -15,9 +15,13 @@ use crate::{Machine, Shape};
 #[derive(Debug)]
 pub(crate) struct StepNc;
 
-/// Instance numbers of a move: the trajectory `BASE + id · STRIDE`, its technology and geometry behind it.
+/// Instance numbers of a move: the trajectory `BASE + id · STRIDE`, its technology and geometry behind it. Readers may keep
+/// them in 32 bits: half a million moves fit.
 const BASE: u64 = 1 << 20;
-const STRIDE: u64 = 1 << 16;
+const STRIDE: u64 = 1 << 12;
+/// Geometry of a move that needs more numbers lies out here.
+const FAR: u64 = 1 << 40;
+const FAR_STRIDE: u64 = 1 << 20;
 /// A section's workplan has the last number of its first move; what belongs to it has those before.
 const WORKPLAN: u64 = STRIDE - 1;
 /// mm/min in one m/s, the unit of feeds.
@@ -80,14 +84,16 @@ impl Grammar for StepNc {
 
     fn section(&self, out: &mut String, page: &Page, section: &Section, _: &Point3) {
         if page.machine.comments {
-            let _ = writeln!(out, "/* setup {} tool {} */", section.setup, section.tool);
+            title(page, section).iter().for_each(|line| out.push_str(&format!("/* {line} */\n")));
         }
     }
 
     fn stroke(&self, out: &mut String, page: &Page, stroke: &Stroke, lowered: &Lowered, id: u64) {
         let trajectory = BASE + id * STRIDE;
         let technology = trajectory + 1;
-        let mut next = trajectory + 3;
+        // A section's workplan and what belongs to it have the last numbers of a move.
+        let room = STRIDE as usize - 32;
+        let mut next = if numbers(lowered) <= room { trajectory + 3 } else { FAR + id * FAR_STRIDE };
         let curve = geometry(out, page, stroke, lowered, &mut next);
         let feed = decimal(stroke.feed / MM_PER_MIN, 9);
         let spindle = decimal(page.machine.spindle.speed_rpm / 60.0, 6);
@@ -172,6 +178,12 @@ impl Grammar for StepNc {
     fn read(&self, text: &mut dyn BufRead, machine: &Machine, sink: Sink<'_>) -> Result<(), Fault> {
         step_nc_read::read(text, machine, sink)
     }
+}
+
+/// Instances that a move's geometry needs, or more.
+fn numbers(lowered: &Lowered) -> usize {
+    let of = |s: &Shape| if let Shape::Spline(curve) = s { curve.points().len() + 2 } else { 2 };
+    lowered.shapes.iter().map(of).sum::<usize>() + 4
 }
 
 /// Writes what a move runs along; returns its instance.

@@ -45,6 +45,12 @@ fn shared() -> Vec<Fact> {
             .refused(cubic("K1.\nG05", "G05"), "nurbs-ps1004")
             .refused(cubic("K1.\nK1.\nG05", "G05"), "nurbs-ps1004")
             .refused(cubic("K1.\nG05", "K1.\nK1.\nG05"), "no-arc"),
+        fact("G28 leads to the reference point from where the tool is, in G91, which then ends")
+            .right(format!("G91 G28 Z0.\nG90\nG0 Z0.\nG0 X0. Y0.\n{CUBIC}"))
+            .refused(format!("{CUBIC}\nG91 G28 Z0.\nG90\nG1 X5. F100."), "position")
+            .refused(format!("{CUBIC}\nG91 G28 Z0.\nG1 X5. F100."), "position")
+            .refused(format!("{CUBIC}\nG91 G28 Z0.\nG0 X0. Y0. Z0.\nG1 X5. F100."), "incremental")
+            .refused(format!("{CUBIC}\nG28 Z0."), "unknown-code"),
         fact("every block has a knot")
             .right(CUBIC)
             .refused(cubic("K0. X10.", "X10."), "nurbs-ps1002")

@@ -339,7 +339,10 @@ mod tests {
             let chains = follow(&ball, &drawn.guide, 0.0, end).chains;
             assert_eq!(chains.len(), 1);
             for sample in chains[0].iter().flat_map(|p| &p.samples) {
-                assert!((sample.z - height).abs() < 1e-6, "{} instead of {height}", sample.z);
+                // Where the line turns, the ball rises along either wall: corners are known less well.
+                let turns = drawn.corners.iter().any(|s| (s - sample.s).abs() < 1e-3);
+                let near_mm = if turns { 1e-4 } else { 1e-6 };
+                assert!((sample.z - height).abs() < near_mm, "{} instead of {height}", sample.z);
             }
         }
         found

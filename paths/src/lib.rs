@@ -50,6 +50,7 @@ mod slopes;
 mod spline;
 mod step_over;
 mod strategy;
+mod target;
 mod tour;
 mod waterline;
 

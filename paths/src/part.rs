@@ -18,7 +18,7 @@ use crate::order::{Ends, Turn, order};
 use crate::patch_levels::PatchLevels;
 use crate::profile::{Chain, Profile, follow};
 use crate::reach::Fate;
-use crate::refit::{Fit, Over, fit};
+use crate::refit::{Fit, Over, fit_chain};
 use crate::slopes::{Limit, Slopes};
 use crate::step_over::flat_mm;
 use crate::waterline::CentreHeights;
@@ -210,7 +210,7 @@ impl SetupContext<'_> {
     fn fit_chain(&self, chain: &Chain, guide: &Guide) -> Option<Pass> {
         let over = Over { guide, frame: &self.frame, radius_mm: self.ball.radius_mm() };
         let mut curves: Vec<Curve3> = Vec::new();
-        for Fit { mut curve, .. } in chain.iter().flat_map(|profile| fit(profile, &over)) {
+        for Fit { mut curve, .. } in fit_chain(chain, &over) {
             join(curves.last_mut(), &mut curve);
             curves.push(curve);
         }
@@ -331,14 +331,15 @@ fn reversed_from_zero(curve: &Curve3) -> Curve3 {
     rounded.unwrap_or(back)
 }
 
-/// Two stretches meet at a corner; the fit lifts each along its own normal, so the ends differ by the bias.
-/// Both end at the higher of the two places.
+/// A stretch that vanished between two others leaves a gap of a few of the written digits: they end halfway.
 fn join(before: Option<&mut Curve3>, after: &mut Curve3) {
     let Some(before) = before else { return };
     let (a, b) = (before.points()[before.points().len() - 1], after.points()[0]);
-    let corner = nalgebra::center(&a, &b).map(round_to_written);
-    move_end(before, true, corner);
-    move_end(after, false, corner);
+    if a != b {
+        let halfway = nalgebra::center(&a, &b).map(round_to_written);
+        move_end(before, true, halfway);
+        move_end(after, false, halfway);
+    }
 }
 
 /// No curve is longer than its control polygon.

@@ -9,7 +9,7 @@ use crate::guide::Guide;
 const STRIDE_MM: f64 = 1.0;
 /// Between samples the profile is a cubic Hermite arc; the exact location halfway may differ by this, mm.
 const HERMITE_MM: f64 = 4e-4;
-/// The slope at a proven bound is measured over this distance to both sides, mm.
+/// The slope at a proven bound is measured over this distance, mm.
 const SLOPE_MM: f64 = 0.01;
 /// Corners and jumps are narrowed down to this, mm: on the steepest ground allowed a corner is then known to
 /// a micrometre.
@@ -206,15 +206,28 @@ impl Walk<'_> {
             Support::Face { .. } => Some(location.face),
             Support::Edge => None,
             Support::Bound => {
-                // A bound has a height but no contact point to speak of: its slope is measured.
                 self.lifted += 1;
-                if let (Some(a), Some(b)) = (self.drop(s - SLOPE_MM), self.drop(s + SLOPE_MM)) {
-                    slope = (b.centre.z - a.centre.z) / (2.0 * SLOPE_MM);
-                }
+                slope = self.slope_of_heights(s, z).unwrap_or(slope);
                 None
             }
         };
         Some(Sample { s, z, slope, face })
+    }
+
+    /// A bound has a height but no contact point to speak of, and there mostly is a corner beside it: its slope is that
+    /// of the heights on the side that is straighter.
+    fn slope_of_heights(&mut self, s: f64, z: f64) -> Option<f64> {
+        let mut side = |way: f64| {
+            let [near, far] = [1.0, 2.0].map(|k| self.drop(s + way * k * SLOPE_MM).map(|l| l.centre.z));
+            let (near, far) = (near?, far?);
+            Some(((near - z) / (way * SLOPE_MM), (far - 2.0 * near + z).abs()))
+        };
+        match (side(-1.0), side(1.0)) {
+            (Some((before, bend)), Some((after, other_bend))) => {
+                Some(if bend < other_bend { before } else { after })
+            }
+            (before, after) => before.or(after).map(|(slope, _)| slope),
+        }
     }
 
     fn begin(&mut self, first: Sample) {
@@ -244,7 +257,10 @@ impl Walk<'_> {
             .map(|(i, j)| (slopes[j] - slopes[i]).abs().max(angle_between(courses[i], courses[j])))
             .into_iter()
             .fold(0.0, f64::max);
-        let gentle = (turn <= SHARPEST_TURN && self.bends_evenly(sa, sb)) || sb - sa <= CLOSEST_MM;
+        // A corner is on one side of the middle, wherever it is.
+        let uneven = (slopes[2] - 2.0 * slopes[1] + slopes[0]).abs().to_degrees() > CORNER_DEG;
+        let resolved = (turn <= SHARPEST_TURN && self.bends_evenly(sa, sb)) || sb - sa <= CLOSEST_MM;
+        let gentle = resolved && !uneven;
         // On one face the slopes are exact and the middle tells all; elsewhere errors could cancel there.
         let one_face = a.face.is_some() && a.face == m.face && a.face == b.face;
         if gentle

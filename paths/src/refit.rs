@@ -3,8 +3,9 @@ use claymill_toolpath::{WRITTEN_STEP_MM, round_to_written};
 
 use crate::Frame;
 use crate::guide::Guide;
-use crate::profile::{Profile, Sample};
+use crate::profile::{Chain, Profile, Sample};
 use crate::spline::{Datum, knot_vector, least_squares};
+use crate::target::{Target, corner};
 
 /// Passes are fitted this far above the exact locations, so that the fit cannot gouge, mm.
 pub const FIT_BIAS_MM: f64 = 2.0e-3;
@@ -12,7 +13,7 @@ pub const FIT_BIAS_MM: f64 = 2.0e-3;
 /// 3.8 µm above the exact locations.
 pub const FIT_TOLERANCE_MM: f64 = 1.8e-3;
 /// The fit aims this much lower than its tolerance, to leave room for rounding to the written digits.
-const AIM_MM: f64 = FIT_TOLERANCE_MM - 2.0 * WRITTEN_STEP_MM;
+pub(crate) const AIM_MM: f64 = FIT_TOLERANCE_MM - 2.0 * WRITTEN_STEP_MM;
 /// Shorter stretches cannot be told from a point in the written digits, mm.
 const SHORTEST_MM: f64 = 20.0 * WRITTEN_STEP_MM;
 /// Straight pieces shorter than this are not halved: both halves could vanish, and neither could be far off, mm.
@@ -21,10 +22,17 @@ const ROUNDS: usize = 12;
 /// Rounds of taking out knots, and how much worse than the tolerance a prediction may be to be tried.
 const THIN_ROUNDS: usize = 8;
 const HOPEFUL: f64 = 1.5;
+/// Without a break between two spans `h` long a cubic misses a jump `j` of its third derivative by about `j·h³` over
+/// this, and one of its second by `j·h²` over that (best approximation of truncated powers).
+const THIRD_SHARE: f64 = 160.0;
+const SECOND_SHARE: f64 = 60.0;
+/// Breaks that are not the same are at least this far apart, mm; and a jump so near to a span's end, in spans, is there.
+const CLOSEST_MM: f64 = 0.005;
+const NEAR_END: f64 = 0.04;
 /// Data points per span, at least; and their largest distance, mm.
 const DATA_PER_SPAN: usize = 8;
 const DATA_MM: f64 = 0.5;
-const LONGEST_SPAN_MM: f64 = 400.0;
+pub(crate) const LONGEST_SPAN_MM: f64 = 400.0;
 /// Beside its guide a pass comes closer to whatever stands there, on a steep slope as much as it is aside: that
 /// counts twice.
 const ASIDE_SHARE: f64 = 2.0;
@@ -59,99 +67,26 @@ pub(crate) struct Fit {
     pub(crate) error_mm: (f64, f64),
 }
 
-/// The biased path by arc length: position and unit tangent.
-struct Target {
-    t: Vec<f64>,
-    p: Vec<Point3>,
-    tangent: Vec<Vector3>,
-}
-
-impl Target {
-    fn new(profile: &Profile, guide: &Guide) -> Self {
-        let biased = |q: &Sample| {
-            let [x, y] = guide.at(q.s);
-            Point3::new(x, y, q.z) + guide.lift(q.s, q.slope) * FIT_BIAS_MM
-        };
-        let p: Vec<Point3> = profile.samples.iter().map(biased).collect();
-        let tangent = |q: &Sample| {
-            let [ex, ey] = guide.direction(q.s);
-            Vector3::new(ex, ey, q.slope).normalize()
-        };
-        let mut t = vec![0.0; p.len()];
-        for i in 1..p.len() {
-            t[i] = t[i - 1] + (p[i] - p[i - 1]).norm();
-        }
-        Target { t, p, tangent: profile.samples.iter().map(tangent).collect() }
-    }
-
-    fn length(&self) -> f64 {
-        self.t[self.t.len() - 1]
-    }
-
-    /// Position by cubic Hermite interpolation in arc length.
-    fn at(&self, t: f64) -> Point3 {
-        let i = self.t.partition_point(|&k| k <= t).clamp(1, self.t.len() - 1);
-        let h = self.t[i] - self.t[i - 1];
-        if h <= 0.0 {
-            return self.p[i];
-        }
-        let x = (t - self.t[i - 1]) / h;
-        let (x2, x3) = (x * x, x * x * x);
-        let tangent = |k: usize| self.tangent[k] * h;
-        Point3::from(
-            self.p[i - 1].coords * (2.0 * x3 - 3.0 * x2 + 1.0)
-                + tangent(i - 1) * (x3 - 2.0 * x2 + x)
-                + self.p[i].coords * (3.0 * x2 - 2.0 * x3)
-                + tangent(i) * (x3 - x2),
-        )
-    }
-
-    fn tangent_at(&self, t: f64) -> Vector3 {
-        let i = self.t.partition_point(|&k| k <= t).clamp(1, self.t.len() - 1);
-        let h = self.t[i] - self.t[i - 1];
-        let x = if h > 0.0 { (t - self.t[i - 1]) / h } else { 0.0 };
-        self.tangent[i - 1] * (1.0 - x) + self.tangent[i] * x
-    }
-
-    /// First knots: spans of length `(384 ε / |f⁗|)^¼` (geometry.md §7.3), with `f⁗` from third
-    /// differences of the tangent.
-    fn first_breaks(&self, length: f64) -> Vec<f64> {
-        let cells = ((length / 2.0).ceil() as usize).clamp(4, 4000);
-        let step = (length / 8.0).min(4.0);
-        let mut sums = vec![0.0];
-        for i in 0..cells {
-            let t = (i as f64 + 0.5) / cells as f64 * length;
-            let middle = t.clamp(1.5 * step, length - 1.5 * step);
-            let a = [-1.5, -0.5, 0.5, 1.5].map(|k| self.tangent_at(middle + k * step));
-            let fourth = (a[3] - a[2] * 3.0 + a[1] * 3.0 - a[0]).norm() / step.powi(3);
-            let density = (fourth / (384.0 * AIM_MM)).powf(0.25).max(1.0 / LONGEST_SPAN_MM);
-            sums.push(sums[i] + density * length / cells as f64);
-        }
-        let total = sums[cells];
-        let spans = total.ceil().max(1.0);
-        let mut breaks = vec![0.0];
-        for k in 1..spans as usize {
-            let wanted = total * k as f64 / spans;
-            let i = sums.partition_point(|&v| v <= wanted).clamp(1, cells);
-            let x = (wanted - sums[i - 1]) / (sums[i] - sums[i - 1]);
-            breaks.push(round_to_written((i as f64 - 1.0 + x) / cells as f64 * length));
-        }
-        breaks.push(length);
-        breaks.dedup_by(|b, a| *b - *a < 0.01);
-        breaks
-    }
+/// The curves over a chain: its smooth stretches are fitted each on its own and meet at the corners between them.
+pub(crate) fn fit_chain(chain: &Chain, over: &Over) -> Vec<Fit> {
+    let chain: Vec<&Profile> = chain.iter().filter(|p| p.length_mm() >= SHORTEST_MM).collect();
+    let between = chain.windows(2).map(|two| corner(two[0], two[1], over.guide));
+    let corners: Vec<Option<Point3>> = [None].into_iter().chain(between).chain([None]).collect();
+    let stretches = chain.iter().zip(corners.windows(2));
+    stretches.flat_map(|(profile, ends)| fit(profile, [ends[0], ends[1]], over)).collect()
 }
 
 /// Fits a smooth stretch by as few curves as can be: one, unless it resists (see [`fit_one`]); then it is
 /// halved, in the end into straight pieces so short that they are within tolerance too, or that what lifts them
 /// clear of the exact locations is no more than a few of the written digits. Stretches below these vanish.
-pub(crate) fn fit(profile: &Profile, over: &Over) -> Vec<Fit> {
-    if let Some(whole) = fit_one(profile, over) {
+fn fit(profile: &Profile, corners: [Option<Point3>; 2], over: &Over) -> Vec<Fit> {
+    let target = Target::new(profile, corners, over.guide);
+    if let Some(whole) = fit_one(profile, &target, over) {
         return vec![whole];
     }
     let mut samples = profile.samples.clone();
     if samples.len() <= 2 {
-        let piece = straight(profile, over);
+        let piece = straight(profile, &target, over);
         let is_far = |fit: &Fit| fit.error_mm.1 > FIT_BIAS_MM + FIT_TOLERANCE_MM;
         if profile.length_mm() < HALVED_MM || !piece.as_ref().is_some_and(is_far) {
             return piece.into_iter().collect();
@@ -159,20 +94,19 @@ pub(crate) fn fit(profile: &Profile, over: &Over) -> Vec<Fit> {
         samples.insert(1, profile.halfway());
     }
     let middle = samples.len() / 2;
-    let half = |samples: &[Sample]| fit(&Profile { samples: samples.to_vec() }, over);
-    let mut parts = half(&samples[..=middle]);
-    parts.extend(half(&samples[middle..]));
+    let half = |samples: &[Sample], corners| fit(&Profile { samples: samples.to_vec() }, corners, over);
+    let mut parts = half(&samples[..=middle], [corners[0], None]);
+    parts.extend(half(&samples[middle..], [None, corners[1]]));
     parts
 }
 
 /// The straight piece between the ends, raised until it is on the safe side.
-fn straight(profile: &Profile, over: &Over) -> Option<Fit> {
-    let target = Target::new(profile, over.guide);
+fn straight(profile: &Profile, target: &Target, over: &Over) -> Option<Fit> {
     let breaks = [0.0, round_to_written(target.length())];
     if breaks[1] < SHORTEST_MM {
         return None;
     }
-    let (a, b) = (target.p[0], target.p[1]);
+    let (a, b) = target.ends();
     let line = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|x| a + (b - a) * x);
     let curve = round(&line, &breaks, over)?;
     let miss = |curve: &Curve3| span_errors(curve, &breaks, |_| None, profile, over)[0];
@@ -188,14 +122,13 @@ fn straight(profile: &Profile, over: &Over) -> Option<Fit> {
 /// in the end knots that are not needed are taken out.
 ///
 /// `None` when the stretch is shorter than the written digits can show, or does not come within tolerance.
-fn fit_one(profile: &Profile, over: &Over) -> Option<Fit> {
-    let target = Target::new(profile, over.guide);
+fn fit_one(profile: &Profile, target: &Target, over: &Over) -> Option<Fit> {
     let length = round_to_written(target.length());
     if length < SHORTEST_MM {
         return None;
     }
     let spline =
-        |breaks, before: Option<&Spline>| Spline::closest(&target, breaks, length, before, profile, over);
+        |breaks, before: Option<&Spline>| Spline::closest(target, breaks, length, before, profile, over);
     let mut found = spline(target.first_breaks(length), None)?;
     for _ in 0..ROUNDS {
         if found.is_within() {
@@ -204,7 +137,7 @@ fn fit_one(profile: &Profile, over: &Over) -> Option<Fit> {
             let high = errors.iter().map(|e| e.high_mm).fold(f64::NEG_INFINITY, f64::max);
             return Some(Fit { curve, error_mm: (low, high) });
         }
-        let finer = found.finer();
+        let finer = found.finer(target);
         if finer.len() == found.breaks.len() {
             return None;
         }
@@ -248,7 +181,8 @@ impl Spline {
     /// What a span of another spline misses if it is one of this one's: a break moves few control points by as much as
     /// the written digits show.
     fn known(&self, span: usize, breaks: &[f64], curve: &Curve3) -> Option<SpanError> {
-        let own = self.breaks.binary_search_by(|b| b.total_cmp(&breaks[span])).ok()?;
+        // Of equal breaks the last begins a span.
+        let own = self.breaks.partition_point(|b| *b <= breaks[span]).checked_sub(1)?;
         let knots = [self.curve.knots(), curve.knots()].map(claymill_nurbs::KnotVector::as_slice);
         let same = own + 1 < self.breaks.len()
             && knots[0][own + 1..own + 7] == knots[1][span + 1..span + 7]
@@ -266,34 +200,65 @@ impl Spline {
         (0..self.errors.len()).all(|span| self.miss_mm(span) <= FIT_TOLERANCE_MM)
     }
 
-    /// The breaks, with more of them where too much is missed.
-    fn finer(&self) -> Vec<f64> {
-        let mut finer = vec![0.0];
+    /// The breaks, with more of them where too much is missed: two at once where the curvature jumps, for there the
+    /// spline may bend as sharply as its target.
+    fn finer(&self, target: &Target) -> Vec<f64> {
+        let mut finer = self.breaks.clone();
         for (i, span) in self.breaks.windows(2).enumerate() {
             let miss_mm = self.miss_mm(i);
-            let parts = if miss_mm > FIT_TOLERANCE_MM {
-                (miss_mm / AIM_MM).powf(0.25).ceil().clamp(2.0, 6.0) as usize
-            } else {
-                1
-            };
+            if miss_mm <= FIT_TOLERANCE_MM {
+                continue;
+            }
+            let jump = target.jump([span[0], span[1]]).map(|t| self.snapped(t, span));
+            if let Some(jump) = jump.filter(|jump| self.breaks.iter().filter(|b| *b == jump).count() < 2) {
+                finer.extend([jump, jump]);
+                continue;
+            }
+            let parts = (miss_mm / AIM_MM).powf(0.25).ceil().clamp(2.0, 6.0) as usize;
             let cut = |k: usize| round_to_written(span[0] + (span[1] - span[0]) * k as f64 / parts as f64);
-            finer.extend((1..parts).map(cut).filter(|&b| b - span[0] > 0.005 && span[1] - b > 0.005));
-            finer.push(span[1]);
+            let inside = |b: &f64| b - span[0] > CLOSEST_MM && span[1] - b > CLOSEST_MM;
+            finer.extend((1..parts).map(cut).filter(inside));
+        }
+        finer.sort_by(f64::total_cmp);
+        finer.dedup_by(|b, a| a != b && *b - *a < CLOSEST_MM);
+        for i in (2..finer.len()).rev() {
+            if finer[i] == finer[i - 2] {
+                finer.remove(i);
+            }
         }
         finer
     }
 
-    /// Breaks that may not be needed, none next to another: the error of two spans made one grows with the fourth
-    /// power of their length.
+    /// The end of `span` where a jump at `t` is as good as there.
+    fn snapped(&self, t: f64, span: &[f64]) -> f64 {
+        let near_mm = (NEAR_END * (span[1] - span[0])).max(CLOSEST_MM);
+        let whole = [self.breaks[0], self.breaks[self.breaks.len() - 1]];
+        let end = span.iter().find(|&&end| (t - end).abs() < near_mm && !whole.contains(&end));
+        end.copied()
+            .unwrap_or_else(|| round_to_written(t).clamp(whole[0] + CLOSEST_MM, whole[1] - CLOSEST_MM))
+    }
+
+    /// Breaks that may not be needed, none next to another: what the spline would miss without one grows with the jump
+    /// of its third derivative there, or of its second where there are two.
     fn spare(&self, needed: &[f64]) -> Vec<usize> {
+        let bends: Vec<[Vector3; 2]> = self.breaks.windows(2).map(|span| self.bend(span)).collect();
         let width = |i: usize| self.breaks[i + 1] - self.breaks[i];
         let predicted_mm = |k: usize| {
-            let (a, b) = (width(k - 1), width(k));
-            let longer = (a + b) / a.max(b);
-            self.miss_mm(k - 1).max(self.miss_mm(k)) * longer.powi(4)
+            let two = self.breaks[k + 1] == self.breaks[k];
+            let (before, after) = (k - 1, if two { k + 1 } else { k });
+            let (a, b) = (width(before), width(after));
+            let shorter = 2.0 * a * b / (a + b);
+            let [[second, third], [next_second, next_third]] = [bends[before], bends[after]];
+            let rise_mm = if two {
+                (next_second - second - third * a).norm() * shorter.powi(2) / SECOND_SHARE
+            } else {
+                (next_third - third).norm() * shorter.powi(3) / THIRD_SHARE
+            };
+            self.miss_mm(before).max(self.miss_mm(after)) + rise_mm
         };
         let mut spare: Vec<(f64, usize)> = (1..self.breaks.len() - 1)
-            .filter(|&k| !needed.contains(&self.breaks[k]) && width(k - 1) + width(k) <= LONGEST_SPAN_MM)
+            .filter(|&k| self.breaks[k] > self.breaks[k - 1] && !needed.contains(&self.breaks[k]))
+            .filter(|&k| width(k - 1) + width(k) <= LONGEST_SPAN_MM)
             .map(|k| (predicted_mm(k), k))
             .filter(|(miss_mm, _)| *miss_mm <= HOPEFUL * FIT_TOLERANCE_MM)
             .collect();
@@ -303,6 +268,18 @@ impl Spline {
             chosen[k] = !chosen[k - 1] && !chosen[k + 1];
         }
         (0..chosen.len()).filter(|&k| chosen[k]).collect()
+    }
+
+    /// Second derivative at the beginning of a span, and third.
+    fn bend(&self, span: &[f64]) -> [Vector3; 2] {
+        let width = span[1] - span[0];
+        if width == 0.0 {
+            return [Vector3::zeros(); 2];
+        }
+        let second = |share: f64| self.curve.derivatives(span[0] + share * width)[2];
+        let [early, late] = [second(0.25), second(0.75)];
+        let third = (late - early) / (0.5 * width);
+        [early - third * (0.25 * width), third]
     }
 }
 
@@ -345,7 +322,7 @@ fn thinned(mut good: Spline, spline: impl Fn(Vec<f64>, Option<&Spline>) -> Optio
 /// Control points of the least-squares cubic whose ends are the target's ends.
 fn closest_cubic(target: &Target, breaks: &[f64], length: f64) -> Option<Vec<Point3>> {
     let scale = target.length() / length;
-    let data = breaks.windows(2).flat_map(|span| {
+    let data = breaks.windows(2).filter(|span| span[1] > span[0]).flat_map(|span| {
         let width = span[1] - span[0];
         let count = ((width / DATA_MM).ceil() as usize).max(DATA_PER_SPAN);
         (0..count).map(move |k| {
@@ -353,8 +330,7 @@ fn closest_cubic(target: &Target, breaks: &[f64], length: f64) -> Option<Vec<Poi
             Datum { t, weight: width / count as f64, p: target.at(t * scale) }
         })
     });
-    let ends = (target.p[0], target.p[target.p.len() - 1]);
-    least_squares(&knot_vector(breaks)?, ends, data)
+    least_squares(&knot_vector(breaks)?, target.ends(), data)
 }
 
 fn round(points: &[Point3], breaks: &[f64], over: &Over) -> Option<Curve3> {
@@ -373,6 +349,9 @@ fn span_errors(
 ) -> Vec<SpanError> {
     let measured = |span: &[f64], from_s: f64| {
         let mut near = from_s;
+        if span[1] == span[0] {
+            return SpanError { low_mm: f64::INFINITY, high_mm: f64::NEG_INFINITY, end_s: near };
+        }
         let count = (((span[1] - span[0]) / CHECK_MM).ceil() as usize).max(8);
         let (mut low_mm, mut high_mm) = (f64::INFINITY, f64::NEG_INFINITY);
         for k in 0..=count {
@@ -419,7 +398,8 @@ mod tests {
     }
 
     fn fit_along_x(profile: &Profile) -> Fit {
-        fit_one(profile, &Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0 }).unwrap()
+        let target = Target::new(profile, [None; 2], &ALONG_X);
+        fit_one(profile, &target, &Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0 }).unwrap()
     }
 
     fn sampled(from: f64, to: f64, f: impl Fn(f64) -> (f64, f64)) -> Profile {
@@ -462,8 +442,10 @@ mod tests {
     fn a_straight_piece_is_raised_above_a_bulge() {
         let ends = [(0.0, 0.1), (0.5, -0.1)];
         let samples = ends.map(|(s, slope)| sample(s, 0.0, slope)).to_vec();
-        let piece =
-            straight(&Profile { samples }, &Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0 }).unwrap();
+        let profile = Profile { samples };
+        let target = Target::new(&profile, [None; 2], &ALONG_X);
+        let over = Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0 };
+        let piece = straight(&profile, &target, &over).unwrap();
         assert!(piece.error_mm.0 > 0.0, "{:?}", piece.error_mm);
         // The Hermite arc rises by h·slope/4 = 12.5 µm in the middle.
         approx::assert_abs_diff_eq!(piece.curve.point(0.25).z, 0.0125 + FIT_BIAS_MM, epsilon = 2e-4);
@@ -488,8 +470,8 @@ mod tests {
         let guide = Guide::Curved(Curve2::new(KnotVector::new(3, knots).unwrap(), points, None).unwrap());
         let over = Over { guide: &guide, frame: &top(), radius_mm: 0.0 };
         let level = Profile { samples: [0.0, 0.5, 1.0].map(|s| sample(s, 0.0, 0.0)).to_vec() };
-        assert!(fit_one(&level, &over).is_none());
-        let pieces = fit(&level, &over);
+        assert!(fit_one(&level, &Target::new(&level, [None; 2], &guide), &over).is_none());
+        let pieces = fit(&level, [None; 2], &over);
         let mut end = Point3::origin();
         for Fit { curve, .. } in &pieces {
             let (t0, t1) = curve.domain();
@@ -500,6 +482,26 @@ mod tests {
         }
         let [x, y] = guide.at(1.0);
         assert!((end - Point3::new(x, y, 0.0)).norm() < 0.005);
+    }
+
+    #[test]
+    fn stretches_meet_above_the_corner_between_them() {
+        // A valley: 30° down, then 45° up.
+        let (down, up) = (-(30f64.to_radians().tan()), 1.0);
+        let side = |s: f64, slope: f64| sample(s, s * slope, slope);
+        let before = Profile { samples: [-8.0, -1e-3, -2e-4, 0.0].map(|s| side(s, down)).to_vec() };
+        let after = Profile { samples: [0.0, 1e-4, 7.0].map(|s| side(s, up)).to_vec() };
+        let over = Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0 };
+        let [first, second] = &fit_chain(&vec![before, after], &over)[..] else { panic!() };
+        assert_eq!(first.curve.end(), second.curve.start());
+        for (fit, slope) in [(first, down), (second, up)] {
+            let (t0, t1) = fit.curve.domain();
+            for i in 0..=1000 {
+                let p = fit.curve.point(t0 + (t1 - t0) * f64::from(i) / 1000.0);
+                let above = (p.z - slope * p.x) / slope.hypot(1.0);
+                approx::assert_abs_diff_eq!(above, FIT_BIAS_MM, epsilon = 1.5e-4);
+            }
+        }
     }
 
     #[test]

@@ -48,8 +48,10 @@ pub(super) struct Entry {
     pub(super) gouge_mm: f64,
     /// Share of the crests between 0.90 and 1.05 of the scallop height.
     pub(super) even_share: f64,
-    /// Straight moves that would follow the cuts at the same tolerance.
+    /// Straight moves that would follow the cuts at the same tolerance, and how many that is for one control point of
+    /// theirs.
     pub(super) straight_moves: u64,
+    pub(super) straight_per_point: f64,
     pub(super) histogram: Vec<f64>,
     pub(super) regions: Vec<RegionEntry>,
 }
@@ -220,6 +222,7 @@ impl Entry {
             scallop_mean_mm: crests.mean_mm,
             ..Figures::default()
         };
+        let (points, straight_moves) = points_and_straight_moves(&done.program);
         Entry {
             name,
             strategy: job.request.strategy.clone(),
@@ -230,7 +233,8 @@ impl Entry {
             never_cut_share: if cut + left > 0.0 { left / (cut + left) } else { 0.0 },
             gouge_mm: found.gouge.deepest_mm,
             even_share: crests.even_share,
-            straight_moves: straight_moves(&done.program),
+            straight_moves,
+            straight_per_point: straight_moves as f64 / points.max(1) as f64,
             histogram: crests.histogram.clone(),
             regions: regions(job, found, step_mm),
         }
@@ -274,11 +278,13 @@ fn regions(job: &Job, found: &Verification, step_mm: f64) -> Vec<RegionEntry> {
     by_region.into_iter().map(entry).collect()
 }
 
-/// Straight moves that stay as close to the cuts as these to the exact path.
-fn straight_moves(program: &Program) -> u64 {
+/// Control points of the cuts, and straight moves that stay as close to the cuts as these to the exact path.
+fn points_and_straight_moves(program: &Program) -> (u64, u64) {
     let cuts = program.moves.par_iter().filter(|m| m.kind == MoveKind::Cut);
-    let chords = |curve: claymill_nurbs::Curve3| flatten(&curve, 2.0 * FIT_TOLERANCE_MM).len() as u64 - 1;
-    cuts.filter_map(|m| m.curve().ok()).map(chords).sum()
+    let counts = |curve: claymill_nurbs::Curve3| {
+        (curve.points().len() as u64, flatten(&curve, 2.0 * FIT_TOLERANCE_MM).len() as u64 - 1)
+    };
+    cuts.filter_map(|m| m.curve().ok()).map(counts).reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1))
 }
 
 fn csv(comparison: &Comparison) -> String {

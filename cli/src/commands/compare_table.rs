@@ -17,9 +17,7 @@ const ROWS: [Row; 15] = [
     ("way not cutting", |e| format!("{:.1} %", 100.0 * e.all.non_cutting_share)),
     ("time h", |e| format!("{:.2}", e.all.time_s / 3600.0)),
     ("control points", |e| e.all.control_points.to_string()),
-    ("straight / points", |e| {
-        format!("{:.1} ×", e.straight_moves as f64 / e.all.control_points.max(1) as f64)
-    }),
+    ("straight / points", |e| format!("{:.1} ×", e.straight_per_point)),
     ("scallop max µm", |e| format!("{:.0}", 1e3 * e.all.scallop_max_mm)),
     ("scallop 99 % µm", |e| format!("{:.0}", 1e3 * e.all.scallop_p99_mm)),
     ("scallop mean µm", |e| format!("{:.0}", 1e3 * e.all.scallop_mean_mm)),
@@ -101,6 +99,7 @@ mod tests {
             gouge_mm: 0.0,
             even_share: 0.64,
             straight_moves: 9_876_543,
+            straight_per_point: 8.1,
             histogram: Vec::new(),
             regions: Vec::new(),
         }

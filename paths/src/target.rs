@@ -1,0 +1,210 @@
+use claymill_nurbs::{Point3, Vector3};
+use claymill_toolpath::round_to_written;
+use nalgebra::{SMatrix, SVector};
+
+use crate::guide::Guide;
+use crate::profile::{Profile, Sample};
+use crate::refit::{AIM_MM, FIT_BIAS_MM, LONGEST_SPAN_MM};
+
+/// Fewer tangents than this do not tell a jump of curvature from a bend.
+const LEAST_TANGENTS: usize = 6;
+/// A jump is believed where it explains the tangents better than a bend at the same place, by this factor.
+const SHARPER: f64 = 1.4;
+/// A jump is looked for so far beyond both ends of a span, in spans.
+const BEYOND: f64 = 0.25;
+/// And first at so many places.
+const PLACES: usize = 24;
+
+/// Stretches whose ends are further apart than this do not meet, mm; with a smaller sine² between what lifts them they
+/// are parallel.
+const FARTHEST_MM: f64 = 0.05;
+const FLATTEST: f64 = 1e-4;
+
+/// The biased path by arc length: position and unit tangent.
+pub(crate) struct Target {
+    t: Vec<f64>,
+    p: Vec<Point3>,
+    tangent: Vec<Vector3>,
+}
+
+/// Where two stretches meet at a corner: the place that lies above both by the bias.
+pub(crate) fn corner(before: &Profile, after: &Profile, guide: &Guide) -> Option<Point3> {
+    let ends = [before.end(), after.start()];
+    let [a, b] = ends.map(|q| {
+        let [x, y] = guide.at(q.s);
+        Point3::new(x, y, q.z)
+    });
+    let [up, lean] = ends.map(|q| guide.lift(q.s, q.slope));
+    let halfway = nalgebra::center(&a, &b);
+    let cos = up.dot(&lean);
+    let lacks = [FIT_BIAS_MM - (halfway - a).dot(&up), FIT_BIAS_MM - (halfway - b).dot(&lean)];
+    let sin2 = 1.0 - cos * cos;
+    let (along_up, along_lean) = if sin2 < FLATTEST {
+        let share = 0.5 * lacks[0].max(lacks[1]);
+        (share, share)
+    } else {
+        ((lacks[0] - cos * lacks[1]) / sin2, (lacks[1] - cos * lacks[0]) / sin2)
+    };
+    let place = halfway + up * along_up + lean * along_lean;
+    ((place - halfway).norm() < FARTHEST_MM && (b - a).norm() < FARTHEST_MM).then_some(place)
+}
+
+impl Target {
+    /// Over a profile that ends at `corners`, where it does (see [`corner`]).
+    pub(crate) fn new(profile: &Profile, corners: [Option<Point3>; 2], guide: &Guide) -> Self {
+        let biased = |q: &Sample| {
+            let [x, y] = guide.at(q.s);
+            Point3::new(x, y, q.z) + guide.lift(q.s, q.slope) * FIT_BIAS_MM
+        };
+        let mut p: Vec<Point3> = profile.samples.iter().map(biased).collect();
+        let along = |q: &Sample| {
+            let [ex, ey] = guide.direction(q.s);
+            Vector3::new(ex, ey, q.slope).normalize()
+        };
+        let mut tangent: Vec<Vector3> = profile.samples.iter().map(along).collect();
+        // A valley's corner is a little before the place above the deepest one: what is behind it is left out.
+        if let [Some(first), _] = corners {
+            p[0] = first;
+            let behind = (1..p.len() - 1).take_while(|&i| (p[i] - first).dot(&tangent[0]) <= 0.0).count();
+            p.drain(1..=behind);
+            tangent.drain(1..=behind);
+        }
+        if let [_, Some(last)] = corners {
+            let end = p.len() - 1;
+            p[end] = last;
+            let behind = (1..end).rev().take_while(|&i| (last - p[i]).dot(&tangent[end]) <= 0.0).count();
+            p.drain(end - behind..end);
+            tangent.drain(end - behind..end);
+        }
+        let mut t = vec![0.0; p.len()];
+        for i in 1..p.len() {
+            t[i] = t[i - 1] + (p[i] - p[i - 1]).dot(&(tangent[i - 1] + tangent[i]).normalize()).max(0.0);
+        }
+        Target { t, p, tangent }
+    }
+
+    pub(crate) fn length(&self) -> f64 {
+        self.t[self.t.len() - 1]
+    }
+
+    pub(crate) fn ends(&self) -> (Point3, Point3) {
+        (self.p[0], self.p[self.p.len() - 1])
+    }
+
+    /// Position by cubic Hermite interpolation in arc length.
+    pub(crate) fn at(&self, t: f64) -> Point3 {
+        let i = self.t.partition_point(|&k| k <= t).clamp(1, self.t.len() - 1);
+        let h = self.t[i] - self.t[i - 1];
+        if h <= 0.0 {
+            return self.p[i];
+        }
+        let x = (t - self.t[i - 1]) / h;
+        let (x2, x3) = (x * x, x * x * x);
+        let tangent = |k: usize| self.tangent[k] * h;
+        Point3::from(
+            self.p[i - 1].coords * (2.0 * x3 - 3.0 * x2 + 1.0)
+                + tangent(i - 1) * (x3 - 2.0 * x2 + x)
+                + self.p[i].coords * (3.0 * x2 - 2.0 * x3)
+                + tangent(i) * (x3 - x2),
+        )
+    }
+
+    fn tangent_at(&self, t: f64) -> Vector3 {
+        let i = self.t.partition_point(|&k| k <= t).clamp(1, self.t.len() - 1);
+        let h = self.t[i] - self.t[i - 1];
+        let x = if h > 0.0 { (t - self.t[i - 1]) / h } else { 0.0 };
+        self.tangent[i - 1] * (1.0 - x) + self.tangent[i] * x
+    }
+
+    /// First knots: spans of length `(384 ε / |f⁗|)^¼` (geometry.md §7.3), with `f⁗` from third
+    /// differences of the tangent.
+    pub(crate) fn first_breaks(&self, length: f64) -> Vec<f64> {
+        let cells = ((length / 2.0).ceil() as usize).clamp(4, 4000);
+        let step = (length / 8.0).min(4.0);
+        let mut sums = vec![0.0];
+        for i in 0..cells {
+            let t = (i as f64 + 0.5) / cells as f64 * length;
+            let middle = t.clamp(1.5 * step, length - 1.5 * step);
+            let a = [-1.5, -0.5, 0.5, 1.5].map(|k| self.tangent_at(middle + k * step));
+            let fourth = (a[3] - a[2] * 3.0 + a[1] * 3.0 - a[0]).norm() / step.powi(3);
+            let density = (fourth / (384.0 * AIM_MM)).powf(0.25).max(1.0 / LONGEST_SPAN_MM);
+            sums.push(sums[i] + density * length / cells as f64);
+        }
+        let total = sums[cells];
+        let spans = total.ceil().max(1.0);
+        let mut breaks = vec![0.0];
+        for k in 1..spans as usize {
+            let wanted = total * k as f64 / spans;
+            let i = sums.partition_point(|&v| v <= wanted).clamp(1, cells);
+            let x = (wanted - sums[i - 1]) / (sums[i] - sums[i - 1]);
+            breaks.push(round_to_written((i as f64 - 1.0 + x) / cells as f64 * length));
+        }
+        breaks.push(length);
+        breaks.dedup_by(|b, a| *b - *a < 0.01);
+        breaks
+    }
+
+    /// Where in a span the curvature jumps, if it does: there the tangents bend like a hinge between two parabolas.
+    pub(crate) fn jump(&self, [from, to]: [f64; 2]) -> Option<f64> {
+        let beyond = BEYOND * (to - from);
+        let first = self.t.partition_point(|&t| t < from - beyond);
+        let last = self.t.partition_point(|&t| t <= to + beyond);
+        if last < first + LEAST_TANGENTS {
+            return None;
+        }
+        let hinge =
+            Hinge { from, width: to - from, t: &self.t[first..last], tangent: &self.tangent[first..last] };
+        let (at, sharp) = hinge.best(1);
+        let (_, smooth) = hinge.best(2);
+        (sharp * SHARPER * SHARPER < smooth).then_some(from + at * hinge.width)
+    }
+}
+
+/// Tangents over a span, to be explained by `a + b·x + c·x² + d·max(x − at, 0)^power`.
+struct Hinge<'a> {
+    from: f64,
+    width: f64,
+    t: &'a [f64],
+    tangent: &'a [Vector3],
+}
+
+impl Hinge<'_> {
+    /// The best place in 0..1 and the sum of squares that it leaves.
+    fn best(&self, power: i32) -> (f64, f64) {
+        let left = |at: f64| self.left(at, power);
+        let places = (0..=PLACES).map(|k| k as f64 / PLACES as f64);
+        let (mut at, mut least) = places
+            .map(|at| (at, left(at)))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .unwrap_or((0.5, f64::INFINITY));
+        let mut step = 0.5 / PLACES as f64;
+        while step > 1e-3 {
+            for near in [at - step, at + step] {
+                let sum = left(near);
+                if sum < least {
+                    (at, least) = (near, sum);
+                }
+            }
+            step *= 0.5;
+        }
+        (at, least)
+    }
+
+    fn left(&self, at: f64, power: i32) -> f64 {
+        let row = |t: f64| {
+            let x = (t - self.from) / self.width - 0.5;
+            SVector::<f64, 4>::new(1.0, x, x * x, (x + 0.5 - at).max(0.0).powi(power))
+        };
+        let mut normal = SMatrix::<f64, 4, 4>::zeros();
+        let mut right = SMatrix::<f64, 4, 3>::zeros();
+        for (&t, tangent) in self.t.iter().zip(self.tangent) {
+            let r = row(t);
+            normal += r * r.transpose();
+            right += r * tangent.transpose();
+        }
+        let Some(solver) = normal.cholesky() else { return f64::INFINITY };
+        let factors = solver.solve(&right);
+        let miss = |(&t, tangent): (&f64, &Vector3)| (factors.transpose() * row(t) - tangent).norm_squared();
+        self.t.iter().zip(self.tangent).map(miss).sum()
+    }
+}

@@ -33,6 +33,8 @@ fn the_example_machines_write_their_jobs() {
         ("siemens-840d", Dialect::Siemens),
         ("heidenhain-itnc", Dialect::Heidenhain),
         ("linuxcnc", Dialect::LinuxCnc29),
+        ("mitsubishi-m700v", Dialect::Mitsubishi),
+        ("beckhoff-twincat", Dialect::Beckhoff),
         ("plain", Dialect::G1),
     ] {
         let machine = Machine::read(&folder.join(name).with_extension("toml")).unwrap();

@@ -53,22 +53,24 @@ impl fmt::Display for Approach {
         } else {
             write!(
                 f,
-                "straight down at {feed:.0} mm/min all of {plunge_mm:.1} mm: the job has no lead-in there"
+                "the last {plunge_mm:.1} mm straight down at {feed:.0} mm/min: the job has no lead-in there"
             )
         }
     }
 }
 
 impl Route {
-    /// The wanted moves of a job, from where the machine stands (tip in mm, tool axis) if that is known.
+    /// The wanted moves of a job, from where the machine stands (tip in mm, tool axis) if that is known. To a cut without
+    /// a lead-in the feed begins `plunge_mm` above it, where that is said: whoever says so knows that the way is free.
     #[must_use]
     pub fn new(
         job: &Job,
         program: &Program,
         wanted: impl Fn(&Move) -> bool,
         stands: Option<(Point3, Vector3)>,
+        plunge_mm: Option<f64>,
     ) -> Route {
-        let mut way = Way { job, all: &program.moves, moves: Vec::new() };
+        let mut way = Way { job, all: &program.moves, moves: Vec::new(), plunge_mm };
         let mut route = Route { moves: Vec::new(), departs: 0, approach: None };
         let mut last: Option<usize> = None;
         let mut next = 0;
@@ -109,6 +111,7 @@ struct Way<'a> {
     job: &'a Job,
     all: &'a [Move],
     moves: Vec<Move>,
+    plunge_mm: Option<f64>,
 }
 
 impl Way<'_> {
@@ -197,11 +200,13 @@ impl Way<'_> {
             self.straight(MoveKind::Rapid, lifted(from), lifted(to), &name, entry);
         }
         let lead = m.kind != MoveKind::Cut;
-        let down = if lead { MoveKind::Rapid } else { MoveKind::LeadIn };
-        self.straight(down, lifted(to), to, &name, entry);
+        let way_mm = over_mm - height(&to);
+        let feed_mm = if lead { 0.0 } else { self.plunge_mm.unwrap_or(f64::INFINITY).clamp(0.0, way_mm) };
+        self.straight(MoveKind::Rapid, lifted(to), to + axis * feed_mm, &name, entry);
+        self.straight(MoveKind::LeadIn, to + axis * feed_mm, to, &name, entry);
         let (plunge_mm, seq) = match m.kind {
             MoveKind::LeadIn => ((m.end() - to).norm(), self.all.get(entry + 1).map_or(m.seq, |c| c.seq)),
-            _ => (over_mm - height(&to), m.seq),
+            _ => (feed_mm, m.seq),
         };
         Some(Approach { seq, over_mm, lead, plunge_mm, feed: self.lead_feed(entry) })
     }

@@ -142,7 +142,7 @@ fn begins_again(remote: &mut Remote) {
         let mut cuts = program.moves.iter().filter(|m| m.kind == MoveKind::Cut);
         let cut = cuts.nth(i).unwrap();
         let wanted = |m: &Move| if i == 0 { m.seq <= cut.seq } else { m.seq >= cut.seq };
-        let route = Route::new(&job, &program, wanted, None);
+        let route = Route::new(&job, &program, wanted, None, None);
         let chosen = Program { moves: route.moves };
         (cut.curve().unwrap(), MachineJob::new(job.clone(), &chosen, &machine).unwrap())
     });

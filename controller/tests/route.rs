@@ -68,7 +68,7 @@ fn record() -> Job {
 }
 
 fn from(seq: u64, stands: Option<(Point3, Vector3)>) -> Route {
-    Route::new(&record(), &program(), |m| m.seq >= seq, stands)
+    Route::new(&record(), &program(), |m| m.seq >= seq, stands, None)
 }
 
 /// Kind, end and feed of the first moves.
@@ -110,9 +110,22 @@ fn a_cut_without_a_lead_in_is_plunged_to_at_the_feed_of_leads_all_the_way() {
         assert_eq!(route.moves[0].start(), Point3::new(50.0, 1.0, CLEARANCE_MM));
         let approach = Approach { seq: 4, over_mm: 60.0, lead: false, plunge_mm: 50.0, feed: LEADS };
         assert_eq!(route.approach, Some(approach));
-        assert!(approach.to_string().contains("straight down at 3000 mm/min all of 50.0 mm"));
+        assert!(approach.to_string().contains("the last 50.0 mm straight down at 3000 mm/min"));
     }
     assert_eq!(from(5, None).approach.map(|a| (a.seq, a.lead, a.plunge_mm)), Some((5, false, 48.0)));
+}
+
+#[test]
+fn the_way_at_feed_is_as_long_as_was_said() {
+    let begin = |seq, plunge| {
+        let route = Route::new(&record(), &program(), |m| m.seq >= seq, None, Some(plunge));
+        (begins(&route, 2), route.approach.unwrap().plunge_mm)
+    };
+    let way = vec![(Rapid, [50., 1., 22.], 20_000.0), (LeadIn, [50., 1., 10.], LEADS)];
+    assert_eq!(begin(4, 12.0), (way, 12.0));
+    // No more than there is, and no less where the job has a lead-in.
+    assert_eq!(begin(4, 80.0).1, 50.0);
+    assert_eq!(begin(11, 1.0).0[..2], [(Rapid, [80., 40., 11.], 20_000.0), (LeadIn, [80., 41., 5.], LEADS)]);
 }
 
 #[test]
@@ -144,13 +157,13 @@ fn from_within_a_cut_it_goes_up_at_feed_then_fast_over_and_down() {
 
 #[test]
 fn regions_are_gone_between_over_everything() {
-    let route = Route::new(&record(), &program(), |m| m.region != 1, None);
+    let route = Route::new(&record(), &program(), |m| m.region != 1, None, None);
     let kinds: Vec<MoveKind> = route.moves.iter().map(|m| m.kind).collect();
     let first = [Rapid, LeadIn, Cut, Link, Cut, Cut, LeadOut, Rapid];
     assert_eq!(kinds, [&first[..], &[Rapid, LeadIn, Cut, LeadOut, Rapid]].concat());
     assert_eq!(route.moves[7].end(), Point3::new(0.0, 1.0, CLEARANCE_MM));
     // One cut alone: down, along, and up.
-    let alone = Route::new(&record(), &program(), |m| m.seq == 4, None);
+    let alone = Route::new(&record(), &program(), |m| m.seq == 4, None, None);
     let way = [
         (LeadIn, [50., 1., 10.], LEADS),
         (Cut, [30., 1., 12.], 6000.0),
@@ -170,7 +183,7 @@ fn no_rapid_leads_into_the_work() {
         for first in 0..all.len() as u64 {
             for last in first..all.len() as u64 {
                 let wanted = |m: &Move| (first..=last).contains(&m.seq) && m.seq % 7 != 4;
-                let route = Route::new(&record(), &program(), wanted, stands);
+                let route = Route::new(&record(), &program(), wanted, stands, None);
                 for pair in route.moves.windows(2) {
                     let gap = (pair[1].start() - pair[0].end()).norm();
                     assert!(

@@ -19,6 +19,10 @@ pub(crate) struct StreamArgs {
     /// rapidly to the clearance height. LinuxCNC is told to abort, which stops its spindle until the tool is up.
     #[arg(long)]
     pub(crate) restart: bool,
+    /// Come down rapidly to this height above a cut that has no lead-in, mm. Without it the whole way from the clearance
+    /// height is at the feed of leads, since nobody looked at what stands beside it.
+    #[arg(long, value_name = "MM")]
+    pub(crate) plunge: Option<f64>,
     /// Only this region.
     #[arg(long, value_name = "ID")]
     pub(crate) region: Option<usize>,

@@ -61,6 +61,9 @@ pub(crate) fn stream(context: &Context, args: &StreamArgs) -> Result<ExitCode, F
     if kind != "shm" {
         near(place, args.remote)?;
     }
+    if args.plunge.is_some_and(|mm| !(mm.is_finite() && mm > 0.0)) {
+        return Err(Failure::usage("--plunge needs a height above 0", "For example --plunge 20."));
+    }
     let job = read_job(&args.folder)?;
     let program = read_moves(&args.folder)?;
     let wanted = |m: &Move| m.seq >= args.from && args.region.is_none_or(|r| r == m.region);
@@ -69,7 +72,7 @@ pub(crate) fn stream(context: &Context, args: &StreamArgs) -> Result<ExitCode, F
     }
     let machine = post::machine(args.machine.as_deref())?;
     let routed = |stands: Option<(Point3, Vector3)>| {
-        let route = Route::new(&job, &program, wanted, stands);
+        let route = Route::new(&job, &program, wanted, stands, args.plunge);
         if let Some(approach) = &route.approach {
             context.console.say(format!("approach  {approach}"));
         }

@@ -23,6 +23,7 @@
 //! ```
 
 mod banded;
+mod breaks;
 mod claims;
 mod contact;
 mod contour;
@@ -39,6 +40,7 @@ mod obstacles;
 mod order;
 mod part;
 mod patch_levels;
+mod pencil;
 mod plan;
 mod plan_curve;
 mod profile;

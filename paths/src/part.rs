@@ -64,6 +64,8 @@ pub(crate) struct SetupContext<'a> {
     pub(crate) slopes: Slopes,
     /// Slope above which there are waterlines instead of rows (steep-shallow), degrees.
     pub(crate) steep_deg: f64,
+    /// Whether passes along the valleys come last.
+    pub(crate) pencil: bool,
     /// Direction of straight rows; chosen by region when not asked for.
     pub(crate) rows_along: Option<RowsAlong>,
     pub(crate) scallop_mm: f64,
@@ -116,7 +118,8 @@ impl SetupContext<'_> {
         let costs_mm = considered.iter().map(|c| c.length_mm + TURN_MM * f64::from(c.passes));
         let (chosen, _) = layouts.into_iter().zip(costs_mm).min_by(|a, b| a.1.total_cmp(&b.1))?;
         let fit_all = |laid: &Vec<Laid>| laid.par_iter().flat_map_iter(|row| self.fit_row(row)).collect();
-        let groups: Vec<Vec<Pass>> = chosen.groups.iter().map(fit_all).collect();
+        let (valleys, lifted) = if self.pencil { self.valleys(faces) } else { (Vec::new(), 0) };
+        let groups: Vec<Vec<Pass>> = chosen.groups.iter().chain([&valleys]).map(fit_all).collect();
         let passes: Vec<Pass> = groups.into_iter().flat_map(|passes| self.in_order(passes)).collect();
         if passes.is_empty() {
             return None;
@@ -128,7 +131,7 @@ impl SetupContext<'_> {
             along: chosen.along,
             passes: passes.len() as u32,
             retracts: 0,
-            lifted: chosen.lifted,
+            lifted: chosen.lifted + lifted,
         };
         self.link_passes(&passes, &mut part);
         Some(part)

@@ -34,6 +34,8 @@ pub struct PlanOptions {
     pub strategy: Strategy,
     /// Slope above which [`Strategy::SteepShallow`] has waterlines instead of rows, degrees; see [`STEEP_DEG`].
     pub steep_deg: f64,
+    /// Whether passes along the valleys in which the ball touches on both sides come last in every region.
+    pub pencil: bool,
     /// Direction of planar rows, degrees from each setup's `x` to its `y`; the cheapest one by region if `None`.
     pub row_angle_deg: Option<f64>,
     /// How passes are joined.
@@ -218,6 +220,7 @@ pub fn plan(
             strategy: options.strategy,
             slopes: Slopes::All,
             steep_deg: options.steep_deg,
+            pencil: options.pencil,
             rows_along: options.row_angle_deg.map(RowsAlong::at_deg),
             scallop_mm: to_lay_mm(options.scallop_mm),
             link: options.link,

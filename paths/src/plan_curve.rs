@@ -29,6 +29,11 @@ pub(crate) struct Drawn {
 
 /// Guides along `places`: one, or several end to end where the places turn sharply.
 pub(crate) fn through(places: &[Point2]) -> Vec<Drawn> {
+    within(places, BESIDE_MM)
+}
+
+/// The same, this close to the places.
+pub(crate) fn within(places: &[Point2], beside_mm: f64) -> Vec<Drawn> {
     let mut kept: Vec<usize> = Vec::with_capacity(places.len());
     for (i, p) in places.iter().enumerate() {
         if kept.last().is_none_or(|&k| (p - places[k]).norm() > SAME_MM) {
@@ -42,10 +47,14 @@ pub(crate) fn through(places: &[Point2]) -> Vec<Drawn> {
     let mut starts = vec![0];
     starts.extend((1..kept.len().saturating_sub(1)).filter(|&i| turns(&kept[i - 1..=i + 1])));
     starts.push(kept.len().saturating_sub(1));
-    starts.windows(2).filter(|w| w[1] > w[0]).filter_map(|w| smooth(places, &kept[w[0]..=w[1]])).collect()
+    starts
+        .windows(2)
+        .filter(|w| w[1] > w[0])
+        .filter_map(|w| smooth(places, &kept[w[0]..=w[1]], beside_mm))
+        .collect()
 }
 
-fn smooth(places: &[Point2], kept: &[usize]) -> Option<Drawn> {
+fn smooth(places: &[Point2], kept: &[usize], beside_mm: f64) -> Option<Drawn> {
     let mut at = vec![(kept[0], 0.0)];
     for w in kept.windows(2) {
         at.push((w[1], at[at.len() - 1].1 + (places[w[1]] - places[w[0]]).norm()));
@@ -58,7 +67,7 @@ fn smooth(places: &[Point2], kept: &[usize]) -> Option<Drawn> {
     for round in 0..ROUNDS {
         let curve = fit(places, &at, &breaks)?;
         let off: Vec<f64> = at.iter().map(|&(i, s)| (curve.point(s) - places[i]).norm()).collect();
-        let finer = if round + 1 < ROUNDS { split(&at, &off, &breaks) } else { breaks.clone() };
+        let finer = if round + 1 < ROUNDS { split(&at, &off, &breaks, beside_mm) } else { breaks.clone() };
         if finer.len() == breaks.len() {
             return Some(Drawn { guide: Guide::Curved(curve), at, corners: Vec::new() });
         }
@@ -85,13 +94,13 @@ fn first_breaks(at: &[(usize, f64)]) -> Vec<f64> {
 }
 
 /// Halves the spans in which a place is too far away, as long as each half keeps places enough.
-fn split(at: &[(usize, f64)], off: &[f64], breaks: &[f64]) -> Vec<f64> {
+fn split(at: &[(usize, f64)], off: &[f64], breaks: &[f64], beside_mm: f64) -> Vec<f64> {
     let mut finer = vec![breaks[0]];
     for span in breaks.windows(2) {
         let from = at.partition_point(|p| p.1 < span[0]);
         let to = at.partition_point(|p| p.1 <= span[1]);
         let middle = usize::midpoint(from, to);
-        if to - from >= 2 * PLACES_PER_SPAN && off[from..to].iter().any(|&d| d > BESIDE_MM) {
+        if to - from >= 2 * PLACES_PER_SPAN && off[from..to].iter().any(|&d| d > beside_mm) {
             finer.push(at[middle].1);
         }
         finer.push(span[1]);

@@ -22,6 +22,9 @@ const CLOSEST_MM: f64 = 0.01;
 const END_MM: f64 = 0.05;
 /// Tangents that turn by more than this between two sides of a corner make a break, degrees.
 const CORNER_DEG: f64 = 2.0;
+/// Where two contacts are as good as equally high, now one is taken and now the other: a corner becomes several, with
+/// stretches no longer than this between them, mm.
+const FLICKER_MM: f64 = 2e-3;
 /// Passes are at least this long along their guide, mm.
 const SHORTEST_PASS_MM: f64 = 1.0;
 /// Steeper than this (`n·axis` of the contact normal) a pass ends: the ball's side would cut.
@@ -153,7 +156,7 @@ pub(crate) fn follow(ball: &BallDrop, guide: &Guide, s0: f64, s1: f64) -> Follow
     }
     let (mut chains, lifted) = (walk.chains, walk.lifted);
     for chain in &mut chains {
-        chain.retain(|p| p.samples.len() > 1);
+        chain.retain(|p| p.samples.len() > 1 && p.length_mm() > FLICKER_MM);
     }
     chains.retain(|c| !c.is_empty());
     Followed { chains, lifted }
@@ -366,6 +369,46 @@ mod tests {
                 w[0].s,
                 w[1].s
             );
+        }
+    }
+
+    #[test]
+    fn a_valley_parts_two_stretches_however_it_is_crossed() {
+        let top = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0];
+        for lean in [8f64, 20.0, 60.0].map(f64::to_radians) {
+            let wall = |side: f64| {
+                let normal = Vector3::new(-side * lean.sin(), 0.0, lean.cos());
+                let placement = Placement::new(Point3::origin(), normal, Vector3::y()).unwrap();
+                let across = if side > 0.0 { (-40.0, 0.0) } else { (0.0, 40.0) };
+                plane_patch(&placement, (-40.0, 40.0), across).unwrap()
+            };
+            let model = claymill_tests::model_of([wall(1.0), wall(-1.0)]);
+            let covering = Covering::new(&model, &[false; 2], 6400.0, 6.0).unwrap();
+            let ball = BallDrop::new(&model, &covering, &top, 6.0);
+            for (aslant, off) in [(0.0f64, 0.0), (0.7, 0.0), (0.7, 0.123), (1.3, 0.04)] {
+                let direction = [aslant.cos(), aslant.sin()];
+                let origin = [off - 6.0 * direction[0], -6.0 * direction[1]];
+                let guide = Guide::Straight(crate::guide::Line { origin, direction });
+                let [chain] = &follow(&ball, &guide, 0.0, 12.0).chains[..] else { panic!() };
+                let [before, after] = &chain[..] else { panic!("{} stretches at {lean}", chain.len()) };
+                let slope = lean.tan() * direction[0];
+                let corner = 6.0 - off / direction[0];
+                let off = before.end().s - corner;
+                // Heights are bounds beside a corner: within a tenth of a micrometre.
+                let known = 1e-4 * (1.0 + 1.0 / slope);
+                assert!(off.abs() < known, "{off} mm from the corner at {lean} crossed at {aslant}");
+                for sample in before.samples.iter().chain(&after.samples) {
+                    let height = 6.0 / lean.cos() + slope * (sample.s - corner).abs();
+                    assert!((sample.z - height).abs() < 3e-4, "{} instead of {height}", sample.z);
+                    let slope = if sample.s < corner { -slope } else { slope };
+                    let near = (sample.s - corner).abs() < known;
+                    assert!(
+                        near || (sample.slope - slope).abs() < 0.02,
+                        "{} instead of {slope}",
+                        sample.slope
+                    );
+                }
+            }
         }
     }
 }

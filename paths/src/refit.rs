@@ -1,7 +1,8 @@
-use claymill_nurbs::{Curve3, Point3, Vector3};
+use claymill_nurbs::{Curve3, Point3};
 use claymill_toolpath::{WRITTEN_STEP_MM, round_to_written};
 
 use crate::Frame;
+use crate::breaks::thinned;
 use crate::guide::Guide;
 use crate::profile::{Chain, Profile, Sample};
 use crate::spline::{Datum, knot_vector, least_squares};
@@ -19,16 +20,6 @@ const SHORTEST_MM: f64 = 20.0 * WRITTEN_STEP_MM;
 /// Straight pieces shorter than this are not halved: both halves could vanish, and neither could be far off, mm.
 const HALVED_MM: f64 = 3.0 * SHORTEST_MM;
 const ROUNDS: usize = 12;
-/// Rounds of taking out knots, and how much worse than the tolerance a prediction may be to be tried.
-const THIN_ROUNDS: usize = 8;
-const HOPEFUL: f64 = 1.5;
-/// Without a break between two spans `h` long a cubic misses a jump `j` of its third derivative by about `j·h³` over
-/// this, and one of its second by `j·h²` over that (best approximation of truncated powers).
-const THIRD_SHARE: f64 = 160.0;
-const SECOND_SHARE: f64 = 60.0;
-/// Breaks that are not the same are at least this far apart, mm; and a jump so near to a span's end, in spans, is there.
-const CLOSEST_MM: f64 = 0.005;
-const NEAR_END: f64 = 0.04;
 /// Data points per span, at least; and their largest distance, mm.
 const DATA_PER_SPAN: usize = 8;
 const DATA_MM: f64 = 0.5;
@@ -69,8 +60,7 @@ pub(crate) struct Fit {
 
 /// The curves over a chain: its smooth stretches are fitted each on its own and meet at the corners between them.
 pub(crate) fn fit_chain(chain: &Chain, over: &Over) -> Vec<Fit> {
-    let chain: Vec<&Profile> = chain.iter().filter(|p| p.length_mm() >= SHORTEST_MM).collect();
-    let between = chain.windows(2).map(|two| corner(two[0], two[1], over.guide));
+    let between = chain.windows(2).map(|two| corner(&two[0], &two[1], over.guide));
     let corners: Vec<Option<Point3>> = [None].into_iter().chain(between).chain([None]).collect();
     let stretches = chain.iter().zip(corners.windows(2));
     stretches.flat_map(|(profile, ends)| fit(profile, [ends[0], ends[1]], over)).collect()
@@ -117,7 +107,7 @@ fn straight(profile: &Profile, target: &Target, over: &Over) -> Option<Fit> {
     Some(Fit { curve, error_mm: (low_mm, high_mm) })
 }
 
-/// Fits a smooth stretch by one C² cubic NURBS on the safe side of the exact locations: least squares on
+/// Fits a smooth stretch by one cubic NURBS on the safe side of the exact locations: least squares on
 /// arc length, spans split where the error is too large, rounded to the written digits, then measured again;
 /// in the end knots that are not needed are taken out.
 ///
@@ -147,16 +137,16 @@ fn fit_one(profile: &Profile, target: &Target, over: &Over) -> Option<Fit> {
 }
 
 /// A fitted spline with what it misses.
-struct Spline {
-    breaks: Vec<f64>,
-    curve: Curve3,
+pub(crate) struct Spline {
+    pub(crate) breaks: Vec<f64>,
+    pub(crate) curve: Curve3,
     /// What it misses, span by span.
-    errors: Vec<SpanError>,
+    pub(crate) errors: Vec<SpanError>,
 }
 
 /// Lowest and highest distance of a span from the exact locations.
 #[derive(Debug, Clone, Copy)]
-struct SpanError {
+pub(crate) struct SpanError {
     low_mm: f64,
     high_mm: f64,
     /// Where on the guide the span ends.
@@ -191,7 +181,7 @@ impl Spline {
     }
 
     /// Largest distance from the biased path over a span, mm.
-    fn miss_mm(&self, span: usize) -> f64 {
+    pub(crate) fn miss_mm(&self, span: usize) -> f64 {
         let SpanError { low_mm, high_mm, .. } = self.errors[span];
         (FIT_BIAS_MM - low_mm).max(high_mm - FIT_BIAS_MM)
     }
@@ -199,124 +189,6 @@ impl Spline {
     fn is_within(&self) -> bool {
         (0..self.errors.len()).all(|span| self.miss_mm(span) <= FIT_TOLERANCE_MM)
     }
-
-    /// The breaks, with more of them where too much is missed: two at once where the curvature jumps, for there the
-    /// spline may bend as sharply as its target.
-    fn finer(&self, target: &Target) -> Vec<f64> {
-        let mut finer = self.breaks.clone();
-        for (i, span) in self.breaks.windows(2).enumerate() {
-            let miss_mm = self.miss_mm(i);
-            if miss_mm <= FIT_TOLERANCE_MM {
-                continue;
-            }
-            let jump = target.jump([span[0], span[1]]).map(|t| self.snapped(t, span));
-            if let Some(jump) = jump.filter(|jump| self.breaks.iter().filter(|b| *b == jump).count() < 2) {
-                finer.extend([jump, jump]);
-                continue;
-            }
-            let parts = (miss_mm / AIM_MM).powf(0.25).ceil().clamp(2.0, 6.0) as usize;
-            let cut = |k: usize| round_to_written(span[0] + (span[1] - span[0]) * k as f64 / parts as f64);
-            let inside = |b: &f64| b - span[0] > CLOSEST_MM && span[1] - b > CLOSEST_MM;
-            finer.extend((1..parts).map(cut).filter(inside));
-        }
-        finer.sort_by(f64::total_cmp);
-        finer.dedup_by(|b, a| a != b && *b - *a < CLOSEST_MM);
-        for i in (2..finer.len()).rev() {
-            if finer[i] == finer[i - 2] {
-                finer.remove(i);
-            }
-        }
-        finer
-    }
-
-    /// The end of `span` where a jump at `t` is as good as there.
-    fn snapped(&self, t: f64, span: &[f64]) -> f64 {
-        let near_mm = (NEAR_END * (span[1] - span[0])).max(CLOSEST_MM);
-        let whole = [self.breaks[0], self.breaks[self.breaks.len() - 1]];
-        let end = span.iter().find(|&&end| (t - end).abs() < near_mm && !whole.contains(&end));
-        end.copied()
-            .unwrap_or_else(|| round_to_written(t).clamp(whole[0] + CLOSEST_MM, whole[1] - CLOSEST_MM))
-    }
-
-    /// Breaks that may not be needed, none next to another: what the spline would miss without one grows with the jump
-    /// of its third derivative there, or of its second where there are two.
-    fn spare(&self, needed: &[f64]) -> Vec<usize> {
-        let bends: Vec<[Vector3; 2]> = self.breaks.windows(2).map(|span| self.bend(span)).collect();
-        let width = |i: usize| self.breaks[i + 1] - self.breaks[i];
-        let predicted_mm = |k: usize| {
-            let two = self.breaks[k + 1] == self.breaks[k];
-            let (before, after) = (k - 1, if two { k + 1 } else { k });
-            let (a, b) = (width(before), width(after));
-            let shorter = 2.0 * a * b / (a + b);
-            let [[second, third], [next_second, next_third]] = [bends[before], bends[after]];
-            let rise_mm = if two {
-                (next_second - second - third * a).norm() * shorter.powi(2) / SECOND_SHARE
-            } else {
-                (next_third - third).norm() * shorter.powi(3) / THIRD_SHARE
-            };
-            self.miss_mm(before).max(self.miss_mm(after)) + rise_mm
-        };
-        let mut spare: Vec<(f64, usize)> = (1..self.breaks.len() - 1)
-            .filter(|&k| self.breaks[k] > self.breaks[k - 1] && !needed.contains(&self.breaks[k]))
-            .filter(|&k| width(k - 1) + width(k) <= LONGEST_SPAN_MM)
-            .map(|k| (predicted_mm(k), k))
-            .filter(|(miss_mm, _)| *miss_mm <= HOPEFUL * FIT_TOLERANCE_MM)
-            .collect();
-        spare.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let mut chosen = vec![false; self.breaks.len()];
-        for (_, k) in spare {
-            chosen[k] = !chosen[k - 1] && !chosen[k + 1];
-        }
-        (0..chosen.len()).filter(|&k| chosen[k]).collect()
-    }
-
-    /// Second derivative at the beginning of a span, and third.
-    fn bend(&self, span: &[f64]) -> [Vector3; 2] {
-        let width = span[1] - span[0];
-        if width == 0.0 {
-            return [Vector3::zeros(); 2];
-        }
-        let second = |share: f64| self.curve.derivatives(span[0] + share * width)[2];
-        let [early, late] = [second(0.25), second(0.75)];
-        let third = (late - early) / (0.5 * width);
-        [early - third * (0.25 * width), third]
-    }
-}
-
-/// Takes out breaks as long as the spline stays within tolerance. Splitting halves spans around a jump of curvature
-/// from whatever place they happen to begin at, which leaves more breaks than the jump needs.
-fn thinned(mut good: Spline, spline: impl Fn(Vec<f64>, Option<&Spline>) -> Option<Spline>) -> Spline {
-    let mut needed: Vec<f64> = Vec::new();
-    for _ in 0..THIN_ROUNDS {
-        let mut out = good.spare(&needed);
-        while !out.is_empty() {
-            let kept = good.breaks.iter().enumerate().filter(|(k, _)| !out.contains(k)).map(|(_, b)| *b);
-            let Some(trial) = spline(kept.collect(), Some(&good)) else { return good };
-            let missed: Vec<[f64; 2]> = (0..trial.errors.len())
-                .filter(|&span| trial.miss_mm(span) > FIT_TOLERANCE_MM)
-                .map(|span| [trial.breaks[span], trial.breaks[span + 1]])
-                .collect();
-            if missed.is_empty() {
-                good = trial;
-                break;
-            }
-            // What was taken out of a span that now misses, or else next to it, was needed.
-            let back = |wide: f64| -> Vec<usize> {
-                let near = |b: f64| {
-                    missed.iter().any(|[from, to]| {
-                        let margin = wide * (to - from);
-                        b > from - margin && b < to + margin
-                    })
-                };
-                out.iter().copied().filter(|&k| near(good.breaks[k])).collect()
-            };
-            let restored =
-                [0.0, 1.0].into_iter().map(back).find(|b| !b.is_empty()).unwrap_or_else(|| out.clone());
-            needed.extend(restored.iter().map(|&k| good.breaks[k]));
-            out.retain(|k| !restored.contains(k));
-        }
-    }
-    good
 }
 
 /// Control points of the least-squares cubic whose ends are the target's ends.
@@ -512,7 +384,7 @@ mod tests {
         };
         let fit = fit_along_x(&sampled(-100.0, 25.0, exact));
         assert!(fit.error_mm.0 > 0.0 && fit.error_mm.1 < 5e-3, "{:?}", fit.error_mm);
-        // Splitting alone leaves 16.
-        assert!(fit.curve.points().len() <= 10, "{} control points", fit.curve.points().len());
+        // A span for the line, two or three for the arc, one more point for the two knots in one between them.
+        assert!(fit.curve.points().len() <= 8, "{} control points", fit.curve.points().len());
     }
 }

@@ -15,7 +15,7 @@ use crate::step_over::row_distance_mm;
 const TURN_DEG: f64 = 15.0;
 
 /// A covering triangle that the setup cuts: ball centres over its corners, and the surface in its middle.
-struct Cut {
+pub(crate) struct Cut {
     centres: [Point3; 3],
     jet: Jet,
 }
@@ -42,7 +42,7 @@ impl SetupContext<'_> {
         Some((along, raster, rows))
     }
 
-    fn cuts(&self, faces: &[usize]) -> Vec<Cut> {
+    pub(crate) fn cuts(&self, faces: &[usize]) -> Vec<Cut> {
         let r = self.ball.radius_mm();
         let of_face = |&face: &usize| {
             let mesh = &self.covering.meshes[face];
@@ -68,7 +68,7 @@ impl SetupContext<'_> {
         faces.par_iter().flat_map_iter(of_face).collect()
     }
 
-    fn patches(&self, cuts: &[Cut], along: RowsAlong) -> Vec<Patch> {
+    pub(crate) fn patches(&self, cuts: &[Cut], along: RowsAlong) -> Vec<Patch> {
         let of_cut = |cut: &Cut| {
             let distance_mm = row_distance_mm(&cut.jet, along, self.ball.radius_mm(), self.scallop_mm)?;
             let (n, [ex, ey]) = (cut.jet.normal()?, along.unit());

@@ -1,4 +1,4 @@
-//! C² cubic splines by least squares: what passes and guides are made of.
+//! Cubic splines by least squares: what passes and guides are made of.
 
 use claymill_nurbs::KnotVector;
 use nalgebra::{Point, SVector};
@@ -16,7 +16,7 @@ pub(crate) struct Datum<const D: usize> {
     pub(crate) p: Point<f64, D>,
 }
 
-/// The knot vector of a C² cubic with these breaks.
+/// The knot vector of a cubic with these breaks: C², and C¹ where two are one.
 pub(crate) fn knot_vector(breaks: &[f64]) -> Option<KnotVector> {
     let (first, last) = (*breaks.first()?, *breaks.last()?);
     let mut knots = vec![first; DEGREE];

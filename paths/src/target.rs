@@ -10,8 +10,9 @@ use crate::refit::{AIM_MM, FIT_BIAS_MM, LONGEST_SPAN_MM};
 const LEAST_TANGENTS: usize = 6;
 /// A jump is believed where it explains the tangents better than a bend at the same place, by this factor.
 const SHARPER: f64 = 1.4;
-/// A jump is looked for so far beyond both ends of a span, in spans.
+/// So far beyond both ends of a span its tangents are taken, and a jump is looked for, in spans.
 const BEYOND: f64 = 0.25;
+const LOOKED: f64 = 0.15;
 /// And first at so many places.
 const PLACES: usize = 24;
 
@@ -144,7 +145,7 @@ impl Target {
         breaks
     }
 
-    /// Where in a span the curvature jumps, if it does: there the tangents bend like a hinge between two parabolas.
+    /// Where in a span or just beside it the curvature jumps, if it does: there the tangents bend like a hinge between two parabolas.
     pub(crate) fn jump(&self, [from, to]: [f64; 2]) -> Option<f64> {
         let beyond = BEYOND * (to - from);
         let first = self.t.partition_point(|&t| t < from - beyond);
@@ -169,10 +170,10 @@ struct Hinge<'a> {
 }
 
 impl Hinge<'_> {
-    /// The best place in 0..1 and the sum of squares that it leaves.
+    /// The best place, 0 to 1 in the span, and the sum of squares that it leaves.
     fn best(&self, power: i32) -> (f64, f64) {
         let left = |at: f64| self.left(at, power);
-        let places = (0..=PLACES).map(|k| k as f64 / PLACES as f64);
+        let places = (0..=PLACES).map(|k| (1.0 + 2.0 * LOOKED) * k as f64 / PLACES as f64 - LOOKED);
         let (mut at, mut least) = places
             .map(|at| (at, left(at)))
             .min_by(|a, b| a.1.total_cmp(&b.1))

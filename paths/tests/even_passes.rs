@@ -22,6 +22,7 @@ fn passes(surface: NurbsSurface) -> Vec<Vec<Point3>> {
     let options = PlanOptions {
         tool: format!("ball:{R}").parse().unwrap(),
         rest_of: None,
+        pencil: false,
         scallop_mm: SCALLOP_MM,
         strategy: Strategy::Scallop,
         row_angle_deg: None,

@@ -90,6 +90,9 @@ pub struct Request {
     pub scallop_mm: f64,
     /// Strategy.
     pub strategy: String,
+    /// Whether valleys have passes of their own.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub pencil: bool,
     /// Link style.
     pub link: LinkStyle,
     /// Merge preset.

@@ -91,6 +91,10 @@ pub(crate) struct JobOptions {
     /// Slope above which steep-shallow has waterlines instead of rows, degrees [default: 45].
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub(crate) steep: Option<f64>,
+    /// Pencil passes: last in every region along the valleys in which the ball touches on both sides.
+    #[arg(long)]
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) pencil: bool,
     /// Direction of planar rows in each setup, degrees [default: the cheapest one by region].
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub(crate) angle: Option<f64>,

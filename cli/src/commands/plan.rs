@@ -89,6 +89,7 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
         holder: first.holder.or(second.holder),
         holder_clearance: first.holder_clearance.or(second.holder_clearance),
         rest_of: first.rest_of.or(second.rest_of),
+        pencil: first.pencil || second.pencil,
         scallop: first.scallop.or(second.scallop),
         strategy: first.strategy.or(second.strategy),
         steep: first.steep.or(second.steep),
@@ -240,6 +241,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         scallop_mm: request.scallop_mm,
         strategy: request.strategy.into(),
         steep_deg: request.steep_deg,
+        pencil: request.options.pencil,
         row_angle_deg: request.options.angle,
         link: request.link,
         orientation,
@@ -389,6 +391,7 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
         request: claymill_toolpath::Request {
             tool: request.tool,
             rest_of: request.rest_of,
+            pencil: request.options.pencil,
             scallop_mm: request.scallop_mm,
             strategy: options.strategy.to_string(),
             link: request.link,

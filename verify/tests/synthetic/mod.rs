@@ -53,6 +53,7 @@ pub(crate) fn job(model: &Model) -> Job {
         },
         request: Request {
             rest_of: None,
+            pencil: false,
             tool,
             scallop_mm: H,
             strategy: "planar".into(),

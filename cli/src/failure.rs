@@ -128,6 +128,12 @@ impl From<claymill_paths::PlanError> for Failure {
                 let advice = "Usual scallop heights are 0.02 to 0.2 mm, for example --scallop 0.1.";
                 return Failure::usage(error, advice);
             }
+            E::NoBall { .. } => {
+                return Failure::usage(
+                    error,
+                    "Choose a ball, for example --tool ball:10; it may have a taper and a shank.",
+                );
+            }
             E::ToolTooBig { .. } => {
                 "Choose a smaller --tool, and check the units that `claymill inspect` shows."
             }

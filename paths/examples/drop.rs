@@ -62,7 +62,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 counts[match location.support {
                     Support::Face { .. } => 0,
                     Support::Edge => 1,
-                    Support::Bound => 2,
+                    Support::Bound | Support::Side => 2,
                 }] += 1;
             }
         }

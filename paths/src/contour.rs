@@ -101,11 +101,16 @@ struct Trace<'a> {
 }
 
 impl Trace<'_> {
+    /// Where the ball touches something.
+    fn rest(&mut self, at: Point2) -> Option<Location> {
+        self.march.drop(at.x, at.y).filter(|l| l.support != Support::Side)
+    }
+
     /// The place of the line that is reached from `from` uphill or downhill, if it is no further than `aside_mm`.
     fn node(&mut self, index: usize, from: Point2, aside_mm: f64) -> Option<Node> {
         let mut at = from;
         for _ in 0..NEWTON_STEPS {
-            let location = self.march.drop(at.x, at.y)?;
+            let location = self.rest(at)?;
             let uphill = uphill(&location)?;
             let off = self.height - location.centre.z;
             if off.abs() <= self.bound(&location, ON_LEVEL_MM) {
@@ -162,7 +167,7 @@ impl Trace<'_> {
         if length <= LONGEST_MM
             && !turns
             && !sharp
-            && let Some(location) = self.march.drop(halfway.x, halfway.y)
+            && let Some(location) = self.rest(halfway)
             && (location.centre.z - self.height).abs() <= self.bound(&location, LEVEL_MM)
         {
             return self.push(b);

@@ -128,6 +128,7 @@ pub(crate) fn missing_rows(
                 |row: Option<&OnRow>| row.is_some_and(|row| row.face.is_none_or(|f| claimed(f, None)));
             claimed(m.face, None) && beside.into_iter().all(whole)
         }
+        Support::Side => false,
     };
     let of_column = |column: usize| {
         let s = raster.middle(column);

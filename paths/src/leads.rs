@@ -49,7 +49,7 @@ impl SetupContext<'_> {
         let (a, b) = (self.frame.to_setup(&from), self.frame.to_setup(&to));
         let ends = a.z.max(b.z);
         // What an earlier ball has left is no higher than what it rests on.
-        let aside = self.ball.radius_mm() + self.earlier.map_or(0.0, BallDrop::radius_mm);
+        let aside = self.ball.widest_mm() + self.earlier.map_or(0.0, BallDrop::radius_mm);
         let top = self.heights.over([a.x, a.y], [b.x, b.y], aside);
         let high = top.max(ends) + CLEARANCE_MM;
         // The map is coarse: a wall beside a short way counts as if it stood in it.

@@ -56,7 +56,9 @@ mod target;
 mod tour;
 mod waterline;
 
-pub use contact::{BallDrop, Covering, Location, March, Support};
+pub use contact::{
+    BallDrop, Covering, END_EPSILON_MM, EndDrop, EndLocation, Location, March, Support, ToolPart,
+};
 pub use frame::{Axis, AxisError, Frame, Orientation, ParallelAxes, RowsAlong};
 pub use kinematics::times_s;
 pub use obstacles::plan_around;

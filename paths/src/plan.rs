@@ -100,6 +100,12 @@ pub enum PlanError {
         /// Radius of the earlier one.
         earlier_mm: f64,
     },
+    /// The end is not one that passes are laid for.
+    #[error("passes are laid for ball ends only so far: {tool} cannot be planned with")]
+    NoBall {
+        /// The tool.
+        tool: Tool,
+    },
     /// The tool does not fit the model.
     #[error("a ball of radius {radius_mm} mm is too big for a model of {size_mm:.1} mm")]
     ToolTooBig {
@@ -181,11 +187,11 @@ pub fn plan(
             PlanError::Face { face, entity: model.faces[face].source.entity.clone(), source }
         })?;
     let frames = Frame::five(options.orientation);
-    let of_radius = |radius_mm: f64| -> Vec<BallDrop> {
-        frames.par_iter().map(|f| BallDrop::new(model, &covering, f, radius_mm)).collect()
+    let of_tool = |tool: &Tool| -> Vec<BallDrop> {
+        frames.par_iter().map(|f| BallDrop::of_tool(model, &covering, f, tool)).collect()
     };
-    let balls = of_radius(radius_mm);
-    let earlier = options.rest_of.map_or_else(Vec::new, |tool| of_radius(tool.radius_mm()));
+    let balls = of_tool(&options.tool);
+    let earlier = options.rest_of.map_or_else(Vec::new, |tool| of_tool(&tool));
     progress("setups", 0.5);
     let views = Views { frames: &frames, balls: &balls, earlier: &earlier };
     let fates = assign(model, &covering, &views, regions, 0.5 * options.scallop_mm);
@@ -268,6 +274,9 @@ pub fn plan(
 
 fn check(model: &Model, options: &PlanOptions) -> Result<(), PlanError> {
     let (radius_mm, scallop_mm) = (options.tool.radius_mm(), options.scallop_mm);
+    if let Some(tool) = [Some(options.tool), options.rest_of].into_iter().flatten().find(|t| !t.is_ball()) {
+        return Err(PlanError::NoBall { tool });
+    }
     if !(scallop_mm > 0.0 && scallop_mm < radius_mm) {
         return Err(PlanError::Scallop { scallop_mm, radius_mm });
     }

@@ -213,6 +213,8 @@ impl Walk<'_> {
                 slope = self.slope_of_heights(s, z).unwrap_or(slope);
                 None
             }
+            // The ball touches nothing there.
+            Support::Side => return None,
         };
         Some(Sample { s, z, slope, face })
     }

@@ -26,7 +26,7 @@ enum Seen {
     },
     /// Leans too far or faces away.
     Steep,
-    /// The ball is held up by less than its radius.
+    /// The ball is held up by less than its radius, or by what is above it.
     Tight,
     /// Something else is in the way.
     Hidden,
@@ -116,6 +116,7 @@ fn probe_face(
             let touch = Location { centre, normal, face, support: Support::Face { u: uv.x, v: uv.y } };
             seen[k] = match ball.rest_above(&touch, allowed_mm / facing.abs()) {
                 None => Seen::Reached { facing: facing.abs(), done: false },
+                Some(rest) if rest.support == Support::Side => Seen::Tight,
                 Some(rest) if rest.centre.z - centre.z < ball.radius_mm() => Seen::Tight,
                 Some(_) => Seen::Hidden,
             };

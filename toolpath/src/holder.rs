@@ -59,7 +59,7 @@ impl Holder {
     /// The usual chuck for a tool: shrink-fit on HSK-A63; for thicker shanks one that grows with them.
     #[must_use]
     pub fn usual(stick_out_mm: f64, tool: &Tool) -> Self {
-        let shank_mm = 2.0 * tool.radius_mm();
+        let shank_mm = 2.0 * tool.shank_radius_mm();
         let fitting = SHRINK_FIT_MM.iter().find(|[largest, ..]| shank_mm <= *largest);
         let [lower_diameter_mm, upper_diameter_mm] =
             fitting.map_or([shank_mm + 12.0, shank_mm + 21.0], |[_, lower, upper]| [*lower, *upper]);
@@ -136,7 +136,7 @@ impl std::fmt::Display for Holder {
 mod tests {
     use super::*;
 
-    const BALL: Tool = Tool::Ball { radius_mm: 6.0 };
+    const BALL: Tool = Tool::ball(6.0);
 
     #[test]
     fn a_holder_reads_what_it_writes_and_stands_on_its_stick_out() {
@@ -154,7 +154,7 @@ mod tests {
     #[test]
     fn the_usual_chuck_is_thicker_than_any_shank() {
         for radius_mm in [0.5, 3.0, 6.0, 10.0, 16.0, 30.0, 80.0] {
-            let holder = Holder::usual(200.0, &Tool::Ball { radius_mm });
+            let holder = Holder::usual(200.0, &Tool::ball(radius_mm));
             let radii: Vec<f64> = holder.profile().flatten().map(|p| p[1]).collect();
             assert!(radii[0] > radius_mm && radii.is_sorted(), "{radii:?}");
         }

@@ -13,7 +13,7 @@
 //! ```
 //! use claymill_toolpath::{Move, MoveKind, Tool};
 //! let tool: Tool = "ball:10".parse()?;
-//! assert_eq!(tool, Tool::Ball { radius_mm: 10.0 });
+//! assert_eq!(tool, Tool::ball(10.0));
 //! let line = r#"{"seq":1,"setup":"top","region":3,"pass":5,"kind":"cut","tool":"T1","degree":1,
 //!     "knots":[0,0,5,5],"weights":null,"points":[[0,0,0],[3,4,0]],
 //!     "axis_start":[0,0,1],"axis_end":[0,0,1],"feed":6000}"#;
@@ -46,5 +46,5 @@ pub use regions::{
     FailingRecord, JointRecord, LapRecord, RegionQualityRecord, RegionRecord, RegionsFile, SmallRegionRecord,
     WideGapRecord,
 };
-pub use tool::{Tool, ToolError};
+pub use tool::{End, Tool, ToolError};
 pub use whole::write_whole;

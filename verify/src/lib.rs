@@ -156,7 +156,7 @@ pub fn verify_with_crests(
 
     let stage = |name| scene::Stage::begin(name, progress);
     let (gouge, contact, _) = contact::measure(scene, &stage("gouge and contact"));
-    let rapids = rapids::measure(scene, &reach, &stage("rapids"));
+    let rapids = rapids::measure(scene, &bench.meshes, &reach, &stage("rapids"));
     let obstacles = obstacles::measure(scene, &stage("obstacles"));
     let shank = holder::measure_shank(scene, &bench.meshes, &reach, &stage("shank"));
     let holder = holder::measure(scene, &bench.meshes, &reach, &stage("holder"));

@@ -1,8 +1,9 @@
-use claymill_nurbs::Point3;
+use claymill_nurbs::{FaceMesh, Point3};
 use claymill_toolpath::MoveKind;
 use rayon::prelude::*;
 
 use crate::drop::DropMesh;
+use crate::holder;
 use crate::reach::Reach;
 use crate::report::{Place, Rapids};
 use crate::scene::{Scene, Stage};
@@ -12,11 +13,18 @@ use crate::track::Track;
 const LOCATED_MM: f64 = 0.25;
 /// Clearances that differ by less are not told apart, mm.
 const SAME_CLEARANCE_MM: f64 = 0.01;
+/// Where the ball has nothing below it, clearances of the shank beyond this are not measured, mm.
+const FAR_MM: f64 = 1000.0;
 
 /// Measures how far the tool could be lowered along its axis anywhere on the rapids before ball or shank
 /// touch. Branch and bound: a stretch whose lowest tip is above the highest point of the model beside it needs
 /// no closer look than that.
-pub(crate) fn measure(scene: &Scene<'_>, reach: &Reach<'_>, stage: &Stage<'_>) -> Rapids {
+pub(crate) fn measure(
+    scene: &Scene<'_>,
+    meshes: &[Option<FaceMesh>],
+    reach: &Reach<'_>,
+    stage: &Stage<'_>,
+) -> Rapids {
     let rapids: Vec<&Track> = scene.tracks.iter().filter(|t| t.kind == MoveKind::Rapid).collect();
     let lowest: Vec<Option<(f64, Place)>> = rapids
         .par_iter()
@@ -30,10 +38,12 @@ pub(crate) fn measure(scene: &Scene<'_>, reach: &Reach<'_>, stage: &Stage<'_>) -
                 search.stretch(&ends[0], &ends[1]);
             }
             stage.step(rapids.len());
-            search.least.map(|(clearance, at)| {
+            let by_ball = search.least.map(|(clearance, at)| {
                 let place = Place { move_seq: Some(track.seq), ..scene.place(at, None) };
                 (clearance, place)
-            })
+            });
+            let known_mm = by_ball.as_ref().map_or(FAR_MM, |(clearance, _)| *clearance);
+            holder::clearance_of_sides(scene, meshes, reach, track, known_mm).or(by_ball)
         })
         .collect();
     let touching = lowest.iter().flatten().filter(|l| l.0 <= 0.0).count() as u64;

@@ -1,6 +1,8 @@
 use claymill_nurbs::{Point3, Vector3};
+use claymill_toolpath::Tool;
 
 use crate::drop::DropMesh;
+use crate::holder::Sides;
 use crate::mesh::Mesh;
 use crate::report::SurfaceState;
 use crate::scene::Scene;
@@ -13,15 +15,16 @@ const SIGHT_RADIUS: f64 = 0.01;
 ///
 /// ```text
 ///   q = p + R·n   ball there?      exact distance of q from all faces ≥ R − sink
-///   along axis    shank there?     tool of radius R − sink lowered on the mesh stops below q
+///   along axis    shank there?     tool of radius R − sink lowered on the mesh stops below q; flutes and shank of
+///                                  another thickness, thinner by the sink, meet nothing
 ///   otherwise     seen at all?     the same with a thin pin at p: yes → too tight, no → hidden
 /// ```
 pub(crate) struct Reach<'a> {
     scene: &'a Scene<'a>,
     setups: Vec<(Vector3, DropMesh<'a>)>,
-    radius_mm: f64,
-    /// Radius of the earlier tool, where a job cuts its rest.
-    earlier_mm: Option<f64>,
+    tool: Tool,
+    /// The earlier tool, where a job cuts its rest.
+    earlier: Option<Tool>,
     least_cosine: f64,
 }
 
@@ -32,8 +35,8 @@ impl<'a> Reach<'a> {
         Reach {
             scene,
             setups: axes.map(|a| (a, DropMesh::new(mesh, &a))).collect(),
-            radius_mm: scene.job.request.tool.radius_mm(),
-            earlier_mm: scene.job.request.rest_of.map(|t| t.radius_mm()),
+            tool: scene.job.request.tool,
+            earlier: scene.job.request.rest_of,
             least_cosine: scene.options.steepest_deg.to_radians().cos(),
         }
     }
@@ -50,7 +53,7 @@ impl<'a> Reach<'a> {
         let mut sides = [*n, -n].map(|n| (self.side(p, &n, sink_mm), n));
         // Of a sheet without thickness the side counts that faces a setup best.
         let facing = |n: &Vector3| self.setups.iter().map(|(axis, _)| n.dot(axis)).fold(-1.0, f64::max);
-        if self.earlier_mm.is_some() && facing(&sides[1].1) > facing(&sides[0].1) {
+        if self.earlier.is_some() && facing(&sides[1].1) > facing(&sides[0].1) {
             sides.swap(0, 1);
         }
         let reached = [SurfaceState::ReachableLeft, SurfaceState::EarlierTool];
@@ -67,20 +70,26 @@ impl<'a> Reach<'a> {
     /// The same for one side.
     pub(crate) fn side(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
         let mut facing = self.setups.iter().filter(|(axis, _)| n.dot(axis) >= self.least_cosine);
-        let fits = |radius_mm: f64| {
+        let fits = |tool: Tool| {
+            let radius_mm = tool.radius_mm();
             let (ball, slim) = (p + n * radius_mm, radius_mm - sink_mm);
+            let passes = |view: &DropMesh<'_>| {
+                let centre = view.in_frame(&ball);
+                let sides = Sides::of(&tool, sink_mm + view.worst_deviation_mm());
+                !view.blocks(&centre, slim) && !sides.meet(view, &(centre - Vector3::z() * radius_mm))
+            };
             facing.clone().next().is_some()
                 && !self.scene.closest.any_within(&ball, slim)
                 && !self.scene.obstacles.any_within(&ball, slim)
-                && facing.clone().any(|(_, view)| !view.blocks(&view.in_frame(&ball), slim))
+                && facing.clone().any(|(_, view)| passes(view))
         };
-        if self.earlier_mm.is_some_and(fits) {
+        if self.earlier.is_some_and(fits) {
             return SurfaceState::EarlierTool;
         }
-        if fits(self.radius_mm) {
+        if fits(self.tool) {
             return SurfaceState::ReachableLeft;
         }
-        let pin = SIGHT_RADIUS * self.radius_mm;
+        let pin = SIGHT_RADIUS * self.tool.radius_mm();
         let sees = |view: &DropMesh<'_>| {
             let end = p + n * (pin + view.worst_deviation_mm());
             !view.screens(&view.in_frame(&end), pin)

@@ -4,7 +4,7 @@ mod synthetic;
 
 use claymill_nurbs::{Curve3, KnotVector, Model, NurbsSurface, Point3, Vector3};
 use claymill_toolpath::MoveKind::{Cut, LeadIn, Rapid};
-use claymill_toolpath::{Holder, Move};
+use claymill_toolpath::{Holder, Move, Tool};
 use claymill_verify::{FindingCode, HolderClearance, Severity, Verification, VerifyOptions, verify_program};
 use synthetic::{R, along, check, job, model, program, rectangle, straight};
 
@@ -261,5 +261,56 @@ fn the_shank_may_run_along_a_wall_but_not_into_it() {
         if let Some(depth) = depth {
             assert!((shank.deepest_mm - depth).abs() < 0.2 * depth, "{shank:?}");
         }
+    }
+}
+
+/// A job whose tool has a taper or a shank of its own.
+fn with_tool(model: &Model, tool: &str, moves: Vec<Move>) -> Verification {
+    let mut job = job(model);
+    let tool: Tool = tool.parse().unwrap();
+    job.request.tool = tool;
+    job.tools[0].tool = tool;
+    check(model, &job, &program(moves))
+}
+
+#[test]
+fn a_thicker_shank_stands_on_what_the_ball_passes() {
+    // The ball runs along a wall of 40 mm that is 12 mm away from its axis.
+    let model = wall(40.0);
+    for (tool, touching) in [
+        ("ball:10,length:45,shank:40", None),
+        ("ball:10,length:30,shank:23", None),
+        // Over the wall's top by 3 mm, 10 mm below it.
+        ("ball:10,length:30,shank:30", Some(3.0)),
+        // By 8 mm, but only 5 mm below the top.
+        ("ball:10,length:35,shank:40", Some(5.0)),
+        // The tangent at 5° is 9.96 mm from the axis and 9.13 mm up: 12.66 mm at the wall's top.
+        ("ball:10,taper:5,length:60", Some(0.66)),
+        ("ball:10,taper:3,length:60", None),
+    ] {
+        let v = with_tool(&model, tool, beside(12.0));
+        let shank = v.shank.as_ref().unwrap();
+        assert_eq!(shank.touching, u64::from(touching.is_some()), "{tool}: {shank:?}");
+        if let Some(depth) = touching {
+            assert!((shank.deepest_mm - depth).abs() < 0.1 * depth, "{tool}: {shank:?}");
+        }
+    }
+}
+
+#[test]
+fn rapids_count_what_stands_above_the_ball() {
+    // 12 mm beside the axis there is a wall of 40 mm.
+    let model = wall(40.0);
+    let rapid = |z: f64| vec![straight(Rapid, 0, Point3::new(12.0, -50.0, z), Point3::new(12.0, 50.0, z))];
+    for (tool, tip, clearance) in [
+        ("ball:10", 20.0, 20.0),
+        ("ball:10,length:30,shank:40", 20.0, 10.0),
+        ("ball:10,length:30,shank:40", 8.0, -2.0),
+        ("ball:10,length:30,shank:23", 8.0, 8.0),
+    ] {
+        let v = with_tool(&model, tool, rapid(tip + R));
+        let found = v.rapids.clearance_min_mm.unwrap();
+        assert!((found - clearance).abs() < 0.03, "{tool} at {tip}: {found}");
+        assert_eq!(v.rapids.touching, u64::from(clearance < 0.0), "{tool}");
     }
 }

@@ -298,7 +298,7 @@ mod tests {
 
     /// A plate of 100 × 60 mm, over whose middle a ball of radius 5 runs at 10 mm/s along x.
     fn reel() -> Reel {
-        let tools = [ToolRecord { id: "T1".into(), tool: Tool::Ball { radius_mm: 5.0 }, holder: None }];
+        let tools = [ToolRecord { id: "T1".into(), tool: Tool::ball(5.0), holder: None }];
         let cut = Move {
             setup: "top".into(),
             tool: "T1".into(),

@@ -39,7 +39,7 @@ pub(crate) struct CompareArgs {
     /// Scallop heights, mm.
     #[arg(long, value_delimiter = ',', value_name = "MM", default_values_t = [0.1])]
     pub(crate) scallop: Vec<f64>,
-    /// Tools: `ball:R` with the radius in mm.
+    /// Tools: `ball:R` with the radius in mm; a taper and a shank as in `plan --tool`.
     #[arg(long, value_delimiter = ',', value_name = "SHAPE:SIZE", default_values_t = ["ball:10".to_owned()])]
     pub(crate) tool: Vec<String>,
     /// How passes are joined.
@@ -68,7 +68,8 @@ pub(crate) struct CompareArgs {
 #[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct JobOptions {
-    /// Tool: `ball:R` with the radius in mm [default: ball:10].
+    /// Tool: `ball:R` with the radius in mm; with a taper or a shank of its own above the height `length`,
+    /// `ball:5,taper:3,length:30,shank:12` (angle in degrees, diameter in mm) [default: ball:10].
     #[arg(long, value_name = "SHAPE:SIZE")]
     pub(crate) tool: Option<String>,
     /// What holds the tool: how far it sticks out, mm, and sections from the tool up as diameters and length, for

@@ -86,7 +86,8 @@ pub(super) struct Figures {
 /// `claymill compare`.
 pub(crate) fn compare(context: &Context, args: &CompareArgs) -> Result<ExitCode, Failure> {
     let mut requests = Vec::new();
-    for tool in &args.tool {
+    let tools = tools(args);
+    for tool in &tools {
         for &scallop in &args.scallop {
             for &strategy in &args.strategies {
                 requests.push((name(args, tool, scallop, strategy), request(args, tool, scallop, strategy)?));
@@ -185,11 +186,24 @@ fn request(args: &CompareArgs, tool: &str, scallop: f64, strategy: StrategyName)
     Request::new(&args.model, &options)
 }
 
+/// The tools: what is said of a tool after a comma belongs to the one before.
+fn tools(args: &CompareArgs) -> Vec<String> {
+    let mut tools: Vec<String> = Vec::new();
+    for part in &args.tool {
+        let more = ["taper:", "length:", "shank:"].iter().any(|name| part.trim_start().starts_with(name));
+        match tools.last_mut() {
+            Some(tool) if more => *tool += &format!(",{part}"),
+            _ => tools.push(part.clone()),
+        }
+    }
+    tools
+}
+
 /// The strategy's name, with tool and scallop height where there are several.
 fn name(args: &CompareArgs, tool: &str, scallop: f64, strategy: StrategyName) -> String {
     let mut name = merge::name(&strategy);
-    if args.tool.len() > 1 {
-        name = format!("{name}-{}", tool.replace(':', ""));
+    if tools(args).len() > 1 {
+        name = format!("{name}-{}", tool.replace(':', "").replace(',', "-"));
     }
     if args.scallop.len() > 1 {
         name = format!("{name}-{scallop}");

@@ -91,7 +91,7 @@ mod tests {
         Entry {
             name: name.to_owned(),
             strategy: strategy.to_owned(),
-            tool: Tool::Ball { radius_mm: 10.0 },
+            tool: Tool::ball(10.0),
             scallop_mm: 0.1,
             passed: strategy != "iso",
             all: Figures { time_s: 3600.0 * hours, control_points: 1_234_567, ..Figures::default() },

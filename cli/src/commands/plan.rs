@@ -113,7 +113,9 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
 impl Request {
     pub(crate) fn new(model: &Path, options: &JobOptions) -> Result<Self, Failure> {
         let tool = options.tool.as_deref().unwrap_or("ball:10").parse::<Tool>();
-        let tool = tool.map_err(|e| Failure::usage(e, "For example: --tool ball:10."))?;
+        let tool = tool.map_err(|e| {
+            Failure::usage(e, "For example: --tool ball:10, or --tool ball:5,taper:3,length:30,shank:12.")
+        })?;
         let least = options.holder.as_deref().and_then(|text| text.trim().strip_prefix(LEAST));
         // What the tool has to stick out is known when there are paths; until then the ball does.
         let text = least.map(|sections| format!("{}{sections}", tool.radius_mm()));

@@ -20,6 +20,7 @@ mod post;
 mod rest;
 mod roadster;
 mod run;
+mod shank;
 mod steep;
 mod times;
 #[cfg(feature = "window")]

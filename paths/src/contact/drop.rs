@@ -1,8 +1,10 @@
 use claymill_nurbs::{Aabb, Curve2, Domain, FaceId, Leaves, Model, NurbsSurface, Point2, Point3, Vector3};
+use claymill_toolpath::Tool;
 use rayon::prelude::*;
 
 use super::covering::{Covering, EdgePiece};
 use super::edge::OnEdge;
+use super::end::{Body, END_EPSILON_MM, held_above};
 use super::face::{Pace, Polished, polish};
 use super::flat::{box_height, on_point, on_triangle, plane_height};
 use super::floor::Floor;
@@ -21,6 +23,9 @@ const CORNER_INSET: f64 = 0.02;
 const SLIVER_LEVEL: u32 = 3;
 /// A triangle whose normal leans further from its surface's (60°) stands across it.
 const ALONG_COSINE: f64 = 0.5;
+/// Sides of a domain that are shorter than this are a point, mm; in so many places it is looked.
+const POLE_MM: f64 = 1e-9;
+const POLE_LOOKS: u32 = 7;
 /// Deepest subdivision of a triangle; its deviation shrinks by 4 at each level.
 const DEEPEST: u32 = 12;
 
@@ -28,31 +33,36 @@ const DEEPEST: u32 = 12;
 #[derive(Debug)]
 pub struct BallDrop<'a> {
     radius_mm: f64,
-    covering: &'a Covering,
-    faces: Vec<SetupFace>,
-    triangles: Vec<Triangle>,
-    edges: Vec<EdgePiece>,
-    tree: DropTree,
+    pub(super) covering: &'a Covering,
+    pub(super) faces: Vec<SetupFace>,
+    pub(super) triangles: Vec<Triangle>,
+    pub(super) edges: Vec<EdgePiece>,
+    pub(super) tree: DropTree,
+    /// What stands out above the ball.
+    sides: Vec<Body>,
+    widest_mm: f64,
 }
 
 #[derive(Debug)]
-struct SetupFace {
+pub(super) struct SetupFace {
     surface: NurbsSurface,
     /// The same for evaluation.
-    leaves: Leaves,
+    pub(super) leaves: Leaves,
     /// The trims; `None` where the whole domain belongs to the face.
-    domain: Option<Domain>,
-    boundary: Vec<Curve2>,
+    pub(super) domain: Option<Domain>,
+    pub(super) boundary: Vec<Curve2>,
+    /// Whether a side of the domain is one point: where `u` begins and ends, and `v`.
+    pub(super) poles: [bool; 4],
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Triangle {
-    p: [Point3; 3],
-    face: u32,
-    index: u32,
-    deviation_mm: f32,
+pub(super) struct Triangle {
+    pub(super) p: [Point3; 3],
+    pub(super) face: u32,
+    pub(super) index: u32,
+    pub(super) deviation_mm: f32,
     tight: bool,
-    rimmed: bool,
+    pub(super) rimmed: bool,
 }
 
 impl<'a> BallDrop<'a> {
@@ -64,8 +74,10 @@ impl<'a> BallDrop<'a> {
             .par_iter()
             .map(|f| {
                 let surface = f.surface.mapped(|p| frame.to_setup(&p));
+                let leaves = Leaves::new(&surface);
                 SetupFace {
-                    leaves: Leaves::new(&surface),
+                    poles: poles(&leaves),
+                    leaves,
                     surface,
                     domain: (!f.loops.is_empty()).then(|| Domain::new(f)),
                     boundary: f.boundary().into_iter().flat_map(|l| l.edges).map(|e| e.pcurve).collect(),
@@ -105,7 +117,29 @@ impl<'a> BallDrop<'a> {
             .map(|t| Aabb::of(&t.p).inflated(f64::from(t.deviation_mm)))
             .chain(edges.iter().map(|e| Aabb::of([&e.a, &e.b]).inflated(e.deviation_mm)))
             .collect();
-        BallDrop { radius_mm, covering, faces, triangles, edges, tree: DropTree::new(&boxes) }
+        let (tree, sides) = (DropTree::new(&boxes), Vec::new());
+        BallDrop { radius_mm, covering, faces, triangles, edges, tree, sides, widest_mm: radius_mm }
+    }
+
+    /// The same with the taper and the shank above the ball of a tool, which it must not touch with either.
+    #[must_use]
+    pub fn of_tool(model: &Model, covering: &'a Covering, frame: &Frame, tool: &Tool) -> Self {
+        let ball = BallDrop::new(model, covering, frame, tool.radius_mm());
+        BallDrop { sides: Body::sides(tool), widest_mm: tool.widest_mm(), ..ball }
+    }
+
+    /// The largest radius of ball, taper and shank.
+    #[must_use]
+    pub fn widest_mm(&self) -> f64 {
+        self.widest_mm
+    }
+
+    /// Where the ball is if taper or shank hold it up above where it would `rest` itself.
+    fn held_by_sides(&self, rest: Option<Location>, x: f64, y: f64) -> Option<Location> {
+        let floor = rest.map_or(f64::NEG_INFINITY, |l| l.centre.z - self.radius_mm);
+        let held = held_above(self, &self.sides, [x, y], floor, END_EPSILON_MM)?;
+        let centre = Point3::new(x, y, held.tip + self.radius_mm);
+        Some(Location { centre, normal: held.normal, face: held.face, support: Support::Side })
     }
 
     /// The ball's radius.
@@ -188,6 +222,25 @@ impl<'a> BallDrop<'a> {
     }
 }
 
+/// Which sides of the domain are one point.
+fn poles(leaves: &Leaves) -> [bool; 4] {
+    let ((u0, u1), (v0, v1)) = leaves.domain();
+    let is_point = |a: Point2, b: Point2| {
+        let start = leaves.point(a.x, a.y);
+        (1..=POLE_LOOKS).all(|k| {
+            let at = a + (b - a) * (f64::from(k) / f64::from(POLE_LOOKS));
+            (leaves.point(at.x, at.y) - start).norm() < POLE_MM
+        })
+    };
+    let at = Point2::new;
+    [
+        is_point(at(u0, v0), at(u0, v1)),
+        is_point(at(u1, v0), at(u1, v1)),
+        is_point(at(u0, v0), at(u1, v0)),
+        is_point(at(u0, v1), at(u1, v1)),
+    ]
+}
+
 /// Whether the parameters lie in the triangle or no further from it than its own size.
 fn is_beside(uv: &[Point2; 3], u: f64, v: f64) -> bool {
     let (a, b) = (uv[1] - uv[0], uv[2] - uv[0]);
@@ -200,7 +253,10 @@ fn is_beside(uv: &[Point2; 3], u: f64, v: f64) -> bool {
 }
 
 /// The place with these barycentric coordinates.
-fn weighted<const D: usize>(corners: &[nalgebra::Point<f64, D>; 3], at: [f64; 3]) -> nalgebra::Point<f64, D> {
+pub(super) fn weighted<const D: usize>(
+    corners: &[nalgebra::Point<f64, D>; 3],
+    at: [f64; 3],
+) -> nalgebra::Point<f64, D> {
     (0..3).map(|i| corners[i].coords * at[i]).sum::<nalgebra::SVector<f64, D>>().into()
 }
 
@@ -234,7 +290,7 @@ impl<'a> Search<'a> {
                 }
             }
             Support::Edge => {}
-            Support::Bound => return None,
+            Support::Bound | Support::Side => return None,
         }
         // The point that was touched is there in any case.
         let touched = self.ball.touched(near);
@@ -277,7 +333,10 @@ impl<'a> Search<'a> {
         for (t, uv) in std::mem::take(&mut self.unproven) {
             self.subdivide(t, uv, t.p, f64::from(t.deviation_mm), 0);
         }
-        self.best
+        if self.ball.sides.is_empty() {
+            return self.best;
+        }
+        self.ball.held_by_sides(self.best, self.x, self.y).or(self.best)
     }
 
     fn offer(&mut self, location: Location) {

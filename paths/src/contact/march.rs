@@ -2,10 +2,10 @@ use claymill_nurbs::{Point2, Point3};
 use nalgebra::Vector2;
 use pulp::{Arch, Simd, WithSimd};
 
+use super::Location;
 use super::drop::{BallDrop, Search};
 use super::face::Pace;
 use super::floor::{Floor, Hulls};
-use super::{Location, Support};
 
 /// Drops one after the other at places close together: each begins where the one before ended, and what could hold the
 /// ball up anywhere around is gathered once for many.
@@ -53,7 +53,7 @@ impl<'a> March<'a> {
         };
         let pace = self.last.and_then(|last| search.start_from(&last, &likely));
         self.pace_before = std::mem::replace(&mut self.pace, pace);
-        let solid = search.best.as_ref().or(self.last.as_ref()).filter(|l| l.support != Support::Bound);
+        let solid = search.best.as_ref().or(self.last.as_ref()).filter(|l| l.support.is_touched());
         if !self.around.holds(x, y) {
             let from = self.last.map_or([x, y], |l| [l.centre.x, l.centre.y]);
             self.around.gather(self.ball, [x, y], from, solid, &self.pace.unwrap_or_default());

@@ -10,6 +10,7 @@
 mod covering;
 mod drop;
 mod edge;
+mod end;
 mod face;
 mod flat;
 mod floor;
@@ -23,6 +24,7 @@ use claymill_nurbs::{FaceId, Point3, Vector3};
 
 pub use covering::Covering;
 pub use drop::BallDrop;
+pub use end::{END_EPSILON_MM, EndDrop, EndLocation, ToolPart};
 pub use march::March;
 
 /// A bound that exceeds the best contact by no more than this is not looked into, mm: the largest amount by
@@ -43,6 +45,15 @@ pub enum Support {
     Edge,
     /// Nothing could be proven finer than this height, which is safe.
     Bound,
+    /// Taper or shank, which touch something, hold the ball above all of the model.
+    Side,
+}
+
+impl Support {
+    /// Whether the ball itself touches.
+    fn is_touched(self) -> bool {
+        matches!(self, Support::Face { .. } | Support::Edge)
+    }
 }
 
 /// A cutter location in the setup's frame.
@@ -50,7 +61,7 @@ pub enum Support {
 pub struct Location {
     /// The ball's centre.
     pub centre: Point3,
-    /// Unit vector from the contact point to the centre.
+    /// Unit vector from the contact point to the centre; if taper or shank touch, from there into the tool.
     pub normal: Vector3,
     /// The face that is touched.
     pub face: FaceId,

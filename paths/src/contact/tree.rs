@@ -6,7 +6,7 @@ use super::floor::Floor;
 
 /// Boxes in a tree, to find what a ball dropped at `(x, y)` could rest on.
 #[derive(Debug)]
-pub(crate) struct DropTree(BoxTree);
+pub(crate) struct DropTree(pub(super) BoxTree);
 
 /// Single precision is off by a few millionths at most; a ball this much larger makes up for it.
 const ROUNDING: f32 = 1e-5;

@@ -1,7 +1,9 @@
 use claymill_nurbs::{FaceId, Point3};
+use claymill_toolpath::Tool;
 
-use super::body::Frustum;
+use super::body::{Frustum, depth_in_sides};
 use super::gap::Gap;
+use super::patch::Patch;
 use super::sweep::{Aim, Meeting};
 use crate::drop::DropMesh;
 use crate::report::Place;
@@ -45,6 +47,10 @@ pub(super) const SAME_MM: f64 = 0.01;
 /// What surfaces may be from triangles where holders are concerned, and shanks, mm.
 const FINE_MM: f64 = 5e-3;
 const FINE_FOR_SHANKS_MM: f64 = 1e-3;
+/// A point of a triangle is no further than this from the face, mm, or it reaches beyond the rim.
+const NEAR_MM: f64 = 0.5;
+/// Shares of the way to a corner that are no longer tried in looking for the deepest place.
+const CLIMBED: f64 = 1e-5;
 
 /// The least that a body has to be raised for.
 pub(super) struct Raise {
@@ -151,7 +157,7 @@ impl Aim for Nearest {
 pub(super) struct Entry<'a> {
     pub(super) scene: &'a Scene<'a>,
     pub(super) view: &'a DropMesh<'a>,
-    pub(super) radius_mm: f64,
+    pub(super) tool: &'a Tool,
     pub(super) found: Option<(f64, Spot)>,
 }
 
@@ -179,20 +185,61 @@ impl Aim for Entry<'_> {
             let gap = meeting.prism.gap(body, 0.0, meeting.margin_mm);
             if gap.at_least < meeting.margin_mm && self.found.is_none() {
                 let spot = Spot::of(meeting, &gap);
-                self.found = self.depth(&spot).map(|depth| (depth, spot));
+                self.found = self.depth(&self.deepest(meeting.patch, spot));
             }
         }
     }
 }
 
 impl Entry<'_> {
+    /// The place of a patch that lies deepest in flutes and shank, found by going ever shorter ways towards its corners: the
+    /// depth is a concave function.
+    fn deepest(&self, patch: &Patch, spot: Spot) -> Spot {
+        if self.tool.is_straight() {
+            return spot;
+        }
+        let mut best = (self.depth_at(&spot, &spot.point), spot.point);
+        let mut share = 0.5;
+        while share > CLIMBED {
+            let ways = patch.corners.map(|corner| best.1 + (corner - best.1) * share);
+            let higher = ways.map(|p| (self.depth_at(&spot, &p), p)).into_iter().find(|way| way.0 > best.0);
+            match higher {
+                Some(way) => best = way,
+                None => share *= 0.5,
+            }
+        }
+        Spot { point: best.1, ..spot }
+    }
+
     /// How deep the surface itself enters: triangles at a rim may reach beyond the face that they stand for.
-    fn depth(&self, spot: &Spot) -> Option<f64> {
-        let bar = self.scene.options.gouge_limit_mm;
+    fn depth(&self, spot: &Spot) -> Option<(f64, Spot)> {
+        let (depth, point) = if self.tool.is_straight() {
+            (self.depth_in_cylinder(spot)?, spot.point)
+        } else {
+            let point = match spot.face {
+                Some(_) => {
+                    let near = self.scene.closest.closest(&self.view.in_model(&spot.point), NEAR_MM)?;
+                    self.view.in_frame(&near.point)
+                }
+                None => spot.point,
+            };
+            (self.depth_at(spot, &point), point)
+        };
+        (depth > self.scene.options.gouge_limit_mm).then_some((depth, Spot { point, ..*spot }))
+    }
+
+    fn depth_at(&self, spot: &Spot, point: &Point3) -> f64 {
+        let arm = point - spot.tip;
+        depth_in_sides(self.tool, arm.z, arm.x.hypot(arm.y))
+    }
+
+    /// The same for a shank as thick as the ball.
+    fn depth_in_cylinder(&self, spot: &Spot) -> Option<f64> {
+        let (bar, radius_mm) = (self.scene.options.gouge_limit_mm, self.tool.radius_mm());
         let on_axis = Point3::new(spot.tip.x, spot.tip.y, spot.point.z);
         let distance_mm = if spot.face.is_some() {
-            let foot = self.scene.closest.closest(&self.view.in_model(&on_axis), self.radius_mm)?;
-            let above = self.view.in_frame(&foot.point).z - (spot.tip.z + self.radius_mm);
+            let foot = self.scene.closest.closest(&self.view.in_model(&on_axis), radius_mm)?;
+            let above = self.view.in_frame(&foot.point).z - (spot.tip.z + radius_mm);
             if above < -bar {
                 return None;
             }
@@ -200,7 +247,6 @@ impl Entry<'_> {
         } else {
             (spot.point - on_axis).norm()
         };
-        let depth = self.radius_mm - distance_mm;
-        (depth > bar).then_some(depth)
+        Some(radius_mm - distance_mm)
     }
 }

@@ -1,5 +1,5 @@
 use claymill_nurbs::Vector3;
-use claymill_toolpath::Holder;
+use claymill_toolpath::{Holder, Tool};
 
 /// A convex body of revolution about the tool axis, without end upwards: a frustum that grows wider and the cylinder
 /// above it.
@@ -46,10 +46,42 @@ pub(super) fn of_holder(holder: &Holder) -> Vec<Frustum> {
     body
 }
 
-/// A shank as thick as the ball, from its middle upwards.
-pub(super) fn shank(radius_mm: f64, slimmer_mm: f64) -> Frustum {
-    let radius = (radius_mm - slimmer_mm).max(0.0);
-    Frustum::cylinder(radius_mm, radius)
+/// What a tool has above its end, heights counted from the tip, with all of its surface moved inwards. What is no thicker
+/// than something below it stands in that one's shadow.
+pub(super) fn of_sides(tool: &Tool, slimmer_mm: f64) -> Vec<Frustum> {
+    let mut body: Vec<Frustum> = Vec::new();
+    let slimmer = |radius: f64, by_mm: f64| (radius - by_mm).max(0.0);
+    for [[low, lower], [high, upper]] in tool.sides() {
+        let piece = if upper > lower {
+            let aside = slimmer_mm * ((upper - lower) / (high - low)).hypot(1.0);
+            Frustum::new([low, slimmer(lower, aside)], [high, slimmer(upper, aside)])
+        } else {
+            // The first one goes on from the end, the others have a shoulder.
+            let raised = if body.is_empty() { 0.0 } else { slimmer_mm };
+            Frustum::cylinder(low + raised, slimmer(lower, slimmer_mm))
+        };
+        if body.iter().all(|below| below.outer < piece.outer) {
+            body.push(piece);
+        }
+    }
+    body
+}
+
+/// How deep a point lies in the sides of a tool: its distance from their surface, negative or small outside.
+pub(super) fn depth_in_sides(tool: &Tool, height: f64, from_axis: f64) -> f64 {
+    let mut widest = 0.0;
+    let mut deepest = f64::NEG_INFINITY;
+    for [[low, lower], [high, upper]] in tool.sides() {
+        let slope = if upper > lower { (upper - lower) / (high - low) } else { 0.0 };
+        let radius = (lower + slope * (height - low)).min(upper);
+        let inwards = (radius - from_axis) / slope.hypot(1.0);
+        let up = if widest > 0.0 && lower > widest { height - low } else { f64::INFINITY };
+        if height >= low {
+            deepest = f64::max(deepest, inwards.min(up));
+        }
+        widest = upper.max(widest);
+    }
+    deepest
 }
 
 impl Frustum {
@@ -125,7 +157,7 @@ mod tests {
 
     #[test]
     fn sections_in_the_shadow_of_lower_ones_are_left_out() {
-        let holder = Holder::parse("40:20-30x10,24x5,30-12x8,50x20", &Tool::Ball { radius_mm: 5.0 }).unwrap();
+        let holder = Holder::parse("40:20-30x10,24x5,30-12x8,50x20", &Tool::ball(5.0)).unwrap();
         let body = of_holder(&holder);
         let expected = [[0.0, 10.0, 10.0, 15.0], [23.0, 25.0, 23.0, 25.0]];
         assert_eq!(body.iter().map(|f| [f.low, f.inner, f.high, f.outer]).collect::<Vec<_>>(), expected);

@@ -20,16 +20,20 @@ mod sweep;
 mod tests;
 
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 
-use claymill_nurbs::{FaceMesh, Vector3};
+use claymill_nurbs::{FaceMesh, Point3, Vector3};
+use claymill_toolpath::Tool;
 use rayon::prelude::*;
 
 pub use account::{HolderClearance, RegionStickOut, ShankContact};
 use aims::{Entry, Nearest, Raise, SAME_MM, Spot};
 use body::Frustum;
+use gap::Prism;
 use patch::Patches;
 use sweep::Sweep;
 
+use crate::drop::DropMesh;
 use crate::reach::Reach;
 use crate::report::Place;
 use crate::scene::{Scene, Stage};
@@ -164,7 +168,7 @@ fn along(
     }
 }
 
-/// Carries a shank as thick as the ball along all moves but rapids.
+/// Carries flutes and shank along all moves but rapids.
 pub(crate) fn measure_shank(
     scene: &Scene<'_>,
     meshes: &[Option<FaceMesh>],
@@ -175,9 +179,10 @@ pub(crate) fn measure_shank(
     let tracks: Vec<&Track> = scene.tracks.iter().filter(checked).collect();
     let look = |track: &&Track| {
         let view = reach.setup(track.setup);
-        let body = [body::shank(track.radius_mm, scene.options.gouge_limit_mm)];
+        let tool = &scene.job.tools[track.tool].tool;
+        let body = body::of_sides(tool, scene.options.gouge_limit_mm);
         let sweep = Sweep { patches: Patches { model: scene.model, meshes, view }, body: &body };
-        let mut entry = Entry { scene, view, radius_mm: track.radius_mm, found: None };
+        let mut entry = Entry { scene, view, tool, found: None };
         sweep.along(track, &mut entry);
         stage.step(tracks.len());
         entry.found.map(|(mm, spot)| (mm, spot.place(scene, view, track.seq)))
@@ -190,6 +195,59 @@ pub(crate) fn measure_shank(
         touching,
         deepest_mm: deepest.as_ref().map_or(0.0, |d| d.0),
         deepest_at: deepest.map(|d| d.1),
+    }
+}
+
+/// How far flutes and shank, where they are not just as thick as the ball, could be lowered everywhere along a move before they
+/// touch, and where; `None` when that is no less than `known_mm`.
+pub(crate) fn clearance_of_sides(
+    scene: &Scene<'_>,
+    meshes: &[Option<FaceMesh>],
+    reach: &Reach<'_>,
+    track: &Track,
+    known_mm: f64,
+) -> Option<(f64, Place)> {
+    let tool = &scene.job.tools[track.tool].tool;
+    if tool.is_straight() || !track.stands_along(&axis(scene, track)) {
+        return None;
+    }
+    let view = reach.setup(track.setup);
+    let body = body::of_sides(tool, 0.0);
+    let sweep = Sweep { patches: Patches { model: scene.model, meshes, view }, body: &body };
+    let mut raise = Raise { clearance_mm: 0.0, raised_mm: -known_mm, spot: None };
+    sweep.along(track, &mut raise);
+    let spot = raise.spot?;
+    Some((-raise.raised_mm, spot.place(scene, view, track.seq)))
+}
+
+/// What a tool has above its ball, where that is not just as thick.
+#[derive(Debug)]
+pub(crate) struct Sides(Vec<Frustum>);
+
+impl Sides {
+    /// Thinner by `slimmer_mm` all around.
+    pub(crate) fn of(tool: &Tool, slimmer_mm: f64) -> Self {
+        Sides(if tool.is_straight() { Vec::new() } else { body::of_sides(tool, slimmer_mm) })
+    }
+
+    /// Whether they meet triangles with the tip in one place of the view.
+    pub(crate) fn meet(&self, view: &DropMesh<'_>, tip: &Point3) -> bool {
+        let (Some(low), Some(top)) = (self.0.first().map(|f| f.low), self.0.last().map(|f| f.outer)) else {
+            return false;
+        };
+        let mut met = false;
+        view.visit(
+            |b| {
+                let beside = |k: usize| (b.min[k] - tip[k]).max(tip[k] - b.max[k]).max(0.0);
+                b.max.z > tip.z + low && beside(0).hypot(beside(1)) < top
+            },
+            |i| {
+                let prism = Prism::new(&view.corners(i), tip, tip);
+                met = self.0.iter().any(|f| prism.gap(f, 0.0, f64::MIN_POSITIVE).at_least <= 0.0);
+                if met { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            },
+        );
+        met
     }
 }
 

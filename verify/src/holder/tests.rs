@@ -68,7 +68,7 @@ proptest! {
         let points = ends.chunks(2).map(|p| Point3::new(p[0], p[1], 0.5 * p[0])).collect();
         let path = Curve3::new(KnotVector::new(2, vec![0.0, 0.0, 0.0, 30.0, 30.0, 30.0]).unwrap(), points, None).unwrap();
         let track = Track::of(&Move::along(MoveKind::Cut, &path, Vector3::z(), 1000.0), 2.0).unwrap();
-        let holder = Holder::parse(&format!("30:{sections}"), &Tool::Ball { radius_mm: 2.0 }).unwrap();
+        let holder = Holder::parse(&format!("30:{sections}"), &Tool::ball(2.0)).unwrap();
         let body = of_holder(&holder);
         let sweep = Sweep { patches: Patches { model: &model, meshes: &meshes, view: &view }, body: &body };
         let seen = cloud(&model.faces[0].surface, &path);

@@ -36,7 +36,7 @@ pub(crate) fn rectangle(x: (f64, f64), y: (f64, f64), z: f64) -> NurbsSurface {
 /// A job record with one setup from above.
 pub(crate) fn job(model: &Model) -> Job {
     let total: f64 = model.faces.iter().map(Face::area_mm2).sum();
-    let tool = Tool::Ball { radius_mm: R };
+    let tool = Tool::ball(R);
     Job {
         format_version: FORMAT_VERSION,
         claymill_version: String::new(),

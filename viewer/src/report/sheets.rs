@@ -87,14 +87,13 @@ fn stick_out(input: &ReportInput<'_>, setup: &Setup, above_all_mm: f64) -> Strin
 
 fn rows(input: &ReportInput<'_>, setup: &Setup, axes: Option<[[f64; 3]; 3]>) -> Vec<(&'static str, String)> {
     let (job, program) = (input.job, input.program);
-    let radius_mm = job.request.tool.radius_mm();
     let mine = || program.moves.iter().filter(|m| m.setup == setup.name);
     let mut rows = Vec::new();
     let tools: Vec<String> =
         (job.tools.iter()).filter(|t| mine().any(|m| m.tool == t.id)).map(tool::words).collect();
     rows.push((
         "Tool",
-        if tools.is_empty() { format!("ball end mill, radius {radius_mm} mm") } else { tools.join("; ") },
+        if tools.is_empty() { super::tool::mill(&job.request.tool) } else { tools.join("; ") },
     ));
     let axis = Vector3::from(setup.axis);
     let tips = || mine().filter(|m| m.kind != MoveKind::Rapid).flat_map(|m| m.points.iter());

@@ -1,4 +1,4 @@
-use claymill_toolpath::ToolRecord;
+use claymill_toolpath::{End, Tool, ToolRecord};
 use maud::{Markup, html};
 
 /// Height of the drawing of a tool, and free space around it, in its own units.
@@ -10,10 +10,28 @@ const RIGHT: f64 = 96.0;
 /// Lines of text keep this distance.
 const LINE: f64 = 14.0;
 
+/// A tool by itself, in words.
+pub(super) fn mill(tool: &Tool) -> String {
+    let r = tool.radius_mm();
+    let mut words = match tool.end {
+        End::Ball { .. } => format!("ball end mill, radius {r} mm"),
+        End::Flat { .. } => format!("flat end mill, radius {r} mm"),
+        End::Bull { corner_radius_mm, .. } => {
+            format!("bull-nose end mill, radius {r} mm, corner {corner_radius_mm} mm")
+        }
+    };
+    if let Some(deg) = tool.taper_deg {
+        words += &format!(", taper {deg}°");
+    }
+    if let (Some(length), false) = (tool.flute_length_mm, tool.is_straight()) {
+        words += &format!(", shank ⌀ {:.2} mm from {length} mm up", 2.0 * tool.shank_radius_mm());
+    }
+    words
+}
+
 /// What a tool is, in words.
 pub(super) fn words(tool: &ToolRecord) -> String {
-    let radius_mm = tool.tool.radius_mm();
-    let ball = format!("{}: ball end mill, radius {radius_mm} mm (diameter {} mm)", tool.id, 2.0 * radius_mm);
+    let ball = format!("{}: {} (diameter {} mm)", tool.id, mill(&tool.tool), 2.0 * tool.tool.radius_mm());
     match &tool.holder {
         Some(holder) => format!("{ball}, {} mm out of its holder", holder.stick_out_mm),
         None => ball,
@@ -24,19 +42,20 @@ pub(super) fn words(tool: &ToolRecord) -> String {
 pub(super) fn drawing(tool: &ToolRecord) -> Markup {
     let Some(holder) = &tool.holder else { return html! {} };
     let r = tool.tool.radius_mm();
-    let widest = holder.profile().flatten().map(|p| p[1]).fold(r, f64::max);
+    let widest = holder.profile().flatten().map(|p| p[1]).fold(tool.tool.widest_mm(), f64::max);
     let scale = ((TALL - 2.0 * BORDER) / holder.top_mm()).min(60.0 / widest);
     let bottom = 2.0 * BORDER + holder.top_mm() * scale;
     let y = |height: f64| bottom - BORDER - height * scale;
     let number = |v: f64| format!("{v:.1}");
-    let shank = format!(
-        "M{} {} V{} A{3} {3} 0 0 0 {4} {2} V{1} Z",
-        number(-r * scale),
-        number(y(holder.stick_out_mm)),
-        number(y(r)),
-        number(r * scale),
-        number(r * scale),
-    );
+    // Up one side of everything below the holder and down the other.
+    let side: Vec<[f64; 2]> = crate::tool::below_holder(tool).into_iter().flatten().collect();
+    let mirrored = side.iter().rev().map(|[height, radius]| [*height, -radius]);
+    let corners = side
+        .iter()
+        .copied()
+        .chain(mirrored)
+        .map(|[height, radius]| format!("{} {}", number(radius * scale), number(y(height))));
+    let shank = format!("M{} Z", corners.collect::<Vec<_>>().join(" L"));
     let outline = |[[low, lower], [high, upper]]: [[f64; 2]; 2]| {
         let corners = [(-lower, low), (lower, low), (upper, high), (-upper, high)];
         corners.map(|(x, h)| format!("{},{}", number(x * scale), number(y(h)))).join(" ")
@@ -44,6 +63,10 @@ pub(super) fn drawing(tool: &ToolRecord) -> Markup {
     let spoken = format!("{}; holder from the tool up: {}", words(tool), sections(tool).join(", "));
     // Diameters beside their places, pushed apart where they are close.
     let mut labels: Vec<(f64, String)> = vec![(y(0.5 * r), format!("⌀ {}", 2.0 * r))];
+    let shank_mm = 2.0 * tool.tool.shank_radius_mm();
+    if shank_mm != 2.0 * r {
+        labels.push((y(tool.tool.flute_length_mm.unwrap_or(r)), format!("⌀ {}", number(shank_mm))));
+    }
     for [[low, lower], [high, upper]] in holder.profile() {
         if lower == upper {
             labels.push((y(0.5 * (low + high)), format!("⌀ {}", 2.0 * lower)));
@@ -92,11 +115,36 @@ pub(super) fn sections(tool: &ToolRecord) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use claymill_toolpath::{Holder, Tool};
+    use claymill_toolpath::Holder;
+
+    #[test]
+    fn every_kind_of_tool_has_its_words_and_its_outline() {
+        for (tool, words) in [
+            ("ball:5", "ball end mill, radius 5 mm"),
+            ("flat:4", "flat end mill, radius 4 mm"),
+            (
+                "bull:5:2,taper:3,length:30",
+                "bull-nose end mill, radius 5 mm, corner 2 mm, taper 3°, shank ⌀ 12.94 mm",
+            ),
+            ("ball:5,length:20,shank:12", "ball end mill, radius 5 mm, shank ⌀ 12.00 mm from 20 mm up"),
+        ] {
+            let tool: Tool = tool.parse().unwrap();
+            assert!(mill(&tool).starts_with(words), "{}", mill(&tool));
+            let holder = Holder::parse("60", &tool).ok();
+            let text = drawing(&ToolRecord { id: "T1".into(), tool, holder }).into_string();
+            assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+            let shank_mm = 2.0 * tool.shank_radius_mm();
+            assert_eq!(
+                text.contains(&format!("⌀ {shank_mm:.1}")),
+                shank_mm != 2.0 * tool.radius_mm(),
+                "{text}"
+            );
+        }
+    }
 
     #[test]
     fn the_drawing_has_every_measure_and_a_tool_without_holder_none() {
-        let tool = Tool::Ball { radius_mm: 6.0 };
+        let tool = Tool::ball(6.0);
         let bare = ToolRecord { id: "T1".into(), tool, holder: None };
         assert_eq!(drawing(&bare).into_string(), "");
         let holder = Holder::parse("60:27-34x50,63x26", &tool).ok();

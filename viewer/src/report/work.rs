@@ -71,7 +71,7 @@ pub(super) fn asked(job: &Job) -> Markup {
         if names.is_empty() { "–".to_owned() } else { names.join(", ") }
     };
     let rows = [
-        ("Tool", format!("ball end mill, radius {} mm", r.tool.radius_mm())),
+        ("Tool", super::tool::mill(&r.tool)),
         ("Scallop height", format!("{} mm", r.scallop_mm)),
         ("Strategy", r.strategy.clone()),
         ("Passes are joined", link.to_owned()),

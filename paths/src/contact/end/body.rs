@@ -1,0 +1,335 @@
+use claymill_nurbs::{Point3, Vector3};
+use claymill_toolpath::Tool;
+
+/// A convex body of revolution about the tool axis, without end upwards.
+///
+/// ```text
+///      ╲           ╱     rise(ρ): lowest height of the body at the distance ρ from the axis
+///       ╲ slope   ╱        0 up to `flat`, an arc of radius `corner`, then straight,
+///        ╰─┬───┬─╯         nothing beyond `widest`
+///   corner │   │ flat    dropped on a point p it stops with its tip at p.z − rise(ρ)
+/// ```
+///
+/// It is a disc swollen by a ball and, where it has a slope, the cone that goes on from that as a tangent. `rise` is convex, so
+/// that `p.z − rise` is concave along any straight line and over any plane: one highest place, found by its slope.
+/// Swollen by `δ`, the bound of how far a surface is from its triangle, the body is one of the same kind with a larger
+/// corner, and on a plane it simply stands `δ√(1 + m²)` higher.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Body {
+    /// Height of its lowest point above the tip, mm.
+    pub(crate) height: f64,
+    /// Radius of the disc, mm.
+    pub(crate) flat: f64,
+    /// Radius of the ball that swells it, mm.
+    pub(crate) corner: f64,
+    /// Height gained on the cone for a millimetre of radius; infinite without a cone.
+    pub(crate) slope: f64,
+    /// Largest radius, mm.
+    pub(crate) widest: f64,
+}
+
+/// Triangles steeper than this (cosine against the axis) are met by their sides only: they are walls.
+const WALL: f64 = 1e-9;
+/// Steps of Newton's search on a segment; it ends after a few.
+const STEPS: usize = 60;
+/// It ends when the angle is known to this.
+const ANGLE: f64 = 1e-13;
+
+impl Body {
+    /// The end of a tool: the disc and its corner.
+    pub(crate) fn end(tool: &Tool) -> Self {
+        let (widest, corner) = (tool.radius_mm(), tool.corner_radius_mm());
+        Body { height: 0.0, flat: widest - corner, corner, slope: f64::INFINITY, widest }
+    }
+
+    /// What stands out above the end: a taper, and a shank that is thicker than the flutes below it. What is thinner is in
+    /// their shadow.
+    pub(crate) fn sides(tool: &Tool) -> Vec<Self> {
+        let mut widest = tool.radius_mm();
+        let mut bodies = Vec::new();
+        for [[height, flat], [top, radius]] in tool.sides() {
+            if radius > flat {
+                let slope = (top - height) / (radius - flat);
+                bodies.push(Body { height, flat, corner: 0.0, slope, widest: radius });
+            } else if flat > widest {
+                bodies.push(Body { height, flat, corner: 0.0, slope: f64::INFINITY, widest: flat });
+            }
+            widest = widest.max(radius);
+        }
+        bodies
+    }
+
+    /// Lowest height above the tip at a distance from the axis, swollen by `delta`.
+    pub(crate) fn rise(&self, from_axis: f64, delta: f64) -> Option<f64> {
+        let (corner, out) = (self.corner + delta, from_axis - self.flat);
+        let low = self.height - delta;
+        if out <= 0.0 {
+            return Some(low);
+        }
+        let steepest = self.slope.atan();
+        let tangent = corner * steepest.sin();
+        if out < tangent {
+            return Some(low + corner - (corner * corner - out * out).max(0.0).sqrt());
+        }
+        // Past its upper rim a swollen cone goes on: that is a little more than the arc about the rim.
+        (from_axis <= self.widest + delta && (self.slope.is_finite() || out <= tangent)).then(|| {
+            let beyond = out - tangent;
+            low + corner * (1.0 - steepest.cos()) + if beyond > 0.0 { self.slope * beyond } else { 0.0 }
+        })
+    }
+
+    /// How far from the axis it touches a plane that rises by `gradient`, and how high the plane has to be lifted there:
+    /// the tip is so much above the plane, on the axis.
+    fn on_plane(&self, gradient: f64) -> (f64, f64) {
+        if gradient <= self.slope {
+            let root = gradient.hypot(1.0);
+            let above = gradient * self.flat + self.corner * (root - 1.0) - self.height;
+            return (self.flat + self.corner * gradient / root, above);
+        }
+        let low = self.rise(self.widest, 0.0).unwrap_or(self.height);
+        (self.widest, gradient * self.widest - low)
+    }
+
+    /// Height of the tip when the body, swollen by `delta`, comes down on a segment, and the share of the way from `a` to
+    /// `b` where it touches.
+    pub(crate) fn on_segment(
+        &self,
+        a: &Point3,
+        b: &Point3,
+        [x, y]: [f64; 2],
+        delta: f64,
+    ) -> Option<(f64, f64)> {
+        let (dx, dy) = (b.x - a.x, b.y - a.y);
+        let length = dx.hypot(dy);
+        let widest = self.widest + delta;
+        let tip = |share: f64| {
+            let p = a + (b - a) * share;
+            let from_axis = (p.x - x).hypot(p.y - y);
+            Some((p.z - self.rise(from_axis.min(widest), delta)?, share))
+                .filter(|_| from_axis <= widest + 1e-9)
+        };
+        if length < 1e-12 {
+            return tip(if b.z > a.z { 1.0 } else { 0.0 });
+        }
+        let (ex, ey) = (dx / length, dy / length);
+        let along = (x - a.x) * ex + (y - a.y) * ey;
+        let beside = ((x - a.x) * ey - (y - a.y) * ex).abs();
+        if beside >= widest {
+            return None;
+        }
+        let half = (widest * widest - beside * beside).sqrt();
+        let (low, high) = ((-along).max(-half), (length - along).min(half));
+        if low > high {
+            return None;
+        }
+        let gradient = (b.z - a.z) / length;
+        let uphill = self.touching(beside, gradient.abs(), delta) * gradient.signum();
+        tip(((uphill.clamp(low, high) + along) / length).clamp(0.0, 1.0))
+    }
+
+    /// How far uphill of the foot of the axis a line with this gradient touches that passes the axis at the distance `beside`.
+    ///
+    /// Where the body's outline has the slope angle `φ`, its radius is `d = flat + corner·sin φ`, and the line touches where
+    /// `sin φ·√(d² − beside²) = gradient·cos φ·d`; the difference of both sides changes its sign once.
+    fn touching(&self, beside: f64, gradient: f64, delta: f64) -> f64 {
+        let corner = self.corner + delta;
+        let chord = |d: f64| (d * d - beside * beside).max(0.0).sqrt();
+        if gradient == 0.0 {
+            return 0.0;
+        }
+        let steepest = self.slope.atan();
+        let tangent = self.flat + corner * steepest.sin();
+        // On the cone, or at its upper rim.
+        if self.slope.is_finite() && (tangent <= beside || gradient * tangent >= self.slope * chord(tangent))
+        {
+            let share = gradient / self.slope;
+            let d = if share < 1.0 { beside / (1.0 - share * share).sqrt() } else { f64::INFINITY };
+            return chord(d.clamp(tangent.max(beside), (self.widest + delta).max(tangent).max(beside)));
+        }
+        if corner <= 0.0 {
+            return chord(self.flat);
+        }
+        let first = if beside > self.flat { ((beside - self.flat) / corner).min(1.0).asin() } else { 0.0 };
+        let (mut low, mut high) = (first, steepest);
+        let mut angle = gradient.atan().clamp(low, high);
+        for _ in 0..STEPS {
+            let (sine, cosine) = angle.sin_cos();
+            let d = self.flat + corner * sine;
+            let w = chord(d);
+            let excess = sine * w - gradient * cosine * d;
+            *if excess > 0.0 { &mut high } else { &mut low } = angle;
+            let bend = cosine * w
+                + sine * d * corner * cosine / w
+                + gradient * (sine * d - cosine * corner * cosine);
+            let newton = angle - excess / bend;
+            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            let moved = (next - angle).abs();
+            angle = next;
+            if moved < ANGLE {
+                break;
+            }
+        }
+        chord(self.flat + corner * angle.sin())
+    }
+
+    /// The plane through a triangle with this normal (not normalised): height of the tip of the body on it, never less than
+    /// on any part of it, and where it touches. `None` for a wall.
+    pub(crate) fn on_plane_of(&self, p: &Point3, n: &Vector3, [x, y]: [f64; 2], delta: f64) -> Option<Touch> {
+        if n.z.abs() <= WALL * n.norm() {
+            return None;
+        }
+        let (gx, gy) = (-n.x / n.z, -n.y / n.z);
+        let gradient = gx.hypot(gy);
+        let (from_axis, above) = self.on_plane(gradient);
+        let root = gradient.hypot(1.0);
+        let uphill = if gradient > 0.0 { (from_axis + delta * gradient / root) / gradient } else { 0.0 };
+        Some(Touch {
+            tip: p.z + gx * (x - p.x) + gy * (y - p.y) + above + delta * root,
+            at: [x + gx * uphill, y + gy * uphill],
+        })
+    }
+
+    /// Height of the tip when the body, swollen by `delta`, comes down on a triangle with this normal, and where it
+    /// touches as barycentric coordinates.
+    pub(crate) fn on_triangle(
+        &self,
+        t: &[Point3; 3],
+        n: &Vector3,
+        at: [f64; 2],
+        delta: f64,
+    ) -> Option<Rested> {
+        if let Some(touch) = self.on_plane_of(&t[0], n, at, delta)
+            && let Some(weights) = inside(t, n.z, touch.at)
+        {
+            return Some(Rested { tip: touch.tip, weights });
+        }
+        let mut best: Option<Rested> = None;
+        for i in 0..3 {
+            let j = (i + 1) % 3;
+            if let Some((tip, share)) = self.on_segment(&t[i], &t[j], at, delta)
+                && best.is_none_or(|b| tip > b.tip)
+            {
+                let mut weights = [0.0; 3];
+                (weights[i], weights[j]) = (1.0 - share, share);
+                best = Some(Rested { tip, weights });
+            }
+        }
+        best
+    }
+
+    /// Unit vector from a point that it touches into the body, where the point alone decides; straight up where the
+    /// outline has a corner.
+    pub(crate) fn normal_at(&self, p: &Point3, [x, y]: [f64; 2]) -> Vector3 {
+        let inward = Vector3::new(x - p.x, y - p.y, 0.0);
+        let from_axis = inward.norm();
+        let out = from_axis - self.flat;
+        let steepest = self.slope.atan();
+        let angle = if out <= 0.0 || from_axis == 0.0 {
+            0.0
+        } else if self.corner > 0.0 {
+            (out / self.corner).min(1.0).asin().min(steepest)
+        } else if self.slope.is_finite() {
+            steepest
+        } else {
+            0.0
+        };
+        if angle == 0.0 {
+            Vector3::z()
+        } else {
+            inward * (angle.sin() / from_axis) + Vector3::z() * angle.cos()
+        }
+    }
+}
+
+/// A body on a plane: height of its tip, and over which place it touches.
+pub(crate) struct Touch {
+    pub(crate) tip: f64,
+    at: [f64; 2],
+}
+
+/// A body on a triangle.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rested {
+    /// Height of its tip.
+    pub(crate) tip: f64,
+    /// Where it touches.
+    pub(crate) weights: [f64; 3],
+}
+
+/// Barycentric coordinates of a place seen from above, if it is inside.
+fn inside(t: &[Point3; 3], area: f64, [x, y]: [f64; 2]) -> Option<[f64; 3]> {
+    let part = |p: &Point3, q: &Point3| ((q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x)) / area;
+    let (w2, w0) = (part(&t[0], &t[1]), part(&t[1], &t[2]));
+    let weights = [w0, 1.0 - w0 - w2, w2];
+    weights.iter().all(|w| *w >= 0.0).then_some(weights)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn body() -> impl Strategy<Value = Body> {
+        let end = (0.0..6.0, prop_oneof![Just(0.0), 0.1..6.0]).prop_filter("no needle", |(f, c)| f + c > 0.1);
+        let cone = prop_oneof![Just(None), (0.2..20.0, 0.5..6.0).prop_map(Some)];
+        (end, cone).prop_map(|((flat, corner), cone)| {
+            let (slope, widest) = cone.map_or((f64::INFINITY, flat + corner), |(slope, more): (f64, f64)| {
+                (slope, flat + corner * slope.atan().sin() + more)
+            });
+            Body { height: 1.5, flat, corner, slope, widest }
+        })
+    }
+
+    fn point() -> impl Strategy<Value = Point3> {
+        [-8.0..8.0, -8.0..8.0, -6.0..6.0].prop_map(Point3::from)
+    }
+
+    proptest! {
+        /// The outline is that of a disc swollen by a ball, and swelling it again adds to the ball.
+        #[test]
+        fn a_swollen_body_is_as_far_outside_as_it_is_swollen(body in body(), from_axis in 0.0..14.0_f64, delta in 0.01..1.0) {
+            let Some(low) = body.rise(from_axis, delta) else { return Ok(()) };
+            // The nearest point of the outline itself.
+            let mut nearest = f64::INFINITY;
+            for i in 0..=40_000 {
+                let d = body.widest * f64::from(i) / 40_000.0;
+                if let Some(rise) = body.rise(d, 0.0) {
+                    nearest = nearest.min((d - from_axis).hypot(rise - low));
+                }
+            }
+            let over_rim = body.slope.is_finite() && from_axis > body.widest - delta;
+            prop_assert!(nearest >= delta - 1e-3 || over_rim, "{nearest} {delta}");
+            prop_assert!(nearest <= delta + 1e-3 || over_rim, "{nearest} {delta}");
+        }
+
+        #[test]
+        fn on_a_triangle_it_stops_where_the_points_of_the_triangle_stop_it(
+            body in body(), a in point(), b in point(), c in point(), x in -9.0..9.0, y in -9.0..9.0,
+            delta in prop_oneof![Just(0.0), 0.001..0.3]
+        ) {
+            let t = [a, b, c];
+            let n = (b - a).cross(&(c - a));
+            prop_assume!(n.norm() > 1.0);
+            let found = body.on_triangle(&t, &n, [x, y], delta);
+            let (steps, mut brute) = (400, f64::NEG_INFINITY);
+            for i in 0..=steps {
+                for j in 0..=steps - i {
+                    let (s, q) = (f64::from(i) / f64::from(steps), f64::from(j) / f64::from(steps));
+                    let p = a + (b - a) * s + (c - a) * q;
+                    if let Some(rise) = body.rise((p.x - x).hypot(p.y - y), delta) {
+                        brute = brute.max(p.z - rise);
+                    }
+                }
+            }
+            if brute.is_finite() {
+                let found = found.expect("points of the triangle are met");
+                prop_assert!(found.tip >= brute - 1e-9, "{} {brute}", found.tip);
+                // It is reached: at the place that is said to be touched.
+                let p: Vector3 = (0..3).map(|i| t[i].coords * found.weights[i]).sum();
+                let from_axis = (p.x - x).hypot(p.y - y).min(body.widest + delta);
+                let own = p.z - body.rise(from_axis, delta).unwrap();
+                prop_assert!((own - found.tip).abs() < 1e-6, "{own} {}", found.tip);
+            }
+        }
+    }
+}

@@ -39,6 +39,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
     match &cli.command {
         Command::Demo(args) => commands::demo(&context, args),
         Command::Inspect(args) => commands::inspect(&context, args),
+        Command::Drop(args) => commands::drop(&context, args),
         Command::Merge(args) => commands::merge(&context, args),
         Command::Plan(args) => commands::plan(&context, args),
         Command::Compare(args) => commands::compare(&context, args),

@@ -9,7 +9,7 @@ use clap::{Parser, Subcommand};
 
 pub(crate) use job::{AxisArgs, CompareArgs, JobOptions, LinkName, PlanArgs, PresetName, StrategyName};
 pub(crate) use machine::{ControlArgs, OrderArgs, PostArgs, SimulateArgs, StreamArgs};
-pub(crate) use model::{DemoArgs, InspectArgs, MergeArgs, SampleArgs};
+pub(crate) use model::{DemoArgs, DropArgs, InspectArgs, MergeArgs, SampleArgs};
 pub(crate) use result::{AnimateArgs, PathColour, RenderArgs, ReportArgs, ShowName, VerifyArgs, ViewArgs};
 
 /// Freeform surface machining of whole vehicles: from an IGES, STEP or Rhino file to verified NURBS tool paths.
@@ -35,6 +35,8 @@ pub(crate) enum Command {
     Demo(DemoArgs),
     /// What is in a file: faces, units, area, box, defects.
     Inspect(InspectArgs),
+    /// Lower a tool of any kind on a model: where it comes to rest, on what, and what is proven of that.
+    Drop(DropArgs),
     /// Find the joints between faces and sew smooth ones into regions.
     Merge(MergeArgs),
     /// The main job: regions, setups, tool paths, verification, pictures, report.

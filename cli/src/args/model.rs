@@ -48,6 +48,30 @@ pub(crate) struct DemoArgs {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct DropArgs {
+    /// IGES, STEP or Rhino 3dm file.
+    pub(crate) model: PathBuf,
+    /// Tool: `ball:R`, `flat:R` or `bull:R:CORNER` with radii in mm, and a taper and a shank of its own as in
+    /// `bull:5:1,taper:3,length:30,shank:12`.
+    #[arg(long, value_name = "SHAPE:SIZE")]
+    pub(crate) tool: String,
+    /// A point on the line along which the tool comes down, in the model's coordinates; may be repeated.
+    #[arg(long, value_name = "X,Y,Z", required = true, allow_hyphen_values = true)]
+    pub(crate) at: Vec<String>,
+    /// Picture of the model with the tool where it comes to rest.
+    #[arg(short, long, value_name = "PNG")]
+    pub(crate) out: Option<PathBuf>,
+    /// View of the picture: iso, top, left, right, front or rear.
+    #[arg(long, default_value = "iso", requires = "out")]
+    pub(crate) view: String,
+    /// Width and height of the picture in pixels.
+    #[arg(long, default_value = "1920x1080", value_name = "WxH", requires = "out")]
+    pub(crate) size: String,
+    #[command(flatten)]
+    pub(crate) axes: AxisArgs,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct MergeArgs {
     /// IGES, STEP or Rhino 3dm file.
     pub(crate) model: PathBuf,

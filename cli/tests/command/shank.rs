@@ -1,4 +1,5 @@
-//! Tools with a taper and a shank of their own: planned so that nothing above the ball touches, and found where it does.
+//! Tools with a taper and a shank of their own: planned so that nothing above the ball touches, and found where it does; and
+//! ends of all kinds at rest.
 
 use std::fs;
 use std::path::Path;
@@ -82,4 +83,38 @@ fn tools_that_make_no_sense_are_refused_by_name() {
         assert!(words.contains(said), "{words}");
         assert!(!folder.join("out").exists());
     }
+}
+
+#[test]
+fn a_tool_of_any_kind_comes_to_rest_and_says_on_what() {
+    let folder = scratch();
+    let folder = folder.path();
+    panel(folder);
+    let rests = |tool: &str| -> Value {
+        let at = ["--at", "40,30,0", "--at=-75.5,20,0", "--at", "9000,0,0"];
+        let run = run(
+            folder,
+            ["drop", "panel.igs", "--json", "--up", "+z", "--length", "+x", "--tool", tool]
+                .into_iter()
+                .chain(at),
+        );
+        assert_eq!(run.code, Some(0), "{run:?}");
+        serde_json::from_str(&run.stdout).unwrap()
+    };
+    let tools = ["ball:10", "bull:10:6", "bull:10:2", "flat:10"].map(rests);
+    for place in 0..2 {
+        let tips: Vec<f64> = tools.iter().map(|t| t[place]["tip_mm"][2].as_f64().unwrap()).collect();
+        // Each has the one before inside.
+        assert!(tips.is_sorted() && tips[0] < tips[3], "{tips:?}");
+        for rest in tools.iter().map(|t| &t[place]) {
+            assert!(rest["gap_mm"].as_f64().unwrap() < 2e-5 && rest["part"] == "end", "{rest}");
+            // It touches no further away than its radius, nor below its tip.
+            let [p, tip] =
+                ["contact_mm", "tip_mm"].map(|name| [0, 1, 2].map(|k| rest[name][k].as_f64().unwrap()));
+            assert!((p[0] - tip[0]).hypot(p[1] - tip[1]) <= 10.0 && p[2] > tip[2] - 2e-5, "{rest}");
+        }
+    }
+    assert!(tools.iter().all(|t| t[2].is_null()));
+    let refused = run(folder, ["drop", "panel.igs", "--tool", "ball:3", "--at", "1,2"]);
+    assert_eq!(refused.code, Some(2), "{refused:?}");
 }

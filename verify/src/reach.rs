@@ -2,7 +2,7 @@ use claymill_nurbs::{Point3, Vector3};
 use claymill_toolpath::Tool;
 
 use crate::drop::DropMesh;
-use crate::holder::Sides;
+use crate::holder::sides_enter;
 use crate::mesh::Mesh;
 use crate::report::SurfaceState;
 use crate::scene::Scene;
@@ -16,7 +16,7 @@ const SIGHT_RADIUS: f64 = 0.01;
 /// ```text
 ///   q = p + R·n   ball there?      exact distance of q from all faces ≥ R − sink
 ///   along axis    shank there?     tool of radius R − sink lowered on the mesh stops below q; flutes and shank of
-///                                  another thickness, thinner by the sink, meet nothing
+///                                  another thickness enter nothing
 ///   otherwise     seen at all?     the same with a thin pin at p: yes → too tight, no → hidden
 /// ```
 pub(crate) struct Reach<'a> {
@@ -75,8 +75,8 @@ impl<'a> Reach<'a> {
             let (ball, slim) = (p + n * radius_mm, radius_mm - sink_mm);
             let passes = |view: &DropMesh<'_>| {
                 let centre = view.in_frame(&ball);
-                let sides = Sides::of(&tool, sink_mm + view.worst_deviation_mm());
-                !view.blocks(&centre, slim) && !sides.meet(view, &(centre - Vector3::z() * radius_mm))
+                let tip = centre - Vector3::z() * radius_mm;
+                !view.blocks(&centre, slim) && !sides_enter(view, &tool, &tip)
             };
             facing.clone().next().is_some()
                 && !self.scene.closest.any_within(&ball, slim)

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::covering::{Covering, EdgePiece};
 use super::edge::OnEdge;
-use super::end::{Body, END_EPSILON_MM, held_above};
+use super::end::{Body, Effort, held_above};
 use super::face::{Pace, Polished, polish};
 use super::flat::{box_height, on_point, on_triangle, plane_height};
 use super::floor::Floor;
@@ -137,7 +137,7 @@ impl<'a> BallDrop<'a> {
     /// Where the ball is if taper or shank hold it up above where it would `rest` itself.
     fn held_by_sides(&self, rest: Option<Location>, x: f64, y: f64) -> Option<Location> {
         let floor = rest.map_or(f64::NEG_INFINITY, |l| l.centre.z - self.radius_mm);
-        let held = held_above(self, &self.sides, [x, y], floor, END_EPSILON_MM)?;
+        let held = held_above(self, &self.sides, [x, y], floor, Effort::IN_THE_WAY)?;
         let centre = Point3::new(x, y, held.tip + self.radius_mm);
         Some(Location { centre, normal: held.normal, face: held.face, support: Support::Side })
     }

@@ -220,35 +220,28 @@ pub(crate) fn clearance_of_sides(
     Some((-raise.raised_mm, spot.place(scene, view, track.seq)))
 }
 
-/// What a tool has above its ball, where that is not just as thick.
-#[derive(Debug)]
-pub(crate) struct Sides(Vec<Frustum>);
-
-impl Sides {
-    /// Thinner by `slimmer_mm` all around.
-    pub(crate) fn of(tool: &Tool, slimmer_mm: f64) -> Self {
-        Sides(if tool.is_straight() { Vec::new() } else { body::of_sides(tool, slimmer_mm) })
+/// Whether flutes or shank of a tool, where they are not just as thick as the ball, surely enter the model with the tip in one
+/// place of the view.
+pub(crate) fn sides_enter(view: &DropMesh<'_>, tool: &Tool, tip: &Point3) -> bool {
+    if tool.is_straight() {
+        return false;
     }
-
-    /// Whether they meet triangles with the tip in one place of the view.
-    pub(crate) fn meet(&self, view: &DropMesh<'_>, tip: &Point3) -> bool {
-        let (Some(low), Some(top)) = (self.0.first().map(|f| f.low), self.0.last().map(|f| f.outer)) else {
-            return false;
-        };
-        let mut met = false;
-        view.visit(
-            |b| {
-                let beside = |k: usize| (b.min[k] - tip[k]).max(tip[k] - b.max[k]).max(0.0);
-                b.max.z > tip.z + low && beside(0).hypot(beside(1)) < top
-            },
-            |i| {
-                let prism = Prism::new(&view.corners(i), tip, tip);
-                met = self.0.iter().any(|f| prism.gap(f, 0.0, f64::MIN_POSITIVE).at_least <= 0.0);
-                if met { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-            },
-        );
-        met
-    }
+    let body = body::of_sides(tool, 0.0);
+    let (low, widest) = body.iter().fold((f64::INFINITY, 0.0), |(l, w), f| (f.low.min(l), f.outer.max(w)));
+    let mut entered = false;
+    view.visit(
+        |b| {
+            let beside = |k: usize| (b.min[k] - tip[k]).max(tip[k] - b.max[k]).max(0.0);
+            b.max.z > tip.z + low && beside(0).hypot(beside(1)) < widest
+        },
+        |i| {
+            let prism = Prism::new(&view.corners(i), tip, tip);
+            let meets = |f: &Frustum| prism.gap(f, 0.0, f64::MIN_POSITIVE).at_least <= 0.0;
+            entered = body.iter().any(meets) && body::of_sides(tool, view.deviation(i)).iter().any(meets);
+            if entered { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        },
+    );
+    entered
 }
 
 fn key(track: &Track) -> (usize, usize, usize) {

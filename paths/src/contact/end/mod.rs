@@ -15,7 +15,7 @@ use claymill_nurbs::{FaceId, Model, Point3, Vector3};
 use claymill_toolpath::Tool;
 
 pub(super) use body::Body;
-pub(super) use search::held_above;
+pub(super) use search::{Effort, held_above};
 
 use super::{BallDrop, Covering};
 use crate::Frame;
@@ -68,7 +68,7 @@ impl<'a> EndDrop<'a> {
     /// Drops the tool at `(x, y)` on everything (setup coordinates, mm). `None` where nothing is below.
     #[must_use]
     pub fn drop(&self, x: f64, y: f64) -> Option<EndLocation> {
-        let held = held_above(&self.sheets, &self.bodies, [x, y], f64::NEG_INFINITY, END_EPSILON_MM)?;
+        let held = held_above(&self.sheets, &self.bodies, [x, y], f64::NEG_INFINITY, Effort::FULL)?;
         let part = if held.body == 0 { ToolPart::End } else { ToolPart::Side };
         Some(EndLocation {
             tip: Point3::new(x, y, held.tip),

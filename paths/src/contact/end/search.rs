@@ -3,13 +3,11 @@ use std::collections::BinaryHeap;
 
 use claymill_nurbs::{Boxes, FaceId, Point2, Point3, Vector3};
 
-use super::Body;
+use super::{Body, END_EPSILON_MM};
 use crate::contact::BallDrop;
 use crate::contact::covering::EdgePiece;
 use crate::contact::drop::{Triangle, weighted};
 
-/// Pieces that are cut, at most: beside walls a height that hardly changes costs very many.
-const CUTS: usize = 4000;
 /// A triangle at the rim is enlarged by this many times its own size at most, to take in what bulges beyond its chord; of
 /// slivers more than that is left to the edge itself.
 const LARGEST_GROWTH: f64 = 2.0;
@@ -79,29 +77,53 @@ impl Ord for Waiting<'_> {
     }
 }
 
-/// What holds `bodies`, which make a tool together, with its tip above `floor`; `None` if nothing holds it by more than
-/// `epsilon` above that.
+/// How far a search goes.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::contact) struct Effort {
+    /// What would hold the tool no more than half of this above the floor does not count, mm.
+    pub(in crate::contact) epsilon: f64,
+    /// Once it is known to be held, its height is looked for to this, mm.
+    pub(in crate::contact) known_to: f64,
+    /// Pieces that are cut, at most: beside walls a height that hardly changes costs very many.
+    pub(in crate::contact) cuts: usize,
+}
+
+impl Effort {
+    /// For the height of an end.
+    pub(in crate::contact) const FULL: Effort =
+        Effort { epsilon: END_EPSILON_MM, known_to: END_EPSILON_MM, cuts: 4000 };
+    /// For whether something is in the way of a side: how high it holds it matters little, and what grazes it, as a wall
+    /// along a shank, may be taken to hold it.
+    pub(in crate::contact) const IN_THE_WAY: Effort =
+        Effort { epsilon: END_EPSILON_MM, known_to: 0.1, cuts: 60 };
+}
+
+/// What holds `bodies`, which make a tool together, with its tip above `floor`; `None` if nothing does.
 pub(in crate::contact) fn held_above(
     sheets: &BallDrop,
     bodies: &[Body],
     at: [f64; 2],
     floor: f64,
-    epsilon: f64,
+    effort: Effort,
 ) -> Option<Held> {
     let mut search = Search {
         sheets,
         bodies,
         at,
-        step: 0.5 * epsilon,
+        effort,
+        step: 0.5 * effort.epsilon,
         low: floor,
         held: None,
         waiting: BinaryHeap::new(),
         met: 0,
     };
     search.gather();
-    let high = search.settle();
-    let touched = search.held?;
-    let tip = (high + search.step).max(search.low + epsilon);
+    search.settle();
+    let left = search.waiting.pop().filter(|left| left.bound > search.low + search.step);
+    let above = search.held.filter(|_| search.low > floor + 0.5 * effort.epsilon);
+    let touched = above.or_else(|| left.as_ref().map(|left| search.supposed(&left.piece)))?;
+    let high = left.map_or(f64::NEG_INFINITY, |left| left.bound);
+    let tip = (high + search.step).max(search.low + 2.0 * search.step);
     Some(Held { tip, gap_mm: tip - search.low, ..touched })
 }
 
@@ -109,6 +131,7 @@ struct Search<'a> {
     sheets: &'a BallDrop<'a>,
     bodies: &'a [Body],
     at: [f64; 2],
+    effort: Effort,
     /// What is higher than what is touched by less than this is not looked into: half of what is asked for.
     step: f64,
     /// The tool is held at least here.
@@ -221,6 +244,9 @@ impl<'a> Search<'a> {
         let Some((tip, body)) = highest.filter(|(tip, _)| *tip > self.low) else { return };
         let Some(place) = place() else { return };
         let normal = self.normal(p, &self.bodies[body], face, &place);
+        if tip > self.low + self.step {
+            self.step = self.step.max(0.5 * self.effort.known_to);
+        }
         self.low = tip;
         self.held = Some(Held { tip, gap_mm: 0.0, contact: *p, normal, face, body });
     }
@@ -310,18 +336,27 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Cuts the highest piece until none is higher than what is touched, and says how high the highest then is.
-    fn settle(&mut self) -> f64 {
-        for _ in 0..CUTS {
-            match self.waiting.pop() {
-                Some(Waiting { bound, piece, .. }) if bound > self.low + self.step => match piece {
-                    Piece::Sheet(sheet) => self.quarter(&sheet),
-                    Piece::Edge(piece) => self.halve(&piece),
-                },
-                _ => return f64::NEG_INFINITY,
+    /// Cuts the highest piece until none is higher than what is touched, as long as it may.
+    fn settle(&mut self) {
+        for _ in 0..self.effort.cuts {
+            if self.waiting.peek().is_none_or(|w| w.bound <= self.low + self.step) {
+                return;
+            }
+            match self.waiting.pop().map(|w| w.piece) {
+                Some(Piece::Sheet(sheet)) => self.quarter(&sheet),
+                Some(Piece::Edge(piece)) => self.halve(&piece),
+                None => {}
             }
         }
-        self.waiting.peek().map_or(f64::NEG_INFINITY, |w| w.bound)
+    }
+
+    /// What may hold the tool, where that has not been found out.
+    fn supposed(&self, piece: &Piece) -> Held {
+        let (contact, face) = match piece {
+            Piece::Sheet(sheet) => (weighted(&sheet.p, sheet.at), sheet.of.face),
+            Piece::Edge(piece) => (nalgebra::center(&piece.a, &piece.b), piece.face),
+        };
+        Held { tip: 0.0, gap_mm: 0.0, contact, normal: Vector3::z(), face: face as usize, body: 0 }
     }
 
     fn quarter(&mut self, sheet: &Sheet<'a>) {

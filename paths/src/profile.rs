@@ -20,6 +20,9 @@ const SHARPEST_TURN: f64 = 0.12;
 const CLOSEST_MM: f64 = 0.01;
 /// Where a pass ends is narrowed down to this, mm.
 const END_MM: f64 = 0.05;
+/// And there it ends this much earlier, mm: what lifts a written pass clear also moves it along, by no more than the
+/// bias and the tolerance of the fit, and it may have ended at a wall.
+const DRAWN_IN_MM: f64 = 4e-3;
 /// Tangents that turn by more than this between two sides of a corner make a break, degrees.
 const CORNER_DEG: f64 = 2.0;
 /// Where two contacts are as good as equally high, now one is taken and now the other: a corner becomes several, with
@@ -154,12 +157,18 @@ pub(crate) fn follow(ball: &BallDrop, guide: &Guide, s0: f64, s1: f64) -> Follow
         walk.step(s, here, next, there);
         (s, here) = (next, there);
     }
-    let (mut chains, lifted) = (walk.chains, walk.lifted);
+    let mut chains = std::mem::take(&mut walk.chains);
     for chain in &mut chains {
         chain.retain(|p| p.samples.len() > 1 && p.length_mm() > FLICKER_MM);
+        if let Some(first) = chain.first_mut().filter(|p| p.start().s > s0) {
+            walk.draw_in(first, 1.0);
+        }
+        if let Some(last) = chain.last_mut().filter(|p| p.end().s < s1) {
+            walk.draw_in(last, -1.0);
+        }
     }
     chains.retain(|c| !c.is_empty());
-    Followed { chains, lifted }
+    Followed { chains, lifted: walk.lifted }
 }
 
 /// Parts the profiles of a chain where their guide turns sharply.
@@ -232,6 +241,21 @@ impl Walk<'_> {
                 Some(if bend < other_bend { before } else { after })
             }
             (before, after) => before.or(after).map(|(slope, _)| slope),
+        }
+    }
+
+    /// Takes a little off the end of a profile from which `way` leads inside.
+    fn draw_in(&mut self, profile: &mut Profile, way: f64) {
+        let end = if way > 0.0 { profile.start() } else { profile.end() };
+        let s = end.s + way * DRAWN_IN_MM;
+        let stays = |q: &Sample| (q.s - s) * way > NARROWEST_MM;
+        if !profile.samples.iter().any(stays) {
+            return;
+        }
+        if let Some(sample) = self.sample(s) {
+            profile.samples.retain(stays);
+            let at = if way > 0.0 { 0 } else { profile.samples.len() };
+            profile.samples.insert(at, sample);
         }
     }
 

@@ -124,6 +124,10 @@ impl Request {
         let holder_clearance_mm = holder_clearance(options.holder_clearance)?;
         let rest_of = options.rest_of.as_deref().map(str::parse::<Tool>).transpose();
         let rest_of = rest_of.map_err(|e| Failure::usage(e, "For example: --rest-of ball:10."))?;
+        // Said before the model is read, which may take a while.
+        if let Some(&tool) = [Some(&tool), rest_of.as_ref()].into_iter().flatten().find(|t| !t.is_ball()) {
+            return Err(PlanError::NoBall { tool }.into());
+        }
         let scallop_mm = options.scallop.unwrap_or(0.1);
         if !(scallop_mm > 0.0 && scallop_mm < tool.radius_mm()) {
             return Err(PlanError::Scallop { scallop_mm, radius_mm: tool.radius_mm() }.into());

@@ -260,6 +260,11 @@ impl Machine {
         Ok(machine)
     }
 
+    /// Blocks of the shop's own that are written as they stand.
+    pub(crate) fn own_blocks(&self) -> impl Iterator<Item = &String> {
+        self.start.iter().chain(&self.end).chain(self.home.iter().flatten())
+    }
+
     /// Refuses values that make no sense.
     ///
     /// # Errors
@@ -307,8 +312,7 @@ impl Machine {
         if self.setups.values().any(|s| s.zero_mm.iter().any(|z| !z.is_finite() || z.abs() > 1e6)) {
             return value("setups", "must have zeros that are finite");
         }
-        let lines = self.start.iter().chain(&self.end);
-        let lines = lines.chain(self.tool_change.iter().flatten()).chain(self.home.iter().flatten());
+        let lines = self.own_blocks().chain(self.tool_change.iter().flatten());
         let names = [&self.name, &self.work_offset];
         let offsets = self.setups.values().filter_map(|s| s.work_offset.as_ref());
         if lines.chain(names).chain(offsets).any(|l| l.chars().any(char::is_control)) {

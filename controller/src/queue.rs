@@ -6,7 +6,9 @@ use std::time::{Duration, Instant};
 use thiserror::Error;
 
 use crate::record::FEED_SHARES;
-use crate::shared::{ANSWER_AT, CONSUMER_AT, PRODUCER_AT, PROGRESS_AT, STREAM_AT, Shared, Word, progress};
+use crate::shared::{
+    ANSWER_AT, CONSUMER_AT, PRODUCER_AT, PROGRESS_AT, RECALL_AT, STREAM_AT, Shared, Word, progress,
+};
 
 /// The file is not a queue, or the other side is gone.
 #[derive(Debug, Error)]
@@ -30,7 +32,7 @@ const DROPPED: u64 = u64::MAX;
 /// The other side counts as dead after this long without a beat.
 pub const SILENCE: Duration = Duration::from_millis(600);
 /// How often a waiting side beats.
-const BEAT: Duration = Duration::from_millis(50);
+pub(crate) const BEAT: Duration = Duration::from_millis(50);
 const NAP: Duration = Duration::from_micros(100);
 
 /// Watches the beats of the other side.
@@ -246,8 +248,10 @@ pub struct Consumer {
     ahead: Vec<u8>,
     at: usize,
     seen: usize,
-    /// Recalls that were obeyed.
+    /// Recalls that there were when it was looked last, and those that were obeyed.
+    pub(crate) recalls: u64,
     pub(crate) obeyed: u64,
+    pub(crate) looked: Instant,
     watch: Watch,
     beaten: Instant,
 }
@@ -260,7 +264,7 @@ impl Consumer {
     pub fn open(path: &Path, capacity: u64) -> Result<Self, QueueError> {
         let shared = Shared::open(path, capacity)?;
         let (word, written) = (shared.read_word(CONSUMER_AT)?, shared.read_word(PRODUCER_AT)?);
-        let obeyed = shared.read_word(ANSWER_AT)?.beats;
+        let [recalls, obeyed] = [shared.read_word(RECALL_AT)?.beats, shared.read_word(ANSWER_AT)?.beats];
         Ok(Consumer {
             shared,
             word,
@@ -268,7 +272,9 @@ impl Consumer {
             ahead: Vec::new(),
             at: 0,
             seen: 0,
+            recalls,
             obeyed,
+            looked: Instant::now(),
             watch: Watch::new(),
             beaten: Instant::now(),
         })

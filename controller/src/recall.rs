@@ -1,10 +1,10 @@
 //! How a stream begins anew in a queue: the machine comes to rest, drops what it has, and says where it stands.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use claymill_nurbs::{Point3, Vector3};
 
-use crate::queue::Watch;
+use crate::queue::{BEAT, Watch};
 use crate::shared::{ANSWER_AT, AXIS_AT, CONSUMER_AT, PRODUCER_AT, RECALL_AT, TIP_AT, Word};
 use crate::{Consumer, Producer, QueueError};
 
@@ -39,12 +39,17 @@ impl Producer {
 }
 
 impl Consumer {
-    /// Whether the producer has recalled what it wrote, and that was not obeyed yet.
+    /// Whether the producer has recalled what it wrote, and that was not obeyed yet. Asked at every set point: the queue
+    /// is looked at as often as it beats.
     ///
     /// # Errors
     /// The queue cannot be read.
-    pub fn recalled(&self) -> Result<bool, QueueError> {
-        Ok(self.shared.read_word(RECALL_AT)?.beats != self.obeyed)
+    pub fn recalled(&mut self) -> Result<bool, QueueError> {
+        if self.looked.elapsed() >= BEAT {
+            self.looked = Instant::now();
+            self.recalls = self.shared.read_word(RECALL_AT)?.beats;
+        }
+        Ok(self.recalls != self.obeyed)
     }
 
     /// Obeys a recall: takes out what was written before it, done or not, and says where the machine stands.
@@ -60,7 +65,7 @@ impl Consumer {
         self.shared.write_word(TIP_AT, Word::of_numbers(tip))?;
         self.shared.write_word(AXIS_AT, Word::of_numbers(axis))?;
         self.shared.write_word(ANSWER_AT, Word { beats: recall.beats, ..Word::default() })?;
-        self.obeyed = recall.beats;
+        (self.recalls, self.obeyed) = (recall.beats, recall.beats);
         Ok(())
     }
 }

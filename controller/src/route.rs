@@ -87,7 +87,7 @@ impl Route {
                     way.arrive(entry, way.moves.last().map(|m| (m.end(), m.axis_end.into())))
                 }
                 (None, Some((tip, axis))) => {
-                    let tip = way.depart_from(tip, axis, entry);
+                    let tip = way.up(tip, axis, true, entry);
                     route.departs = way.moves.len();
                     way.arrive(entry, Some((tip, axis)))
                 }
@@ -114,8 +114,8 @@ struct Way<'a> {
     plunge_mm: Option<f64>,
 }
 
-impl Way<'_> {
-    fn setup(&self, m: &Move) -> Option<&Setup> {
+impl<'a> Way<'a> {
+    fn setup(&self, m: &Move) -> Option<&'a Setup> {
         self.job.setups.iter().find(|s| s.name == m.setup)
     }
 
@@ -165,23 +165,20 @@ impl Way<'_> {
         self.up(tip, m.axis_end.into(), leads, i);
     }
 
-    /// Up from where the machine stands, perhaps in a cut; where it is then.
-    fn depart_from(&mut self, tip: Point3, axis: Vector3, entry: usize) -> Point3 {
-        self.up(tip, axis, true, entry)
-    }
-
-    /// Up to the clearance height of the setup with this axis; at first at the feed of leads. Returns the end.
+    /// Up to the clearance height of the setup with this axis, at first at the feed of leads if the tool may stand in a cut.
+    /// Returns the end.
     fn up(&mut self, tip: Point3, axis: Vector3, leads: bool, like: usize) -> Point3 {
-        let setup = self.job.setups.iter().find(|s| (Vector3::from(s.axis) - axis).norm() < 1e-6);
+        let job = self.job;
+        let setup = job.setups.iter().find(|s| (Vector3::from(s.axis) - axis).norm() < 1e-6);
         let Some(setup) = setup else { return tip };
         let rise = setup.clearance_mm - axis.dot(&tip.coords);
         if rise <= GAP_MM {
             return tip;
         }
         let lead = tip + axis * if leads { rise.min(self.lift_mm()) } else { 0.0 };
-        let (top, name) = (tip + axis * rise, setup.name.clone());
-        self.straight(MoveKind::LeadOut, tip, lead, &name, like);
-        self.straight(MoveKind::Rapid, lead, top, &name, like);
+        let top = tip + axis * rise;
+        self.straight(MoveKind::LeadOut, tip, lead, setup, like);
+        self.straight(MoveKind::Rapid, lead, top, setup, like);
         top
     }
 
@@ -191,19 +188,19 @@ impl Way<'_> {
         let setup = self.setup(m)?;
         let axis = Vector3::from(setup.axis);
         let from = from.filter(|(_, a)| (a - axis).norm() < 1e-6).map(|(p, _)| p);
-        let (name, height) = (setup.name.clone(), |p: &Point3| axis.dot(&p.coords));
+        let height = |p: &Point3| axis.dot(&p.coords);
         let to = m.start();
         let over_mm = [Some(to), from].iter().flatten().map(height).fold(setup.clearance_mm, f64::max);
         let lifted = |p: Point3| p + axis * (over_mm - height(&p));
         if let Some(from) = from {
-            self.straight(MoveKind::Rapid, from, lifted(from), &name, entry);
-            self.straight(MoveKind::Rapid, lifted(from), lifted(to), &name, entry);
+            self.straight(MoveKind::Rapid, from, lifted(from), setup, entry);
+            self.straight(MoveKind::Rapid, lifted(from), lifted(to), setup, entry);
         }
         let lead = m.kind != MoveKind::Cut;
         let way_mm = over_mm - height(&to);
         let feed_mm = if lead { 0.0 } else { self.plunge_mm.unwrap_or(f64::INFINITY).clamp(0.0, way_mm) };
-        self.straight(MoveKind::Rapid, lifted(to), to + axis * feed_mm, &name, entry);
-        self.straight(MoveKind::LeadIn, to + axis * feed_mm, to, &name, entry);
+        self.straight(MoveKind::Rapid, lifted(to), to + axis * feed_mm, setup, entry);
+        self.straight(MoveKind::LeadIn, to + axis * feed_mm, to, setup, entry);
         let (plunge_mm, seq) = match m.kind {
             MoveKind::LeadIn => ((m.end() - to).norm(), self.all.get(entry + 1).map_or(m.seq, |c| c.seq)),
             _ => (feed_mm, m.seq),
@@ -212,16 +209,15 @@ impl Way<'_> {
     }
 
     /// Adds a straight way with the names of move `like`, if it has a length.
-    fn straight(&mut self, kind: MoveKind, from: Point3, to: Point3, setup: &str, like: usize) {
+    fn straight(&mut self, kind: MoveKind, from: Point3, to: Point3, setup: &Setup, like: usize) {
         if (to - from).norm() <= GAP_MM {
             return;
         }
         let feed =
             if kind == MoveKind::Rapid { self.job.request.rapid_mm_per_min } else { self.lead_feed(like) };
         let m = &self.all[like];
-        let axis = self.job.setups.iter().find(|s| s.name == setup).map_or(m.axis_start, |s| s.axis);
-        let way = Move::straight(kind, from, to, axis.into(), feed);
-        let (setup, tool) = (setup.to_owned(), m.tool.clone());
+        let way = Move::straight(kind, from, to, setup.axis.into(), feed);
+        let (setup, tool) = (setup.name.clone(), m.tool.clone());
         self.moves.push(Move { seq: m.seq, setup, tool, region: m.region, pass: m.pass, ..way });
     }
 }

@@ -1,12 +1,14 @@
 //! A machine's port: orders beside a stream, and a stream that is dropped in the middle.
 
 use std::net::TcpListener;
+use std::path::PathBuf;
 use std::sync::Arc;
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use claymill_controller::{
     Consumer, Dynamics, Ended, Event, Order, Panel, Path, Port, Producer, QueueError, Record, Reference,
-    Sender, WireError, tell,
+    Sender, Tally, WireError, tell,
 };
 use claymill_nurbs::{Curve3, Point3, Vector3};
 use claymill_toolpath::MoveKind;
@@ -43,6 +45,23 @@ fn until(address: &str, wanted: impl Fn(&claymill_controller::Status) -> bool) {
     }
 }
 
+/// A machine that does what the panel says with what is in a queue; in the end, how it ended and where its tip was.
+fn machine(queue: PathBuf, panel: &Arc<Panel>, real_time: bool) -> JoinHandle<((Ended, Tally), Vec<Point3>)> {
+    let shown = Arc::clone(panel);
+    std::thread::spawn(move || {
+        let limits = Dynamics { acceleration_mm_per_s2: 1000.0, jerk_mm_per_s3: 10_000.0, cycle_s: 1e-3 };
+        let reference = Reference { limits, real_time, single_step: false };
+        let mut consumer = Consumer::open(&queue, CAPACITY).unwrap();
+        let mut tips = Vec::new();
+        let mut report = |event: Event| {
+            shown.saw(&event);
+            tips.extend(if let Event::At(p) = event { Some(p.tip) } else { None });
+        };
+        let ended = reference.run(&mut consumer, &mut || shown.status().order, &mut report);
+        (ended.unwrap(), tips)
+    })
+}
+
 #[test]
 fn a_stream_that_is_dropped_does_not_come_again() {
     let folder = tempfile::tempdir().unwrap();
@@ -57,19 +76,7 @@ fn a_stream_that_is_dropped_does_not_come_again() {
             std::thread::spawn(move || port.serve(stream, SECRET));
         }
     });
-    let shown = Arc::clone(&panel);
-    let machine = std::thread::spawn(move || {
-        let limits = Dynamics { acceleration_mm_per_s2: 1000.0, jerk_mm_per_s3: 10_000.0, cycle_s: 1e-3 };
-        let reference = Reference { limits, real_time: false, single_step: false };
-        let mut consumer = Consumer::open(&queue, CAPACITY).unwrap();
-        let mut tips = Vec::new();
-        let mut report = |event: Event| {
-            shown.saw(&event);
-            tips.extend(if let Event::At(p) = event { Some(p.tip) } else { None });
-        };
-        let ended = reference.run(&mut consumer, &mut || shown.status().order, &mut report);
-        (ended.unwrap(), tips)
-    });
+    let machine = machine(queue, &panel, false);
     // Far more than the queue holds: the sender waits.
     let old = {
         let address = address.clone();
@@ -149,22 +156,7 @@ fn a_stream_that_is_recalled_ends_and_the_machine_says_where_it_stands() {
             producer.flush()
         })
     };
-    let shown = Arc::clone(&panel);
-    let machine = {
-        let queue = queue.clone();
-        std::thread::spawn(move || {
-            let limits = Dynamics { acceleration_mm_per_s2: 1000.0, jerk_mm_per_s3: 10_000.0, cycle_s: 1e-3 };
-            let reference = Reference { limits, real_time: true, single_step: false };
-            let mut consumer = Consumer::open(&queue, CAPACITY).unwrap();
-            let mut tips = Vec::new();
-            let mut report = |event: Event| {
-                shown.saw(&event);
-                tips.extend(if let Event::At(p) = event { Some(p.tip) } else { None });
-            };
-            let ended = reference.run(&mut consumer, &mut || shown.status().order, &mut report);
-            (ended.unwrap(), tips)
-        })
-    };
+    let machine = machine(queue.clone(), &panel, true);
     let begun = Instant::now();
     while panel.status().paths < 3 || panel.status().speed < 10.0 {
         assert!(begun.elapsed() < Duration::from_secs(30));

@@ -139,10 +139,6 @@ impl SetupContext<'_> {
         (laid, lifted)
     }
 
-    fn flat_step_mm(&self) -> f64 {
-        crate::step_over::flat_mm(self.ball.radius_mm(), self.scallop_mm)
-    }
-
     /// Levels at a distance that wastes least: their density is asked for all over the range. Where levels count
     /// step-overs what they ask for differs by accident alone, and the middle is right: the cheapest distance would
     /// follow the closest few.
@@ -153,10 +149,12 @@ impl SetupContext<'_> {
             let level = low + (k as f64 + 0.5) * width;
             let needs: Vec<f32> = pattern.lines(level).iter().flat_map(|line| self.needs(line)).collect();
             let widest = f64::from(needs.iter().copied().fold(0.0f32, f32::max));
-            match widest > 0.0 {
-                true if pattern.in_steps() => 1.0 / middle(needs),
-                true => 1.0 / cheapest_step(&needs, widest),
-                false => 0.0,
+            if widest <= 0.0 {
+                0.0
+            } else if pattern.in_steps() {
+                1.0 / middle(needs)
+            } else {
+                1.0 / cheapest_step(&needs, widest)
             }
         };
         let density: Vec<f64> = (0..ASKED).map(density).collect();

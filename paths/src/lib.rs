@@ -63,7 +63,9 @@ pub use frame::{Axis, AxisError, Frame, Orientation, ParallelAxes, RowsAlong};
 pub use kinematics::times_s;
 pub use obstacles::plan_around;
 pub use part::CLEARANCE_MM;
-pub use plan::{Feeds, Plan, PlanError, PlanOptions, Progress, Regions, STEEP_DEG, TOOL_ID, plan};
+pub use plan::{
+    Feeds, Plan, PlanError, PlanOptions, Progress, Regions, STEEP_DEG, TOOL_ID, check_tools, plan,
+};
 pub use refit::{FIT_BIAS_MM, FIT_TOLERANCE_MM};
 pub use step_over::flat_mm;
 pub use strategy::Strategy;

@@ -183,7 +183,7 @@ impl SetupContext<'_> {
         faces: &[usize],
         mesh: Option<&RegionMesh>,
     ) -> Option<Layout> {
-        let limit = Limit::new(limit_deg, flat_mm(self.ball.radius_mm(), self.scallop_mm));
+        let limit = Limit::new(limit_deg, self.flat_step_mm());
         let steep = SetupContext { slopes: Slopes::Steeper(limit), ..*self };
         let shallow = SetupContext { slopes: Slopes::Shallower(limit), ..*self };
         let heights = mesh.map(|mesh| CentreHeights::new(mesh, &steep));
@@ -197,6 +197,11 @@ impl SetupContext<'_> {
         let mut groups = rows.map_or_else(Vec::new, |r| r.groups);
         groups.push(lines);
         groups.iter().any(|g| !g.is_empty()).then_some(Layout { strategy, groups, lifted, along })
+    }
+
+    /// The step-over on a plane, mm.
+    pub(crate) fn flat_step_mm(&self) -> f64 {
+        flat_mm(self.ball.radius_mm(), self.scallop_mm)
     }
 
     /// Whether the setup cuts the face at these parameters with these passes.
@@ -268,7 +273,7 @@ impl SetupContext<'_> {
         let length = dx.hypot(dy);
         let longest_mm = match self.link {
             LinkStyle::Lace => LONGEST_LINK_MM,
-            LinkStyle::Box => LINK_STEPS * crate::step_over::flat_mm(self.ball.radius_mm(), self.scallop_mm),
+            LinkStyle::Box => LINK_STEPS * self.flat_step_mm(),
         };
         if length > longest_mm {
             return None;

@@ -22,8 +22,7 @@ use crate::guide::{Guide, Line};
 use crate::part::SetupContext;
 use crate::plan_curve::within;
 use crate::profile::{Chain, Sample, follow};
-use crate::raster::{Patch, Raster};
-use crate::step_over::flat_mm;
+use crate::raster::{Patch, Row};
 
 /// Sides that part by less than this make no valley, degrees; and half of that is enough to look closer, for a row may
 /// cross a valley aslant.
@@ -59,22 +58,21 @@ struct Corner {
 
 /// Valleys that were followed, by cells of [`SAME_MM`].
 #[derive(Default)]
-struct Followed(BTreeMap<[i64; 2], Vec<Point2>>);
+struct Known(BTreeMap<[i64; 2], Vec<Point2>>);
 
-impl Followed {
+impl Known {
     fn cell(p: &Point2) -> [i64; 2] {
         [p.x, p.y].map(|c| (c / SAME_MM).floor() as i64)
     }
 
     fn add(&mut self, p: Point2) {
-        self.0.entry(Followed::cell(&p)).or_default().push(p);
+        self.0.entry(Known::cell(&p)).or_default().push(p);
     }
 
-    fn is_near(&self, p: &Point2, reach_mm: f64) -> bool {
-        let [i, j] = Followed::cell(p);
-        let cells = (reach_mm / SAME_MM).ceil() as i64;
-        let around = (-cells..=cells).flat_map(|a| (-cells..=cells).map(move |b| [i + a, j + b]));
-        around.filter_map(|c| self.0.get(&c)).flatten().any(|q| (p - q).norm() < reach_mm)
+    fn holds(&self, p: &Point2) -> bool {
+        let [i, j] = Known::cell(p);
+        let around = (-1..=1).flat_map(|a| (-1..=1).map(move |b| [i + a, j + b]));
+        around.filter_map(|c| self.0.get(&c)).flatten().any(|q| (p - q).norm() < SAME_MM)
     }
 }
 
@@ -88,15 +86,15 @@ impl SetupContext<'_> {
     /// The valleys of the part made of `faces`, and how many locations rest on a proven bound.
     pub(crate) fn valleys(&self, faces: &[usize]) -> (Vec<Laid>, u64) {
         let pencil = Pencil { context: self, faces: faces.iter().copied().collect() };
-        let mut followed = Followed::default();
+        let mut known = Known::default();
         let mut valleys: Vec<Vec<Point2>> = Vec::new();
         for (seed, across) in pencil.seeds(faces) {
-            if followed.is_near(&seed, SAME_MM) {
+            if known.holds(&seed) {
                 continue;
             }
-            let valley = pencil.valley(seed, across, &followed);
+            let valley = pencil.valley(seed, across, &known);
             let along: f64 = valley.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
-            valley.iter().for_each(|p| followed.add(*p));
+            valley.iter().for_each(|p| known.add(*p));
             if along >= SHORTEST_MM {
                 valleys.push(valley);
             }
@@ -122,23 +120,22 @@ impl Pencil<'_, '_> {
     /// Places in valleys, each with the direction of the row that crosses there.
     fn seeds(&self, faces: &[usize]) -> Vec<(Point2, Vector2<f64>)> {
         let context = self.context;
-        let step_mm = flat_mm(context.ball.radius_mm(), context.scallop_mm);
+        let apart_mm = APART * context.flat_step_mm();
         let cuts = context.cuts(faces);
         let mut seeds = Vec::new();
         for deg in [0.0, 90.0] {
             let along = RowsAlong::at_deg(deg);
-            let apart = |patch: Patch| Patch { distance_mm: APART * step_mm, ..patch };
+            let apart = |patch: Patch| Patch { distance_mm: apart_mm, ..patch };
             let patches: Vec<Patch> = context.patches(&cuts, along).into_iter().map(apart).collect();
-            let Some(raster) = Raster::new(&patches, (0.5 * step_mm).clamp(0.3, 3.0)) else { continue };
+            let Some(raster) = context.raster(&patches) else { continue };
             let rows = raster.rows();
-            let on_row = |row: &crate::raster::Row| {
-                let [origin, direction] = [along.at([0.0, row.q]), along.unit()];
-                let line = Line { origin, direction };
+            let on_row = |row: &Row| {
+                let line = Line { origin: along.at([0.0, row.q]), direction: along.unit() };
                 let mut found = Vec::new();
                 for &(s0, s1) in &row.stretches {
                     let corners = self.corners(line, s0 - BEYOND_MM, s1 + BEYOND_MM);
                     let deep = corners.into_iter().filter(|c| c.turn_deg >= 0.5 * SHALLOWEST_DEG);
-                    found.extend(deep.map(|c| (place(&line, c.s), Vector2::from(direction))));
+                    found.extend(deep.map(|c| (place(&line, c.s), Vector2::from(line.direction))));
                 }
                 found
             };
@@ -178,13 +175,13 @@ impl Pencil<'_, '_> {
     }
 
     /// A valley from end to end, followed both ways from a place in it.
-    fn valley(&self, seed: Point2, crossing: Vector2<f64>, followed: &Followed) -> Vec<Point2> {
+    fn valley(&self, seed: Point2, crossing: Vector2<f64>, known: &Known) -> Vec<Point2> {
         let aside = Vector2::new(-crossing.y, crossing.x);
         let way = |sign: f64| -> Vec<Point2> {
             let Some(next) = self.bottom(seed + aside * (sign * LEAST_ACROSS_MM), crossing, STEP_MM) else {
                 return Vec::new();
             };
-            (next - seed).try_normalize(0.0).map_or_else(Vec::new, |along| self.onward(seed, along, followed))
+            (next - seed).try_normalize(0.0).map_or_else(Vec::new, |along| self.onward(seed, along, known))
         };
         let mut ahead = way(1.0);
         let closed = ahead.last().is_some_and(|end| *end == seed);
@@ -196,15 +193,16 @@ impl Pencil<'_, '_> {
     }
 
     /// The places of a valley after `start`, until it ends, closes or meets another one.
-    fn onward(&self, start: Point2, mut along: Vector2<f64>, followed: &Followed) -> Vec<Point2> {
+    fn onward(&self, start: Point2, mut along: Vector2<f64>, known: &Known) -> Vec<Point2> {
         let (mut places, mut here, mut step_mm) = (Vec::new(), start, 0.5 * STEP_MM);
         while places.len() < MOST_STEPS {
             let across = Vector2::new(-along.y, along.x);
             let reach_mm = (ACROSS * step_mm).max(LEAST_ACROSS_MM);
-            let next = self.bottom(here + along * step_mm, across, reach_mm);
-            let way = next.and_then(|next| (next - here).try_normalize(LEAST_STEP_MM * 0.5));
-            let (Some(next), Some(way)) = (next.filter(|_| way.is_some_and(|w| w.angle(&along) < BEND)), way)
-            else {
+            let found = self.bottom(here + along * step_mm, across, reach_mm).and_then(|next| {
+                let way = (next - here).try_normalize(LEAST_STEP_MM * 0.5)?;
+                (way.angle(&along) < BEND).then_some((next, way))
+            });
+            let Some((next, way)) = found else {
                 step_mm *= 0.5;
                 if step_mm < LEAST_STEP_MM {
                     break;
@@ -216,7 +214,7 @@ impl Pencil<'_, '_> {
                 break;
             }
             places.push(next);
-            if followed.is_near(&next, SAME_MM) {
+            if known.holds(&next) {
                 break;
             }
             // The chord's direction is that of the valley halfway.
@@ -233,15 +231,11 @@ fn place(line: &Line, s: f64) -> Point2 {
 
 /// The corners of a chain in which the ball goes down and then up, seen from the chord between both sides.
 fn corners_of(chain: &Chain) -> impl Iterator<Item = Corner> {
-    let touched = |samples: &[Sample], mut from_corner: Box<dyn Iterator<Item = usize>>| {
-        from_corner.find_map(|i| samples[i].face)
-    };
-    let corners = chain.windows(2).map(move |two| {
-        let (before, after) = (&two[0].samples, &two[1].samples);
-        let turn = after[0].slope.atan() - before[before.len() - 1].slope.atan();
-        let sides =
-            [touched(before, Box::new((0..before.len()).rev())), touched(after, Box::new(0..after.len()))];
-        Corner { s: after[0].s, turn_deg: turn.to_degrees(), face: sides.into_iter().flatten().min() }
-    });
-    corners.collect::<Vec<_>>().into_iter()
+    let touched = |sample: &Sample| sample.face;
+    chain.windows(2).map(move |two| {
+        let (before, after) = (&two[0], &two[1]);
+        let turn = after.start().slope.atan() - before.end().slope.atan();
+        let sides = [before.samples.iter().rev().find_map(touched), after.samples.iter().find_map(touched)];
+        Corner { s: after.start().s, turn_deg: turn.to_degrees(), face: sides.into_iter().flatten().min() }
+    })
 }

@@ -48,6 +48,26 @@ pub struct PlanOptions {
     pub machine: MachineLimits,
 }
 
+impl PlanOptions {
+    /// Planar rows with a tool at a scallop height, and everything else as usual.
+    #[must_use]
+    pub fn new(tool: Tool, scallop_mm: f64, orientation: Orientation) -> Self {
+        PlanOptions {
+            tool,
+            rest_of: None,
+            scallop_mm,
+            strategy: Strategy::Planar,
+            steep_deg: STEEP_DEG,
+            pencil: false,
+            row_angle_deg: None,
+            link: LinkStyle::Lace,
+            orientation,
+            feeds: Feeds::default(),
+            machine: MachineLimits::default(),
+        }
+    }
+}
+
 /// Feeds, mm/min.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Feeds {
@@ -178,7 +198,8 @@ pub fn plan(
     progress: Progress,
 ) -> Result<Plan, PlanError> {
     let radius_mm = options.tool.radius_mm();
-    check(model, options)?;
+    check_tools(&options.tool, options.rest_of.as_ref(), options.scallop_mm)?;
+    check_size(model, radius_mm)?;
     progress("setups", 0.0);
     let area_mm2 = regions.face_area_mm2.iter().sum();
     let fineness_mm = if options.rest_of.is_some() { REST_FINENESS * radius_mm } else { radius_mm };
@@ -272,17 +293,26 @@ pub fn plan(
     })
 }
 
-fn check(model: &Model, options: &PlanOptions) -> Result<(), PlanError> {
-    let (radius_mm, scallop_mm) = (options.tool.radius_mm(), options.scallop_mm);
-    if let Some(tool) = [Some(options.tool), options.rest_of].into_iter().flatten().find(|t| !t.is_ball()) {
+/// Whether passes can be laid for a tool, for the rest of an earlier one if there is one, at a scallop height: all that can be
+/// said before the model is known.
+///
+/// # Errors
+/// They cannot.
+pub fn check_tools(tool: &Tool, rest_of: Option<&Tool>, scallop_mm: f64) -> Result<(), PlanError> {
+    let radius_mm = tool.radius_mm();
+    if let Some(&tool) = [Some(tool), rest_of].into_iter().flatten().find(|t| !t.is_ball()) {
         return Err(PlanError::NoBall { tool });
     }
     if !(scallop_mm > 0.0 && scallop_mm < radius_mm) {
         return Err(PlanError::Scallop { scallop_mm, radius_mm });
     }
-    if let Some(earlier_mm) = options.rest_of.map(|tool| tool.radius_mm()).filter(|&mm| mm <= radius_mm) {
-        return Err(PlanError::EarlierTool { radius_mm, earlier_mm });
+    match rest_of.map(Tool::radius_mm).filter(|&mm| mm <= radius_mm) {
+        Some(earlier_mm) => Err(PlanError::EarlierTool { radius_mm, earlier_mm }),
+        None => Ok(()),
     }
+}
+
+fn check_size(model: &Model, radius_mm: f64) -> Result<(), PlanError> {
     let nets = model.faces.iter().flat_map(|f| f.surface.net());
     let bounds = nets.fold(Aabb::empty(), |mut b, h| {
         b.add(&(h.xyz() / h.w).into());

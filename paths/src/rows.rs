@@ -23,7 +23,6 @@ pub(crate) struct Cut {
 impl SetupContext<'_> {
     /// Rows over the part in the cheapest direction, by length of path and turns, or in the one asked for.
     pub(crate) fn rows(&self, faces: &[usize]) -> Option<(RowsAlong, Raster, Vec<Row>)> {
-        let cell = (0.5 * crate::step_over::flat_mm(self.ball.radius_mm(), self.scallop_mm)).clamp(0.3, 3.0);
         let cuts = self.cuts(faces);
         let asked = self.rows_along.map(|along| vec![along]);
         let turns = (0..(180.0 / TURN_DEG) as u32).map(|k| RowsAlong::at_deg(TURN_DEG * f64::from(k)));
@@ -31,7 +30,7 @@ impl SetupContext<'_> {
             .unwrap_or_else(|| turns.collect())
             .into_par_iter()
             .filter_map(|along| {
-                let raster = Raster::new(&self.patches(&cuts, along), cell)?;
+                let raster = self.raster(&self.patches(&cuts, along))?;
                 let rows = raster.rows();
                 let turns = rows.iter().map(|r| r.stretches.len()).sum::<usize>() as f64;
                 let cost_mm = rows.iter().map(|r| raster.path_mm(r)).sum::<f64>() + TURN_MM * turns;
@@ -40,6 +39,11 @@ impl SetupContext<'_> {
             .collect();
         let (_, along, raster, rows) = laid.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
         Some((along, raster, rows))
+    }
+
+    /// A raster fine enough for the step-over.
+    pub(crate) fn raster(&self, patches: &[Patch]) -> Option<Raster> {
+        Raster::new(patches, (0.5 * self.flat_step_mm()).clamp(0.3, 3.0))
     }
 
     pub(crate) fn cuts(&self, faces: &[usize]) -> Vec<Cut> {

@@ -50,6 +50,17 @@ pub(crate) fn corner(before: &Profile, after: &Profile, guide: &Guide) -> Option
     ((place - halfway).norm() < FARTHEST_MM && (b - a).norm() < FARTHEST_MM).then_some(place)
 }
 
+/// Puts the first place in a corner, from which the tangents lead in the given `way`. That of a valley is a little before
+/// the place above the deepest one: what is behind it is left out.
+fn begin_at(corner: Option<Point3>, p: &mut Vec<Point3>, tangent: &mut Vec<Vector3>, way: f64) {
+    let Some(corner) = corner else { return };
+    p[0] = corner;
+    let behind = |i: &usize| way * (p[*i] - corner).dot(&tangent[0]) <= 0.0;
+    let left_out = 1..1 + (1..p.len() - 1).take_while(behind).count();
+    p.drain(left_out.clone());
+    tangent.drain(left_out);
+}
+
 impl Target {
     /// Over a profile that ends at `corners`, where it does (see [`corner`]).
     pub(crate) fn new(profile: &Profile, corners: [Option<Point3>; 2], guide: &Guide) -> Self {
@@ -63,20 +74,12 @@ impl Target {
             Vector3::new(ex, ey, q.slope).normalize()
         };
         let mut tangent: Vec<Vector3> = profile.samples.iter().map(along).collect();
-        // A valley's corner is a little before the place above the deepest one: what is behind it is left out.
-        if let [Some(first), _] = corners {
-            p[0] = first;
-            let behind = (1..p.len() - 1).take_while(|&i| (p[i] - first).dot(&tangent[0]) <= 0.0).count();
-            p.drain(1..=behind);
-            tangent.drain(1..=behind);
-        }
-        if let [_, Some(last)] = corners {
-            let end = p.len() - 1;
-            p[end] = last;
-            let behind = (1..end).rev().take_while(|&i| (last - p[i]).dot(&tangent[end]) <= 0.0).count();
-            p.drain(end - behind..end);
-            tangent.drain(end - behind..end);
-        }
+        begin_at(corners[0], &mut p, &mut tangent, 1.0);
+        p.reverse();
+        tangent.reverse();
+        begin_at(corners[1], &mut p, &mut tangent, -1.0);
+        p.reverse();
+        tangent.reverse();
         let mut t = vec![0.0; p.len()];
         for i in 1..p.len() {
             t[i] = t[i - 1] + (p[i] - p[i - 1]).dot(&(tangent[i - 1] + tangent[i]).normalize()).max(0.0);

@@ -4,11 +4,9 @@ use std::f64::consts::{PI, TAU};
 
 use claymill_nurbs::analytic::{Frame as Placement, cylinder, plane_patch, sphere, torus};
 use claymill_nurbs::{NurbsSurface, Point3, Vector3};
-use claymill_paths::{
-    FIT_BIAS_MM, Feeds, Orientation, PlanOptions, Regions, STEEP_DEG, Strategy, flat_mm, plan,
-};
+use claymill_paths::{FIT_BIAS_MM, Orientation, PlanOptions, Regions, Strategy, flat_mm, plan};
 use claymill_surface_merge::{MergeOptions, merge};
-use claymill_toolpath::{LinkStyle, MachineLimits, MoveKind};
+use claymill_toolpath::{MoveKind, Tool};
 
 const R: f64 = 10.0;
 const SCALLOP_MM: f64 = 0.1;
@@ -19,19 +17,9 @@ fn passes(surface: NurbsSurface) -> Vec<Vec<Point3>> {
     let area_mm2 = model.faces[0].area_mm2();
     let merged = merge(&model, &MergeOptions::default()).unwrap();
     let regions = Regions { merged: &merged, of_face: &[0], excluded: &[false], face_area_mm2: &[area_mm2] };
-    let options = PlanOptions {
-        tool: format!("ball:{R}").parse().unwrap(),
-        rest_of: None,
-        pencil: false,
-        scallop_mm: SCALLOP_MM,
-        strategy: Strategy::Scallop,
-        row_angle_deg: None,
-        steep_deg: STEEP_DEG,
-        machine: MachineLimits::default(),
-        link: LinkStyle::Lace,
-        orientation: Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap(),
-        feeds: Feeds::default(),
-    };
+    let top = Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap();
+    let options =
+        PlanOptions { strategy: Strategy::Scallop, ..PlanOptions::new(Tool::ball(R), SCALLOP_MM, top) };
     let plan = plan(&model, &regions, &options, &|_, _| {}).unwrap();
     let cuts = plan.program.moves.iter().filter(|m| m.kind == MoveKind::Cut);
     let places = cuts.map(|m| {

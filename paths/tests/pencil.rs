@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use claymill_nurbs::analytic::{Frame as Placement, cone, plane_patch};
 use claymill_nurbs::{Face, NurbsSurface, Point3, Vector3};
-use claymill_paths::{Feeds, Orientation, PlanOptions, Regions, STEEP_DEG, Strategy, plan};
+use claymill_paths::{Orientation, PlanOptions, Regions, plan};
 use claymill_surface_merge::{MergeOptions, merge};
-use claymill_toolpath::{LinkStyle, MachineLimits, MoveKind};
+use claymill_toolpath::{MoveKind, Tool};
 
 const R: f64 = 10.0;
 
@@ -28,23 +28,14 @@ fn in_the_valley_mm(
         excluded: &excluded,
         face_area_mm2: &areas,
     };
-    let options = PlanOptions {
-        tool: format!("ball:{R}").parse().unwrap(),
-        rest_of: None,
-        pencil,
-        scallop_mm: 0.1,
-        strategy: Strategy::Planar,
-        row_angle_deg: Some(30.0),
-        steep_deg: STEEP_DEG,
-        machine: MachineLimits::default(),
-        link: LinkStyle::Lace,
-        orientation: Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap(),
-        feeds: Feeds::default(),
-    };
+    let top = Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap();
+    let options =
+        PlanOptions { pencil, row_angle_deg: Some(30.0), ..PlanOptions::new(Tool::ball(R), 0.1, top) };
     let plan = plan(&model, &regions, &options, &|_, _| {}).unwrap();
-    let top = |m: &&claymill_toolpath::Move| m.kind == MoveKind::Cut && m.axis_start == [0.0, 0.0, 1.0];
+    let from_above =
+        |m: &&claymill_toolpath::Move| m.kind == MoveKind::Cut && m.axis_start == [0.0, 0.0, 1.0];
     let mut length = 0.0;
-    for cut in plan.program.moves.iter().filter(top) {
+    for cut in plan.program.moves.iter().filter(from_above) {
         let curve = cut.curve().unwrap();
         let (a, b) = curve.domain();
         let places: Vec<Point3> =

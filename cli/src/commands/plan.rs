@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use claymill_controller::Machine;
 use claymill_exchange::read_mesh;
 use claymill_nurbs::{Model, Point3};
-use claymill_paths::{Feeds, Plan, PlanError, PlanOptions, Regions, Strategy, plan_around};
+use claymill_paths::{Feeds, Plan, PlanOptions, Regions, Strategy, check_tools, plan_around};
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
     FORMAT_VERSION, FolderWriter, HOLDER_CLEARANCE_MM, Holder, JOB_FILE, Job, LinkStyle, MachineLimits,
@@ -124,14 +124,9 @@ impl Request {
         let holder_clearance_mm = holder_clearance(options.holder_clearance)?;
         let rest_of = options.rest_of.as_deref().map(str::parse::<Tool>).transpose();
         let rest_of = rest_of.map_err(|e| Failure::usage(e, "For example: --rest-of ball:10."))?;
-        // Said before the model is read, which may take a while.
-        if let Some(&tool) = [Some(&tool), rest_of.as_ref()].into_iter().flatten().find(|t| !t.is_ball()) {
-            return Err(PlanError::NoBall { tool }.into());
-        }
         let scallop_mm = options.scallop.unwrap_or(0.1);
-        if !(scallop_mm > 0.0 && scallop_mm < tool.radius_mm()) {
-            return Err(PlanError::Scallop { scallop_mm, radius_mm: tool.radius_mm() }.into());
-        }
+        // Said before the model is read, which may take a while.
+        check_tools(&tool, rest_of.as_ref(), scallop_mm)?;
         let machine = options.machine.as_deref().map(Machine::read).transpose()?;
         let feeds = feeds(options.feed, machine.as_ref())?;
         if options.angle.is_some_and(|angle| !angle.is_finite()) {

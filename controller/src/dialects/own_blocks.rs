@@ -8,12 +8,7 @@ const TOOL: &str = "{tool}";
 impl OwnBlocks {
     /// `bare` takes from a line what the reader takes from it: comments and line numbers.
     pub(crate) fn new(machine: &Machine, bare: impl Fn(&str) -> String) -> Self {
-        let fixed = machine
-            .start
-            .iter()
-            .chain(&machine.end)
-            .chain(machine.home.iter().flatten())
-            .map(|line| vec![bare(line)]);
+        let fixed = machine.own_blocks().map(|line| vec![bare(line)]);
         let tool_change = machine.tool_change.iter().flatten();
         let with_tool = tool_change.map(|line| bare(line).split(TOOL).map(str::to_owned).collect());
         OwnBlocks(fixed.chain(with_tool).collect())

@@ -1,3 +1,5 @@
+use std::sync::OnceLock;
+
 use claymill_nurbs::{Aabb, Curve2, Domain, FaceId, Leaves, Model, NurbsSurface, Point2, Point3, Vector3};
 use claymill_toolpath::Tool;
 use rayon::prelude::*;
@@ -51,8 +53,7 @@ pub(super) struct SetupFace {
     /// The trims; `None` where the whole domain belongs to the face.
     pub(super) domain: Option<Domain>,
     pub(super) boundary: Vec<Curve2>,
-    /// Whether a side of the domain is one point: where `u` begins and ends, and `v`.
-    pub(super) poles: [bool; 4],
+    poles: OnceLock<[bool; 4]>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -65,6 +66,13 @@ pub(super) struct Triangle {
     pub(super) rimmed: bool,
 }
 
+impl SetupFace {
+    /// Whether a side of the domain is one point: where `u` begins and ends, and `v`.
+    pub(super) fn poles(&self) -> [bool; 4] {
+        *self.poles.get_or_init(|| poles(&self.leaves))
+    }
+}
+
 impl<'a> BallDrop<'a> {
     /// Looks at a covered model from a setup. The radius should be the one that it was covered for.
     #[must_use]
@@ -74,10 +82,9 @@ impl<'a> BallDrop<'a> {
             .par_iter()
             .map(|f| {
                 let surface = f.surface.mapped(|p| frame.to_setup(&p));
-                let leaves = Leaves::new(&surface);
                 SetupFace {
-                    poles: poles(&leaves),
-                    leaves,
+                    poles: OnceLock::new(),
+                    leaves: Leaves::new(&surface),
                     surface,
                     domain: (!f.loops.is_empty()).then(|| Domain::new(f)),
                     boundary: f.boundary().into_iter().flat_map(|l| l.edges).map(|e| e.pcurve).collect(),

@@ -199,20 +199,22 @@ impl<'a> Search<'a> {
             off_plane *= growth * growth;
             off_triangle *= growth * growth;
         }
-        self.wait_for(Sheet { of, uv, p, off_plane, off_triangle, at: [1.0 / 3.0; 3], level: 0 });
-        self.meet_beside_pole(&Sheet { of, uv, p, off_plane, off_triangle, at: [1.0 / 3.0; 3], level: 0 });
+        let sheet = Sheet { of, uv, p, off_plane, off_triangle, at: [1.0 / 3.0; 3], level: 0 };
+        self.wait_for(sheet);
+        self.meet_beside_pole(&sheet);
     }
 
     /// In space a triangle with a corner in a pole covers the sector up to there; in the parameter plane the other side of
     /// the sector is triangles that have shrunk to lines.
     fn meet_beside_pole(&mut self, sheet: &Sheet<'a>) {
         let face = &self.sheets.faces[sheet.of.face as usize];
-        if face.poles == [false; 4] {
+        let poles = face.poles();
+        if poles == [false; 4] {
             return;
         }
         let ((u0, u1), (v0, v1)) = face.leaves.domain();
         let sides = [(0, u0), (0, u1), (1, v0), (1, v1)];
-        for ((axis, side), _) in sides.into_iter().zip(face.poles).filter(|(_, pole)| *pole) {
+        for ((axis, side), _) in sides.into_iter().zip(poles).filter(|(_, pole)| *pole) {
             for k in 0..3 {
                 let pole = sheet.uv[k];
                 let others = [(k + 1) % 3, (k + 2) % 3];

@@ -115,8 +115,7 @@ impl Reel {
                 scene.lines.push(LineLayer { strips, ..layer.clone() });
             }
         }
-        let setup =
-            self.course.setups.iter().rfind(|(from_s, _)| *from_s <= at_s).map_or("", |s| s.1.as_str());
+        let setup = self.course.setups.iter().rfind(|l| l.begin_s <= at_s).map_or("", |l| l.setup.as_str());
         let clock = |s: f64| format!("{}:{:02}:{:02}", s as u64 / 3600, s as u64 / 60 % 60, s as u64 % 60);
         scene.caption.truncate(1);
         scene.caption.push(format!("setup {setup}, {} of {}", clock(at_s), clock(self.duration_s())));

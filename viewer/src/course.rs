@@ -15,13 +15,22 @@ pub(crate) struct Station {
     tool: usize,
 }
 
+/// What is run in one setup.
+#[derive(Debug, Clone)]
+pub(crate) struct Leg {
+    pub(crate) setup: String,
+    pub(crate) begin_s: f64,
+    /// The first of its stations.
+    pub(crate) first: usize,
+}
+
 /// Where the tool is at any time of a job.
 #[derive(Debug, Clone)]
 pub struct Course {
     /// In the order of time.
     pub(crate) stations: Vec<Station>,
-    /// Name of each setup and when it begins, s.
-    pub(crate) setups: Vec<(f64, String)>,
+    /// In machining order.
+    pub(crate) setups: Vec<Leg>,
     tools: Vec<ToolRecord>,
 }
 
@@ -29,11 +38,11 @@ impl Course {
     /// From the moves, the seconds that each takes, and the job's tools.
     #[must_use]
     pub fn new(program: &Program, seconds: &[f64], tools: &[ToolRecord]) -> Self {
-        let (mut stations, mut setups) = (Vec::new(), Vec::<(f64, String)>::new());
+        let (mut stations, mut setups) = (Vec::new(), Vec::<Leg>::new());
         let mut now_s = 0.0;
         for (m, &took_s) in program.moves.iter().zip(seconds) {
-            if setups.last().is_none_or(|(_, name)| *name != m.setup) {
-                setups.push((now_s, m.setup.clone()));
+            if setups.last().is_none_or(|leg| leg.setup != m.setup) {
+                setups.push(Leg { setup: m.setup.clone(), begin_s: now_s, first: stations.len() });
             }
             let tool = tools.iter().position(|t| t.id == m.tool).unwrap_or(tools.len());
             let radius_mm = tools.get(tool).map_or(1.0, |t| t.tool.radius_mm());

@@ -264,7 +264,7 @@ mod tests {
             pixel[..3].fill(210);
         }
         let covered = Covered::of(&picture);
-        let mut page = Page::new(size, &covered);
+        let mut page = Page::new(size, &covered, 0.0);
         assert_eq!(draw_labels(&mut picture, &scene, &camera, &mut page, 12.0), 0);
         let areas = page.taken();
         assert_eq!(areas.len(), 9);

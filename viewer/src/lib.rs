@@ -65,6 +65,7 @@ pub use heat::{HeatScale, heat_colour};
 pub use labels::Label;
 pub use marks::StateScale;
 pub use movie::Movie;
+pub use overlay::Places;
 pub use palette::{
     CLAY, NOT_CUT, RegionExtent, Rgb, colour_regions, region_legend, region_palette, stroke_shade,
 };

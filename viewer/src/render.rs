@@ -6,7 +6,7 @@ use wgpu::{BufferUsages, TextureFormat, TextureUsages, TextureView};
 use crate::ViewError;
 use crate::adapter::{self, Gpu};
 use crate::camera::{Camera, View};
-use crate::overlay;
+use crate::overlay::{self, Places};
 use crate::passes::DEPTH_FORMAT;
 use crate::picture::Picture;
 use crate::pipelines::{COLOUR_FORMAT, Pipelines, SAMPLES};
@@ -109,6 +109,20 @@ impl Renderer {
     /// # Errors
     /// The scene is empty, the size is absurd, or the adapter fails.
     pub fn render(&self, scene: &Scene, view: &View, options: &PictureOptions) -> Result<Picture, ViewError> {
+        self.render_next(scene, view, options, &mut Places::default())
+    }
+
+    /// Draws the next picture of a series: caption and legend stay where they are in the first one.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_next(
+        &self,
+        scene: &Scene,
+        view: &View,
+        options: &PictureOptions,
+        places: &mut Places,
+    ) -> Result<Picture, ViewError> {
         let factor = if options.supersampling { 2 } else { 1 };
         let [width, height] = options.size;
         let largest = self.gpu.largest_side_px / factor;
@@ -138,7 +152,8 @@ impl Renderer {
             picture.make_opaque();
         }
         if options.annotations {
-            overlay::annotate(&mut picture, scene, &camera, &model, (share, options.lettering));
+            let look = (share, options.lettering);
+            overlay::annotate(&mut picture, scene, &camera, &model, look, places);
         }
         Ok(picture)
     }

@@ -100,14 +100,14 @@ pub(crate) fn below_holder(record: &ToolRecord) -> Vec<[[f64; 2]; 2]> {
     bands.filter(|ends| ends.iter().all(|[height, _]| *height <= shank_top)).collect()
 }
 
-/// What a tool is, without its shank.
+/// What a tool is but for its shank.
 pub(crate) fn in_words(tool: &Tool) -> String {
     let r = tool.radius_mm();
     let end = match tool.end {
-        End::Ball { .. } => format!("ball, radius {r} mm"),
-        End::Flat { .. } => format!("flat end, radius {r} mm"),
+        End::Ball { .. } => format!("ball end mill, radius {r} mm"),
+        End::Flat { .. } => format!("flat end mill, radius {r} mm"),
         End::Bull { corner_radius_mm, .. } => {
-            format!("bull nose, radius {r} mm, corner {corner_radius_mm} mm")
+            format!("bull-nose end mill, radius {r} mm, corner {corner_radius_mm} mm")
         }
     };
     tool.taper_deg.map_or(end.clone(), |deg| format!("{end}, taper {deg}°"))

@@ -76,7 +76,7 @@ impl<'a> Pane<'a> {
         }
         self.desk.repaint();
         if self.desk.is_cutting_material() {
-            ctx.request_repaint_after_secs(0.05);
+            ctx.request_repaint_after_secs(0.01);
         }
         if matches!(self.desk.crests(), crate::Crests::Measuring(..)) {
             ctx.request_repaint_after_secs(0.25);

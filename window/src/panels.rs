@@ -164,7 +164,7 @@ fn material(ui: &mut Ui, desk: &mut Desk<'_>) {
         let range = DragValue::new(&mut desk.allowance_mm).range(0.1..=200.0).speed(0.1);
         ui.add(range.suffix(" mm").fixed_decimals(1));
     });
-    let [to_go, done] = Stock::colours();
+    let [to_go, done] = Stock::palette();
     legend(ui, to_go, "still to go");
     legend(ui, done, "cut by the time shown");
     if desk.is_cutting_material() {

@@ -1,10 +1,10 @@
-use std::io::Write as _;
+use std::io::{Read as _, Write as _};
 use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
 
 use claymill_paths::times_s;
 use claymill_toolpath::{Job, Move, Program, read_job, read_moves, write_whole};
-use claymill_viewer::{Movie, PictureOptions, Reel, Renderer, Stock, StrokeStyle, View};
+use claymill_viewer::{Movie, PictureOptions, Places, Reel, Renderer, Stock, StrokeStyle, View};
 
 use super::pictures::{self, Album};
 use super::render::{camera, parse_size};
@@ -88,6 +88,7 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
     console.expect("frames", u64::from(count), "frames");
     let renderer = Renderer::new()?;
     let options = PictureOptions { size, ..pictures::options(&axes) };
+    let mut places = Places::default();
     let mut movie = Movie { frames: Vec::new(), frames_per_s: args.fps };
     for k in 0..count {
         console.at("frames", f64::from(k) / f64::from(count));
@@ -95,10 +96,10 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
         let view: View = reel.view(&view, at_s, args.follow);
         let mut scene = reel.scene(at_s);
         if let Some(stock) = &mut stock {
-            stock.advance(reel.bare(), reel.course(), at_s);
+            stock.go_to(reel.bare(), reel.course(), at_s);
             stock.show(reel.bare(), &mut scene);
         }
-        movie.frames.push(renderer.render(&scene, &view, &options)?);
+        movie.frames.push(renderer.render_next(&scene, &view, &options, &mut places)?);
     }
     console.stage("writing");
     write(args, format, &movie)?;
@@ -178,44 +179,59 @@ fn write(args: &AnimateArgs, format: Format, movie: &Movie) -> Result<(), Failur
         .map_err(|e| Failure::problem(format!("{}: {e}", args.out.display()), advice_on(&e)))
 }
 
-/// Through ffmpeg, beside the destination and then renamed.
+/// Through ffmpeg, in a folder beside the destination. An interruption takes the folder away: whenever ffmpeg comes to open
+/// its file, it leaves none.
 fn video(out: &Path, movie: &Movie) -> Result<(), Failure> {
     let failed = |e: &std::io::Error| Failure::problem(format!("{}: {e}", out.display()), advice_on(e));
-    let Some(first) = movie.frames.first() else { return Ok(()) };
     let name = out.file_name().unwrap_or_default().to_string_lossy();
+    let folder = out.with_file_name(format!(".{}.{name}", std::process::id()));
     // The extension tells ffmpeg the format.
-    let partial = out.with_file_name(format!(".{}.{name}", std::process::id()));
-    interrupt::remove_on_interrupt(partial.clone());
-    let run = || -> std::io::Result<std::process::Output> {
-        let mut ffmpeg = Command::new("ffmpeg")
-            .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pixel_format", "rgb24"])
-            .args(["-video_size", &format!("{}x{}", first.width, first.height)])
-            .args(["-framerate", &movie.frames_per_s.to_string(), "-i", "-"])
-            // Colours at half the size need even sides.
-            .args(["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p"])
-            .arg(&partial)
-            .stdin(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()?;
-        let sent = ffmpeg
-            .stdin
-            .take()
-            .map_or(Ok(()), |mut pipe| movie.write_raw(&mut pipe).and_then(|()| pipe.flush()));
-        let done = ffmpeg.wait_with_output()?;
-        // What ffmpeg says of itself comes before the broken pipe that it left.
-        if done.status.success() { sent.map(|()| done) } else { Ok(done) }
+    let whole = folder.join("whole").with_extension(out.extension().unwrap_or_default());
+    interrupt::remove_on_interrupt(folder.clone());
+    let done = std::fs::create_dir(&folder).and_then(|()| encode(&whole, movie));
+    interrupt::wait_if_interrupted();
+    let result = match done {
+        Ok(None) => std::fs::rename(&whole, out).map_err(|e| failed(&e)),
+        Ok(Some(said)) => Err(Failure::problem(
+            format!("ffmpeg could not write {}: {said}", out.display()),
+            "Where its build lacks the encoder, try .mp4, .webm or another ffmpeg, or write a .gif or an animated .png.",
+        )),
+        Err(e) => Err(failed(&e)),
     };
-    let done = run();
-    let result = match &done {
-        Ok(d) if d.status.success() => std::fs::rename(&partial, out).map_err(|e| failed(&e)),
-        Ok(d) => {
-            let said = String::from_utf8_lossy(&d.stderr);
-            Err(Failure::problem(format!("ffmpeg could not write {}: {}", out.display(), said.trim()), ""))
-        }
-        Err(e) => Err(failed(e)),
-    };
-    if result.is_err() {
-        let _ = std::fs::remove_file(&partial);
-    }
+    let _ = std::fs::remove_dir_all(&folder);
     result
+}
+
+/// Sends the frames to ffmpeg; what it says where it fails.
+fn encode(out: &Path, movie: &Movie) -> std::io::Result<Option<String>> {
+    let Some(first) = movie.frames.first() else { return Ok(Some("there are no frames".to_owned())) };
+    let mut ffmpeg = Command::new("ffmpeg")
+        .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pixel_format", "rgb24"])
+        .args(["-video_size", &format!("{}x{}", first.width, first.height)])
+        .args(["-framerate", &movie.frames_per_s.to_string(), "-i", "-"])
+        // Colours at half the size need even sides, and the matrix that players expect of such pictures.
+        .args(["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv"])
+        .args(["-pix_fmt", "yuv420p", "-colorspace", "bt709", "-color_primaries", "bt709"])
+        .args(["-color_trc", "bt709", "-color_range", "tv"])
+        .arg(out)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()?;
+    let (pipe, errors) = (ffmpeg.stdin.take(), ffmpeg.stderr.take());
+    // Read all the while: an ffmpeg whose complaints nobody reads stops taking frames.
+    let listener = std::thread::spawn(move || {
+        let mut said = Vec::new();
+        let read = errors.map_or(Ok(0), |mut e| e.read_to_end(&mut said));
+        read.map(|_| String::from_utf8_lossy(&said).trim().to_owned())
+    });
+    let sent = pipe.map_or(Ok(()), |mut pipe| movie.write_raw(&mut pipe).and_then(|()| pipe.flush()));
+    let status = ffmpeg.wait()?;
+    let said = listener.join().unwrap_or_else(|_| Ok(String::new()))?;
+    // What ffmpeg says of itself comes before the broken pipe that it left.
+    match (status.success(), said.is_empty()) {
+        (true, _) => sent.map(|()| None),
+        (false, true) => Ok(Some(status.to_string())),
+        (false, false) => Ok(Some(said)),
+    }
 }

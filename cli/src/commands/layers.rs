@@ -145,7 +145,7 @@ pub(crate) fn at_moment(
     scene.lines.retain(|l| colours(l.kind).is_none_or(|(name, ..)| show.contains(&name)));
     if stock {
         let mut material = Stock::of(reel.bare(), reel.course(), moment.allowance_mm);
-        material.advance(reel.bare(), reel.course(), at_s);
+        material.go_to(reel.bare(), reel.course(), at_s);
         material.show(reel.bare(), &mut scene);
     }
     for layer in &scene.lines {

@@ -1,16 +1,20 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use claymill_nurbs::{Aabb, Model, Point3};
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{Job, Program, read_moves};
-use claymill_viewer::{Axes, Backdrop, ColourBy, PictureOptions, Renderer, Scene, StrokeStyle, View};
+use claymill_viewer::{
+    Axes, Backdrop, ColourBy, LineKind, PictureOptions, Renderer, Scene, StrokeStyle, View,
+};
 
 use super::export::{ExportFormat, export};
 use super::subject::{Subject, job_in};
 use super::{Context, animate, diagrams, layers, merge, pictures, plan};
 use crate::args::{PathColour, PresetName, RenderArgs, ShowName};
+use crate::console::peak_memory_mb;
 use crate::failure::Failure;
 use crate::merging::MergingArgs;
 use crate::select;
@@ -23,6 +27,7 @@ const PAINTED: [ShowName; 3] = [ShowName::Stock, ShowName::Scallop, ShowName::Un
 
 /// `claymill render`.
 pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, Failure> {
+    let began = Instant::now();
     let size = parse_size(&args.size)?;
     let job = job_in(&args.what)?;
     let needs_job = |s: &&ShowName| OF_A_JOB.contains(s);
@@ -46,7 +51,7 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
     if let Ok(format) = ExportFormat::of(&args.out) {
         context.console.stage("exporting");
         export(&args.out, format, model, &album, &region_of_face, &program)?;
-        return done(context, std::slice::from_ref(&args.out));
+        return done(context, &Made { written: vec![args.out.clone()], ..Made::default() });
     }
     if let Some(focus) = views.iter().filter_map(|v| v.focus).next() {
         album = album.for_scale(focus.diagonal() / f64::from(size[0].max(1)));
@@ -77,14 +82,19 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
         ..pictures::options(&axes)
     };
     let renderer = Renderer::new()?;
-    let mut written = Vec::new();
+    let is_path =
+        |kind: LineKind| matches!(kind, LineKind::Cut | LineKind::Link | LineKind::Lead | LineKind::Rapid);
+    let points = scene.lines.iter().filter(|l| is_path(l.kind)).map(|l| l.points.len()).sum();
+    let mut made = Made { points, ..Made::default() };
     for (k, view) in views.iter().enumerate() {
         context.console.at("pictures", k as f64 / views.len() as f64);
         let out = if views.len() == 1 { args.out.clone() } else { named_after(&args.out, &view.name) };
+        let before = if k == 0 { Duration::ZERO } else { began.elapsed() };
         claymill_viewer::render_png(&renderer, &scene, view, &options, &out)?;
-        written.push(out);
+        made.took.push(began.elapsed().saturating_sub(before));
+        made.written.push(out);
     }
-    done(context, &written)
+    done(context, &made)
 }
 
 /// The scene of a job with its paths, or at a time of it.
@@ -188,16 +198,32 @@ fn named_after(out: &Path, view: &str) -> PathBuf {
     out.with_file_name(format!("{stem}-{view}.{extension}"))
 }
 
-fn done(context: &Context, written: &[PathBuf]) -> Result<ExitCode, Failure> {
+/// What was written.
+#[derive(Default)]
+struct Made {
+    written: Vec<PathBuf>,
+    /// Time of each picture; the first one's with all that comes before it.
+    took: Vec<Duration>,
+    /// Of the tool paths, before they are thinned out.
+    points: usize,
+}
+
+fn done(context: &Context, made: &Made) -> Result<ExitCode, Failure> {
     context.console.finish();
-    for path in written {
+    for path in &made.written {
         context.console.say(path.display());
     }
     if context.json {
-        let value = match written {
+        let mut value = match made.written.as_slice() {
             [one] => serde_json::json!({ "written": one }),
             all => serde_json::json!({ "written": all }),
         };
+        if !made.took.is_empty() {
+            let seconds: Vec<f64> = made.took.iter().map(|t| (t.as_secs_f64() * 1e2).round() / 1e2).collect();
+            value["seconds"] = seconds.into();
+            value["path_points"] = made.points.into();
+            value["peak_memory_mb"] = peak_memory_mb().round().into();
+        }
         context.print_json(&value)?;
     }
     Ok(ExitCode::SUCCESS)

@@ -25,7 +25,7 @@ mod with_window {
     use claymill_toolpath::{VERIFY_FILE, read_moves};
     use claymill_verify::{Verification, read_crests};
     use claymill_viewer::ViewError;
-    use claymill_window::{Exhibit, Headless, JobToShow, Stage, WindowError, WindowOptions, show};
+    use claymill_window::{Exhibit, Headless, JobToShow, Paint, Stage, WindowError, WindowOptions, show};
 
     use super::{Context, ExitCode, Failure, ViewArgs};
     use crate::commands::render::parse_size;
@@ -88,6 +88,7 @@ mod with_window {
             let [segments, drawn] = Stage::segments(&window.pane.desk);
             let turning = turn(&mut window)?;
             let picture = window.last().map(|(_, took)| took);
+            let material = material(&mut window)?;
             let ms = |d: Duration| (d.as_secs_f64() * 1e4).round() / 10.0;
             context.print_json(&serde_json::json!({
                 "written": path,
@@ -98,6 +99,9 @@ mod with_window {
                 "at_rest_ms": at_rest.map(ms),
                 "turning_ms": ms(turning),
                 "of_that_picture_ms": picture.map(ms),
+                "material_ms": material.map(|m| {
+                    serde_json::json!({ "anew": ms(m.anew), "on": ms(m.on), "back": ms(m.back), "anywhere": ms(m.anywhere) })
+                }),
                 "peak_memory_mb": peak_memory_mb().round(),
             }))?;
         }
@@ -116,6 +120,48 @@ mod with_window {
         }
         took.sort();
         Ok(took[FRAMES / 2])
+    }
+
+    /// Times until the material of a moment is in the picture, medians but for the first.
+    struct MaterialTimes {
+        /// At the end of the job, nothing being known.
+        anew: Duration,
+        /// Little steps on and back, and jumps.
+        on: Duration,
+        back: Duration,
+        anywhere: Duration,
+    }
+
+    fn material(window: &mut Headless<'_>) -> Result<Option<MaterialTimes>, ViewError> {
+        const STEPS: u32 = 15;
+        let whole_s = window.pane.desk.duration_s();
+        if whole_s <= 0.0 {
+            return Ok(None);
+        }
+        window.pane.desk.layers.paint = Paint::Stock;
+        let mut until_shown = |share: f64| -> Result<Duration, ViewError> {
+            let began = Instant::now();
+            window.pane.desk.clock.now_s = share * whole_s;
+            window.frame(Vec::new())?;
+            while window.pane.desk.is_cutting_material() {
+                std::thread::sleep(Duration::from_millis(2));
+                window.frame(Vec::new())?;
+            }
+            Ok(began.elapsed())
+        };
+        let anew = until_shown(1.0)?;
+        let mut median = |share: &dyn Fn(u32) -> f64| -> Result<Duration, ViewError> {
+            until_shown(share(0))?;
+            let mut took = (1..=STEPS).map(|k| until_shown(share(k))).collect::<Result<Vec<_>, _>>()?;
+            took.sort();
+            Ok(took[took.len() / 2])
+        };
+        let step = |k: u32| f64::from(k) / 200.0;
+        let on = median(&|k| 0.5 + step(k))?;
+        let back = median(&|k| 0.5 - step(k))?;
+        // Places that lie evenly and in no order.
+        let anywhere = median(&|k| (f64::from(k) * 0.618_034).fract())?;
+        Ok(Some(MaterialTimes { anew, on, back, anywhere }))
     }
 
     fn exhibit(context: &Context, args: &ViewArgs) -> Result<Exhibit, Failure> {

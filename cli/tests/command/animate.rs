@@ -1,6 +1,7 @@
 //! The job in time.
 
 use std::fs;
+use std::time::{Duration, Instant};
 
 use claymill_toolpath::read_job;
 
@@ -84,6 +85,52 @@ fn storyboards_and_gifs_are_pictures_too_and_what_cannot_be_made_is_refused() {
     assert_eq!(left, ["near.gif", "sheet.png"]);
 }
 
+#[test]
+fn an_interrupted_video_leaves_nothing_however_late_the_encoder_opens_its_file() {
+    let folder = scratch();
+    let folder = folder.path();
+    // It reads everything, and is as late as it can be.
+    let late = "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\ntrap '' INT\nexec 2> /dev/null\necho > \"${0%/*}/begun\"\nfor last; do :; done\ncat > /dev/null\nsleep 0.5\necho late > \"$last\"\necho $? > \"${0%/*}/opened\"\n";
+    let bin = folder.join("bin");
+    fs::create_dir(&bin).unwrap();
+    fake_ffmpeg(&bin, "");
+    fs::write(bin.join("ffmpeg"), late).unwrap();
+    let path = std::env::join_paths(
+        [bin.clone()].into_iter().chain(std::env::split_paths(&std::env::var_os("PATH").unwrap())),
+    )
+    .unwrap();
+    let line = ["animate", "lace", "--size", "100x60", "--seconds", "1", "--fps", "5", "-o"];
+    let mut run = claymill()
+        .args(line)
+        .arg(folder.join("job.mp4"))
+        .current_dir(planned())
+        .env("PATH", &path)
+        .spawn()
+        .unwrap();
+    let names = || -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect()
+    };
+    let until = Instant::now() + Duration::from_secs(60);
+    while !bin.join("begun").exists() {
+        if run.try_wait().unwrap().is_some() {
+            eprintln!("skipped: no graphics adapter");
+            return;
+        }
+        assert!(Instant::now() < until, "the encoder never begins");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let killed = std::process::Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    assert_eq!(run.wait().unwrap().code(), Some(130));
+    while !bin.join("opened").exists() {
+        assert!(Instant::now() < until, "the encoder never ends");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert_ne!(fs::read_to_string(bin.join("opened")).unwrap().trim(), "0");
+    assert_eq!(names(), ["bin"]);
+}
+
 /// A program in place of ffmpeg that keeps what it is told and what it is sent.
 fn fake_ffmpeg(folder: &std::path::Path, ends: &str) {
     use std::os::unix::fs::PermissionsExt;
@@ -119,7 +166,15 @@ fn an_encoder_gets_every_frame_and_its_failure_leaves_no_file() {
     assert_eq!(made.status.code(), Some(0), "{stderr}");
     assert_eq!(fs::read_to_string(&out).unwrap(), "video\n");
     let told = fs::read_to_string(folder.join("told")).unwrap();
-    for says in ["-f rawvideo", "-pixel_format rgb24", "-video_size 100x60", "-framerate 5", ".webm"] {
+    for says in [
+        "-f rawvideo",
+        "-pixel_format rgb24",
+        "-video_size 100x60",
+        "-framerate 5",
+        "yuv420p",
+        "bt709",
+        ".webm",
+    ] {
         assert!(told.contains(says), "{told}");
     }
     let sent = fs::read(folder.join("sent")).unwrap();
@@ -138,6 +193,15 @@ fn an_encoder_gets_every_frame_and_its_failure_leaves_no_file() {
     let refused = video();
     assert_eq!(refused.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("no such codec"));
+
+    // One that takes nothing and talks a lot, longer than a pipe holds.
+    fake_ffmpeg(folder, "");
+    let script =
+        "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\nhead -c 300000 /dev/zero | tr '\\0' x >&2\nexit 1\n";
+    fs::write(folder.join("ffmpeg"), script).unwrap();
+    let refused = video();
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("ffmpeg could not write"));
     let mut left: Vec<_> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name()).collect();
     left.sort();
     assert_eq!(left, ["ffmpeg", "sent", "told"]);

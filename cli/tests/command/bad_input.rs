@@ -241,7 +241,7 @@ fn interrupted(folder: &Path, model: &str, ready: impl Fn(&BTreeSet<PathBuf>) ->
     let status = job.wait().unwrap();
     let elapsed = start.elapsed();
     eprintln!("{model}: ended {elapsed:?} after the interruption");
-    assert_eq!(status.code(), Some(130));
+    assert_eq!(status.code(), Some(130), "{status}");
     assert!(elapsed < Duration::from_secs(1), "{elapsed:?}");
     assert_eq!(content(folder), before, "left behind");
 }

@@ -102,7 +102,7 @@ pub(super) fn section(verification: Option<&Verification>) -> Markup {
 
 fn measurements(v: &Verification) -> Markup {
     let (g, c, r, s) = (&v.gouge, &v.contact, &v.rapids, &v.scallop);
-    let on_length = |x: f64| format!("{} of the length of all passes", share(x, 1.0));
+    let on_length = || "of the length of all passes".to_owned();
     let clearance = r.clearance_min_mm.map_or_else(|| "–".into(), |mm| format!("{mm:.2} mm"));
     let mut rows = vec![
         ("Deepest gouge", deviation(g.deepest_mm), place_or_dash(g.deepest_at.as_ref()), g.samples),
@@ -129,8 +129,8 @@ fn measurements(v: &Verification) -> Markup {
             String::new(),
             c.samples,
         ),
-        ("Ball rolls over an edge", share(c.on_edge_share, 1.0), on_length(c.on_edge_share), c.samples),
-        ("Ball in the air", share(c.in_air_share, 1.0), on_length(c.in_air_share), c.samples),
+        ("Ball rolls over an edge", share(c.on_edge_share, 1.0), on_length(), c.samples),
+        ("Ball in the air", share(c.in_air_share, 1.0), on_length(), c.samples),
         ("Smallest clearance of rapids", clearance, place_or_dash(r.clearance_min_at.as_ref()), r.moves),
         ("Rapids that touch", count(r.touching), String::new(), r.moves),
         (

@@ -86,8 +86,10 @@ pub(super) fn histogram(title: &str, shares: &[f64], bin: f64, asked_mm: f64) ->
                 line.limit x1=(format!("{asked:.1}")) y1="10" x2=(format!("{asked:.1}")) y2="190" {}
                 text x=(format!("{:.1}", asked + 8.0)) y="22" { "asked" }
                 @for (i, (x, mm)) in ticks.iter().enumerate() {
-                    text x=(format!("{x:.1}")) y="210" text-anchor="middle" {
-                        (deviation(*mm)) @if i + 1 == ticks.len() { "+" }
+                    @let last = i + 1 == ticks.len();
+                    text x=(format!("{:.1}", if last { 998.0 } else { *x })) y="210"
+                        text-anchor=(if last { "end" } else { "middle" }) {
+                        (deviation(*mm)) @if last { "+" }
                     }
                 }
                 text x="34" y="22" { (percent(most)) " in the fullest bin" }
@@ -137,12 +139,12 @@ pub(super) fn against_limit(title: &str, limit: &Tick, measured: &[Tick]) -> Mar
                 aria-label=(format!("{title}: {}; {} {}", spoken.join(", "), limit.label, limit.figure)) {
                 rect.within x="30" y="40" width=(format!("{:.1}", limit.value * scale)) height="16" {}
                 line.base x1="30" y1="48" x2="970" y2="48" {}
-                line.limit x1=(x(limit.value)) y1="26" x2=(x(limit.value)) y2="70" {}
+                line.limit x1=(x(limit.value)) y1="36" x2=(x(limit.value)) y2="70" {}
                 text x=(x(limit.value)) y="90" text-anchor="middle" { (limit.label) " " (limit.figure) }
                 @for (i, tick) in measured.iter().enumerate() {
                     circle.value cx=(x(tick.value)) cy="48" r="7" {}
                     // Every second label lower, so that close values stay readable.
-                    text x=(x(tick.value)) y=(if i % 2 == 0 { 18 } else { 34 }) text-anchor="middle" {
+                    text x=(x(tick.value)) y=(if i % 2 == 0 { 14 } else { 31 }) text-anchor="middle" {
                         (tick.label) " " (tick.figure)
                     }
                 }

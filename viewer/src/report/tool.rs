@@ -1,4 +1,4 @@
-use claymill_toolpath::{End, Tool, ToolRecord};
+use claymill_toolpath::{Tool, ToolRecord};
 use maud::{Markup, html};
 
 /// Height of the drawing of a tool, and free space around it, in its own units.
@@ -12,17 +12,7 @@ const LINE: f64 = 14.0;
 
 /// A tool by itself, in words.
 pub(super) fn mill(tool: &Tool) -> String {
-    let r = tool.radius_mm();
-    let mut words = match tool.end {
-        End::Ball { .. } => format!("ball end mill, radius {r} mm"),
-        End::Flat { .. } => format!("flat end mill, radius {r} mm"),
-        End::Bull { corner_radius_mm, .. } => {
-            format!("bull-nose end mill, radius {r} mm, corner {corner_radius_mm} mm")
-        }
-    };
-    if let Some(deg) = tool.taper_deg {
-        words += &format!(", taper {deg}°");
-    }
+    let mut words = crate::tool::in_words(tool);
     if let (Some(length), false) = (tool.flute_length_mm, tool.is_straight()) {
         words += &format!(", shank ⌀ {:.2} mm from {length} mm up", 2.0 * tool.shank_radius_mm());
     }

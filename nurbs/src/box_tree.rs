@@ -72,6 +72,18 @@ impl BoxTree {
         BoxTree { items, levels }
     }
 
+    /// Items that lie close together, so many at a time and the rest; a power of two makes them closest.
+    pub fn groups(&self, size: usize) -> impl Iterator<Item = &[u32]> {
+        self.items.chunks(size)
+    }
+
+    /// One of the groups.
+    #[must_use]
+    pub fn group(&self, k: usize, size: usize) -> &[u32] {
+        let end = self.items.len().min(size * (k + 1));
+        &self.items[size * k..end]
+    }
+
     /// Visits items in the order of promise. `keys` gives each box of a node a number, no larger for an item's box
     /// than for those around it; smaller ones are looked at earlier, and none once it is `surpassed`. Both may use
     /// what is `known`, to which a visit may add.

@@ -34,6 +34,7 @@ pub struct CurvatureTensor {
 impl Jet {
     /// Unit normal `Su × Sv / |Su × Sv|`; `None` where the parametrisation is singular.
     #[must_use]
+    #[inline]
     pub fn normal(&self) -> Option<Vector3> {
         let n = self.su.cross(&self.sv);
         let size = n.norm();

@@ -52,12 +52,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (lines, columns) = (count(1, rows_mm), count(0, step_mm));
     let place = |i: usize, j: usize| (low[0] + step_mm * i as f64, low[1] + rows_mm * j as f64);
     let (mut heights, mut counts) = (vec![f64::NAN; lines * columns], [0usize; 3]);
+    let mut certified = 0usize;
     let before = thread_cpu_s(start);
     for j in 0..lines {
         let mut march = March::new(&ball);
         for i in 0..columns {
             let (x, y) = place(i, j);
             if let Some(location) = march.drop(x, y) {
+                certified += usize::from(location.certified);
                 heights[j * columns + i] = location.centre.z;
                 counts[match location.support {
                     Support::Face { .. } => 0,
@@ -76,6 +78,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for (name, count) in ["face", "edge", "bound"].iter().zip(counts) {
         println!("{name} {count}");
     }
+    println!("certified {certified}");
     if let Some(file) = file {
         let mut out = std::io::BufWriter::new(std::fs::File::create(file)?);
         for (k, &z) in heights.iter().enumerate() {

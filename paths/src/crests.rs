@@ -19,9 +19,10 @@ use rayon::prelude::*;
 
 use crate::contact::{BallDrop, Location, March, Support};
 use crate::guide::Guide;
-use crate::near::cut_to_mm;
+use crate::near::{LaidNear, cut_to_mm};
 use crate::profile::{Chain, STEEPEST_NZ};
 use crate::raster::{Raster, Row};
+use crate::step_over::flat_mm;
 
 /// Neighbouring rows are not parted further below this share of the flat step-over.
 const CLOSEST: f64 = 0.08;
@@ -83,6 +84,15 @@ impl There {
     }
 }
 
+/// A place between two rows where these leave too much, by what is abreast of it.
+#[derive(Debug, Clone, Copy)]
+struct Crest {
+    q: f64,
+    column: usize,
+    m: Location,
+    feed: Vector3,
+}
+
 impl Laid {
     fn there(&self, s: f64) -> Option<There> {
         let planned = || self.planned.iter().any(|&(from, to)| from <= s && s <= to);
@@ -111,16 +121,17 @@ impl Laid {
 /// `scallop_mm` on what is the part's own: by the raster, and by `claimed` (a face, and the parameters on it).
 /// Over an edge it counts only where both rows run on the part: beyond its border others cut. Where one of the two is
 /// barred, what can be reached ends between them, and the other one may be a step away from there. Only pairs with a
-/// fresh row are looked at.
+/// fresh row are looked at, and nothing is missing where passes in the valleys cut.
 pub(crate) fn missing_rows(
     ball: &BallDrop,
     raster: &Raster,
     laid: &[Laid],
+    in_valleys: &LaidNear,
     scallop_mm: f64,
     guide: impl Fn(f64) -> Guide + Sync,
     claimed: impl Fn(FaceId, Option<Point2>) -> bool + Sync,
 ) -> Vec<Row> {
-    let closest_mm = CLOSEST * crate::step_over::flat_mm(ball.radius_mm(), scallop_mm);
+    let closest_mm = CLOSEST * flat_mm(ball.radius_mm(), scallop_mm);
     let on_part = |beside: [Option<&OnRow>; 2], m: &Location| match m.support {
         Support::Face { u, v } => claimed(m.face, Some(Point2::new(u, v))),
         Support::Edge | Support::Bound => {
@@ -145,30 +156,45 @@ pub(crate) fn missing_rows(
                 let mut look = |q: f64, beside: [Option<&OnRow>; 2]| {
                     let [x, y] = guide(q).at(s);
                     let m = march.drop(x, y).filter(|m| m.normal.z >= STEEPEST_NZ && on_part(beside, m))?;
-                    let left = |row| left_mm(row, &m, guide(q).direction(s), ball.radius_mm());
-                    Some(beside.map(|row| row.map_or(f64::INFINITY, left)))
+                    let [ex, ey] = guide(q).direction(s);
+                    let feed = Vector3::new(ex, ey, m.slope(ex, ey)).normalize();
+                    let left = |row| left_mm(row, &m, &feed, ball.radius_mm());
+                    let left = beside.map(|row| row.map_or(f64::INFINITY, left));
+                    Some((Crest { q, column, m, feed }, left))
                 };
                 let beside = [a.ball(), b.ball()];
                 // Where only one of the two has cut down to the middle, the other touches something else: the crest is
                 // nearer to that one.
-                let further = match look(q, beside) {
-                    Some([left, right]) if left.min(right) > scallop_mm => Some(q),
-                    Some([_, right]) if right > scallop_mm => raster.claimed_between(column, q, b.q()),
-                    Some([left, _]) if left > scallop_mm => raster.claimed_between(column, a.q(), q),
+                let halfway = look(q, beside);
+                let aside = match halfway {
+                    Some((crest, [left, right])) if left.min(right) > scallop_mm => {
+                        found.push(crest);
+                        None
+                    }
+                    Some((_, [_, right])) if right > scallop_mm => raster.claimed_between(column, q, b.q()),
+                    Some((_, [left, _])) if left > scallop_mm => raster.claimed_between(column, a.q(), q),
                     _ => None,
                 };
-                let is_left = |&at: &f64| {
-                    at == q || look(at, beside).is_some_and(|[left, right]| left.min(right) > scallop_mm)
-                };
-                found.extend(further.filter(is_left).map(|at| (at, column)));
+                let nearer = aside.filter(|&at| at != q).and_then(|at| look(at, beside));
+                found.extend(nearer.filter(|(_, [l, r])| l.min(*r) > scallop_mm).map(|(crest, _)| crest));
             }
             before = Some(b);
         }
         found
     };
-    let found: Vec<(f64, usize)> = (0..raster.columns()).into_par_iter().flat_map_iter(of_column).collect();
+    let mut found: Vec<Crest> = (0..raster.columns()).into_par_iter().flat_map_iter(of_column).collect();
+    if !found.is_empty() {
+        // Aslant over a valley, rows come past somewhere else than abreast.
+        let near = LaidNear::new(laid, flat_mm(ball.radius_mm(), scallop_mm));
+        let is_left = |Crest { m, feed, .. }: &Crest| {
+            let contact = m.centre - m.normal * ball.radius_mm();
+            let left = |near: &LaidNear| near.left_mm(&contact, &m.normal, &m.centre, feed, ball.radius_mm());
+            [&near, in_valleys].into_iter().all(|near| left(near) > scallop_mm)
+        };
+        found = found.into_par_iter().filter(is_left).collect();
+    }
     let mut columns_at: BTreeMap<u64, (f64, Vec<usize>)> = BTreeMap::new();
-    for (q, column) in found {
+    for Crest { q, column, .. } in found {
         columns_at.entry(q.to_bits()).or_insert((q, Vec::new())).1.push(column);
     }
     let mut rows: Vec<Row> =
@@ -178,11 +204,10 @@ pub(crate) fn missing_rows(
 }
 
 /// What the ball on a row leaves over `m`'s contact, along the normal there.
-fn left_mm(p: &OnRow, m: &Location, [ex, ey]: [f64; 2], radius_mm: f64) -> f64 {
-    let feed = Vector3::new(ex, ey, m.slope(ex, ey)).normalize();
+fn left_mm(p: &OnRow, m: &Location, feed: &Vector3, radius_mm: f64) -> f64 {
     let contact = m.centre - m.normal * radius_mm;
     // Where the path crosses the plane through m across the feed.
-    let crossing = p.centre + p.feed * ((m.centre - p.centre).dot(&feed) / p.feed.dot(&feed));
+    let crossing = p.centre + p.feed * ((m.centre - p.centre).dot(feed) / p.feed.dot(feed));
     cut_to_mm(&contact, &m.normal, &crossing, radius_mm)
 }
 
@@ -224,7 +249,8 @@ mod tests {
                 fresh: true,
             })
             .collect();
-        let rows = missing_rows(&ball, &raster, &laid, SCALLOP_MM, guide, |_, _| true);
+        let rows =
+            missing_rows(&ball, &raster, &laid, &LaidNear::new(&[], 1.0), SCALLOP_MM, guide, |_, _| true);
         for row in &rows {
             let [(from, to)] = row.stretches[..] else { panic!("{row:?}") };
             assert!(from < 4.0 && to > 196.0, "{row:?}");

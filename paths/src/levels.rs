@@ -11,13 +11,15 @@
 use claymill_nurbs::{FaceId, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::contact::{Location, Support};
+use crate::contact::Location;
 use crate::contour::contour;
 use crate::crests::Laid;
+use crate::ground::Ground;
 use crate::near::LaidNear;
 use crate::part::{SetupContext, TOO_HIGH};
 use crate::plan_curve::{Drawn, through};
 use crate::profile::{follow, parted};
+use crate::proofs::Proofs;
 use crate::raster::cheapest_step;
 use crate::reach::LEAST_FACING;
 use crate::step_over::on_contact_mm;
@@ -36,6 +38,8 @@ const LOOK: f64 = 0.5;
 const ASIDE: f64 = 0.5;
 /// Passes are not laid closer together than this share of the flat step-over.
 const CLOSEST: f64 = 0.08;
+/// And where what the ball reaches ends is not looked for more closely than to this share.
+const END_OF_REACH: f64 = 0.25;
 
 /// A place on a level curve.
 #[derive(Debug, Clone, Copy)]
@@ -79,29 +83,60 @@ struct Stroke {
     places: Vec<Place>,
 }
 
-/// What was laid at a level halfway: paths, and how many of their locations rest on a proven bound.
+/// A level that was looked at.
+#[derive(Debug, Clone, Copy)]
+struct Level {
+    at: f64,
+    /// Since the levels halfway were looked at.
+    fresh: bool,
+    /// Too much is left there, but something holds the ball up: what it reaches ends between here and the next level.
+    barred: bool,
+}
+
+impl Level {
+    fn laid(at: f64) -> Self {
+        Level { at, fresh: true, barred: false }
+    }
+}
+
+/// What the passes laid so far have done for a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Done {
+    /// They have cut it, or nobody asks for it.
+    Cut,
+    Left,
+    /// It is left, and the ball cannot touch it.
+    Barred,
+}
+
+/// What was laid at a level halfway: paths, and what their locations are proven by.
 struct Further {
     pattern: usize,
     level: f64,
-    found: Vec<(Laid, u64)>,
+    found: Vec<(Laid, Proofs)>,
+    barred: bool,
 }
 
 impl SetupContext<'_> {
-    /// Lays passes along the levels of all patterns; also tells how many locations rest on a proven bound.
-    pub(crate) fn lay_levels(&self, patterns: &[Box<dyn Levels + '_>]) -> (Vec<Laid>, u64) {
-        let mut levels: Vec<Vec<(f64, bool)>> = patterns
+    /// Lays passes along the levels of all patterns; also tells what their locations are proven by.
+    pub(crate) fn lay_levels(
+        &self,
+        patterns: &[Box<dyn Levels + '_>],
+        ground: &Ground,
+    ) -> (Vec<Laid>, Proofs) {
+        let mut levels: Vec<Vec<Level>> = patterns
             .par_iter()
-            .map(|p| self.first_levels(p.as_ref()).into_iter().map(|l| (l, true)).collect())
+            .map(|p| self.first_levels(p.as_ref()).into_iter().map(Level::laid).collect())
             .collect();
-        let first: Vec<(usize, f64)> = of_each(&levels, |levels| levels.iter().map(|l| l.0).collect());
+        let first: Vec<(usize, f64)> = of_each(&levels, |levels| levels.iter().map(|l| l.at).collect());
         let whole = |(pattern, level): &(usize, f64)| {
             let strokes = self.strokes(patterns[*pattern].as_ref(), *level);
-            strokes.into_iter().map(|k| self.lay_stroke(&k, *level, None)).collect::<Vec<_>>()
+            strokes.into_iter().map(|k| self.lay_stroke(&k, *level, None, ground)).collect::<Vec<_>>()
         };
-        let mut lifted = 0;
+        let mut proofs = Proofs::default();
         let mut laid: Vec<Laid> = Vec::new();
-        let mut take = |found: Vec<(Laid, u64)>, laid: &mut Vec<Laid>| {
-            lifted += found.iter().map(|f| f.1).sum::<u64>();
+        let mut take = |found: Vec<(Laid, Proofs)>, laid: &mut Vec<Laid>| {
+            proofs += found.iter().map(|f| f.1).sum();
             laid.extend(found.into_iter().map(|f| f.0).filter(|l| !l.chains.is_empty()));
         };
         take(first.par_iter().flat_map_iter(whole).collect(), &mut laid);
@@ -115,28 +150,32 @@ impl SetupContext<'_> {
                 .par_iter()
                 .map(|&(pattern, (level, gap))| {
                     let strokes = self.strokes(patterns[pattern].as_ref(), level);
-                    let lay = |k: Stroke| {
-                        let missing = self.missing(&k, gap, &near);
-                        missing.into_iter().map(|s| self.lay_stroke(&k, level, Some(s))).collect::<Vec<_>>()
-                    };
-                    Further { pattern, level, found: strokes.into_iter().flat_map(lay).collect() }
+                    let mut further = Further { pattern, level, found: Vec::new(), barred: false };
+                    for stroke in &strokes {
+                        let (missing, barred) = self.missing(stroke, gap, &[&near, &ground.in_valleys]);
+                        let lay = |s| self.lay_stroke(stroke, level, Some(s), ground);
+                        further.found.extend(missing.into_iter().map(lay));
+                        further.barred |= barred;
+                    }
+                    further
                 })
                 .collect();
-            levels.iter_mut().flatten().for_each(|l| l.1 = false);
+            levels.iter_mut().flatten().for_each(|l| l.fresh = false);
             let mut more = false;
-            for Further { pattern, level, found } in further {
-                if found.iter().any(|f| !f.0.chains.is_empty()) {
+            for Further { pattern, level, found, barred } in further {
+                let is_laid = found.iter().any(|f| !f.0.chains.is_empty());
+                if is_laid || barred {
                     more = true;
-                    levels[pattern].push((level, true));
+                    levels[pattern].push(Level { barred: !is_laid, ..Level::laid(level) });
                 }
                 take(found, &mut laid);
             }
             if !more {
                 break;
             }
-            levels.iter_mut().for_each(|l| l.sort_by(|a, b| a.0.total_cmp(&b.0)));
+            levels.iter_mut().for_each(|l| l.sort_by(|a, b| a.at.total_cmp(&b.at)));
         }
-        (laid, lifted)
+        (laid, proofs)
     }
 
     /// Levels at a distance that wastes least: their density is asked for all over the range. Where levels count
@@ -227,23 +266,30 @@ impl SetupContext<'_> {
     }
 
     /// Follows a stroke, or one stretch of it.
-    fn lay_stroke(&self, stroke: &Stroke, level: f64, stretch: Option<(f64, f64)>) -> (Laid, u64) {
+    fn lay_stroke(
+        &self,
+        stroke: &Stroke,
+        level: f64,
+        stretch: Option<(f64, f64)>,
+        ground: &Ground,
+    ) -> (Laid, Proofs) {
         let at = &stroke.drawn.at;
         let (s0, s1) = stretch.unwrap_or((at[0].1, at[at.len() - 1].1));
         let followed = follow(self.ball, &stroke.drawn.guide, s0, s1);
-        let lifted = followed.lifted;
+        let proofs = followed.proofs;
         let corners = &stroke.drawn.corners;
-        let chains = followed.passes().into_iter().map(|chain| parted(chain, corners)).collect();
+        let passes = followed.passes(|face| ground.owns(face));
+        let chains = passes.into_iter().map(|chain| parted(chain, corners)).collect();
         let guide = stroke.drawn.guide.clone();
-        (Laid { q: level, guide, planned: vec![(s0, s1)], chains, fresh: true }, lifted)
+        (Laid { q: level, guide, planned: vec![(s0, s1)], chains, fresh: true }, proofs)
     }
 
     /// Stretches of a stroke on which the passes laid so far leave too much that the ball could cut, the next
-    /// ones being `gap` away in level.
-    fn missing(&self, stroke: &Stroke, gap: f64, near: &LaidNear) -> Vec<(f64, f64)> {
+    /// ones being `gap` away in level, and whether they leave anything that it could not.
+    fn missing(&self, stroke: &Stroke, gap: f64, near: &[&LaidNear]) -> (Vec<(f64, f64)>, bool) {
         let look_mm = LOOK * self.flat_step_mm();
         let at = &stroke.drawn.at;
-        let mut found: Vec<(f64, f64)> = Vec::new();
+        let (mut found, mut barred): (Vec<(f64, f64)>, bool) = (Vec::new(), false);
         for w in at.windows(2) {
             let ((i, s0), (j, s1)) = (w[0], w[1]);
             let (from, to) = (&stroke.places[i], &stroke.places[j]);
@@ -253,21 +299,23 @@ impl SetupContext<'_> {
                 let share = f64::from(k) / looks;
                 let spot = Spot { u: a.u + (b.u - a.u) * share, v: a.v + (b.v - a.v) * share, ..a };
                 let s = s0 + (s1 - s0) * share;
-                let wide = gap * spot.per_level_mm >= CLOSEST * self.flat_step_mm();
-                if wide
-                    && let Some(place) = self.place(spot)
-                    && self.is_left(&place, stroke.drawn.guide.direction(s), near)
-                {
-                    let (a, b) = (s - 1.5 * look_mm, s + 1.5 * look_mm);
-                    match found.last_mut() {
-                        Some(open) if a - open.1 <= BRIDGE_MM => open.1 = b,
-                        _ => found.push((a, b)),
+                let gap_steps = gap * spot.per_level_mm / self.flat_step_mm();
+                let Some(place) = self.place(spot).filter(|_| gap_steps >= CLOSEST) else { continue };
+                match self.done(&place, stroke.drawn.guide.direction(s), near) {
+                    Done::Cut => {}
+                    Done::Barred => barred |= gap_steps >= END_OF_REACH,
+                    Done::Left => {
+                        let (a, b) = (s - 1.5 * look_mm, s + 1.5 * look_mm);
+                        match found.last_mut() {
+                            Some(open) if a - open.1 <= BRIDGE_MM => open.1 = b,
+                            _ => found.push((a, b)),
+                        }
                     }
                 }
             }
         }
         let end = at[at.len() - 1].1;
-        found.into_iter().map(|(a, b)| (a.max(0.0), b.min(end))).collect()
+        (found.into_iter().map(|(a, b)| (a.max(0.0), b.min(end))).collect(), barred)
     }
 
     /// Whether the parameters lead from one place to the next: on one face, but not across the seam of a closed one.
@@ -280,35 +328,38 @@ impl SetupContext<'_> {
         }
     }
 
-    /// Whether the passes laid so far, which mostly run in the horizontal direction given, leave too much on a
-    /// place that is claimed and that the ball could touch.
-    fn is_left(&self, place: &Place, [ex, ey]: [f64; 2], near: &LaidNear) -> bool {
+    /// What the passes laid so far, which mostly run in the horizontal direction given, have done for a place.
+    fn done(&self, place: &Place, [ex, ey]: [f64; 2], near: &[&LaidNear]) -> Done {
         if !place.claimed {
-            return false;
+            return Done::Cut;
         }
         let Place { spot: Spot { face, u, v, .. }, point, normal, centre, .. } = *place;
         let slope = -(normal.x * ex + normal.y * ey) / normal.z;
         let feed = Vector3::new(ex, ey, slope).normalize();
-        if near.left_mm(&point, &normal, &centre, &feed, self.ball.radius_mm()) <= TOO_HIGH * self.scallop_mm
-        {
-            return false;
+        let left = |near: &&LaidNear| near.left_mm(&point, &normal, &centre, &feed, self.ball.radius_mm());
+        if near.iter().any(|near| left(near) <= TOO_HIGH * self.scallop_mm) {
+            return Done::Cut;
         }
-        let touch = Location { centre, normal, face, support: Support::Face { u, v } };
-        self.ball.rest_above(&touch, 0.5 * self.scallop_mm / normal.z).is_none()
+        let touch = Location::touching(centre, normal, face, [u, v]);
+        match self.ball.rest_above(&touch, 0.5 * self.scallop_mm / normal.z) {
+            None => Done::Left,
+            Some(_) => Done::Barred,
+        }
     }
 }
 
 /// Levels halfway between neighbours of which one is new, and how far away these are. Between the first level
 /// and the lowest, and at the other end, too: close to a corner much area can lie within little level. With
 /// `ends` also right beside the lowest and the highest.
-fn halfway(levels: &[(f64, bool)], (low, high): (f64, f64), ends: bool) -> Vec<(f64, f64)> {
+fn halfway(levels: &[Level], (low, high): (f64, f64), ends: bool) -> Vec<(f64, f64)> {
     /// Curves at the ends themselves may be points or lie on the border.
     const INSIDE: f64 = 1e-3;
     let between = |a: f64, b: f64| (0.5 * (a + b), 0.5 * (b - a));
+    let asks = |w: &[Level]| w.iter().any(|l| l.fresh) && w.iter().any(|l| !l.barred);
     let mut found: Vec<(f64, f64)> =
-        levels.windows(2).filter(|w| w[0].1 || w[1].1).map(|w| between(w[0].0, w[1].0)).collect();
-    found.extend(levels.first().filter(|l| l.1).map(|l| between(low, l.0)));
-    found.extend(levels.last().filter(|l| l.1).map(|l| between(l.0, high)));
+        levels.windows(2).filter(|w| asks(w)).map(|w| between(w[0].at, w[1].at)).collect();
+    found.extend(levels.first().filter(|l| asks(&[**l])).map(|l| between(low, l.at)));
+    found.extend(levels.last().filter(|l| asks(&[**l])).map(|l| between(l.at, high)));
     if ends {
         let inside = INSIDE * (high - low);
         found.extend([low + inside, high - inside].map(|level| (level, f64::INFINITY)));

@@ -11,12 +11,15 @@ use crate::claims::Claims;
 use crate::contact::{BallDrop, Covering};
 use crate::crests::Laid;
 use crate::field_levels::FieldLevels;
+use crate::ground::Ground;
 use crate::guide::{Guide, Line};
 use crate::heights::Heights;
 use crate::levels::Levels;
+use crate::near::LaidNear;
 use crate::order::{Ends, Turn, order};
 use crate::patch_levels::PatchLevels;
 use crate::profile::{Chain, Profile, follow};
+use crate::proofs::Proofs;
 use crate::reach::Fate;
 use crate::refit::{Fit, Over, fit_chain};
 use crate::slopes::{Limit, Slopes};
@@ -83,7 +86,7 @@ pub(crate) struct Part {
     pub(crate) along: Option<RowsAlong>,
     pub(crate) passes: u32,
     pub(crate) retracts: u32,
-    pub(crate) lifted: u64,
+    pub(crate) proofs: Proofs,
 }
 
 /// The exact paths of a part by one strategy.
@@ -91,7 +94,7 @@ struct Layout {
     strategy: Strategy,
     /// Cut one after the other.
     groups: Vec<Vec<Laid>>,
-    lifted: u64,
+    proofs: Proofs,
     along: Option<RowsAlong>,
 }
 
@@ -112,13 +115,17 @@ impl SetupContext<'_> {
     /// Plans the part of the region made of `faces`, with its mesh where there is one; `None` when this setup
     /// cuts nothing of it.
     pub(crate) fn part(&self, faces: &[usize], mesh: Option<&RegionMesh>) -> Option<Part> {
+        let (valleys, mut proofs) =
+            if self.pencil { self.valleys(faces) } else { (Vec::new(), Proofs::default()) };
+        let in_valleys = LaidNear::new(&valleys, self.flat_step_mm());
+        let ground = Ground { faces, mesh, in_valleys };
         let candidates = self.strategy.candidates().iter();
-        let layouts: Vec<Layout> = candidates.filter_map(|&s| self.lay(s, faces, mesh)).collect();
+        let layouts: Vec<Layout> = candidates.filter_map(|&s| self.lay(s, &ground)).collect();
         let considered: Vec<Considered> = layouts.iter().map(Layout::considered).collect();
         let costs_mm = considered.iter().map(|c| c.length_mm + TURN_MM * f64::from(c.passes));
         let (chosen, _) = layouts.into_iter().zip(costs_mm).min_by(|a, b| a.1.total_cmp(&b.1))?;
         let fit_all = |laid: &Vec<Laid>| laid.par_iter().flat_map_iter(|row| self.fit_row(row)).collect();
-        let (valleys, lifted) = if self.pencil { self.valleys(faces) } else { (Vec::new(), 0) };
+        proofs += chosen.proofs;
         let groups: Vec<Vec<Pass>> = chosen.groups.iter().chain([&valleys]).map(fit_all).collect();
         let passes: Vec<Pass> = groups.into_iter().flat_map(|passes| self.in_order(passes)).collect();
         if passes.is_empty() {
@@ -131,25 +138,25 @@ impl SetupContext<'_> {
             along: chosen.along,
             passes: passes.len() as u32,
             retracts: 0,
-            lifted: chosen.lifted + lifted,
+            proofs,
         };
         self.link_passes(&passes, &mut part);
         Some(part)
     }
 
-    /// Lays the exact paths by one strategy.
-    fn lay(&self, strategy: Strategy, faces: &[usize], mesh: Option<&RegionMesh>) -> Option<Layout> {
+    /// Lays the exact paths by one strategy, where those in the valleys leave something.
+    fn lay(&self, strategy: Strategy, ground: &Ground) -> Option<Layout> {
         match strategy {
             Strategy::Planar => {
-                let (along, raster, rows) = self.rows(faces)?;
-                let (laid, lifted) = self.lay_rows(&raster, rows, along);
-                return Some(Layout { strategy, groups: vec![laid], lifted, along: Some(along) });
+                let (along, raster, rows) = self.rows(ground.faces)?;
+                let (laid, proofs) = self.lay_rows(&raster, rows, along, ground);
+                return Some(Layout { strategy, groups: vec![laid], proofs, along: Some(along) });
             }
-            Strategy::Waterline => return self.lay_by_slope(strategy, SHALLOWEST_DEG, faces, mesh),
-            Strategy::SteepShallow => return self.lay_by_slope(strategy, self.steep_deg, faces, mesh),
+            Strategy::Waterline => return self.lay_by_slope(strategy, SHALLOWEST_DEG, ground),
+            Strategy::SteepShallow => return self.lay_by_slope(strategy, self.steep_deg, ground),
             Strategy::Iso | Strategy::Scallop | Strategy::IsoPatch | Strategy::Auto => {}
         }
-        let field = mesh.filter(|_| strategy.sweeps_regions()).and_then(|mesh| {
+        let field = ground.mesh.filter(|_| strategy.sweeps_regions()).and_then(|mesh| {
             let field = match strategy {
                 Strategy::Scallop => FieldLevels::scallop(mesh, self),
                 _ => FieldLevels::sweep(mesh),
@@ -157,8 +164,8 @@ impl SetupContext<'_> {
             field.ok()
         });
         let covered = field.as_ref().map(FieldLevels::faces).unwrap_or_default();
-        let (laid, lifted) = self.lay_levels(&self.patterns(faces, &covered, field));
-        (!laid.is_empty()).then_some(Layout { strategy, groups: vec![laid], lifted, along: None })
+        let (laid, proofs) = self.lay_levels(&self.patterns(ground.faces, &covered, field), ground);
+        (!laid.is_empty()).then_some(Layout { strategy, groups: vec![laid], proofs, along: None })
     }
 
     /// Fields, and what they do not cover patch by patch.
@@ -176,27 +183,21 @@ impl SetupContext<'_> {
     }
 
     /// Rows where the surface is shallow, then waterlines where it is steep; both overlap by a step-over.
-    fn lay_by_slope(
-        &self,
-        strategy: Strategy,
-        limit_deg: f64,
-        faces: &[usize],
-        mesh: Option<&RegionMesh>,
-    ) -> Option<Layout> {
+    fn lay_by_slope(&self, strategy: Strategy, limit_deg: f64, ground: &Ground) -> Option<Layout> {
         let limit = Limit::new(limit_deg, self.flat_step_mm());
         let steep = SetupContext { slopes: Slopes::Steeper(limit), ..*self };
         let shallow = SetupContext { slopes: Slopes::Shallower(limit), ..*self };
-        let heights = mesh.map(|mesh| CentreHeights::new(mesh, &steep));
+        let heights = ground.mesh.map(|mesh| CentreHeights::new(mesh, &steep));
         let covered = heights.as_ref().map(CentreHeights::faces).unwrap_or_default();
         let fields = heights.iter().flat_map(CentreHeights::waterlines);
-        let (lines, mut lifted) = steep.lay_levels(&steep.patterns(faces, &covered, fields));
-        let rows = shallow.lay(Strategy::Planar, faces, None);
+        let (lines, mut proofs) = steep.lay_levels(&steep.patterns(ground.faces, &covered, fields), ground);
+        let rows = shallow.lay(Strategy::Planar, ground);
         let strategy = if lines.is_empty() { Strategy::Planar } else { strategy };
         let along = rows.as_ref().and_then(|r| r.along);
-        lifted += rows.as_ref().map_or(0, |r| r.lifted);
+        proofs += rows.iter().map(|r| r.proofs).sum();
         let mut groups = rows.map_or_else(Vec::new, |r| r.groups);
         groups.push(lines);
-        groups.iter().any(|g| !g.is_empty()).then_some(Layout { strategy, groups, lifted, along })
+        groups.iter().any(|g| !g.is_empty()).then_some(Layout { strategy, groups, proofs, along })
     }
 
     /// The step-over on a plane, mm.

@@ -22,6 +22,7 @@ use crate::guide::{Guide, Line};
 use crate::part::SetupContext;
 use crate::plan_curve::within;
 use crate::profile::{Chain, Sample, follow};
+use crate::proofs::Proofs;
 use crate::raster::{Patch, Row};
 
 /// Sides that part by less than this make no valley, degrees; and half of that is enough to look closer, for a row may
@@ -84,7 +85,7 @@ struct Pencil<'a, 'c> {
 
 impl SetupContext<'_> {
     /// The valleys of the part made of `faces`, and how many locations rest on a proven bound.
-    pub(crate) fn valleys(&self, faces: &[usize]) -> (Vec<Laid>, u64) {
+    pub(crate) fn valleys(&self, faces: &[usize]) -> (Vec<Laid>, Proofs) {
         let pencil = Pencil { context: self, faces: faces.iter().copied().collect() };
         let mut known = Known::default();
         let mut valleys: Vec<Vec<Point2>> = Vec::new();
@@ -99,20 +100,20 @@ impl SetupContext<'_> {
                 valleys.push(valley);
             }
         }
-        let lay = |valley: &Vec<Point2>| -> Vec<(Laid, u64)> {
+        let lay = |valley: &Vec<Point2>| -> Vec<(Laid, Proofs)> {
             let drawn = within(valley, BESIDE_MM).into_iter();
             let laid = drawn.map(|drawn| {
                 let end = drawn.at[drawn.at.len() - 1].1;
                 let found = follow(self.ball, &drawn.guide, 0.0, end);
-                let lifted = found.lifted;
-                let planned = vec![(0.0, end)];
-                (Laid { q: 0.0, guide: drawn.guide, planned, chains: found.passes(), fresh: false }, lifted)
+                let (proofs, planned) = (found.proofs, vec![(0.0, end)]);
+                let chains = found.passes(|_| true);
+                (Laid { q: 0.0, guide: drawn.guide, planned, chains, fresh: false }, proofs)
             });
             laid.collect()
         };
-        let laid: Vec<(Laid, u64)> = valleys.par_iter().flat_map_iter(lay).collect();
-        let lifted = laid.iter().map(|l| l.1).sum();
-        (laid.into_iter().map(|l| l.0).filter(|l| !l.chains.is_empty()).collect(), lifted)
+        let laid: Vec<(Laid, Proofs)> = valleys.par_iter().flat_map_iter(lay).collect();
+        let proofs = laid.iter().map(|l| l.1).sum();
+        (laid.into_iter().map(|l| l.0).filter(|l| !l.chains.is_empty()).collect(), proofs)
     }
 }
 

@@ -469,7 +469,9 @@ impl Output {
                 control_points: 0,
                 time_s: 0.0,
             });
-            self.totals.lifted_locations += part.lifted;
+            self.totals.locations += part.proofs.locations;
+            self.totals.certified_locations += part.proofs.certified;
+            self.totals.lifted_locations += part.proofs.lifted;
         }
         if let Some((end, region, pass)) =
             self.program.moves[first_move..].last().map(|m| (m.end(), m.region, m.pass))

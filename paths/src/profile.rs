@@ -2,6 +2,7 @@ use claymill_nurbs::FaceId;
 
 use crate::contact::{BallDrop, Location, March, Support};
 use crate::guide::Guide;
+use crate::proofs::Proofs;
 
 /// Samples along a guide are at most this far apart, mm along the profile; a location halfway between each
 /// two is checked too. A bump of the locations' surface is at least a ball wide at its foot, so one that hides
@@ -21,8 +22,8 @@ const CLOSEST_MM: f64 = 0.01;
 /// Where a pass ends is narrowed down to this, mm.
 const END_MM: f64 = 0.05;
 /// And there it ends this much earlier, mm: what lifts a written pass clear also moves it along, by no more than the
-/// bias and the tolerance of the fit, and it may have ended at a wall.
-const DRAWN_IN_MM: f64 = 4e-3;
+/// bias and the tolerance of the fit, and it may have ended at a wall, aslant.
+const DRAWN_IN_MM: f64 = 0.02;
 /// Tangents that turn by more than this between two sides of a corner make a break, degrees.
 const CORNER_DEG: f64 = 2.0;
 /// Where two contacts are as good as equally high, now one is taken and now the other: a corner becomes several, with
@@ -58,15 +59,19 @@ pub(crate) type Chain = Vec<Profile>;
 pub(crate) struct Followed {
     /// The chains, in order.
     pub(crate) chains: Vec<Chain>,
-    /// Locations that are proven bounds instead of exact contacts.
-    pub(crate) lifted: u64,
+    /// What its locations are proven by.
+    pub(crate) proofs: Proofs,
 }
 
 impl Followed {
-    /// The chains that are long enough for a pass: the neighbouring rows cover the others.
-    pub(crate) fn passes(self) -> Vec<Chain> {
-        let long = |c: &Chain| c[c.len() - 1].end().s - c[0].start().s >= SHORTEST_PASS_MM;
-        self.chains.into_iter().filter(long).collect()
+    /// The chains up to the corners beyond which only faces carry the ball that the part does not own, if they are long
+    /// enough for a pass: the neighbouring rows cover the others.
+    pub(crate) fn passes(self, owns: impl Fn(FaceId) -> bool) -> Vec<Chain> {
+        let long = |c: &Chain| match (c.first(), c.last()) {
+            (Some(first), Some(last)) => last.end().s - first.start().s >= SHORTEST_PASS_MM,
+            _ => false,
+        };
+        self.chains.into_iter().map(|chain| up_to_others(chain, &owns)).filter(long).collect()
     }
 }
 
@@ -89,11 +94,30 @@ impl Profile {
         }
     }
 
-    /// The place halfway.
-    pub(crate) fn halfway(&self) -> Sample {
-        let s = 0.5 * (self.start().s + self.end().s);
+    /// Takes a little off the end from which `way` leads inside; `sample` tells where it ends then.
+    fn draw_in(&mut self, way: f64, sample: impl FnOnce(&Self, f64) -> Option<Sample>) {
+        let end = if way > 0.0 { self.start() } else { self.end() };
+        let s = end.s + way * DRAWN_IN_MM;
+        let stays = |q: &Sample| (q.s - s) * way > NARROWEST_MM;
+        if !self.samples.iter().any(stays) {
+            return;
+        }
+        if let Some(drawn_in) = sample(self, s) {
+            self.samples.retain(stays);
+            let at = if way > 0.0 { 0 } else { self.samples.len() };
+            self.samples.insert(at, drawn_in);
+        }
+    }
+
+    /// What it comes to at `s`, by its samples.
+    fn sampled(&self, s: f64) -> Sample {
         let (z, slope) = self.at(s);
         Sample { s, z, slope, face: self.face_at(s) }
+    }
+
+    /// The place halfway.
+    pub(crate) fn halfway(&self) -> Sample {
+        self.sampled(0.5 * (self.start().s + self.end().s))
     }
 
     /// The face whose inside carries the ball at both ends of the interval around `s`.
@@ -114,6 +138,26 @@ impl Profile {
     pub(crate) fn end(&self) -> Sample {
         self.samples[self.samples.len() - 1]
     }
+}
+
+/// The chain without the profiles at its ends on which only others' faces carry the ball.
+fn up_to_others(mut chain: Chain, owns: impl Fn(FaceId) -> bool) -> Chain {
+    let is_own = |p: &Profile| {
+        let mut faces = p.samples.iter().filter_map(|q| q.face).peekable();
+        faces.peek().is_none() || faces.any(&owns)
+    };
+    let (Some(first), Some(last)) = (chain.iter().position(is_own), chain.iter().rposition(is_own)) else {
+        return Chain::new();
+    };
+    if last + 1 < chain.len() {
+        chain.truncate(last + 1);
+        chain[last].draw_in(-1.0, |p, s| Some(p.sampled(s)));
+    }
+    if first > 0 {
+        chain.drain(..first);
+        chain[0].draw_in(1.0, |p, s| Some(p.sampled(s)));
+    }
+    chain
 }
 
 /// Whether the exact sample `m` lies on the arc from `a` to `b`.
@@ -143,7 +187,7 @@ fn hermite(a: &Sample, b: &Sample, s: f64) -> (f64, f64) {
 /// Drops the ball along `guide` from `s0` to `s1` and returns the chains of the exact profile. A chain ends
 /// where nothing is below, where the contact becomes steep, and where the height jumps.
 pub(crate) fn follow(ball: &BallDrop, guide: &Guide, s0: f64, s1: f64) -> Followed {
-    let mut walk = Walk { guide, chains: Vec::new(), lifted: 0, march: March::new(ball) };
+    let mut walk = Walk { guide, chains: Vec::new(), proofs: Proofs::default(), march: March::new(ball) };
     let mut here = walk.sample(s0);
     if let Some(a) = here {
         walk.begin(a);
@@ -161,14 +205,14 @@ pub(crate) fn follow(ball: &BallDrop, guide: &Guide, s0: f64, s1: f64) -> Follow
     for chain in &mut chains {
         chain.retain(|p| p.samples.len() > 1 && p.length_mm() > FLICKER_MM);
         if let Some(first) = chain.first_mut().filter(|p| p.start().s > s0) {
-            walk.draw_in(first, 1.0);
+            first.draw_in(1.0, |_, s| walk.sample(s));
         }
         if let Some(last) = chain.last_mut().filter(|p| p.end().s < s1) {
-            walk.draw_in(last, -1.0);
+            last.draw_in(-1.0, |_, s| walk.sample(s));
         }
     }
     chains.retain(|c| !c.is_empty());
-    Followed { chains, lifted: walk.lifted }
+    Followed { chains, proofs: walk.proofs }
 }
 
 /// Parts the profiles of a chain where their guide turns sharply.
@@ -197,7 +241,7 @@ pub(crate) fn parted(chain: Chain, corners: &[f64]) -> Chain {
 struct Walk<'a> {
     guide: &'a Guide,
     chains: Vec<Chain>,
-    lifted: u64,
+    proofs: Proofs,
     march: March<'a>,
 }
 
@@ -212,13 +256,13 @@ impl Walk<'_> {
         if location.normal.z < STEEPEST_NZ {
             return None;
         }
+        self.proofs.add(&location);
         let [ex, ey] = self.guide.direction(s);
         let (z, mut slope) = (location.centre.z, location.slope(ex, ey));
         let face = match location.support {
             Support::Face { .. } => Some(location.face),
             Support::Edge => None,
             Support::Bound => {
-                self.lifted += 1;
                 slope = self.slope_of_heights(s, z).unwrap_or(slope);
                 None
             }
@@ -241,21 +285,6 @@ impl Walk<'_> {
                 Some(if bend < other_bend { before } else { after })
             }
             (before, after) => before.or(after).map(|(slope, _)| slope),
-        }
-    }
-
-    /// Takes a little off the end of a profile from which `way` leads inside.
-    fn draw_in(&mut self, profile: &mut Profile, way: f64) {
-        let end = if way > 0.0 { profile.start() } else { profile.end() };
-        let s = end.s + way * DRAWN_IN_MM;
-        let stays = |q: &Sample| (q.s - s) * way > NARROWEST_MM;
-        if !profile.samples.iter().any(stays) {
-            return;
-        }
-        if let Some(sample) = self.sample(s) {
-            profile.samples.retain(stays);
-            let at = if way > 0.0 { 0 } else { profile.samples.len() };
-            profile.samples.insert(at, sample);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Which part of the model each setup can cut, and which setup cuts it.
 
-use claymill_nurbs::{Model, Point2, Vector3};
+use claymill_nurbs::{Model, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::Frame;
@@ -90,6 +90,34 @@ pub(crate) fn assign(
         .collect()
 }
 
+/// A place that is probed.
+struct Place {
+    face: usize,
+    uv: Point2,
+    point: Point3,
+    normal: Vector3,
+}
+
+impl Place {
+    /// What a setup sees there, if the ball may be kept up by `allowed_mm` along the normal.
+    fn seen(&self, frame: &Frame, ball: &BallDrop, allowed_mm: f64) -> Seen {
+        let facing = self.normal.dot(&frame.axis());
+        if facing.abs() < LEAST_FACING {
+            return Seen::Steep;
+        }
+        let n = self.normal * facing.signum();
+        let centre = frame.to_setup(&(self.point + n * ball.radius_mm()));
+        let normal = frame.to_setup(&n.into()).coords;
+        let touch = Location::touching(centre, normal, self.face, self.uv.into());
+        match ball.rest_above(&touch, allowed_mm / facing.abs()) {
+            None => Seen::Reached { facing: facing.abs(), done: false },
+            Some(rest) if rest.support == Support::Side => Seen::Tight,
+            Some(rest) if rest.centre.z - centre.z < ball.radius_mm() => Seen::Tight,
+            Some(_) => Seen::Hidden,
+        }
+    }
+}
+
 fn probe_face(
     model: &Model,
     covering: &Covering,
@@ -99,42 +127,25 @@ fn probe_face(
 ) -> Vec<[[Seen; PROBES]; 5]> {
     let surface = &model.faces[face].surface;
     let mesh = &covering.meshes[face];
-    let look = |uv: Point2, balls: &[BallDrop], allowed_mm: f64| -> [Seen; 5] {
+    // Whether an earlier tool has been there from a setup.
+    let finished = |place: &Place, setup: usize| {
+        let seen = |ball| place.seen(&views.frames[setup], ball, EARLIER_ALLOWED * allowed_mm);
+        views.earlier.get(setup).is_some_and(|ball| matches!(seen(ball), Seen::Reached { .. }))
+    };
+    let probe = |uv: Point2| -> [Seen; 5] {
         let mut seen = [Seen::Steep; 5];
         let Some((normal, _)) = surface.normal(uv.x, uv.y) else {
             return seen;
         };
-        let p = surface.point(uv.x, uv.y);
-        for (k, (frame, ball)) in views.frames.iter().zip(balls).enumerate() {
-            let facing = normal.dot(&frame.axis());
-            if facing.abs() < LEAST_FACING {
-                continue;
-            }
-            let n = normal * facing.signum();
-            let centre = frame.to_setup(&(p + n * ball.radius_mm()));
-            let normal = frame.to_setup(&n.into()).coords;
-            let touch = Location { centre, normal, face, support: Support::Face { u: uv.x, v: uv.y } };
-            seen[k] = match ball.rest_above(&touch, allowed_mm / facing.abs()) {
-                None => Seen::Reached { facing: facing.abs(), done: false },
-                Some(rest) if rest.support == Support::Side => Seen::Tight,
-                Some(rest) if rest.centre.z - centre.z < ball.radius_mm() => Seen::Tight,
-                Some(_) => Seen::Hidden,
-            };
-        }
-        seen
-    };
-    let probe = |uv: Point2| {
-        let mut seen = look(uv, views.balls, allowed_mm);
-        let earlier = look(uv, views.earlier, EARLIER_ALLOWED * allowed_mm);
-        let normal = surface.normal(uv.x, uv.y).map_or_else(Vector3::zeros, |n| n.0);
-        let side = |k: usize| normal.dot(&views.frames[k].axis()) > 0.0;
-        let done = |k: usize| {
-            (0..5).any(|other| matches!(earlier[other], Seen::Reached { .. }) && side(other) == side(k))
-        };
-        for (k, s) in seen.iter_mut().enumerate() {
-            if let Seen::Reached { done: by_earlier, .. } = s {
-                *by_earlier = done(k);
-            }
+        let place = Place { face, uv, point: surface.point(uv.x, uv.y), normal };
+        let mut finished_from: [Option<bool>; 5] = [None; 5];
+        for k in 0..5 {
+            seen[k] = place.seen(&views.frames[k], &views.balls[k], allowed_mm);
+            let Seen::Reached { done, .. } = &mut seen[k] else { continue };
+            let side = |k: usize| normal.dot(&views.frames[k].axis()) > 0.0;
+            // Mostly the same setup tells.
+            let mut setups = (k..5).chain(0..k).filter(|&other| side(other) == side(k));
+            *done = setups.any(|other| *finished_from[other].get_or_insert_with(|| finished(&place, other)));
         }
         seen
     };

@@ -5,9 +5,11 @@ use rayon::prelude::*;
 
 use crate::RowsAlong;
 use crate::crests::{Laid, missing_rows};
+use crate::ground::Ground;
 use crate::guide::{Guide, Line};
 use crate::part::{ROUNDS, SetupContext, TOO_HIGH, TURN_MM};
 use crate::profile::{STEEPEST_NZ, follow};
+use crate::proofs::Proofs;
 use crate::raster::{Patch, Raster, Row};
 use crate::step_over::row_distance_mm;
 
@@ -84,43 +86,54 @@ impl SetupContext<'_> {
     }
 
     /// Follows the rows, and further ones between them until no crest is too high; sorted by position. Also
-    /// tells how many locations rest on a proven bound.
-    pub(crate) fn lay_rows(&self, raster: &Raster, rows: Vec<Row>, along: RowsAlong) -> (Vec<Laid>, u64) {
+    /// tells what their locations are proven by.
+    pub(crate) fn lay_rows(
+        &self,
+        raster: &Raster,
+        rows: Vec<Row>,
+        along: RowsAlong,
+        ground: &Ground,
+    ) -> (Vec<Laid>, Proofs) {
         let mut laid: Vec<Laid> = Vec::new();
-        let mut lifted = 0;
+        let mut proofs = Proofs::default();
         let mut rows = rows;
         for _ in 0..ROUNDS {
-            let followed: Vec<(Laid, u64)> = rows.par_iter().map(|row| self.follow_row(row, along)).collect();
+            let followed: Vec<(Laid, Proofs)> =
+                rows.par_iter().map(|row| self.follow_row(row, along, ground)).collect();
             laid.iter_mut().for_each(|row| row.fresh = false);
-            lifted += followed.iter().map(|f| f.1).sum::<u64>();
+            proofs += followed.iter().map(|f| f.1).sum();
             laid.extend(followed.into_iter().map(|f| f.0));
             laid.sort_by(|a, b| a.q.total_cmp(&b.q));
             rows = missing_rows(
                 self.ball,
                 raster,
                 &laid,
+                &ground.in_valleys,
                 TOO_HIGH * self.scallop_mm,
                 |q| row_guide(along, q),
-                |face, at| at.map_or(self.claims.any(face), |at| self.claims_at(face, at.x, at.y)),
+                |face, at| {
+                    ground.owns(face)
+                        && at.map_or(self.claims.any(face), |at| self.claims_at(face, at.x, at.y))
+                },
             );
             if rows.is_empty() {
                 break;
             }
         }
         laid.retain(|row| !row.chains.is_empty());
-        (laid, lifted)
+        (laid, proofs)
     }
 
-    fn follow_row(&self, row: &Row, along: RowsAlong) -> (Laid, u64) {
+    fn follow_row(&self, row: &Row, along: RowsAlong, ground: &Ground) -> (Laid, Proofs) {
         let (guide, planned) = (row_guide(along, row.q), row.stretches.clone());
         let mut laid = Laid { q: row.q, guide, planned, chains: Vec::new(), fresh: true };
-        let mut lifted = 0;
+        let mut proofs = Proofs::default();
         for &(s0, s1) in &row.stretches {
             let followed = follow(self.ball, &laid.guide, s0, s1);
-            lifted += followed.lifted;
-            laid.chains.extend(followed.passes());
+            proofs += followed.proofs;
+            laid.chains.extend(followed.passes(|face| ground.owns(face)));
         }
-        (laid, lifted)
+        (laid, proofs)
     }
 }
 

@@ -21,6 +21,7 @@ const ROW_PLACES: usize = 100;
 #[derive(Debug, Default, Clone, Copy)]
 struct Found {
     locations: usize,
+    certified: usize,
     bounds: usize,
     deepest_mm: f64,
     highest_mm: f64,
@@ -30,6 +31,7 @@ impl Found {
     fn with(self, other: Found) -> Found {
         Found {
             locations: self.locations + other.locations,
+            certified: self.certified + other.certified,
             bounds: self.bounds + other.bounds,
             deepest_mm: self.deepest_mm.max(other.deepest_mm),
             highest_mm: self.highest_mm.max(other.highest_mm),
@@ -83,6 +85,7 @@ fn look(path: &Path, radii_mm: &[f64], count: usize) -> Found {
                         let apart = near.map_or(2.0 * radius_mm, |f| f.distance_mm) - radius_mm;
                         found = found.with(Found {
                             locations: 1,
+                            certified: usize::from(location.certified),
                             bounds: usize::from(location.support == Support::Bound),
                             deepest_mm: -apart,
                             highest_mm: apart,
@@ -120,13 +123,17 @@ fn no_location_of_a_million_gouges() {
     let mut files: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.retain(|f| matches!(f.extension().and_then(|e| e.to_str()), Some("igs" | "iges" | "stp" | "3dm")));
     files.sort();
-    println!("{:32}{:>11}{:>9}{:>12}{:>12}", "model", "locations", "bounds", "gouge, µm", "off, µm");
+    println!(
+        "{:32}{:>11}{:>13}{:>9}{:>12}{:>12}",
+        "model", "locations", "certified, %", "bounds", "gouge, µm", "off, µm"
+    );
     let mut failed = Vec::new();
     for file in files {
         let found = look(&file, &RADII_MM, 1_000_000);
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let [gouge, off] = [found.deepest_mm, found.highest_mm].map(|mm| mm * 1e3);
-        println!("{name:32}{:11}{:9}{gouge:12.4}{off:12.4}", found.locations, found.bounds);
+        let certified = 100.0 * found.certified as f64 / found.locations.max(1) as f64;
+        println!("{name:32}{:11}{certified:13.1}{:9}{gouge:12.4}{off:12.4}", found.locations, found.bounds);
         if found.deepest_mm >= GOUGE_MM {
             failed.push(name);
         }

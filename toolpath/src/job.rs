@@ -264,6 +264,12 @@ pub struct Totals {
     pub control_points: u64,
     /// Estimated time, s.
     pub time_s: f64,
+    /// Places where the tool was lowered on the model for the passes.
+    #[serde(default)]
+    pub locations: u64,
+    /// Those of them where the smooth sheet around the contact is proven to be all there is.
+    #[serde(default)]
+    pub certified_locations: u64,
     /// Locations that could not be proven and were lifted.
     pub lifted_locations: u64,
 }

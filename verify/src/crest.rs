@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::distribution::Distribution;
 use crate::reach::Reach;
-use crate::report::{CrestSample, Crests, HISTOGRAM_BIN, HISTOGRAM_BINS, Place, RegionCrests, SurfaceState};
+use crate::report::{CrestSample, Crests, HISTOGRAM_BIN, HISTOGRAM_BINS, Place, RegionCrests};
 use crate::scene::{Scene, Stage};
 use crate::swept::{Piece, Swept};
 use crate::track::Track;
@@ -58,9 +58,7 @@ pub(crate) fn measure(
             let mut crests = crests_along(scene, swept, track);
             let all = crests.len();
             // Where the ball does not fit, what is left is no scallop.
-            crests.retain(|c| {
-                c.height <= limit || reach.side(&c.foot, &c.normal, spare) == SurfaceState::ReachableLeft
-            });
+            crests.retain(|c| c.height <= limit || reach.is_left(&c.foot, &c.normal, spare));
             let out_of_reach = (all - crests.len()) as u64;
             stage.step(passes.len());
             (track.region, crests, out_of_reach)

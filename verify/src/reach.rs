@@ -1,3 +1,5 @@
+use std::cmp::Ordering;
+
 use claymill_nurbs::{Point3, Vector3};
 use claymill_toolpath::Tool;
 
@@ -25,6 +27,8 @@ pub(crate) struct Reach<'a> {
     tool: Tool,
     /// The earlier tool, where a job cuts its rest.
     earlier: Option<Tool>,
+    /// What it may have left where it counts as having been, over the crests of its passes, mm.
+    earlier_sink_mm: f64,
     least_cosine: f64,
 }
 
@@ -37,6 +41,7 @@ impl<'a> Reach<'a> {
             setups: axes.map(|a| (a, DropMesh::new(mesh, &a))).collect(),
             tool: scene.job.request.tool,
             earlier: scene.job.request.rest_of,
+            earlier_sink_mm: (scene.options.cut_limit - 1.0) * scene.scallop_mm(),
             least_cosine: scene.options.steepest_deg.to_radians().cos(),
         }
     }
@@ -51,9 +56,14 @@ impl<'a> Reach<'a> {
     /// [`SurfaceState::Hidden`].
     pub(crate) fn judge(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
         let mut sides = [*n, -n].map(|n| (self.side(p, &n, sink_mm), n));
-        // Of a sheet without thickness the side counts that faces a setup best.
+        // Of a sheet without thickness the side counts that faces a setup best, and of equal ones that which is done.
         let facing = |n: &Vector3| self.setups.iter().map(|(axis, _)| n.dot(axis)).fold(-1.0, f64::max);
-        if self.earlier.is_some() && facing(&sides[1].1) > facing(&sides[0].1) {
+        let second_counts = match facing(&sides[1].1).total_cmp(&facing(&sides[0].1)) {
+            Ordering::Less => false,
+            Ordering::Equal => sides[1].0 == SurfaceState::EarlierTool,
+            Ordering::Greater => true,
+        };
+        if self.earlier.is_some() && second_counts {
             sides.swap(0, 1);
         }
         let reached = [SurfaceState::ReachableLeft, SurfaceState::EarlierTool];
@@ -67,10 +77,16 @@ impl<'a> Reach<'a> {
         }
     }
 
-    /// The same for one side.
-    pub(crate) fn side(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
+    /// Whether what is left over this side of a point is the tool's to cut, and no earlier one's on the other side.
+    pub(crate) fn is_left(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> bool {
+        let left = SurfaceState::ReachableLeft;
+        self.side(p, n, sink_mm) == left && (self.earlier.is_none() || self.judge(p, n, sink_mm) == left)
+    }
+
+    /// What one side of a point is to the tool.
+    fn side(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
         let mut facing = self.setups.iter().filter(|(axis, _)| n.dot(axis) >= self.least_cosine);
-        let fits = |tool: Tool| {
+        let fits = |tool: Tool, sink_mm: f64| {
             let radius_mm = tool.radius_mm();
             let (ball, slim) = (p + n * radius_mm, radius_mm - sink_mm);
             let passes = |view: &DropMesh<'_>| {
@@ -83,10 +99,10 @@ impl<'a> Reach<'a> {
                 && !self.scene.obstacles.any_within(&ball, slim)
                 && facing.clone().any(|(_, view)| passes(view))
         };
-        if self.earlier.is_some_and(fits) {
+        if self.earlier.is_some_and(|tool| fits(tool, self.earlier_sink_mm)) {
             return SurfaceState::EarlierTool;
         }
-        if fits(self.tool) {
+        if fits(self.tool, sink_mm) {
             return SurfaceState::ReachableLeft;
         }
         let pin = SIGHT_RADIUS * self.tool.radius_mm();

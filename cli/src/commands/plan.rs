@@ -491,6 +491,16 @@ fn say_plan(console: &crate::console::Console, plan: &Plan) {
             totals.time_s / 3600.0
         ),
     );
+    if totals.locations > 0 {
+        let share = 100.0 * totals.certified_locations as f64 / totals.locations as f64;
+        console.say_long(
+            "",
+            &format!(
+                "{share:.1} % of {} locations lie where their contact is certified to be the only one",
+                totals.locations
+            ),
+        );
+    }
     if totals.lifted_locations > 0 {
         let lifted = totals.lifted_locations;
         console

@@ -6,6 +6,8 @@ use claymill_nurbs::{
 };
 use rayon::prelude::*;
 
+use super::beside::Beside;
+
 /// Coarseness of the covering triangles: coarser means fewer boxes to search but more candidates per
 /// location; it does not touch accuracy. The mesh's own bound counts how far parameters slide along the
 /// surface as well; what matters here is the distance from the triangle's plane (see [`deviations`]), which is
@@ -42,6 +44,7 @@ pub struct Covering {
     /// Per face and triangle: whether a side is a chord of a trim curve, so that part of the triangle may lie
     /// outside the trims.
     pub(super) rimmed: Vec<Vec<bool>>,
+    pub(super) beside: Beside,
     pub(super) edges: Vec<EdgePiece>,
 }
 
@@ -86,8 +89,9 @@ impl Covering {
         let curvature = model.faces.par_iter().zip(&meshes).map(|(f, m)| curvature_ranges(f, m)).collect();
         let deviation_mm = model.faces.par_iter().zip(&meshes).map(|(f, m)| deviations(f, m)).collect();
         let rimmed = model.faces.par_iter().zip(&meshes).map(|(f, m)| rimmed(f, m)).collect();
+        let beside = Beside::new(&meshes);
         let edges = model.faces.par_iter().enumerate().flat_map_iter(|(id, f)| edge_pieces(id, f)).collect();
-        Ok(Covering { meshes, deviation_mm, curvature, rimmed, edges })
+        Ok(Covering { meshes, deviation_mm, curvature, rimmed, beside, edges })
     }
 }
 

@@ -1,6 +1,6 @@
 use std::sync::OnceLock;
 
-use claymill_nurbs::{Aabb, Curve2, Domain, FaceId, Leaves, Model, NurbsSurface, Point2, Point3, Vector3};
+use claymill_nurbs::{Aabb, Curve2, Domain, FaceId, Leaves, Model, NurbsSurface, Point2, Point3};
 use claymill_toolpath::Tool;
 use rayon::prelude::*;
 
@@ -10,26 +10,16 @@ use super::end::{Body, Effort, held_above};
 use super::face::{Pace, Polished, polish};
 use super::flat::{box_height, on_point, on_triangle, plane_height};
 use super::floor::Floor;
+use super::sheet::Sheets;
 use super::tree::DropTree;
 use super::{CONTACT_EPSILON_MM, Location, Support};
 use crate::Frame;
 
 /// A triangle where `κ⁺·R` exceeds this may hold more than one contact.
-const TIGHT: f64 = 0.8;
-/// A ball that touches the inside of a face this near to the rim rests on the rim as well, but for `d² / 2R`:
-/// a tenth of a micrometre for a ball of 2 mm, mm.
-const AT_RIM_MM: f64 = 0.02;
-/// So far inside, as a share of the way to the middle, a triangle's corners are judged.
-const CORNER_INSET: f64 = 0.02;
-/// Triangles cut this often that are outside the trims in all places looked at are outside.
-const SLIVER_LEVEL: u32 = 3;
-/// A triangle whose normal leans further from its surface's (60°) stands across it.
-const ALONG_COSINE: f64 = 0.5;
+pub(super) const TIGHT: f64 = 0.8;
 /// Sides of a domain that are shorter than this are a point, mm; in so many places it is looked.
 const POLE_MM: f64 = 1e-9;
 const POLE_LOOKS: u32 = 7;
-/// Deepest subdivision of a triangle; its deviation shrinks by 4 at each level.
-const DEEPEST: u32 = 12;
 
 /// The whole model as seen from one setup, ready for dropping a ball of one radius on it.
 #[derive(Debug)]
@@ -40,6 +30,7 @@ pub struct BallDrop<'a> {
     pub(super) triangles: Vec<Triangle>,
     pub(super) edges: Vec<EdgePiece>,
     pub(super) tree: DropTree,
+    pub(super) sheets: Sheets,
     /// What stands out above the ball.
     sides: Vec<Body>,
     widest_mm: f64,
@@ -47,7 +38,7 @@ pub struct BallDrop<'a> {
 
 #[derive(Debug)]
 pub(super) struct SetupFace {
-    surface: NurbsSurface,
+    pub(super) surface: NurbsSurface,
     /// The same for evaluation.
     pub(super) leaves: Leaves,
     /// The trims; `None` where the whole domain belongs to the face.
@@ -62,7 +53,7 @@ pub(super) struct Triangle {
     pub(super) face: u32,
     pub(super) index: u32,
     pub(super) deviation_mm: f32,
-    tight: bool,
+    pub(super) tight: bool,
     pub(super) rimmed: bool,
 }
 
@@ -125,7 +116,8 @@ impl<'a> BallDrop<'a> {
             .chain(edges.iter().map(|e| Aabb::of([&e.a, &e.b]).inflated(e.deviation_mm)))
             .collect();
         let (tree, sides) = (DropTree::new(&boxes), Vec::new());
-        BallDrop { radius_mm, covering, faces, triangles, edges, tree, sides, widest_mm: radius_mm }
+        let sheets = Sheets::new(&covering.beside, &tree.0);
+        BallDrop { radius_mm, covering, faces, triangles, edges, tree, sheets, sides, widest_mm: radius_mm }
     }
 
     /// The same with the taper and the shank above the ball of a tool, which it must not touch with either.
@@ -146,7 +138,13 @@ impl<'a> BallDrop<'a> {
         let floor = rest.map_or(f64::NEG_INFINITY, |l| l.centre.z - self.radius_mm);
         let held = held_above(self, &self.sides, [x, y], floor, Effort::IN_THE_WAY)?;
         let centre = Point3::new(x, y, held.tip + self.radius_mm);
-        Some(Location { centre, normal: held.normal, face: held.face, support: Support::Side })
+        Some(Location {
+            centre,
+            normal: held.normal,
+            face: held.face,
+            support: Support::Side,
+            certified: false,
+        })
     }
 
     /// The ball's radius.
@@ -203,8 +201,14 @@ impl<'a> BallDrop<'a> {
         (inside && face.domain.as_ref().is_none_or(|d| d.contains(u, v))).then(|| face.leaves.point(u, v))
     }
 
+    /// Walks from one triangle of a face to the one that parameters lie in, or to the side on which the face ends.
+    fn walk(&self, from: u32, to: Point2) -> Option<Result<u32, (u32, usize)>> {
+        let face = self.triangles[from as usize].face;
+        self.covering.beside.walk(face, &self.covering.meshes[face as usize], from, to)
+    }
+
     /// Points of a triangle or piece of an edge, and how far from their hull it may be.
-    fn hull(&self, item: usize) -> ([Point3; 3], f64) {
+    pub(super) fn hull(&self, item: usize) -> ([Point3; 3], f64) {
         match self.triangles.get(item) {
             Some(t) => (t.p, f64::from(t.deviation_mm)),
             None => {
@@ -269,32 +273,34 @@ pub(super) fn weighted<const D: usize>(
 
 /// The search for what a ball over `(x, y)` rests on.
 pub(super) struct Search<'a> {
-    ball: &'a BallDrop<'a>,
-    x: f64,
-    y: f64,
+    pub(super) ball: &'a BallDrop<'a>,
+    pub(super) x: f64,
+    pub(super) y: f64,
     pub(super) best: Option<Location>,
     /// What would have to be exceeded for another best.
     pub(super) floor: Floor,
+    /// The triangle that the best contact lies in, if it is known.
+    pub(super) triangle: Option<u32>,
     /// Triangles that wait to be subdivided until everything has been met: most then fall below the best contact.
     unproven: Vec<(&'a Triangle, [Point2; 3])>,
 }
 
 impl<'a> Search<'a> {
     pub(super) fn new(ball: &'a BallDrop<'a>, x: f64, y: f64) -> Self {
-        Search { ball, x, y, best: None, floor: Floor::NONE, unproven: Vec::new() }
+        Search { ball, x, y, best: None, floor: Floor::NONE, triangle: None, unproven: Vec::new() }
     }
 
-    /// Begins with what carried a ball close by; says how fast the contact moves if it is still on the same face.
-    pub(super) fn start_from(&mut self, near: &Location, pace: &Pace) -> Option<Pace> {
+    /// Begins with what carried a ball close by, in a triangle if that is known; says how fast the contact moves if one
+    /// is found.
+    pub(super) fn start_from(&mut self, near: &Location, triangle: Option<u32>, pace: &Pace) -> Option<Pace> {
         let mut onward = None;
         match near.support {
             Support::Face { u, v } => {
                 let moved = (self.x - near.centre.x, self.y - near.centre.y);
-                if let Polished::Contact { pace, .. } =
-                    self.try_face(near.face, pace.ahead((u, v), moved), *pace)
-                {
-                    onward = Some(pace);
-                }
+                let to = pace.ahead((u, v), moved);
+                onward = triangle
+                    .and_then(|from| self.beyond_rim(from, Point2::new(to.0, to.1)))
+                    .or_else(|| self.try_face(near.face, triangle, to, *pace).pace());
             }
             Support::Edge => {}
             Support::Bound | Support::Side => return None,
@@ -307,6 +313,21 @@ impl<'a> Search<'a> {
             self.floor.z = z - CONTACT_EPSILON_MM;
         }
         onward
+    }
+
+    /// Tries what a face goes on in, where the way from one of its triangles to these parameters leads off it.
+    fn beyond_rim(&mut self, from: u32, to: Point2) -> Option<Pace> {
+        let (triangle, side) = self.ball.walk(from, to)?.err()?;
+        let joint = self.ball.joint(triangle, side)?;
+        joint.onward.iter().find_map(|&(onward, start)| {
+            let face = self.ball.triangles[onward as usize].face as usize;
+            self.try_face(face, Some(onward), (start.x, start.y), Pace::default()).pace()
+        })
+    }
+
+    /// Whether the best contact is known to be where the ball rests.
+    pub(super) fn is_certified(&self) -> bool {
+        self.best.is_some_and(|l| l.certified)
     }
 
     /// Looks at everything, the most promising first.
@@ -336,7 +357,7 @@ impl<'a> Search<'a> {
     }
 
     /// What carries the ball when everything has been looked at.
-    pub(super) fn finish(mut self) -> Option<Location> {
+    pub(super) fn finish(&mut self) -> Option<Location> {
         for (t, uv) in std::mem::take(&mut self.unproven) {
             self.subdivide(t, uv, t.p, f64::from(t.deviation_mm), 0);
         }
@@ -346,25 +367,36 @@ impl<'a> Search<'a> {
         self.ball.held_by_sides(self.best, self.x, self.y).or(self.best)
     }
 
-    fn offer(&mut self, location: Location) {
+    pub(super) fn offer(&mut self, location: Location, triangle: Option<u32>) {
         if self.best.is_none_or(|b| location.centre.z > b.centre.z) {
             let Location { centre, normal, .. } = &location;
             let floor = Floor::under(centre, normal, self.ball.radius_mm, CONTACT_EPSILON_MM);
-            if floor.z > self.floor.z {
+            if location.certified {
+                self.floor = Floor::ALL;
+            } else if floor.z > self.floor.z {
                 self.floor = floor;
             }
-            self.best = Some(location);
+            (self.best, self.triangle) = (Some(location), triangle);
         }
     }
 
-    fn try_face(&mut self, face: FaceId, start: (f64, f64), pace: Pace) -> Polished {
+    /// Looks for a contact on a face from `start`, which is in or near a triangle if that is known.
+    fn try_face(&mut self, face: FaceId, near: Option<u32>, start: (f64, f64), pace: Pace) -> Polished {
         let f = &self.ball.faces[face];
         let polished = polish(&f.leaves, start, pace, self.x, self.y, self.ball.radius_mm);
         if let Polished::Contact { centre, normal, u, v, .. } = polished {
             if f.domain.as_ref().is_some_and(|d| !d.contains(u, v)) {
                 return Polished::Outside { u, v };
             }
-            self.offer(Location { centre, normal, face, support: Support::Face { u, v } });
+            if self.best.is_some_and(|best| best.centre.z >= centre.z) {
+                return polished;
+            }
+            let triangle = near.and_then(|near| self.ball.walk(near, Point2::new(u, v))?.ok());
+            let certified = triangle.is_some_and(|t| self.ball.is_alone(t));
+            self.offer(
+                Location { centre, normal, face, support: Support::Face { u, v }, certified },
+                triangle,
+            );
         }
         polished
     }
@@ -400,83 +432,14 @@ impl<'a> Search<'a> {
             return;
         }
         let start = weighted(&uv, rest.at);
-        let proven = match self.try_face(t.face as usize, (start.x, start.y), Pace::default()) {
+        let own = self.ball.covering.beside.number(t.face, t.index);
+        let proven = match self.try_face(t.face as usize, Some(own), (start.x, start.y), Pace::default()) {
             Polished::Contact { u, v, .. } | Polished::Outside { u, v } => here(u, v),
             Polished::Failed => false,
         };
         if !proven {
             self.unproven.push((t, uv));
         }
-    }
-
-    /// Cuts a triangle in four in the parameter plane until its bound falls below the best contact, or is so
-    /// close to the surface that the bound itself can serve as the height.
-    fn subdivide(&mut self, t: &Triangle, uv: [Point2; 3], p: [Point3; 3], delta: f64, level: u32) {
-        let (r, floor) = (self.ball.radius_mm, self.floor.z);
-        let n = (p[1] - p[0]).cross(&(p[2] - p[0]));
-        let Some(high) = on_triangle(&p, &n, self.x, self.y, r + delta) else {
-            return;
-        };
-        if high.z <= floor {
-            return;
-        }
-        let low = on_triangle(&p, &n, self.x, self.y, r);
-        let mut fine = low.is_some_and(|low| high.z - low.z < CONTACT_EPSILON_MM);
-        // Where a trim curve bends inwards its chord takes in a sliver that is not the face's. Edges are met
-        // on their own.
-        if t.rimmed && (fine || level >= SLIVER_LEVEL) {
-            let inside = self.share_inside(t, &uv, high.at);
-            let size = (0..3).map(|i| (p[(i + 1) % 3] - p[i]).norm()).fold(0.0, f64::max);
-            if inside == 0.0 && level >= SLIVER_LEVEL || inside < 1.0 && size < AT_RIM_MM {
-                return;
-            }
-            fine &= inside == 1.0;
-        }
-        fine = fine && self.lies_flat(t, &uv, &n);
-        if level >= DEEPEST || fine {
-            let at = weighted(&p, high.at);
-            let centre = Point3::new(self.x, self.y, high.z);
-            let normal = (centre - at).normalize();
-            let location = Location { centre, normal, face: t.face as usize, support: Support::Bound };
-            self.offer(location);
-            return;
-        }
-        let surface = &self.ball.faces[t.face as usize].leaves;
-        let middle = |i: usize, j: usize| Point2::from((uv[i].coords + uv[j].coords) * 0.5);
-        let m = [middle(0, 1), middle(1, 2), middle(2, 0)];
-        let q = m.map(|c| surface.point(c.x, c.y));
-        let quarters = [
-            ([uv[0], m[0], m[2]], [p[0], q[0], q[2]]),
-            ([m[0], uv[1], m[1]], [q[0], p[1], q[1]]),
-            ([m[2], m[1], uv[2]], [q[2], q[1], p[2]]),
-            ([m[0], m[1], m[2]], [q[0], q[1], q[2]]),
-        ];
-        for (uv, p) in quarters {
-            self.subdivide(t, uv, p, 0.25 * delta, level + 1);
-        }
-    }
-
-    /// Whether a triangle lies along its surface. One whose corners are all on a bent side of the face stands
-    /// across it, however small its distance: its surface is the side and not what its chords enclose.
-    fn lies_flat(&self, t: &Triangle, uv: &[Point2; 3], n: &Vector3) -> bool {
-        let middle = (uv[0].coords + uv[1].coords + uv[2].coords) / 3.0;
-        let surface = &self.ball.faces[t.face as usize].surface;
-        match (surface.normal(middle.x, middle.y), n.try_normalize(0.0)) {
-            (Some((normal, _)), Some(n)) => normal.dot(&n).abs() >= ALONG_COSINE,
-            _ => true,
-        }
-    }
-
-    /// How many places in a triangle, its middle, close to its corners and where the ball would touch, belong
-    /// to the face, as a share. The corners themselves may be on a trim curve.
-    fn share_inside(&self, t: &Triangle, uv: &[Point2; 3], touch: [f64; 3]) -> f64 {
-        let Some(domain) = &self.ball.faces[t.face as usize].domain else {
-            return 1.0;
-        };
-        let middle = Point2::from((uv[0].coords + uv[1].coords + uv[2].coords) / 3.0);
-        let corners = [0, 1, 2].map(|i| uv[i] + (middle - uv[i]) * CORNER_INSET);
-        let places = corners.into_iter().chain([middle, weighted(uv, touch)]);
-        places.filter(|p| domain.contains(p.x, p.y)).count() as f64 / 5.0
     }
 
     fn edge(&mut self, e: &EdgePiece) {
@@ -490,8 +453,8 @@ impl<'a> Search<'a> {
         if let Some((z, point)) = on_edge.highest(e, self.floor.z) {
             let centre = Point3::new(self.x, self.y, z);
             let normal = (centre - point) / r;
-            let location = Location { centre, normal, face: e.face as usize, support: Support::Edge };
-            self.offer(location);
+            let (face, support) = (e.face as usize, Support::Edge);
+            self.offer(Location { centre, normal, face, support, certified: false }, None);
         }
     }
 }

@@ -12,6 +12,15 @@ pub(crate) enum Polished {
     Failed,
 }
 
+impl Polished {
+    pub(crate) fn pace(self) -> Option<Pace> {
+        match self {
+            Polished::Contact { pace, .. } => Some(pace),
+            _ => None,
+        }
+    }
+}
+
 /// How `(u, v)` of the contact changes with the horizontal place of the ball, close to a contact.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Pace(Matrix2<f64>);
@@ -61,22 +70,22 @@ pub(crate) fn polish(s: &Leaves, start: (f64, f64), pace: Pace, x: f64, y: f64, 
         if rx * rx + ry * ry < RESIDUAL_MM * RESIDUAL_MM {
             return Polished::Contact { centre: Point3::new(x, y, centre.z), normal: n, u, v, pace };
         }
-        let forms = jet.curvature(&n);
-        let Some(inverse) = forms.first.try_inverse() else {
-            return Polished::Failed;
-        };
         // Weingarten: [n_u n_v] = −[Su Sv]·W, so the offset's derivatives are [Su Sv]·(1 − R·W).
-        let weingarten = inverse * forms.second;
-        let m = Matrix2::identity() - weingarten * r;
-        let cu = jet.su * m.m11 + jet.sv * m.m21;
-        let cv = jet.su * m.m12 + jet.sv * m.m22;
-        let det = cu.x * cv.y - cu.y * cv.x;
+        let (e, f, g) = (jet.su.dot(&jet.su), jet.su.dot(&jet.sv), jet.sv.dot(&jet.sv));
+        let (l, m, k) = (jet.suu.dot(&n), jet.suv.dot(&n), jet.svv.dot(&n));
+        let inverse = 1.0 / (e * g - f * f);
+        let weingarten = Matrix2::new(g * l - f * m, g * m - f * k, e * m - f * l, e * k - f * m) * inverse;
+        let (m11, m12) = (1.0 - r * weingarten.m11, -r * weingarten.m12);
+        let (m21, m22) = (-r * weingarten.m21, 1.0 - r * weingarten.m22);
+        let (cux, cuy) = (jet.su.x * m11 + jet.sv.x * m21, jet.su.y * m11 + jet.sv.y * m21);
+        let (cvx, cvy) = (jet.su.x * m12 + jet.sv.x * m22, jet.su.y * m12 + jet.sv.y * m22);
+        let det = cux * cvy - cuy * cvx;
         if det == 0.0 || !det.is_finite() {
             return Polished::Failed;
         }
-        pace = Pace(Matrix2::new(cv.y, -cv.x, -cu.y, cu.x) / det);
+        pace = Pace(Matrix2::new(cvy, -cvx, -cuy, cux) * (1.0 / det));
         let (du, dv) = pace.ahead((0.0, 0.0), (rx, ry));
-        let (on_ground, along) = (rx * rx + ry * ry, (jet.su * du + jet.sv * dv).norm_squared());
+        let (on_ground, along) = (rx * rx + ry * ry, e * du * du + 2.0 * f * du * dv + g * dv * dv);
         let inside = (u0..=u1).contains(&(u + du)) && (v0..=v1).contains(&(v + dv));
         if inside && on_ground.max(along) < LAST_STEP_MM * LAST_STEP_MM {
             let turn = weingarten * Vector2::new(du, dv);

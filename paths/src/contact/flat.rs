@@ -102,7 +102,8 @@ pub(crate) fn plane_height(p: &Point3, n: &Vector3, x: f64, y: f64, r: f64) -> O
     Some((z + r * size / n.z.abs(), n.z))
 }
 
-fn barycentric(t: &[Point3; 3], n: &Vector3, p: &Point3) -> [f64; 3] {
+/// Barycentric coordinates of the foot of `p` on the plane of a triangle with normal `n` (not normalised).
+pub(super) fn barycentric(t: &[Point3; 3], n: &Vector3, p: &Point3) -> [f64; 3] {
     let nn = n.norm_squared();
     let part = |a: &Point3, b: &Point3| (b - a).cross(&(p - a)).dot(n) / nn;
     let (w2, w0) = (part(&t[0], &t[1]), part(&t[1], &t[2]));

@@ -28,6 +28,9 @@ impl Floor {
         diameter_mm: 0.0,
     };
 
+    /// Above everything.
+    pub(crate) const ALL: Floor = Floor { z: f64::INFINITY, level: f64::INFINITY, ..Floor::NONE };
+
     /// The floor of a ball that rests with its centre here, raised by `by`.
     pub(crate) fn under(centre: &Point3, normal: &Vector3, radius_mm: f64, by: f64) -> Self {
         let z = centre.z + by;
@@ -88,13 +91,8 @@ impl Floor {
     pub(super) fn clears_eight(&self, hulls: &Hulls) -> [bool; 8] {
         let mut clear = [true; 8];
         for k in 0..8 {
-            let along = |p: &[[f64; 8]; 3]| {
-                self.normal.x * p[0][k] + self.normal.y * p[1][k] + self.normal.z * p[2][k]
-            };
-            let top =
-                larger(larger(along(&hulls.corners[0]), along(&hulls.corners[1])), along(&hulls.corners[2]));
             let [x, y] = [0, 1].map(|axis| [hulls.low[axis][k], hulls.high[axis][k]]);
-            clear[k] = self.clears(top + hulls.delta[k] - self.level, x, y);
+            clear[k] = self.clears(hulls.top(&self.normal, k) - self.level, x, y);
         }
         clear
     }
@@ -105,9 +103,9 @@ impl Floor {
 #[repr(C, align(64))]
 pub(super) struct Hulls {
     corners: [[[f64; 8]; 3]; 3],
-    /// Ranges of x and y with `delta` around.
-    low: [[f64; 8]; 2],
-    high: [[f64; 8]; 2],
+    /// Ranges of coordinates with `delta` around.
+    pub(super) low: [[f64; 8]; 3],
+    pub(super) high: [[f64; 8]; 3],
     delta: [f64; 8],
 }
 
@@ -115,17 +113,24 @@ impl Hulls {
     /// Nothing that could hold a ball up.
     pub(super) const NONE: Hulls = Hulls {
         corners: [[[0.0; 8]; 3]; 3],
-        low: [[0.0; 8]; 2],
-        high: [[0.0; 8]; 2],
+        low: [[0.0; 8]; 3],
+        high: [[0.0; 8]; 3],
         delta: [f64::NEG_INFINITY; 8],
     };
+
+    /// How far the one in place `k` reaches along a unit vector.
+    #[inline(always)]
+    pub(super) fn top(&self, along: &Vector3, k: usize) -> f64 {
+        let of = |p: &[[f64; 8]; 3]| along.x * p[0][k] + along.y * p[1][k] + along.z * p[2][k];
+        larger(larger(of(&self.corners[0]), of(&self.corners[1])), of(&self.corners[2])) + self.delta[k]
+    }
 
     /// Puts what lies within `delta` of three points' hull in place `k`.
     pub(super) fn put(&mut self, k: usize, points: [Point3; 3], delta: f64) {
         for (corner, p) in self.corners.iter_mut().zip(&points) {
             (0..3).for_each(|axis| corner[axis][k] = p[axis]);
         }
-        for axis in 0..2 {
+        for axis in 0..3 {
             let [a, b, c] = points.map(|p| p[axis]);
             self.low[axis][k] = a.min(b).min(c) - delta;
             self.high[axis][k] = a.max(b).max(c) + delta;
@@ -136,6 +141,6 @@ impl Hulls {
 
 /// The larger one; unlike `f64::max` without a thought for what is no number.
 #[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
+pub(super) fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }

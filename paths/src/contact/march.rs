@@ -13,6 +13,8 @@ use super::floor::{Floor, Hulls};
 pub struct March<'a> {
     ball: &'a BallDrop<'a>,
     last: Option<Location>,
+    /// The triangle that its contact lies in, if it is known.
+    triangle: Option<u32>,
     /// Of the contact on the face where the last ball rested, there and at the place before.
     pace: Option<Pace>,
     pace_before: Option<Pace>,
@@ -40,7 +42,7 @@ impl<'a> March<'a> {
     /// Begins anywhere.
     #[must_use]
     pub fn new(ball: &'a BallDrop<'a>) -> Self {
-        March { ball, last: None, pace: None, pace_before: None, around: Around::default() }
+        March { ball, last: None, triangle: None, pace: None, pace_before: None, around: Around::default() }
     }
 
     /// [`BallDrop::drop`] at `(x, y)`.
@@ -51,24 +53,33 @@ impl<'a> March<'a> {
             (Some(pace), Some(before)) => pace.onward(&before),
             (pace, _) => pace.unwrap_or_default(),
         };
-        let pace = self.last.and_then(|last| search.start_from(&last, &likely));
+        let pace = self.last.and_then(|last| search.start_from(&last, self.triangle, &likely));
         self.pace_before = std::mem::replace(&mut self.pace, pace);
+        if !search.is_certified() {
+            self.look(&mut search);
+        }
+        let found = search.finish();
+        if found.map(|l| l.face) != self.last.map(|l| l.face) {
+            self.pace_before = None;
+        }
+        self.triangle = search.triangle;
+        self.last = found.or(self.last);
+        found
+    }
+
+    /// Looks at all that could hold the ball higher.
+    fn look(&mut self, search: &mut Search) {
+        let (x, y) = (search.x, search.y);
         let solid = search.best.as_ref().or(self.last.as_ref()).filter(|l| l.support.is_touched());
         if !self.around.holds(x, y) {
             let from = self.last.map_or([x, y], |l| [l.centre.x, l.centre.y]);
             self.around.gather(self.ball, [x, y], from, solid, &self.pace.unwrap_or_default());
         }
         if self.around.rectangle.is_some() {
-            self.around.look(&mut search);
+            self.around.look(search);
         } else {
             search.descend();
         }
-        let found = search.finish();
-        if found.map(|l| l.face) != self.last.map(|l| l.face) {
-            self.pace_before = None;
-        }
-        self.last = found.or(self.last);
-        found
     }
 }
 

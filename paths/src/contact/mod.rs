@@ -7,6 +7,7 @@
 //! more closely: by Newton on the offset surface, and where that proves nothing by subdivision. The heights
 //! returned are those of the NURBS, not of triangles.
 
+mod beside;
 mod covering;
 mod drop;
 mod edge;
@@ -14,9 +15,14 @@ mod end;
 mod face;
 mod flat;
 mod floor;
+mod joint;
 mod march;
+mod sheet;
+mod subdivide;
 mod tree;
 
+#[cfg(test)]
+mod sheet_tests;
 #[cfg(test)]
 mod tests;
 
@@ -67,9 +73,17 @@ pub struct Location {
     pub face: FaceId,
     /// What carries the ball.
     pub support: Support,
+    /// Whether it is proven for all contacts around that nothing holds the ball higher; elsewhere all that could was
+    /// looked at.
+    pub certified: bool,
 }
 
 impl Location {
+    /// Where a ball with its centre here touches a face at these parameters, whether or not it comes to rest there.
+    pub(crate) fn touching(centre: Point3, normal: Vector3, face: FaceId, [u, v]: [f64; 2]) -> Self {
+        Location { centre, normal, face, support: Support::Face { u, v }, certified: false }
+    }
+
     /// Slope `dz/ds` of the surface of all locations in the horizontal unit direction `(ex, ey)`.
     #[must_use]
     pub fn slope(&self, ex: f64, ey: f64) -> f64 {

@@ -1,6 +1,6 @@
 use std::ops::ControlFlow;
 
-use claymill_nurbs::{Aabb, BRANCHES, BoxTree, Boxes, Eight, outward};
+use claymill_nurbs::{Aabb, BRANCHES, BoxTree, Boxes, Eight, Point3, outward};
 
 use super::floor::Floor;
 
@@ -45,6 +45,23 @@ impl DropTree {
             ControlFlow::Continue(())
         };
         self.0.visit(|boxes| ball.may_rest_above(boxes, low), item);
+    }
+
+    /// Visits every item whose box comes so near to a point along all axes.
+    pub(crate) fn around(&self, p: &Point3, apart_mm: f64, mut visit: impl FnMut(usize)) {
+        let ranges = [0, 1, 2].map(|axis| outward([p[axis] - apart_mm, p[axis] + apart_mm]));
+        let meets = |boxes: &Boxes| {
+            std::array::from_fn(|k| {
+                let meets = |axis: usize| {
+                    (boxes.min[axis][k] <= ranges[axis][1]) & (ranges[axis][0] <= boxes.max[axis][k])
+                };
+                meets(0) & meets(1) & meets(2)
+            })
+        };
+        self.0.visit(meets, |item| {
+            visit(item);
+            ControlFlow::Continue(())
+        });
     }
 }
 
@@ -96,7 +113,7 @@ fn larger(a: f32, b: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use claymill_nurbs::{Point3, Vector3};
+    use claymill_nurbs::Vector3;
 
     #[test]
     fn nothing_that_could_carry_the_ball_is_missed() {

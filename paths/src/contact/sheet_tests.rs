@@ -1,0 +1,184 @@
+//! Certified contacts against the search among all candidates.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::sync::atomic::Ordering;
+
+use claymill_nurbs::analytic::{self, Frame as Placement};
+use claymill_nurbs::{Face, KnotVector, Model, NurbsSurface, Point3, Vector3};
+use claymill_tests::model_of;
+
+use super::sheet::SHARED;
+use super::{BallDrop, CONTACT_EPSILON_MM, Covering, March};
+use crate::{Frame, Orientation};
+
+const R: f64 = 10.0;
+const SAME_MM: f64 = 1e-7;
+
+impl BallDrop<'_> {
+    /// Forgets what is certified, for good.
+    fn searching(self) -> Self {
+        self.sheets.triangles.iter().for_each(|t| t.store(SHARED, Ordering::Relaxed));
+        self
+    }
+}
+
+fn top() -> Frame {
+    Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0]
+}
+
+fn covered(model: &Model, radius_mm: f64) -> Covering {
+    let area_mm2 = model.faces.iter().map(Face::area_mm2).sum();
+    Covering::new(model, &vec![false; model.faces.len()], area_mm2, radius_mm).unwrap()
+}
+
+/// A gentle wave of ± 2 mm, 160 mm long and wide, lifted and moved; bent along two directions.
+fn wave(lifted: f64, (x0, x1): (f64, f64)) -> NurbsSurface {
+    let knots = || KnotVector::clamped_uniform(3, 12);
+    let at = |k: usize| -1.0 + 2.0 * k as f64 / 11.0;
+    let net = (0..12).flat_map(|i| {
+        (0..12).map(move |j| {
+            let x = x0 + (x1 - x0) * 0.5 * (at(i) + 1.0);
+            Point3::new(x, 80.0 * at(j), lifted + 2.0 * (x / 30.0).sin() * (2.0 * at(j)).cos())
+        })
+    });
+    NurbsSurface::new(knots(), knots(), net.collect(), None).unwrap()
+}
+
+fn sphere(centre: Point3, radius_mm: f64) -> NurbsSurface {
+    let frame = Placement::new(centre, Vector3::z(), Vector3::x()).unwrap();
+    analytic::sphere(&frame, radius_mm, (0.0, TAU), (-FRAC_PI_2, FRAC_PI_2)).unwrap()
+}
+
+/// What a grid of drops comes to: certified ones, all, and the largest difference of certified ones from the search on
+/// another model.
+fn compare(of: &Model, truth: &Model) -> (usize, usize, f64) {
+    let (covering, other) = (covered(of, R), covered(truth, R));
+    let ball = BallDrop::new(of, &covering, &top(), R);
+    let searching = BallDrop::new(truth, &other, &top(), R).searching();
+    let (mut certified, mut all, mut apart) = (0, 0, 0.0f64);
+    for j in 0..60 {
+        let mut march = March::new(&ball);
+        for i in 0..120 {
+            let (x, y) = (-59.3 + f64::from(i), -59.1 + 2.0 * f64::from(j));
+            let (Some(found), Some(exact)) = (march.drop(x, y), searching.drop(x, y)) else { continue };
+            assert!(!exact.certified);
+            all += 1;
+            if found.certified {
+                certified += 1;
+                apart = apart.max((found.centre.z - exact.centre.z).abs());
+            }
+        }
+    }
+    (certified, all, apart)
+}
+
+#[test]
+fn a_smooth_sheet_is_certified_and_what_stands_beside_it_is_not() {
+    let sheet = || wave(0.0, (-80.0, 80.0));
+    let smooth = model_of([sheet()]);
+    let (certified, all, apart) = compare(&smooth, &smooth);
+    assert!(certified == all && apart < SAME_MM, "{certified} of {all}, {apart}");
+    let height = |x: f64, y: f64| {
+        let covering = covered(&smooth, R);
+        BallDrop::new(&smooth, &covering, &top(), R).drop(x, y).unwrap().centre.z - R
+    };
+    let on = |x: f64, y: f64, above: f64| Point3::new(x, y, height(x, y) + above);
+    // What spoils it, and how many of the locations it may and must cost.
+    let plate = |above: f64| {
+        let frame = Placement::new(on(20.0, 10.0, above), Vector3::z(), Vector3::x()).unwrap();
+        analytic::plane_patch(&frame, (-6.0, 6.0), (-6.0, 6.0)).unwrap()
+    };
+    let spoilers: [(&str, Vec<NurbsSurface>); 6] = [
+        ("needle", vec![sphere(on(3.0, 4.0, 0.2), 0.05)]),
+        ("bump", vec![sphere(on(-21.0, 4.0, -3.0), 4.0)]),
+        ("plate just above", vec![plate(0.3)]),
+        ("plate far above", vec![plate(25.0)]),
+        ("plate through the sheet", vec![plate(0.0)]),
+        ("sheet just above half of it", vec![wave(0.02, (0.0, 80.0))]),
+    ];
+    for (name, spoiler) in spoilers {
+        let half = name.starts_with("sheet");
+        let spoiled = model_of(std::iter::once(sheet()).chain(spoiler));
+        let (certified, all, apart) = compare(&spoiled, &spoiled);
+        assert!(apart < SAME_MM, "{name}: {apart}");
+        let fewest = if half { 0.25 } else { 0.8 };
+        assert!(certified < all && certified as f64 > fewest * all as f64, "{name}: {certified} of {all}");
+        // Were the spoiler not seen, this would show it.
+        let (_, _, missed) = compare(&smooth, &spoiled);
+        assert!(missed > 100.0 * CONTACT_EPSILON_MM, "{name}: {missed}");
+    }
+    let below = model_of([sheet(), wave(-0.5, (-80.0, 80.0))]);
+    let (certified, all, apart) = compare(&below, &below);
+    assert!(certified as f64 > 0.95 * all as f64 && apart < SAME_MM, "{certified} of {all}, {apart}");
+}
+
+/// Two halves of a wave are one sheet over their joint; turned down or lifted against each other they are not.
+#[test]
+fn a_sheet_goes_on_over_a_joint_without_a_step() {
+    let parted = |lifted: f64| {
+        let (near, far) = wave(0.0, (-80.0, 80.0)).split_u(0.5).unwrap();
+        let far = far.mapped(|p| p + Vector3::new(0.0, 0.0, lifted));
+        model_of([near, far])
+    };
+    let (certified, all, apart) = compare(&parted(0.0), &parted(0.0));
+    assert!(certified as f64 > 0.99 * all as f64 && apart < SAME_MM, "{certified} of {all}, {apart}");
+    for step in [1e-3, 0.1, 2.0] {
+        let (certified, all, apart) = compare(&parted(step), &parted(step));
+        assert!(certified as f64 > 0.7 * all as f64 && apart < SAME_MM, "{certified} of {all}, {apart}");
+        let (_, _, missed) = compare(&parted(0.0), &parted(step));
+        assert!(missed > 0.5 * step);
+    }
+    for turned_deg in [-20.0f64, -0.5, 0.5, 20.0] {
+        let (sine, cosine) = turned_deg.to_radians().sin_cos();
+        let half = |side: f64| {
+            let along = Vector3::new(cosine, 0.0, side * sine);
+            let frame = Placement::new(Point3::origin(), along.cross(&Vector3::y()), along).unwrap();
+            let range = if side > 0.0 { (0.0, 80.0) } else { (-80.0, 0.0) };
+            analytic::plane_patch(&frame, range, (-80.0, 80.0)).unwrap()
+        };
+        let roof = model_of([half(-1.0), half(1.0)]);
+        let (certified, all, apart) = compare(&roof, &roof);
+        assert!(apart < SAME_MM, "{turned_deg}: {apart}");
+        assert!(certified as f64 > 0.6 * all as f64, "{turned_deg}: {certified} of {all}");
+    }
+}
+
+/// On real parts, from above: along rows with certificates against the search from scratch.
+#[test]
+fn certified_locations_are_those_of_the_search() {
+    let Some(folder) = claymill_tests::corpus() else { return };
+    for (name, least) in [
+        ("race_car_nose_141.stp", 0.25),
+        ("helmet_928.igs", 0.2),
+        ("ship_hull_55.iges", 0.8),
+        ("prismatic_ctc05_inch.stp", 0.3),
+    ] {
+        let model = claymill_exchange::read(&folder.join(name)).unwrap().model;
+        let covering = covered(&model, R);
+        let ball = BallDrop::new(&model, &covering, &top(), R);
+        let searching = BallDrop::new(&model, &covering, &top(), R).searching();
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        ball.for_each_box(|b| {
+            low = [low[0].min(b.min.x), low[1].min(b.min.y)];
+            high = [high[0].max(b.max.x), high[1].max(b.max.y)];
+        });
+        let (mut certified, mut all) = (0u32, 0u32);
+        for row in 0..40 {
+            let y = low[1] + (high[1] - low[1]) * (f64::from(row) + 0.37) / 40.0;
+            let mut march = March::new(&ball);
+            for k in 0..400 {
+                let x = low[0] + (high[0] - low[0]) * (f64::from(k) + 0.41) / 400.0;
+                let Some(found) = march.drop(x, y) else { continue };
+                all += 1;
+                if found.certified {
+                    certified += 1;
+                    let exact = searching.drop(x, y).unwrap().centre.z;
+                    let apart = (found.centre.z - exact).abs();
+                    // The search itself leaves out what is higher by less.
+                    assert!(apart < CONTACT_EPSILON_MM + SAME_MM, "{name} at {x} {y}: {apart}");
+                }
+            }
+        }
+        assert!(f64::from(certified) > least * f64::from(all), "{name}: {certified} of {all}");
+    }
+}

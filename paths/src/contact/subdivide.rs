@@ -1,0 +1,96 @@
+use claymill_nurbs::{Point2, Point3, Vector3};
+
+use super::drop::{Search, Triangle, weighted};
+use super::flat::on_triangle;
+use super::{CONTACT_EPSILON_MM, Location, Support};
+
+/// A ball that touches the inside of a face this near to the rim rests on the rim as well, but for `d² / 2R`:
+/// a tenth of a micrometre for a ball of 2 mm, mm.
+const AT_RIM_MM: f64 = 0.02;
+/// So far inside, as a share of the way to the middle, a triangle's corners are judged.
+const CORNER_INSET: f64 = 0.02;
+/// Triangles cut this often that are outside the trims in all places looked at are outside.
+const SLIVER_LEVEL: u32 = 3;
+/// A triangle whose normal leans further from its surface's (60°) stands across it.
+const ALONG_COSINE: f64 = 0.5;
+/// Deepest subdivision of a triangle; its deviation shrinks by 4 at each level.
+const DEEPEST: u32 = 12;
+
+impl Search<'_> {
+    /// Cuts a triangle in four in the parameter plane until its bound falls below the best contact, or is so
+    /// close to the surface that the bound itself can serve as the height.
+    pub(super) fn subdivide(
+        &mut self,
+        t: &Triangle,
+        uv: [Point2; 3],
+        p: [Point3; 3],
+        delta: f64,
+        level: u32,
+    ) {
+        let (r, floor) = (self.ball.radius_mm(), self.floor.z);
+        let n = (p[1] - p[0]).cross(&(p[2] - p[0]));
+        let Some(high) = on_triangle(&p, &n, self.x, self.y, r + delta) else {
+            return;
+        };
+        if high.z <= floor {
+            return;
+        }
+        let low = on_triangle(&p, &n, self.x, self.y, r);
+        let mut fine = low.is_some_and(|low| high.z - low.z < CONTACT_EPSILON_MM);
+        // Where a trim curve bends inwards its chord takes in a sliver that is not the face's. Edges are met
+        // on their own.
+        if t.rimmed && (fine || level >= SLIVER_LEVEL) {
+            let inside = self.share_inside(t, &uv, high.at);
+            let size = (0..3).map(|i| (p[(i + 1) % 3] - p[i]).norm()).fold(0.0, f64::max);
+            if inside == 0.0 && level >= SLIVER_LEVEL || inside < 1.0 && size < AT_RIM_MM {
+                return;
+            }
+            fine &= inside == 1.0;
+        }
+        fine = fine && self.lies_flat(t, &uv, &n);
+        if level >= DEEPEST || fine {
+            let at = weighted(&p, high.at);
+            let centre = Point3::new(self.x, self.y, high.z);
+            let normal = (centre - at).normalize();
+            let (face, support) = (t.face as usize, Support::Bound);
+            self.offer(Location { centre, normal, face, support, certified: false }, None);
+            return;
+        }
+        let surface = &self.ball.faces[t.face as usize].leaves;
+        let middle = |i: usize, j: usize| Point2::from((uv[i].coords + uv[j].coords) * 0.5);
+        let m = [middle(0, 1), middle(1, 2), middle(2, 0)];
+        let q = m.map(|c| surface.point(c.x, c.y));
+        let quarters = [
+            ([uv[0], m[0], m[2]], [p[0], q[0], q[2]]),
+            ([m[0], uv[1], m[1]], [q[0], p[1], q[1]]),
+            ([m[2], m[1], uv[2]], [q[2], q[1], p[2]]),
+            ([m[0], m[1], m[2]], [q[0], q[1], q[2]]),
+        ];
+        for (uv, p) in quarters {
+            self.subdivide(t, uv, p, 0.25 * delta, level + 1);
+        }
+    }
+
+    /// Whether a triangle lies along its surface. One whose corners are all on a bent side of the face stands
+    /// across it, however small its distance: its surface is the side and not what its chords enclose.
+    fn lies_flat(&self, t: &Triangle, uv: &[Point2; 3], n: &Vector3) -> bool {
+        let middle = (uv[0].coords + uv[1].coords + uv[2].coords) / 3.0;
+        let surface = &self.ball.faces[t.face as usize].surface;
+        match (surface.normal(middle.x, middle.y), n.try_normalize(0.0)) {
+            (Some((normal, _)), Some(n)) => normal.dot(&n).abs() >= ALONG_COSINE,
+            _ => true,
+        }
+    }
+
+    /// How many places in a triangle, its middle, close to its corners and where the ball would touch, belong
+    /// to the face, as a share. The corners themselves may be on a trim curve.
+    fn share_inside(&self, t: &Triangle, uv: &[Point2; 3], touch: [f64; 3]) -> f64 {
+        let Some(domain) = &self.ball.faces[t.face as usize].domain else {
+            return 1.0;
+        };
+        let middle = Point2::from((uv[0].coords + uv[1].coords + uv[2].coords) / 3.0);
+        let corners = [0, 1, 2].map(|i| uv[i] + (middle - uv[i]) * CORNER_INSET);
+        let places = corners.into_iter().chain([middle, weighted(uv, touch)]);
+        places.filter(|p| domain.contains(p.x, p.y)).count() as f64 / 5.0
+    }
+}

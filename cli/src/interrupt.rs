@@ -21,7 +21,8 @@ pub(crate) fn install() {
         for path in paths.iter() {
             remove(path);
         }
-        std::process::exit(130);
+        // At once: handlers that run at a usual exit take the graphics driver away from under its own threads.
+        signal_hook::low_level::exit(130);
     });
 }
 

@@ -212,23 +212,25 @@ impl SetupContext<'_> {
             .collect()
     }
 
-    /// For the claimed places of a line, how far in level the next line may be.
+    /// For the claimed places of a line, how far in level the next line may be; where nothing is claimed on it, for all
+    /// of them: what is claimed may begin between it and the next line that is asked.
     fn needs(&self, line: &[Spot]) -> Vec<f32> {
         let places = self.places(line);
-        let mut needs = Vec::new();
+        let (mut needs, mut unclaimed) = (Vec::new(), Vec::new());
         for (a, b) in places.iter().zip(places.iter().skip(1)) {
             let (Some(a), Some(b)) = (a, b) else { continue };
-            if !a.claimed || a.spot.per_level_mm <= 0.0 {
+            if a.spot.per_level_mm <= 0.0 {
                 continue;
             }
             let jet = self.ball.surface(a.spot.face).jet(a.spot.u, a.spot.v);
             let across = a.normal.cross(&(b.point - a.point));
             let step = on_contact_mm(&jet, &across, &a.normal, self.ball.radius_mm(), self.scallop_mm);
             if let Some(step) = step {
-                needs.push((step / a.spot.per_level_mm) as f32);
+                let kept = if a.claimed { &mut needs } else { &mut unclaimed };
+                kept.push((step / a.spot.per_level_mm) as f32);
             }
         }
-        needs
+        if needs.is_empty() { unclaimed } else { needs }
     }
 
     /// Where the ball is when it touches the spots, `None` where they lean too far.

@@ -139,3 +139,23 @@ fn steep_and_shallow_do_not_depend_on_the_number_of_threads() {
     }
     assert!(bytes[0] == bytes[1] && bytes[1] == bytes[2]);
 }
+
+#[test]
+fn nothing_is_left_where_one_setup_takes_over_from_another() {
+    // A barrel, from the top cut to about 53° on either side, from the left and the right below that.
+    let lying = Frame::new(Point3::origin(), Vector3::x(), Vector3::z()).unwrap();
+    let (from, to) = (-72f64.to_radians(), 75f64.to_radians());
+    let barrel = cylinder(&lying, 150.0, (from, to), (0.0, 450.0)).unwrap();
+    for strategy in ["iso", "scallop"] {
+        let folder = scratch();
+        let (job, found) = planned(folder.path(), vec![barrel.clone()], &["--strategy", strategy], "out");
+        assert_eq!(
+            job.regions.iter().map(|r| r.setup.as_str()).collect::<Vec<_>>(),
+            ["top", "left", "right"]
+        );
+        let crest_mm = found["scallop"]["crests"]["max_mm"].as_f64().unwrap();
+        assert!(crest_mm < 1.25 * SCALLOP_MM, "{strategy}: {crest_mm}");
+        let left_mm2 = found["coverage"]["by_state_mm2"]["reachable_left"].as_f64().unwrap_or(0.0);
+        assert_eq!(left_mm2, 0.0, "{strategy}");
+    }
+}

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 use crate::contact::{BallDrop, Location, March, Support};
 use crate::guide::Guide;
-use crate::near::{LaidNear, cut_to_mm};
+use crate::near::{LaidNear, Touch, cut_to_mm};
 use crate::profile::{Chain, STEEPEST_NZ};
 use crate::raster::{Raster, Row};
 use crate::step_over::flat_mm;
@@ -187,9 +187,9 @@ pub(crate) fn missing_rows(
         // Aslant over a valley, rows come past somewhere else than abreast.
         let near = LaidNear::new(laid, flat_mm(ball.radius_mm(), scallop_mm));
         let is_left = |Crest { m, feed, .. }: &Crest| {
-            let contact = m.centre - m.normal * ball.radius_mm();
-            let left = |near: &LaidNear| near.left_mm(&contact, &m.normal, &m.centre, feed, ball.radius_mm());
-            [&near, in_valleys].into_iter().all(|near| left(near) > scallop_mm)
+            let point = m.centre - m.normal * ball.radius_mm();
+            let touch = Touch { point, normal: m.normal, centre: m.centre, feed: *feed };
+            ![&near, in_valleys].into_iter().any(|near| near.is_cut(&touch, ball.radius_mm(), scallop_mm))
         };
         found = found.into_par_iter().filter(is_left).collect();
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use claymill_nurbs::{FaceId, Vector3};
+use claymill_nurbs::{FaceId, Point2, Vector3};
 use claymill_surface_merge::{Field, FieldError, RegionMesh};
 
 use crate::levels::{Levels, Spot};
@@ -18,18 +18,24 @@ pub(crate) fn mesh_edge_mm(radius_mm: f64, scallop_mm: f64) -> f64 {
     (EDGE_STEPS * flat_mm(radius_mm, scallop_mm)).clamp(EDGE_MM.0, EDGE_MM.1)
 }
 
-/// The iso-lines of a field.
-pub(crate) struct FieldLevels<'a, 'm> {
+/// A field whose iso-lines passes follow.
+pub(crate) struct Sweep<'a, 'm> {
     field: Field<'a, 'm>,
     /// A unit of the field is a step-over.
     in_steps: bool,
 }
 
-impl<'a, 'm> FieldLevels<'a, 'm> {
+/// The iso-lines of a field between two levels.
+pub(crate) struct FieldLevels<'b, 'a, 'm> {
+    sweep: &'b Sweep<'a, 'm>,
+    range: (f64, f64),
+}
+
+impl<'a, 'm> Sweep<'a, 'm> {
     /// A harmonic field between the region's two guides: lines sweep from the one to the other.
-    pub(crate) fn sweep(mesh: &'a RegionMesh<'m>) -> Result<Self, FieldError> {
+    pub(crate) fn harmonic(mesh: &'a RegionMesh<'m>) -> Result<Self, FieldError> {
         let guides = mesh.guides();
-        Ok(FieldLevels { field: mesh.harmonic(&guides.from, &guides.to)?, in_steps: false })
+        Ok(Sweep { field: mesh.harmonic(&guides.from, &guides.to)?, in_steps: false })
     }
 
     /// The distance from one guide, counted in step-overs: lines keep the scallop height (geometry.md §5.4).
@@ -46,12 +52,18 @@ impl<'a, 'm> FieldLevels<'a, 'm> {
             });
             1.0 / step.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(flat)
         };
-        Ok(FieldLevels { field: mesh.distance_in(&mesh.guides().from, steps_per_mm)?, in_steps: true })
+        Ok(Sweep { field: mesh.distance_in(&mesh.guides().from, steps_per_mm)?, in_steps: true })
     }
 
     /// Faces on which the field has values.
     pub(crate) fn faces(&self) -> BTreeSet<FaceId> {
         faces_of(&self.field)
+    }
+
+    /// The iso-lines of each range of levels in which something is cut.
+    pub(crate) fn levels(&self, context: &SetupContext) -> Vec<FieldLevels<'_, 'a, 'm>> {
+        let ranges = claimed_ranges(&self.field, context);
+        ranges.into_iter().map(|range| FieldLevels { sweep: self, range }).collect()
     }
 }
 
@@ -64,17 +76,44 @@ pub(crate) fn faces_of(field: &Field) -> BTreeSet<FaceId> {
     triangles.filter(|(t, _)| has_value(t)).map(|(_, &face)| face).collect()
 }
 
-impl Levels for FieldLevels<'_, '_> {
+/// The ranges of values, ascending and apart, that a field has on the triangles of which the setup cuts anything: what
+/// it cuts of a region may be far apart, and may begin and end anywhere.
+pub(crate) fn claimed_ranges(field: &Field, context: &SetupContext) -> Vec<(f64, f64)> {
+    let mesh = field.mesh();
+    let mut ranges: Vec<(f64, f64)> = Vec::new();
+    for (k, triangle) in mesh.triangles().iter().enumerate() {
+        let values = triangle.map(|v| field.values()[v as usize]);
+        let face = mesh.face_of_triangle()[k];
+        let corners = mesh.corners()[k];
+        let middle = Point2::from((corners[0].coords + corners[1].coords + corners[2].coords) / 3.0);
+        let cut = |uv: &Point2| context.claims_at(face, uv.x, uv.y);
+        if values.iter().all(|v| v.is_finite()) && (corners.iter().any(cut) || cut(&middle)) {
+            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+            ranges.push((low, values.iter().copied().fold(f64::NEG_INFINITY, f64::max)));
+        }
+    }
+    ranges.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut apart: Vec<(f64, f64)> = Vec::new();
+    for range in ranges {
+        match apart.last_mut() {
+            Some(open) if range.0 <= open.1 => open.1 = open.1.max(range.1),
+            _ => apart.push(range),
+        }
+    }
+    apart
+}
+
+impl Levels for FieldLevels<'_, '_, '_> {
     fn range(&self) -> (f64, f64) {
-        self.field.range().into()
+        self.range
     }
 
     fn in_steps(&self) -> bool {
-        self.in_steps
+        self.sweep.in_steps
     }
 
     fn lines(&self, level: f64) -> Vec<Vec<Spot>> {
-        let lines = self.field.iso_line(level);
+        let lines = self.sweep.field.iso_line(level);
         lines
             .into_iter()
             .map(|line| {

@@ -39,6 +39,17 @@ impl Guide {
         }
     }
 
+    /// Both at once.
+    pub(crate) fn at_with_direction(&self, s: f64) -> ([f64; 2], [f64; 2]) {
+        match self {
+            Guide::Straight(line) => (self.at(s), line.direction),
+            Guide::Curved(curve) => {
+                let [p, first, _] = curve.derivatives(s);
+                (p.into(), first.into())
+            }
+        }
+    }
+
     /// Parameter of the place nearest to `(x, y)`, looked for close to `near`. Beyond the ends a guide goes on
     /// straight.
     pub(crate) fn nearest(&self, x: f64, y: f64, near: f64) -> f64 {

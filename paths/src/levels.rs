@@ -15,7 +15,7 @@ use crate::contact::Location;
 use crate::contour::contour;
 use crate::crests::Laid;
 use crate::ground::Ground;
-use crate::near::LaidNear;
+use crate::near::{LaidNear, Touch};
 use crate::part::{SetupContext, TOO_HIGH};
 use crate::plan_curve::{Drawn, through};
 use crate::profile::{follow, parted};
@@ -24,7 +24,7 @@ use crate::raster::cheapest_step;
 use crate::reach::LEAST_FACING;
 use crate::step_over::on_contact_mm;
 
-/// Levels at which the step-over is asked for before the first passes are laid.
+/// Levels, at most, at which the step-over is asked for before the first passes are laid.
 const ASKED: usize = 48;
 /// Levels are spread by up to this factor rather than one more laid: crests grow by twice as much.
 const SPREAD: f64 = 1.005;
@@ -130,7 +130,8 @@ impl SetupContext<'_> {
             .collect();
         let first: Vec<(usize, f64)> = of_each(&levels, |levels| levels.iter().map(|l| l.at).collect());
         let whole = |(pattern, level): &(usize, f64)| {
-            let strokes = self.strokes(patterns[*pattern].as_ref(), *level);
+            let on = patterns[*pattern].as_ref();
+            let strokes = self.strokes(self.runs(on, *level), on.height_mm(*level));
             strokes.into_iter().map(|k| self.lay_stroke(&k, *level, None, ground)).collect::<Vec<_>>()
         };
         let mut proofs = Proofs::default();
@@ -149,10 +150,12 @@ impl SetupContext<'_> {
             let further: Vec<Further> = between
                 .par_iter()
                 .map(|&(pattern, (level, gap))| {
-                    let strokes = self.strokes(patterns[pattern].as_ref(), level);
+                    let (on, near) = (patterns[pattern].as_ref(), [&near, &ground.in_valleys]);
+                    let mut runs = self.runs(on, level);
+                    runs.retain(|run| !self.is_done(run, gap, &near));
                     let mut further = Further { pattern, level, found: Vec::new(), barred: false };
-                    for stroke in &strokes {
-                        let (missing, barred) = self.missing(stroke, gap, &[&near, &ground.in_valleys]);
+                    for stroke in &self.strokes(runs, on.height_mm(level)) {
+                        let (missing, barred) = self.missing(stroke, gap, &near);
                         let lay = |s| self.lay_stroke(stroke, level, Some(s), ground);
                         further.found.extend(missing.into_iter().map(lay));
                         further.barred |= barred;
@@ -183,7 +186,8 @@ impl SetupContext<'_> {
     /// follow the closest few.
     fn first_levels(&self, pattern: &dyn Levels) -> Vec<f64> {
         let (low, high) = pattern.range();
-        let width = (high - low) / ASKED as f64;
+        let asked = if pattern.in_steps() { ((high - low).ceil() as usize).clamp(1, ASKED) } else { ASKED };
+        let width = (high - low) / asked as f64;
         let density = |k: usize| {
             let level = low + (k as f64 + 0.5) * width;
             let needs: Vec<f32> = pattern.lines(level).iter().flat_map(|line| self.needs(line)).collect();
@@ -196,17 +200,17 @@ impl SetupContext<'_> {
                 1.0 / cheapest_step(&needs, widest)
             }
         };
-        let density: Vec<f64> = (0..ASKED).map(density).collect();
+        let density: Vec<f64> = (0..asked).map(density).collect();
         let mut sums = vec![0.0];
         for d in &density {
             sums.push(sums[sums.len() - 1] + d * width);
         }
-        let total = sums[ASKED];
+        let total = sums[asked];
         let count = (total / SPREAD).ceil() as usize;
         (0..count)
             .map(|k| {
                 let wanted = total * (k as f64 + 0.5) / count as f64;
-                let cell = sums.partition_point(|&s| s <= wanted).clamp(1, ASKED) - 1;
+                let cell = sums.partition_point(|&s| s <= wanted).clamp(1, asked) - 1;
                 low + width * (cell as f64 + (wanted - sums[cell]) / (sums[cell + 1] - sums[cell]))
             })
             .collect()
@@ -252,17 +256,20 @@ impl SetupContext<'_> {
         })
     }
 
-    fn strokes(&self, pattern: &dyn Levels, level: f64) -> Vec<Stroke> {
+    /// Claimed stretches of the lines at a level.
+    fn runs(&self, pattern: &dyn Levels, level: f64) -> Vec<Vec<Place>> {
+        pattern.lines(level).iter().flat_map(|line| runs(&self.places(line))).collect()
+    }
+
+    fn strokes(&self, runs: Vec<Vec<Place>>, height_mm: Option<f64>) -> Vec<Stroke> {
         let mut strokes = Vec::new();
-        for line in pattern.lines(level) {
-            for run in runs(&self.places(&line)) {
-                let plan: Vec<Point2> = run.iter().map(|p| p.centre.xy()).collect();
-                let drawn = match pattern.height_mm(level) {
-                    Some(height) => contour(self.ball, &plan, height, ASIDE * self.flat_step_mm()),
-                    None => through(&plan),
-                };
-                strokes.extend(drawn.into_iter().map(|drawn| Stroke { drawn, places: run.clone() }));
-            }
+        for run in runs {
+            let plan: Vec<Point2> = run.iter().map(|p| p.centre.xy()).collect();
+            let drawn = match height_mm {
+                Some(height) => contour(self.ball, &plan, height, ASIDE * self.flat_step_mm()),
+                None => through(&plan),
+            };
+            strokes.extend(drawn.into_iter().map(|drawn| Stroke { drawn, places: run.clone() }));
         }
         strokes
     }
@@ -289,25 +296,22 @@ impl SetupContext<'_> {
     /// Stretches of a stroke on which the passes laid so far leave too much that the ball could cut, the next
     /// ones being `gap` away in level, and whether they leave anything that it could not.
     fn missing(&self, stroke: &Stroke, gap: f64, near: &[&LaidNear]) -> (Vec<(f64, f64)>, bool) {
-        let look_mm = LOOK * self.flat_step_mm();
+        let reach_mm = 1.5 * LOOK * self.flat_step_mm();
         let at = &stroke.drawn.at;
         let (mut found, mut barred): (Vec<(f64, f64)>, bool) = (Vec::new(), false);
         for w in at.windows(2) {
             let ((i, s0), (j, s1)) = (w[0], w[1]);
-            let (from, to) = (&stroke.places[i], &stroke.places[j]);
-            let (a, b) = (from.spot, to.spot);
-            let looks = if self.go_on(from, to) { ((s1 - s0) / look_mm).ceil() } else { 1.0 };
-            for k in 0..looks as u32 {
-                let share = f64::from(k) / looks;
-                let spot = Spot { u: a.u + (b.u - a.u) * share, v: a.v + (b.v - a.v) * share, ..a };
+            for (share, place) in self.looked_at(&stroke.places[i], &stroke.places[j], s1 - s0) {
+                let gap_steps = gap * place.spot.per_level_mm / self.flat_step_mm();
                 let s = s0 + (s1 - s0) * share;
-                let gap_steps = gap * spot.per_level_mm / self.flat_step_mm();
-                let Some(place) = self.place(spot).filter(|_| gap_steps >= CLOSEST) else { continue };
+                if gap_steps < CLOSEST {
+                    continue;
+                }
                 match self.done(&place, stroke.drawn.guide.direction(s), near) {
                     Done::Cut => {}
                     Done::Barred => barred |= gap_steps >= END_OF_REACH,
                     Done::Left => {
-                        let (a, b) = (s - 1.5 * look_mm, s + 1.5 * look_mm);
+                        let (a, b) = (s - reach_mm, s + reach_mm);
                         match found.last_mut() {
                             Some(open) if a - open.1 <= BRIDGE_MM => open.1 = b,
                             _ => found.push((a, b)),
@@ -318,6 +322,29 @@ impl SetupContext<'_> {
         }
         let end = at[at.len() - 1].1;
         (found.into_iter().map(|(a, b)| (a.max(0.0), b.min(end))).collect(), barred)
+    }
+
+    /// Whether the passes laid so far have done all of a run, before any guide is drawn through it.
+    fn is_done(&self, run: &[Place], gap: f64, near: &[&LaidNear]) -> bool {
+        run.windows(2).all(|w| {
+            let along = (w[1].centre - w[0].centre).xy();
+            let Some(direction) = along.try_normalize(0.0) else { return true };
+            self.looked_at(&w[0], &w[1], along.norm()).all(|(_, place)| {
+                gap * place.spot.per_level_mm < CLOSEST * self.flat_step_mm()
+                    || self.done(&place, direction.into(), near) == Done::Cut
+            })
+        })
+    }
+
+    /// The places to look at from one to before the next, `apart_mm` away, with the share of the way there.
+    fn looked_at(&self, from: &Place, to: &Place, apart_mm: f64) -> impl Iterator<Item = (f64, Place)> {
+        let (a, b) = (from.spot, to.spot);
+        let looks = if self.go_on(from, to) { (apart_mm / (LOOK * self.flat_step_mm())).ceil() } else { 1.0 };
+        (0..looks as u32).filter_map(move |k| {
+            let share = f64::from(k) / looks;
+            let spot = Spot { u: a.u + (b.u - a.u) * share, v: a.v + (b.v - a.v) * share, ..a };
+            Some((share, self.place(spot)?))
+        })
     }
 
     /// Whether the parameters lead from one place to the next: on one face, but not across the seam of a closed one.
@@ -338,12 +365,12 @@ impl SetupContext<'_> {
         let Place { spot: Spot { face, u, v, .. }, point, normal, centre, .. } = *place;
         let slope = -(normal.x * ex + normal.y * ey) / normal.z;
         let feed = Vector3::new(ex, ey, slope).normalize();
-        let left = |near: &&LaidNear| near.left_mm(&point, &normal, &centre, &feed, self.ball.radius_mm());
-        if near.iter().any(|near| left(near) <= TOO_HIGH * self.scallop_mm) {
+        let (touch, most_mm) = (Touch { point, normal, centre, feed }, TOO_HIGH * self.scallop_mm);
+        if near.iter().any(|near| near.is_cut(&touch, self.ball.radius_mm(), most_mm)) {
             return Done::Cut;
         }
-        let touch = Location::touching(centre, normal, face, [u, v]);
-        match self.ball.rest_above(&touch, 0.5 * self.scallop_mm / normal.z) {
+        let location = Location::touching(centre, normal, face, [u, v]);
+        match self.ball.rest_above(&location, 0.5 * self.scallop_mm / normal.z) {
             None => Done::Left,
             Some(_) => Done::Barred,
         }

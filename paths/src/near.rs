@@ -26,12 +26,30 @@ struct At {
     chain: u32,
     profile: u32,
     s: f64,
+    ball: [f32; 3],
 }
 
 impl At {
     fn profile(&self) -> (u32, u32, u32) {
         (self.laid, self.chain, self.profile)
     }
+
+    /// Squared distance of the ball from a place, mm².
+    fn away(&self, [x, y, z]: [f32; 3]) -> f32 {
+        let [a, b, c] = self.ball;
+        (a - x) * (a - x) + (b - y) * (b - y) + (c - z) * (c - z)
+    }
+}
+
+/// A place on the model where the ball should touch.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Touch {
+    pub(crate) point: Point3,
+    pub(crate) normal: Vector3,
+    /// The ball's.
+    pub(crate) centre: Point3,
+    /// Direction in which the passes around mostly run.
+    pub(crate) feed: Vector3,
 }
 
 impl<'a> LaidNear<'a> {
@@ -42,9 +60,12 @@ impl<'a> LaidNear<'a> {
                 for (p, profile) in chain.iter().enumerate() {
                     let mut before = None;
                     for sample in &profile.samples {
-                        let cell = near.cell(row.guide.at(sample.s));
+                        let [x, y] = row.guide.at(sample.s);
+                        let cell = near.cell([x, y]);
                         if before != Some(cell) {
-                            let at = At { laid: l as u32, chain: c as u32, profile: p as u32, s: sample.s };
+                            let ball = [x as f32, y as f32, sample.z as f32];
+                            let [laid, chain, profile] = [l, c, p].map(|k| k as u32);
+                            let at = At { laid, chain, profile, s: sample.s, ball };
                             near.cells.entry(cell).or_default().push(at);
                         }
                         before = Some(cell);
@@ -59,51 +80,43 @@ impl<'a> LaidNear<'a> {
         p.map(|v| (v / self.cell_mm).floor() as i32)
     }
 
-    /// Height along `normal` over `point` to which the passes near `centre` cut, `feed` being the direction in
-    /// which they mostly run; infinite when none does.
-    pub(crate) fn left_mm(
-        &self,
-        point: &Point3,
-        normal: &Vector3,
-        centre: &Point3,
-        feed: &Vector3,
-        radius_mm: f64,
-    ) -> f64 {
+    /// Whether a pass comes past that cuts to no more than `most_mm` over a place.
+    pub(crate) fn is_cut(&self, touch: &Touch, radius_mm: f64, most_mm: f64) -> bool {
+        let Touch { point, normal, centre, .. } = touch;
         let [i, j] = self.cell([centre.x, centre.y]);
-        let mut lowest = f64::INFINITY;
+        let around = (-REACH_CELLS..=REACH_CELLS)
+            .flat_map(|a| (-REACH_CELLS..=REACH_CELLS).map(move |b| [i + a, j + b]));
+        let mut passes: Vec<&At> = around.filter_map(|cell| self.cells.get(&cell)).flatten().collect();
+        // Nearly always the nearest one has cut, and no other needs to be looked at.
+        let here = [centre.x, centre.y, centre.z].map(|c| c as f32);
+        passes.sort_by(|a, b| a.away(here).total_cmp(&b.away(here)));
         // A pass that comes past more than once, a closed one where it ends, counts each time.
         let again_mm = f64::from(4 * REACH_CELLS) * self.cell_mm;
-        let mut seen: Vec<At> = Vec::new();
-        for di in -REACH_CELLS..=REACH_CELLS {
-            for dj in -REACH_CELLS..=REACH_CELLS {
-                for at in self.cells.get(&[i + di, j + dj]).into_iter().flatten() {
-                    let same = |s: &At| s.profile() == at.profile() && (s.s - at.s).abs() < again_mm;
-                    if seen.iter().any(same) {
-                        continue;
-                    }
-                    seen.push(*at);
-                    let ball = self.crossing(at, centre, feed);
-                    lowest = lowest.min(cut_to_mm(point, normal, &ball, radius_mm));
-                }
+        let mut seen: Vec<&At> = Vec::new();
+        passes.into_iter().any(|at| {
+            if seen.iter().any(|s| s.profile() == at.profile() && (s.s - at.s).abs() < again_mm) {
+                return false;
             }
-        }
-        lowest
+            seen.push(at);
+            cut_to_mm(point, normal, &self.crossing(at, touch), radius_mm) <= most_mm
+        })
     }
 
-    /// The ball on the pass where it comes past `centre`.
-    fn crossing(&self, at: &At, centre: &Point3, feed: &Vector3) -> Point3 {
+    /// The ball on the pass where it comes past.
+    fn crossing(&self, at: &At, Touch { centre, feed, .. }: &Touch) -> Point3 {
         let row = &self.laid[at.laid as usize];
         let profile = &row.chains[at.chain as usize][at.profile as usize];
         let (s0, s1) = (profile.start().s, profile.end().s);
         let mut s = at.s;
         let mut ball = *centre;
         for _ in 0..NEWTON_STEPS {
-            let ([x, y], [dx, dy]) = (row.guide.at(s), row.guide.direction(s));
+            let ([x, y], [dx, dy]) = row.guide.at_with_direction(s);
             let (z, slope) = profile.at(s);
             ball = Point3::new(x, y, z);
             let along = Vector3::new(dx, dy, slope);
             // A pass that crosses comes nearest where it is nearest.
-            let feed = if along.normalize().dot(feed).abs() < CROSSING { along.normalize() } else { *feed };
+            let crosses = along.normalize().dot(feed).abs() < CROSSING;
+            let feed = if crosses { along.normalize() } else { *feed };
             let next = (s - (ball - centre).dot(&feed) / along.dot(&feed)).clamp(s0, s1);
             if next == s {
                 break;

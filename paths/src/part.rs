@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::claims::Claims;
 use crate::contact::{BallDrop, Covering};
 use crate::crests::Laid;
-use crate::field_levels::FieldLevels;
+use crate::field_levels::Sweep;
 use crate::ground::Ground;
 use crate::guide::{Guide, Line};
 use crate::heights::Heights;
@@ -156,15 +156,16 @@ impl SetupContext<'_> {
             Strategy::SteepShallow => return self.lay_by_slope(strategy, self.steep_deg, ground),
             Strategy::Iso | Strategy::Scallop | Strategy::IsoPatch | Strategy::Auto => {}
         }
-        let field = ground.mesh.filter(|_| strategy.sweeps_regions()).and_then(|mesh| {
-            let field = match strategy {
-                Strategy::Scallop => FieldLevels::scallop(mesh, self),
-                _ => FieldLevels::sweep(mesh),
+        let sweep = ground.mesh.filter(|_| strategy.sweeps_regions()).and_then(|mesh| {
+            let sweep = match strategy {
+                Strategy::Scallop => Sweep::scallop(mesh, self),
+                _ => Sweep::harmonic(mesh),
             };
-            field.ok()
+            sweep.ok()
         });
-        let covered = field.as_ref().map(FieldLevels::faces).unwrap_or_default();
-        let (laid, proofs) = self.lay_levels(&self.patterns(ground.faces, &covered, field), ground);
+        let covered = sweep.as_ref().map(Sweep::faces).unwrap_or_default();
+        let fields = sweep.iter().flat_map(|sweep| sweep.levels(self));
+        let (laid, proofs) = self.lay_levels(&self.patterns(ground.faces, &covered, fields), ground);
         (!laid.is_empty()).then_some(Layout { strategy, groups: vec![laid], proofs, along: None })
     }
 

@@ -1,4 +1,5 @@
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use claymill_nurbs::{Aabb, FaceId, Model, NurbsError};
 use claymill_surface_merge::{Merge, RegionMesh};
@@ -229,7 +230,7 @@ pub fn plan(
         .map(|r| if wanted(r) { RegionMesh::of_region(model, regions.merged, r, edge_mm).ok() } else { None })
         .collect();
     let jobs: usize = frames.len() * faces_of.len();
-    let mut done = 0;
+    let done = AtomicUsize::new(0);
     let mut out = Output::default();
     for (index, frame) in frames.iter().enumerate() {
         let heights = Heights::new(&balls[index]);
@@ -253,16 +254,14 @@ pub fn plan(
             link: options.link,
             feeds: options.feeds,
         };
-        let mut parts = Vec::new();
-        for (region, faces) in faces_of.iter().enumerate() {
-            done += 1;
-            progress("paths", done as f64 / jobs as f64);
-            if account.region_setup_mm2[region][index] > 0.0
-                && let Some(part) = context.part(faces, meshes[region].as_ref())
-            {
-                parts.push((region, part));
-            }
-        }
+        // A part has stages of its own that are not parallel: meanwhile others go on.
+        let part = |(region, faces): (usize, &Vec<usize>)| {
+            progress("paths", done.fetch_add(1, Ordering::Relaxed) as f64 / jobs as f64);
+            let cuts = account.region_setup_mm2[region][index] > 0.0;
+            Some((region, cuts.then(|| context.part(faces, meshes[region].as_ref()))??))
+        };
+        let parts: Vec<(usize, Part)> =
+            faces_of.par_iter().enumerate().with_max_len(1).filter_map(part).collect();
         out.setup(&context, &account, parts, &options.machine);
     }
     if out.program.moves.is_empty() {

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use claymill_nurbs::{FaceId, NurbsSurface, Point2};
+use claymill_nurbs::{FaceId, NurbsSurface};
 use claymill_surface_merge::{Field, IsoPoint, RegionMesh};
 
-use crate::field_levels::faces_of;
+use crate::field_levels::{claimed_ranges, faces_of};
 use crate::levels::{Levels, Spot};
 use crate::part::SetupContext;
 use crate::slopes::climb;
@@ -41,28 +41,8 @@ impl<'a, 'm> CentreHeights<'a, 'm> {
     /// The waterlines of each range of heights in which something is cut: far apart on a region, what is cut needs
     /// levels of its own.
     pub(crate) fn waterlines(&self) -> Vec<Waterlines<'_, 'a, 'm>> {
-        let mesh = self.field.mesh();
-        let mut ranges: Vec<(f64, f64)> = Vec::new();
-        for (k, triangle) in mesh.triangles().iter().enumerate() {
-            let heights = triangle.map(|v| self.field.values()[v as usize]);
-            let face = mesh.face_of_triangle()[k];
-            let corners = mesh.corners()[k];
-            let middle = Point2::from((corners[0].coords + corners[1].coords + corners[2].coords) / 3.0);
-            let cut = |uv: &Point2| self.context.claims_at(face, uv.x, uv.y);
-            if heights.iter().all(|h| h.is_finite()) && (corners.iter().any(cut) || cut(&middle)) {
-                let low = heights.iter().copied().fold(f64::INFINITY, f64::min);
-                ranges.push((low, heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)));
-            }
-        }
-        ranges.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut apart: Vec<(f64, f64)> = Vec::new();
-        for range in ranges {
-            match apart.last_mut() {
-                Some(open) if range.0 <= open.1 => open.1 = open.1.max(range.1),
-                _ => apart.push(range),
-            }
-        }
-        apart.into_iter().map(|range| Waterlines { heights: self, range }).collect()
+        let ranges = claimed_ranges(&self.field, self.context);
+        ranges.into_iter().map(|range| Waterlines { heights: self, range }).collect()
     }
 
     fn surface(&self, face: FaceId) -> &NurbsSurface {

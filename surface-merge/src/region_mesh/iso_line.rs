@@ -143,6 +143,10 @@ impl Field<'_, '_> {
     }
 }
 
+/// Shares of a side closer than this are one.
+const SAME_SHARE: f64 = 1e-14;
+const MOST_STEPS: usize = 60;
+
 /// Where on `[0, 1]` the cubic with these values and slopes at the ends is `value`, which lies between the
 /// values at the ends.
 fn cubic_crossing([a, b]: [f64; 2], [da, db]: [f64; 2], value: f64) -> f64 {
@@ -154,14 +158,21 @@ fn cubic_crossing([a, b]: [f64; 2], [da, db]: [f64; 2], value: f64) -> f64 {
     let bounded = |d: f64| (d / rise).clamp(0.0, 3.0);
     let (p, q, target) = (bounded(da), bounded(db), (value - a) / rise);
     let cubic = |x: f64| x * (p + x * (3.0 - 2.0 * p - q + x * (p + q - 2.0)));
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..50 {
-        let middle = 0.5 * (low + high);
-        if cubic(middle) < target {
-            low = middle;
-        } else {
-            high = middle;
+    let slope = |x: f64| p + x * (2.0 * (3.0 - 2.0 * p - q) + x * 3.0 * (p + q - 2.0));
+    // Newton's steps, halves where they lead out of the bracket.
+    let (mut low, mut high, mut x) = (0.0, 1.0, target);
+    for _ in 0..MOST_STEPS {
+        let off = cubic(x) - target;
+        if off == 0.0 {
+            return x;
         }
+        *(if off < 0.0 { &mut low } else { &mut high }) = x;
+        let newton = x - off / slope(x);
+        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        if (next - x).abs() < SAME_SHARE {
+            return next;
+        }
+        x = next;
     }
-    0.5 * (low + high)
+    x
 }

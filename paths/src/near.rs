@@ -87,9 +87,14 @@ impl<'a> LaidNear<'a> {
         let around = (-REACH_CELLS..=REACH_CELLS)
             .flat_map(|a| (-REACH_CELLS..=REACH_CELLS).map(move |b| [i + a, j + b]));
         let mut passes: Vec<&At> = around.filter_map(|cell| self.cells.get(&cell)).flatten().collect();
-        // Nearly always the nearest one has cut, and no other needs to be looked at.
         let here = [centre.x, centre.y, centre.z].map(|c| c as f32);
-        passes.sort_by(|a, b| a.away(here).total_cmp(&b.away(here)));
+        let cuts = |at: &At| cut_to_mm(point, normal, &self.crossing(at, touch), radius_mm) <= most_mm;
+        // Nearly always the nearest one has, and no other needs to be looked at.
+        match passes.iter().min_by(|a, b| a.away(here).total_cmp(&b.away(here))) {
+            None => return false,
+            Some(nearest) if cuts(nearest) => return true,
+            Some(_) => passes.sort_by(|a, b| a.away(here).total_cmp(&b.away(here))),
+        }
         // A pass that comes past more than once, a closed one where it ends, counts each time.
         let again_mm = f64::from(4 * REACH_CELLS) * self.cell_mm;
         let mut seen: Vec<&At> = Vec::new();
@@ -98,7 +103,7 @@ impl<'a> LaidNear<'a> {
                 return false;
             }
             seen.push(at);
-            cut_to_mm(point, normal, &self.crossing(at, touch), radius_mm) <= most_mm
+            cuts(at)
         })
     }
 

@@ -29,9 +29,14 @@ fn main() -> ExitCode {
     }
 }
 
+/// A worker that waits begins other work on top of what it has: regions upon regions, in the worst case. Only what is
+/// used of it takes memory.
+const STACK_BYTES: usize = 64 << 20;
+
 fn run(cli: &Cli) -> Result<ExitCode, Failure> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(cli.threads)
+        .stack_size(STACK_BYTES)
         .build_global()
         .map_err(|e| Failure::problem(format!("no worker threads: {e}"), "Try a smaller --threads."))?;
     let console = Console::new(cli.quiet);

@@ -237,9 +237,30 @@ impl SetupContext<'_> {
         if needs.is_empty() { unclaimed } else { needs }
     }
 
-    /// Where the ball is when it touches the spots, `None` where they lean too far.
+    /// Where the ball is when it touches the spots, `None` where they lean too far. What is claimed within half a step
+    /// beside a line counts as well: it is for this line to cut.
     fn places(&self, line: &[Spot]) -> Vec<Option<Place>> {
-        line.iter().map(|&spot| self.place(spot)).collect()
+        let mut places: Vec<Option<Place>> = line.iter().map(|&spot| self.place(spot)).collect();
+        for w in 1..places.len() {
+            let [Some(a), Some(b)] = [places[w - 1], places[w]] else { continue };
+            let beside = |p: &Place| self.is_claimed_beside(p, b.point - a.point);
+            let claimed = [a, b].map(|p| p.claimed || beside(&p));
+            for (place, claimed) in places[w - 1..=w].iter_mut().flatten().zip(claimed) {
+                place.claimed = claimed;
+            }
+        }
+        places
+    }
+
+    /// Whether the setup cuts what is half a step away from a place on its face, across a line.
+    fn is_claimed_beside(&self, place: &Place, along: Vector3) -> bool {
+        let Spot { face, u, v, .. } = place.spot;
+        let jet = self.ball.surface(face).jet(u, v);
+        let Some(across) = place.normal.cross(&along).try_normalize(0.0) else { return false };
+        [0.5, -0.5].into_iter().any(|steps| {
+            let aside = jet.tangent_coordinates(&(across * (steps * self.flat_step_mm())));
+            aside.is_some_and(|d| self.claims_at(face, u + d.x, v + d.y))
+        })
     }
 
     fn place(&self, spot: Spot) -> Option<Place> {

@@ -255,6 +255,9 @@ impl SetupContext<'_> {
     /// Whether the setup cuts what is half a step away from a place on its face, across a line.
     fn is_claimed_beside(&self, place: &Place, along: Vector3) -> bool {
         let Spot { face, u, v, .. } = place.spot;
+        if !self.claims.any(face) {
+            return false;
+        }
         let jet = self.ball.surface(face).jet(u, v);
         let Some(across) = place.normal.cross(&along).try_normalize(0.0) else { return false };
         [0.5, -0.5].into_iter().any(|steps| {

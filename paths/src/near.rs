@@ -97,8 +97,8 @@ impl<'a> LaidNear<'a> {
         }
         // A pass that comes past more than once, a closed one where it ends, counts each time.
         let again_mm = f64::from(4 * REACH_CELLS) * self.cell_mm;
-        let mut seen: Vec<&At> = Vec::new();
-        passes.into_iter().any(|at| {
+        let mut seen: Vec<&At> = vec![passes[0]];
+        passes.into_iter().skip(1).any(|at| {
             if seen.iter().any(|s| s.profile() == at.profile() && (s.s - at.s).abs() < again_mm) {
                 return false;
             }

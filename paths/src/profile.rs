@@ -29,7 +29,7 @@ const CORNER_DEG: f64 = 2.0;
 /// Where two contacts are as good as equally high, now one is taken and now the other: a corner becomes several, with
 /// stretches no longer than this between them, mm.
 const FLICKER_MM: f64 = 2e-3;
-/// Passes are at least this long along their guide, mm.
+/// Passes are at least this long, mm.
 const SHORTEST_PASS_MM: f64 = 1.0;
 /// Steeper than this (`n·axis` of the contact normal) a pass ends: the ball's side would cut.
 pub(crate) const STEEPEST_NZ: f64 = 0.12;
@@ -67,10 +67,7 @@ impl Followed {
     /// The chains up to the corners beyond which only faces carry the ball that the part does not own, if they are long
     /// enough for a pass: the neighbouring rows cover the others.
     pub(crate) fn passes(self, owns: impl Fn(FaceId) -> bool) -> Vec<Chain> {
-        let long = |c: &Chain| match (c.first(), c.last()) {
-            (Some(first), Some(last)) => last.end().s - first.start().s >= SHORTEST_PASS_MM,
-            _ => false,
-        };
+        let long = |c: &Chain| c.iter().map(Profile::length_mm).sum::<f64>() >= SHORTEST_PASS_MM;
         self.chains.into_iter().map(|chain| up_to_others(chain, &owns)).filter(long).collect()
     }
 }
@@ -464,6 +461,26 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+    #[test]
+    fn a_pass_is_as_long_on_steep_ground_as_elsewhere() {
+        // 2.5 mm down a wall are less than half a millimetre in plan; 0.7 mm are too short for a pass anywhere.
+        for (lean_deg, length_mm, passes) in
+            [(79.0f64, 2.5, 1), (79.0, 0.7, 0), (10.0, 2.5, 1), (10.0, 0.7, 0)]
+        {
+            let (sine, cosine) = lean_deg.to_radians().sin_cos();
+            let placement =
+                Placement::new(Point3::origin(), Vector3::new(-sine, 0.0, cosine), Vector3::y()).unwrap();
+            let wall = plane_patch(&placement, (-20.0, 20.0), (-20.0, 20.0)).unwrap();
+            let model = claymill_tests::model_of([wall]);
+            let covering = Covering::new(&model, &[false], 1600.0, 3.0).unwrap();
+            let top = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0];
+            let ball = BallDrop::new(&model, &covering, &top, 3.0);
+            let uphill =
+                Guide::Straight(crate::guide::Line { origin: [-3.0 * sine, 0.0], direction: [1.0, 0.0] });
+            let found = follow(&ball, &uphill, 0.0, length_mm * cosine).passes(|_| true);
+            assert_eq!(found.len(), passes, "{length_mm} mm at {lean_deg}°");
         }
     }
 }

@@ -8,12 +8,13 @@ pub struct Field<'a, 'm> {
     pub(super) mesh: &'a RegionMesh<'m>,
     values: Vec<f64>,
     gradients: Vec<Vector3>,
-    /// Triangles by their lowest value.
-    by_lowest: Vec<(f64, u32)>,
-    /// Largest difference of values within one triangle.
-    widest: f64,
     range: [f64; 2],
+    /// The triangles, ascending, that hold any value of each equal part of the range.
+    holding: Vec<Vec<u32>>,
 }
+
+/// So many triangles are in a part of the range, more or less.
+const HOLDING: usize = 64;
 
 impl<'a, 'm> Field<'a, 'm> {
     /// A field of one's own: a value for each vertex of the mesh; NaN where it has none.
@@ -25,24 +26,23 @@ impl<'a, 'm> Field<'a, 'm> {
         assert_eq!(values.len(), mesh.vertices.len(), "one value for each vertex");
         let mut field = Field {
             gradients: vec![Vector3::zeros(); values.len()],
-            by_lowest: Vec::with_capacity(mesh.triangles.len()),
-            widest: 0.0,
             range: [f64::INFINITY, f64::NEG_INFINITY],
+            holding: vec![Vec::new(); mesh.triangles.len().div_ceil(HOLDING).max(1)],
             mesh,
             values,
         };
         for triangle in 0..mesh.triangles.len() {
             field.add_gradient(triangle);
-            let values = field.at_corners(triangle);
-            if values.iter().all(|v| v.is_finite()) {
-                let (low, high) =
-                    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)));
-                field.by_lowest.push((low, triangle as u32));
-                field.widest = field.widest.max(high - low);
+            if let Some((low, high)) = field.values_on(triangle) {
                 field.range = [field.range[0].min(low), field.range[1].max(high)];
             }
         }
-        field.by_lowest.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for triangle in 0..mesh.triangles.len() {
+            if let Some((low, high)) = field.values_on(triangle) {
+                let parts = field.part(low)..=field.part(high);
+                field.holding[parts].iter_mut().for_each(|part| part.push(triangle as u32));
+            }
+        }
         field.finish_gradients();
         field
     }
@@ -76,13 +76,25 @@ impl<'a, 'm> Field<'a, 'm> {
         self.mesh.triangles[triangle].map(|v| self.values[v as usize])
     }
 
+    /// Lowest and highest value on a triangle, if it has any.
+    fn values_on(&self, triangle: usize) -> Option<(f64, f64)> {
+        let values = self.at_corners(triangle);
+        let both = |(low, high): (f64, f64), &v: &f64| (low.min(v), high.max(v));
+        let whole = values.iter().all(|v| v.is_finite());
+        whole.then(|| values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), both))
+    }
+
+    /// The part of the range that a value lies in.
+    fn part(&self, value: f64) -> usize {
+        let [low, high] = self.range;
+        let share = (value - low) / (high - low).max(f64::MIN_POSITIVE);
+        // Beyond either end, and of no number, this is the first or the last part.
+        ((share * self.holding.len() as f64) as usize).min(self.holding.len() - 1)
+    }
+
     /// The triangles that may hold `value`, ascending.
-    pub(super) fn around(&self, value: f64) -> Vec<u32> {
-        let from = self.by_lowest.partition_point(|t| t.0 < value - self.widest);
-        let to = self.by_lowest.partition_point(|t| t.0 <= value);
-        let mut triangles: Vec<u32> = self.by_lowest[from..to].iter().map(|t| t.1).collect();
-        triangles.sort_unstable();
-        triangles
+    pub(super) fn around(&self, value: f64) -> &[u32] {
+        &self.holding[self.part(value)]
     }
 
     /// Adds the gradient of a triangle times twice its area to its corners.

@@ -49,7 +49,8 @@ impl Field<'_, '_> {
         let strict = value <= self.range()[0];
         let is_above = |v: f64| if strict { v > value } else { v >= value };
         let crossed: Vec<u32> = candidates
-            .into_iter()
+            .iter()
+            .copied()
             .filter(|&t| {
                 let above = self.at_corners(t as usize).map(is_above);
                 above.contains(&true) && above.contains(&false)

@@ -1,10 +1,12 @@
 //! Passes that sweep a whole region: level curves of a field over its mesh.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
-use claymill_nurbs::{FaceId, Point2, Vector3};
+use claymill_nurbs::{FaceId, Vector3};
 use claymill_surface_merge::{Field, FieldError, RegionMesh};
 
+use crate::claimed_mesh::ClaimedMesh;
 use crate::levels::{Levels, Spot};
 use crate::part::SetupContext;
 use crate::step_over::{flat_mm, on_contact_mm};
@@ -28,6 +30,7 @@ pub(crate) struct Sweep<'a, 'm> {
 /// The iso-lines of a field between two levels.
 pub(crate) struct FieldLevels<'b, 'a, 'm> {
     sweep: &'b Sweep<'a, 'm>,
+    claimed: Arc<ClaimedMesh>,
     range: (f64, f64),
 }
 
@@ -62,8 +65,9 @@ impl<'a, 'm> Sweep<'a, 'm> {
 
     /// The iso-lines of each range of levels in which something is cut.
     pub(crate) fn levels(&self, context: &SetupContext) -> Vec<FieldLevels<'_, 'a, 'm>> {
-        let ranges = claimed_ranges(&self.field, context);
-        ranges.into_iter().map(|range| FieldLevels { sweep: self, range }).collect()
+        let claimed = Arc::new(ClaimedMesh::new(self.field.mesh(), context));
+        let ranges = claimed.ranges(&self.field).into_iter();
+        ranges.map(|range| FieldLevels { sweep: self, claimed: claimed.clone(), range }).collect()
     }
 }
 
@@ -76,33 +80,6 @@ pub(crate) fn faces_of(field: &Field) -> BTreeSet<FaceId> {
     triangles.filter(|(t, _)| has_value(t)).map(|(_, &face)| face).collect()
 }
 
-/// The ranges of values, ascending and apart, that a field has on the triangles of which the setup cuts anything: what
-/// it cuts of a region may be far apart, and may begin and end anywhere.
-pub(crate) fn claimed_ranges(field: &Field, context: &SetupContext) -> Vec<(f64, f64)> {
-    let mesh = field.mesh();
-    let mut ranges: Vec<(f64, f64)> = Vec::new();
-    for (k, triangle) in mesh.triangles().iter().enumerate() {
-        let values = triangle.map(|v| field.values()[v as usize]);
-        let face = mesh.face_of_triangle()[k];
-        let corners = mesh.corners()[k];
-        let middle = Point2::from((corners[0].coords + corners[1].coords + corners[2].coords) / 3.0);
-        let cut = |uv: &Point2| context.claims_at(face, uv.x, uv.y);
-        if values.iter().all(|v| v.is_finite()) && (corners.iter().any(cut) || cut(&middle)) {
-            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-            ranges.push((low, values.iter().copied().fold(f64::NEG_INFINITY, f64::max)));
-        }
-    }
-    ranges.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut apart: Vec<(f64, f64)> = Vec::new();
-    for range in ranges {
-        match apart.last_mut() {
-            Some(open) if range.0 <= open.1 => open.1 = open.1.max(range.1),
-            _ => apart.push(range),
-        }
-    }
-    apart
-}
-
 impl Levels for FieldLevels<'_, '_, '_> {
     fn range(&self) -> (f64, f64) {
         self.range
@@ -113,7 +90,7 @@ impl Levels for FieldLevels<'_, '_, '_> {
     }
 
     fn lines(&self, level: f64) -> Vec<Vec<Spot>> {
-        let lines = self.sweep.field.iso_line(level);
+        let lines = self.sweep.field.iso_line_on(level, |triangle| self.claimed.is_near(triangle));
         lines
             .into_iter()
             .map(|line| {

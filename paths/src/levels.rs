@@ -31,7 +31,7 @@ const SPREAD: f64 = 1.005;
 /// Rounds of laying levels halfway between levels.
 const LEVEL_ROUNDS: usize = 8;
 /// Gaps in what a setup claims of a line are crossed when they are no longer than this, mm.
-const BRIDGE_MM: f64 = 30.0;
+pub(crate) const BRIDGE_MM: f64 = 30.0;
 /// Places between which the model is looked at are at least this share of the flat step-over apart.
 const LOOK: f64 = 0.5;
 /// Lines of constant height run at most this share of the flat step-over beside their places on the mesh.

@@ -24,6 +24,7 @@
 
 mod banded;
 mod breaks;
+mod claimed_mesh;
 mod claims;
 mod contact;
 mod contour;

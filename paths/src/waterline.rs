@@ -1,11 +1,13 @@
 //! Waterlines: passes on which the ball's centre keeps its height along the tool axis.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use claymill_nurbs::{FaceId, NurbsSurface};
 use claymill_surface_merge::{Field, IsoPoint, RegionMesh};
 
-use crate::field_levels::{claimed_ranges, faces_of};
+use crate::claimed_mesh::ClaimedMesh;
+use crate::field_levels::faces_of;
 use crate::levels::{Levels, Spot};
 use crate::part::SetupContext;
 use crate::slopes::climb;
@@ -19,6 +21,7 @@ pub(crate) struct CentreHeights<'a, 'm> {
 /// Its level curves between two heights.
 pub(crate) struct Waterlines<'b, 'a, 'm> {
     heights: &'b CentreHeights<'a, 'm>,
+    claimed: Arc<ClaimedMesh>,
     range: (f64, f64),
 }
 
@@ -41,8 +44,9 @@ impl<'a, 'm> CentreHeights<'a, 'm> {
     /// The waterlines of each range of heights in which something is cut: far apart on a region, what is cut needs
     /// levels of its own.
     pub(crate) fn waterlines(&self) -> Vec<Waterlines<'_, 'a, 'm>> {
-        let ranges = claimed_ranges(&self.field, self.context);
-        ranges.into_iter().map(|range| Waterlines { heights: self, range }).collect()
+        let claimed = Arc::new(ClaimedMesh::new(self.field.mesh(), self.context));
+        let ranges = claimed.ranges(&self.field).into_iter();
+        ranges.map(|range| Waterlines { heights: self, claimed: claimed.clone(), range }).collect()
     }
 
     fn surface(&self, face: FaceId) -> &NurbsSurface {
@@ -75,7 +79,7 @@ impl Levels for Waterlines<'_, '_, '_> {
     }
 
     fn lines(&self, level: f64) -> Vec<Vec<Spot>> {
-        let lines = self.heights.field.iso_line(level);
+        let lines = self.heights.field.iso_line_on(level, |triangle| self.claimed.is_near(triangle));
         lines
             .into_iter()
             .map(|line| {

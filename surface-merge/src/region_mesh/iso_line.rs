@@ -44,6 +44,12 @@ impl Field<'_, '_> {
     /// the kinks that a piecewise linear field has.
     #[must_use]
     pub fn iso_line(&self, value: f64) -> Vec<Polyline> {
+        self.iso_line_on(value, |_| true)
+    }
+
+    /// The same on some triangles alone, by their numbers: what is to be cut may be little of a large region.
+    #[must_use]
+    pub fn iso_line_on(&self, value: f64, wanted: impl Fn(usize) -> bool) -> Vec<Polyline> {
         let candidates = self.around(value);
         // At the lowest value itself the line runs where the field begins to rise.
         let strict = value <= self.range()[0];
@@ -53,7 +59,7 @@ impl Field<'_, '_> {
             .copied()
             .filter(|&t| {
                 let above = self.at_corners(t as usize).map(is_above);
-                above.contains(&true) && above.contains(&false)
+                above.contains(&true) && above.contains(&false) && wanted(t as usize)
             })
             .collect();
         // The sides of a triangle over which the line comes in and goes out.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use claymill_nurbs::{FaceId, Vector3};
-use claymill_surface_merge::{Field, FieldError, RegionMesh};
+use claymill_surface_merge::{Field, FieldError, IsoPoint, Polyline, RegionMesh};
 
 use crate::claimed_mesh::ClaimedMesh;
 use crate::levels::{Levels, Spot};
@@ -89,20 +89,25 @@ impl Levels for FieldLevels<'_, '_, '_> {
         self.sweep.in_steps
     }
 
-    fn lines(&self, level: f64) -> Vec<Vec<Spot>> {
-        let lines = self.sweep.field.iso_line_on(level, |triangle| self.claimed.is_near(triangle));
-        lines
-            .into_iter()
-            .map(|line| {
-                let again = line.points.first().copied().filter(|_| line.closed);
-                let spot = |p: claymill_surface_merge::IsoPoint| Spot {
-                    face: p.at.face,
-                    u: p.at.uv.x,
-                    v: p.at.uv.y,
-                    per_level_mm: 1.0 / p.gradient.norm().max(1e-12),
-                };
-                line.points.iter().copied().chain(again).map(spot).collect()
-            })
-            .collect()
+    fn whole_lines(&self, level: f64) -> Vec<Vec<Spot>> {
+        spots(self.sweep.field.iso_line(level))
     }
+
+    fn lines(&self, level: f64) -> Vec<Vec<Spot>> {
+        spots(self.sweep.field.iso_line_on(level, |triangle| self.claimed.is_near(triangle)))
+    }
+}
+
+fn spots(lines: Vec<Polyline>) -> Vec<Vec<Spot>> {
+    let spots = |line: Polyline| {
+        let again = line.points.first().copied().filter(|_| line.closed);
+        let spot = |p: IsoPoint| Spot {
+            face: p.at.face,
+            u: p.at.uv.x,
+            v: p.at.uv.y,
+            per_level_mm: 1.0 / p.gradient.norm().max(1e-12),
+        };
+        line.points.iter().copied().chain(again).map(spot).collect()
+    };
+    lines.into_iter().map(spots).collect()
 }

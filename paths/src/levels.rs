@@ -60,7 +60,11 @@ pub(crate) trait Levels: Sync {
         false
     }
     /// The curves at a level, each as places that follow each other closely.
-    fn lines(&self, level: f64) -> Vec<Vec<Spot>>;
+    fn whole_lines(&self, level: f64) -> Vec<Vec<Spot>>;
+    /// The same, but for what is far from anything that the setup cuts.
+    fn lines(&self, level: f64) -> Vec<Vec<Spot>> {
+        self.whole_lines(level)
+    }
     /// The height that the ball's centre keeps along the curves at a level, if it does.
     fn height_mm(&self, _level: f64) -> Option<f64> {
         None
@@ -190,7 +194,8 @@ impl SetupContext<'_> {
         let width = (high - low) / asked as f64;
         let density = |k: usize| {
             let level = low + (k as f64 + 0.5) * width;
-            let needs: Vec<f32> = pattern.lines(level).iter().flat_map(|line| self.needs(line)).collect();
+            let needs: Vec<f32> =
+                pattern.whole_lines(level).iter().flat_map(|line| self.needs(line)).collect();
             let widest = f64::from(needs.iter().copied().fold(0.0f32, f32::max));
             if widest <= 0.0 {
                 0.0

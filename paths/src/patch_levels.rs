@@ -96,7 +96,7 @@ impl Levels for PatchLevels<'_> {
         self.levels()
     }
 
-    fn lines(&self, level: f64) -> Vec<Vec<Spot>> {
+    fn whole_lines(&self, level: f64) -> Vec<Vec<Spot>> {
         let (a, b) = self.run();
         let count = ((self.length_mm(level, a, b) / APART_MM).ceil() as usize).clamp(FEWEST, MOST);
         let mut lines: Vec<Vec<Spot>> = Vec::new();

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use claymill_nurbs::{FaceId, NurbsSurface};
-use claymill_surface_merge::{Field, IsoPoint, RegionMesh};
+use claymill_surface_merge::{Field, IsoPoint, Polyline, RegionMesh};
 
 use crate::claimed_mesh::ClaimedMesh;
 use crate::field_levels::faces_of;
@@ -53,6 +53,19 @@ impl<'a, 'm> CentreHeights<'a, 'm> {
         self.context.ball.surface(face)
     }
 
+    fn spots(&self, lines: Vec<Polyline>) -> Vec<Vec<Spot>> {
+        let spots = |line: Polyline| {
+            let mut spots: Vec<Spot> = line.points.iter().map(|p| self.spot(*p)).collect();
+            if line.closed && !spots.is_empty() {
+                let beginning = self.beginning(&spots);
+                spots.rotate_left(beginning);
+                spots.push(spots[0]);
+            }
+            spots
+        };
+        lines.into_iter().map(spots).collect()
+    }
+
     /// A place of a line, with the way along the surface for a millimetre of height.
     fn spot(&self, point: IsoPoint) -> Spot {
         let (face, uv) = (point.at.face, point.at.uv);
@@ -78,20 +91,12 @@ impl Levels for Waterlines<'_, '_, '_> {
         self.range
     }
 
+    fn whole_lines(&self, level: f64) -> Vec<Vec<Spot>> {
+        self.heights.spots(self.heights.field.iso_line(level))
+    }
+
     fn lines(&self, level: f64) -> Vec<Vec<Spot>> {
-        let lines = self.heights.field.iso_line_on(level, |triangle| self.claimed.is_near(triangle));
-        lines
-            .into_iter()
-            .map(|line| {
-                let mut spots: Vec<Spot> = line.points.iter().map(|p| self.heights.spot(*p)).collect();
-                if line.closed && !spots.is_empty() {
-                    let beginning = self.heights.beginning(&spots);
-                    spots.rotate_left(beginning);
-                    spots.push(spots[0]);
-                }
-                spots
-            })
-            .collect()
+        self.heights.spots(self.heights.field.iso_line_on(level, |triangle| self.claimed.is_near(triangle)))
     }
 
     fn height_mm(&self, level: f64) -> Option<f64> {

@@ -1,6 +1,7 @@
 //! Passes that sweep a whole region: level curves of a field over its mesh.
 
 use std::collections::BTreeSet;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use claymill_nurbs::{FaceId, Vector3};
@@ -41,21 +42,28 @@ impl<'a, 'm> Sweep<'a, 'm> {
         Ok(Sweep { field: mesh.harmonic(&guides.from, &guides.to)?, in_steps: false })
     }
 
-    /// The distance from one guide, counted in step-overs: lines keep the scallop height (geometry.md §5.4).
-    pub(crate) fn scallop(mesh: &'a RegionMesh<'m>, context: &SetupContext) -> Result<Self, FieldError> {
+    /// The distance from one guide, counted in step-overs: lines keep the scallop height (geometry.md §5.4) on the side
+    /// that is `up`, which turns a face's normal there.
+    pub(crate) fn scallop(
+        mesh: &'a RegionMesh<'m>,
+        context: &SetupContext,
+        up: impl Fn(FaceId, Vector3) -> Vector3,
+    ) -> Result<Self, FieldError> {
         let radius_mm = context.ball.radius_mm();
         let flat = flat_mm(radius_mm, context.scallop_mm);
-        let axis = context.frame.axis();
-        let steps_per_mm = |vertex: u32, direction: &Vector3| {
+        let steps = |vertex: u32, along: &Vector3| {
             let at = &mesh.vertices()[vertex as usize];
             let jet = context.model.faces[at.face].surface.jet(at.uv.x, at.uv.y);
-            let step = jet.normal().and_then(|n| {
-                let up = if n.dot(&axis) < 0.0 { -n } else { n };
-                on_contact_mm(&jet, direction, &up, radius_mm, context.scallop_mm)
-            });
-            1.0 / step.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(flat)
+            let step = jet
+                .normal()
+                .and_then(|n| on_contact_mm(&jet, along, &up(at.face, n), radius_mm, context.scallop_mm));
+            // Where patches shrink to a point curvature has no bounds; but the surface turns by no more than half a turn
+            // on the way to a neighbour, and that many steps are enough for it.
+            let length_mm = along.norm();
+            let closest = flat / (1.0 + PI * radius_mm / length_mm).sqrt();
+            length_mm / step.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(flat).max(closest)
         };
-        Ok(Sweep { field: mesh.distance_in(&mesh.guides().from, steps_per_mm)?, in_steps: true })
+        Ok(Sweep { field: mesh.distance_in(&mesh.guides().from, steps)?, in_steps: true })
     }
 
     /// Faces on which the field has values.

@@ -1,21 +1,21 @@
 //! What the passes of a part are laid on.
 
 use claymill_nurbs::FaceId;
-use claymill_surface_merge::RegionMesh;
 
 use crate::near::LaidNear;
+use crate::sweeps::Sweeps;
 
 /// The faces of a region, as a setup cuts them.
-pub(crate) struct Ground<'a> {
+pub(crate) struct Ground<'b, 'a, 'm> {
     /// In ascending order.
-    pub(crate) faces: &'a [FaceId],
-    /// Their mesh, where there is one.
-    pub(crate) mesh: Option<&'a RegionMesh<'a>>,
+    pub(crate) faces: &'b [FaceId],
+    /// What sweeps them, where they have a mesh.
+    pub(crate) sweeps: Option<&'b Sweeps<'a, 'm>>,
     /// The passes along the valleys.
-    pub(crate) in_valleys: LaidNear<'a>,
+    pub(crate) in_valleys: LaidNear<'b>,
 }
 
-impl Ground<'_> {
+impl Ground<'_, '_, '_> {
     /// Whether the face is one of them.
     pub(crate) fn owns(&self, face: FaceId) -> bool {
         self.faces.binary_search(&face).is_ok()

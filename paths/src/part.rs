@@ -3,14 +3,12 @@
 use std::collections::BTreeSet;
 
 use claymill_nurbs::{Curve3, FaceId, KnotVector, Model, Point2, Point3};
-use claymill_surface_merge::RegionMesh;
 use claymill_toolpath::{Considered, LinkStyle, Move, MoveKind, WRITTEN_STEP_MM, round_to_written};
 use rayon::prelude::*;
 
 use crate::claims::Claims;
 use crate::contact::{BallDrop, Covering};
 use crate::crests::Laid;
-use crate::field_levels::Sweep;
 use crate::ground::Ground;
 use crate::guide::{Guide, Line};
 use crate::heights::Heights;
@@ -24,6 +22,7 @@ use crate::reach::Fate;
 use crate::refit::{Fit, Over, fit_chain};
 use crate::slopes::{Limit, Slopes};
 use crate::step_over::flat_mm;
+use crate::sweeps::Sweeps;
 use crate::waterline::CentreHeights;
 use crate::{Feeds, Frame, RowsAlong, Strategy};
 
@@ -114,11 +113,11 @@ struct Pass {
 impl SetupContext<'_> {
     /// Plans the part of the region made of `faces`, with its mesh where there is one; `None` when this setup
     /// cuts nothing of it.
-    pub(crate) fn part(&self, faces: &[usize], mesh: Option<&RegionMesh>) -> Option<Part> {
+    pub(crate) fn part(&self, faces: &[usize], sweeps: Option<&Sweeps>) -> Option<Part> {
         let (valleys, mut proofs) =
             if self.pencil { self.valleys(faces) } else { (Vec::new(), Proofs::default()) };
         let in_valleys = LaidNear::new(&valleys, self.flat_step_mm());
-        let ground = Ground { faces, mesh, in_valleys };
+        let ground = Ground { faces, sweeps, in_valleys };
         let candidates = self.strategy.candidates().iter();
         let layouts: Vec<Layout> = candidates.filter_map(|&s| self.lay(s, &ground)).collect();
         let considered: Vec<Considered> = layouts.iter().map(Layout::considered).collect();
@@ -156,14 +155,8 @@ impl SetupContext<'_> {
             Strategy::SteepShallow => return self.lay_by_slope(strategy, self.steep_deg, ground),
             Strategy::Iso | Strategy::Scallop | Strategy::IsoPatch | Strategy::Auto => {}
         }
-        let sweep = ground.mesh.filter(|_| strategy.sweeps_regions()).and_then(|mesh| {
-            let sweep = match strategy {
-                Strategy::Scallop => Sweep::scallop(mesh, self),
-                _ => Sweep::harmonic(mesh),
-            };
-            sweep.ok()
-        });
-        let covered = sweep.as_ref().map(Sweep::faces).unwrap_or_default();
+        let sweep = ground.sweeps.and_then(|sweeps| sweeps.of(strategy, self));
+        let covered = sweep.as_ref().map(|sweep| sweep.faces()).unwrap_or_default();
         let fields = sweep.iter().flat_map(|sweep| sweep.levels(self));
         let (laid, proofs) = self.lay_levels(&self.patterns(ground.faces, &covered, fields), ground);
         (!laid.is_empty()).then_some(Layout { strategy, groups: vec![laid], proofs, along: None })
@@ -188,7 +181,7 @@ impl SetupContext<'_> {
         let limit = Limit::new(limit_deg, self.flat_step_mm());
         let steep = SetupContext { slopes: Slopes::Steeper(limit), ..*self };
         let shallow = SetupContext { slopes: Slopes::Shallower(limit), ..*self };
-        let heights = ground.mesh.map(|mesh| CentreHeights::new(mesh, &steep));
+        let heights = ground.sweeps.map(|sweeps| CentreHeights::new(sweeps.mesh, &steep));
         let covered = heights.as_ref().map(CentreHeights::faces).unwrap_or_default();
         let fields = heights.iter().flat_map(CentreHeights::waterlines);
         let (lines, mut proofs) = steep.lay_levels(&steep.patterns(ground.faces, &covered, fields), ground);

@@ -19,7 +19,9 @@ use crate::order::{Ends, order_parts};
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
 use crate::reach::{Fate, Views, assign};
 use crate::refit::{FIT_BIAS_MM, FIT_TOLERANCE_MM};
+use crate::sides::Sides;
 use crate::slopes::Slopes;
+use crate::sweeps::Sweeps;
 use crate::{Frame, Orientation, RowsAlong, Strategy};
 
 /// What to cut and how.
@@ -229,6 +231,10 @@ pub fn plan(
         .into_par_iter()
         .map(|r| if wanted(r) { RegionMesh::of_region(model, regions.merged, r, edge_mm).ok() } else { None })
         .collect();
+    let sides = Sides::new(&covering, &fates, &frames);
+    let sweeps: Vec<Option<Sweeps>> = (meshes.iter().zip(&faces_of))
+        .map(|(mesh, faces)| mesh.as_ref().map(|mesh| Sweeps::new(mesh, faces, &sides)))
+        .collect();
     let jobs: usize = frames.len() * faces_of.len();
     let done = AtomicUsize::new(0);
     let mut out = Output::default();
@@ -258,7 +264,7 @@ pub fn plan(
         let part = |(region, faces): (usize, &Vec<usize>)| {
             progress("paths", done.fetch_add(1, Ordering::Relaxed) as f64 / jobs as f64);
             let cuts = account.region_setup_mm2[region][index] > 0.0;
-            Some((region, cuts.then(|| context.part(faces, meshes[region].as_ref()))??))
+            Some((region, cuts.then(|| context.part(faces, sweeps[region].as_ref()))??))
         };
         let parts: Vec<(usize, Part)> =
             faces_of.par_iter().enumerate().with_max_len(1).filter_map(part).collect();

@@ -210,7 +210,7 @@ fn distances_are_those_of_plane_cylinder_and_sphere() {
     let corner = where_(&mesh, |p| p.coords.norm() < 1e-9);
     let point = worst(&mesh, mesh.distance(&corner).unwrap().values(), |p| p.coords.norm());
     // A quarter of a pass for each mm: the distance counts passes.
-    let passes = mesh.distance_in(&side, |_, _| 0.25).unwrap();
+    let passes = mesh.distance_in(&side, |_, along| 0.25 * along.norm()).unwrap();
     assert!(worst(&mesh, passes.values(), |p| 0.25 * p.x) < 3e-3);
 
     let (model, merged) = sewn(quarter_cylinder());

@@ -19,11 +19,12 @@ impl<'m> RegionMesh<'m> {
     /// # Errors
     /// The same as [`RegionMesh::distance_in`].
     pub fn distance(&self, from: &[u32]) -> Result<Field<'_, 'm>, FieldError> {
-        self.distance_in(from, |_, _| 1.0)
+        self.distance_in(from, |_, along| along.norm())
     }
 
-    /// The distance from the vertices `from` in a metric of one's own: `metric(vertex, direction)` is how much
-    /// one millimetre counts at a vertex in a unit direction. With 1 / step-over, the distance counts passes.
+    /// The distance from the vertices `from` in a metric of one's own: `metric(vertex, along)` is how much the way
+    /// `along` to a neighbour (mm) counts, going by what is known at the vertex. With length / step-over, the distance
+    /// counts passes.
     ///
     /// Heat method (Crane, Weischedel, Wardetzky, "Geodesics in heat", 2013) on intrinsic Delaunay triangles of
     /// the metric's lengths, then a few times the same with the distance's own directions; the field is
@@ -82,19 +83,18 @@ impl<'m> RegionMesh<'m> {
             // Always the same way round, so that both triangles of a side agree to the last bit.
             let (a, b) = (a.min(b), a.max(b));
             let along = self.point(b) - self.point(a);
-            let size = along.norm();
-            if size == 0.0 {
+            if along.norm() == 0.0 {
                 return Ok(0.0);
             }
             let mut sum = 0.0;
             for vertex in [a, b] {
-                let value = metric(vertex, &(along / size));
+                let value = metric(vertex, &along);
                 if !(value > 0.0 && value.is_finite()) {
                     return Err(FieldError::Metric { vertex, value });
                 }
                 sum += value;
             }
-            Ok(0.5 * sum * size)
+            Ok(0.5 * sum)
         };
         self.triangles.iter().map(|&[a, b, c]| Ok([length(a, b)?, length(b, c)?, length(c, a)?])).collect()
     }

@@ -1,0 +1,76 @@
+//! The sweeps of a region, shared by the setups that cut it.
+
+use std::sync::{Arc, OnceLock};
+
+use claymill_nurbs::FaceId;
+use claymill_surface_merge::RegionMesh;
+
+use crate::Strategy;
+use crate::field_levels::Sweep;
+use crate::part::SetupContext;
+use crate::sides::Sides;
+
+/// A region's mesh, with the fields that sweep it: each is made when it is first asked for.
+pub(crate) struct Sweeps<'a, 'm> {
+    pub(crate) mesh: &'a RegionMesh<'m>,
+    faces: &'a [FaceId],
+    sides: &'a Sides,
+    harmonic: OnceLock<Option<Arc<Sweep<'a, 'm>>>>,
+    scallop: OnceLock<Option<Arc<Sweep<'a, 'm>>>>,
+}
+
+impl<'a, 'm> Sweeps<'a, 'm> {
+    pub(crate) fn new(mesh: &'a RegionMesh<'m>, faces: &'a [FaceId], sides: &'a Sides) -> Self {
+        Sweeps { mesh, faces, sides, harmonic: OnceLock::new(), scallop: OnceLock::new() }
+    }
+
+    /// The sweep that a strategy follows, if there is one.
+    pub(crate) fn of(&self, strategy: Strategy, context: &SetupContext) -> Option<Arc<Sweep<'a, 'm>>> {
+        if self.faces.len() < 40 && strategy == Strategy::Scallop {
+            for &f in self.faces {
+                eprintln!(
+                    "SIDE setup {} face {f} up {} suit {}",
+                    context.index,
+                    self.sides.up(f, claymill_nurbs::Vector3::z()).z,
+                    self.sides.suit(self.faces, context.index)
+                );
+            }
+            let axis = context.frame.axis();
+            let a = Sweep::scallop(self.mesh, context, |f, n| self.sides.up(f, n)).ok();
+            let b = Sweep::scallop(self.mesh, context, |_, n| if n.dot(&axis) < 0.0 { -n } else { n }).ok();
+            eprintln!(
+                "RANGES setup {} face {} {:?} {:?}",
+                context.index,
+                self.faces[0],
+                a.map(|a| a
+                    .levels(context)
+                    .iter()
+                    .map(|l| crate::levels::Levels::range(l))
+                    .collect::<Vec<_>>()),
+                b.map(|a| a
+                    .levels(context)
+                    .iter()
+                    .map(|l| crate::levels::Levels::range(l))
+                    .collect::<Vec<_>>())
+            );
+        }
+        let in_steps = |up: &dyn Fn(FaceId, claymill_nurbs::Vector3) -> claymill_nurbs::Vector3| {
+            Sweep::scallop(self.mesh, context, up).ok().map(Arc::new)
+        };
+        match strategy {
+            Strategy::Iso => {
+                let made = self.harmonic.get_or_init(|| Sweep::harmonic(self.mesh).ok().map(Arc::new));
+                made.clone()
+            }
+            Strategy::Scallop if self.sides.suit(self.faces, context.index) => {
+                self.scallop.get_or_init(|| in_steps(&|face, n| self.sides.up(face, n))).clone()
+            }
+            // A sheet is cut from both sides, and curved the other way on the other one.
+            Strategy::Scallop => {
+                let axis = context.frame.axis();
+                in_steps(&|_, n| if n.dot(&axis) < 0.0 { -n } else { n })
+            }
+            _ => None,
+        }
+    }
+}

@@ -29,8 +29,8 @@ pub(crate) struct Sweep<'a, 'm> {
 }
 
 /// The iso-lines of a field between two levels.
-pub(crate) struct FieldLevels<'b, 'a, 'm> {
-    sweep: &'b Sweep<'a, 'm>,
+pub(crate) struct FieldLevels<'a, 'm> {
+    sweep: Arc<Sweep<'a, 'm>>,
     claimed: Arc<ClaimedMesh>,
     range: (f64, f64),
 }
@@ -72,10 +72,10 @@ impl<'a, 'm> Sweep<'a, 'm> {
     }
 
     /// The iso-lines of each range of levels in which something is cut.
-    pub(crate) fn levels(&self, context: &SetupContext) -> Vec<FieldLevels<'_, 'a, 'm>> {
+    pub(crate) fn levels(self: &Arc<Self>, context: &SetupContext) -> Vec<FieldLevels<'a, 'm>> {
         let claimed = Arc::new(ClaimedMesh::new(self.field.mesh(), context));
         let ranges = claimed.ranges(&self.field).into_iter();
-        ranges.map(|range| FieldLevels { sweep: self, claimed: claimed.clone(), range }).collect()
+        ranges.map(|range| FieldLevels { sweep: self.clone(), claimed: claimed.clone(), range }).collect()
     }
 }
 
@@ -88,7 +88,7 @@ pub(crate) fn faces_of(field: &Field) -> BTreeSet<FaceId> {
     triangles.filter(|(t, _)| has_value(t)).map(|(_, &face)| face).collect()
 }
 
-impl Levels for FieldLevels<'_, '_, '_> {
+impl Levels for FieldLevels<'_, '_> {
     fn range(&self) -> (f64, f64) {
         self.range
     }

@@ -121,68 +121,89 @@ struct Further {
     barred: bool,
 }
 
+/// Levels of some patterns that passes are laid along, round by round.
+pub(crate) struct LevelRounds<'p> {
+    patterns: Vec<Box<dyn Levels + 'p>>,
+    /// Those looked at, ascending, by pattern.
+    levels: Vec<Vec<Level>>,
+    round: usize,
+    more: bool,
+}
+
+impl LevelRounds<'_> {
+    pub(crate) fn go_on(&self) -> bool {
+        self.more && self.round <= LEVEL_ROUNDS
+    }
+}
+
 impl SetupContext<'_> {
-    /// Lays passes along the levels of all patterns; also tells what their locations are proven by.
+    /// The first levels of all patterns.
+    pub(crate) fn begin_levels<'p>(&self, patterns: Vec<Box<dyn Levels + 'p>>) -> LevelRounds<'p> {
+        let first =
+            |p: &Box<dyn Levels + 'p>| self.first_levels(p.as_ref()).into_iter().map(Level::laid).collect();
+        let levels: Vec<Vec<Level>> = patterns.par_iter().map(first).collect();
+        LevelRounds { patterns, levels, round: 0, more: true }
+    }
+
+    /// Adds the passes of a round to those laid so far: along the first levels of all patterns, then along those halfway
+    /// between two where too much is left. Tells what their locations are proven by.
     pub(crate) fn lay_levels(
         &self,
-        patterns: &[Box<dyn Levels + '_>],
+        rounds: &mut LevelRounds,
+        laid: &mut Vec<Laid>,
         ground: &Ground,
-    ) -> (Vec<Laid>, Proofs) {
-        let mut levels: Vec<Vec<Level>> = patterns
-            .par_iter()
-            .map(|p| self.first_levels(p.as_ref()).into_iter().map(Level::laid).collect())
-            .collect();
-        let first: Vec<(usize, f64)> = of_each(&levels, |levels| levels.iter().map(|l| l.at).collect());
-        let whole = |(pattern, level): &(usize, f64)| {
-            let on = patterns[*pattern].as_ref();
-            let strokes = self.strokes(self.runs(on, *level), on.height_mm(*level));
-            strokes.into_iter().map(|k| self.lay_stroke(&k, *level, None, ground)).collect::<Vec<_>>()
-        };
-        let mut proofs = Proofs::default();
-        let mut laid: Vec<Laid> = Vec::new();
-        let mut take = |found: Vec<(Laid, Proofs)>, laid: &mut Vec<Laid>| {
-            proofs += found.iter().map(|f| f.1).sum();
-            laid.extend(found.into_iter().map(|f| f.0).filter(|l| !l.chains.is_empty()));
-        };
-        take(first.par_iter().flat_map_iter(whole).collect(), &mut laid);
-        for round in 0..LEVEL_ROUNDS {
-            let between: Vec<(usize, (f64, f64))> =
-                of_each(&levels.iter().zip(patterns).collect::<Vec<_>>(), |(levels, pattern)| {
-                    halfway(levels, pattern.range(), round == 0)
-                });
-            let near = LaidNear::new(&laid, self.flat_step_mm());
-            let further: Vec<Further> = between
-                .par_iter()
-                .map(|&(pattern, (level, gap))| {
-                    let (on, near) = (patterns[pattern].as_ref(), [&near, &ground.in_valleys]);
-                    let mut runs = self.runs(on, level);
-                    runs.retain(|run| !self.is_done(run, gap, &near));
-                    let mut further = Further { pattern, level, found: Vec::new(), barred: false };
-                    for stroke in &self.strokes(runs, on.height_mm(level)) {
-                        let (missing, barred) = self.missing(stroke, gap, &near);
-                        let lay = |s| self.lay_stroke(stroke, level, Some(s), ground);
-                        further.found.extend(missing.into_iter().map(lay));
-                        further.barred |= barred;
-                    }
-                    further
-                })
-                .collect();
-            levels.iter_mut().flatten().for_each(|l| l.fresh = false);
-            let mut more = false;
-            for Further { pattern, level, found, barred } in further {
-                let is_laid = found.iter().any(|f| !f.0.chains.is_empty());
+    ) -> Proofs {
+        let mut found: Vec<(Laid, Proofs)> = Vec::new();
+        if rounds.round == 0 {
+            let first = of_each(&rounds.levels, |levels| levels.iter().map(|l| l.at).collect());
+            let whole = |(pattern, level): &(usize, f64)| {
+                let on = rounds.patterns[*pattern].as_ref();
+                let strokes = self.strokes(self.runs(on, *level), on.height_mm(*level));
+                strokes.into_iter().map(|k| self.lay_stroke(&k, *level, None, ground)).collect::<Vec<_>>()
+            };
+            found.par_extend(first.par_iter().flat_map_iter(whole));
+        } else {
+            let further = self.further(rounds, laid, ground);
+            rounds.levels.iter_mut().flatten().for_each(|l| l.fresh = false);
+            rounds.more = false;
+            for Further { pattern, level, found: of_level, barred } in further {
+                let is_laid = of_level.iter().any(|f| !f.0.chains.is_empty());
                 if is_laid || barred {
-                    more = true;
-                    levels[pattern].push(Level { barred: !is_laid, ..Level::laid(level) });
+                    rounds.more = true;
+                    rounds.levels[pattern].push(Level { barred: !is_laid, ..Level::laid(level) });
                 }
-                take(found, &mut laid);
+                found.extend(of_level);
             }
-            if !more {
-                break;
-            }
-            levels.iter_mut().for_each(|l| l.sort_by(|a, b| a.at.total_cmp(&b.at)));
+            rounds.levels.iter_mut().for_each(|l| l.sort_by(|a, b| a.at.total_cmp(&b.at)));
         }
-        (laid, proofs)
+        let proofs = found.iter().map(|f| f.1).sum();
+        laid.extend(found.into_iter().map(|f| f.0).filter(|l| !l.chains.is_empty()));
+        rounds.round += 1;
+        proofs
+    }
+
+    /// What is missing halfway between the levels of all patterns.
+    fn further(&self, rounds: &LevelRounds, laid: &[Laid], ground: &Ground) -> Vec<Further> {
+        let LevelRounds { patterns, levels, round, .. } = rounds;
+        let between: Vec<(usize, (f64, f64))> =
+            of_each(&levels.iter().zip(patterns).collect::<Vec<_>>(), |(levels, pattern)| {
+                halfway(levels, pattern.range(), *round == 1)
+            });
+        let near = LaidNear::new(laid, self.flat_step_mm());
+        let of_level = |&(pattern, (level, gap)): &(usize, (f64, f64))| {
+            let (on, near) = (patterns[pattern].as_ref(), [&near, &ground.in_valleys]);
+            let mut runs = self.runs(on, level);
+            runs.retain(|run| !self.is_done(run, gap, &near));
+            let mut further = Further { pattern, level, found: Vec::new(), barred: false };
+            for stroke in &self.strokes(runs, on.height_mm(level)) {
+                let (missing, barred) = self.missing(stroke, gap, &near);
+                let lay = |s| self.lay_stroke(stroke, level, Some(s), ground);
+                further.found.extend(missing.into_iter().map(lay));
+                further.barred |= barred;
+            }
+            further
+        };
+        between.par_iter().map(of_level).collect()
     }
 
     /// Levels at a distance that wastes least: their density is asked for all over the range. Where levels count

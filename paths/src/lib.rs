@@ -35,6 +35,7 @@ mod ground;
 mod guide;
 mod heights;
 mod kinematics;
+mod layout;
 mod leads;
 mod levels;
 mod near;

@@ -1,7 +1,5 @@
 //! The passes of one part: what one setup cuts of one region.
 
-use std::collections::BTreeSet;
-
 use claymill_nurbs::{Curve3, FaceId, KnotVector, Model, Point2, Point3};
 use claymill_toolpath::{Considered, LinkStyle, Move, MoveKind, WRITTEN_STEP_MM, round_to_written};
 use rayon::prelude::*;
@@ -12,18 +10,15 @@ use crate::crests::Laid;
 use crate::ground::Ground;
 use crate::guide::{Guide, Line};
 use crate::heights::Heights;
-use crate::levels::Levels;
 use crate::near::LaidNear;
 use crate::order::{Ends, Turn, order};
-use crate::patch_levels::PatchLevels;
 use crate::profile::{Chain, Profile, follow};
 use crate::proofs::Proofs;
 use crate::reach::Fate;
 use crate::refit::{Fit, Over, fit_chain};
-use crate::slopes::{Limit, Slopes};
+use crate::slopes::Slopes;
 use crate::step_over::flat_mm;
 use crate::sweeps::Sweeps;
-use crate::waterline::CentreHeights;
 use crate::{Feeds, Frame, RowsAlong, Strategy};
 
 /// Rapids across keep at least this distance above everything within the tool's radius; rapids up and down
@@ -37,10 +32,6 @@ const LINK_STEPS: f64 = 8.0;
 const STOPS_MM: f64 = 40.0;
 /// What a turn between two passes costs, as path length, when a direction is chosen.
 pub(crate) const TURN_MM: f64 = 60.0;
-
-/// Ground shallower than this has no waterlines but rows, degrees: contour lines wander there, and for the same scallop
-/// height their levels would be closer than a quarter of the step-over.
-const SHALLOWEST_DEG: f64 = 15.0;
 
 /// A crest higher than this share of the scallop height is worth a further row.
 pub(crate) const TOO_HIGH: f64 = 1.045;
@@ -88,23 +79,6 @@ pub(crate) struct Part {
     pub(crate) proofs: Proofs,
 }
 
-/// The exact paths of a part by one strategy.
-struct Layout {
-    strategy: Strategy,
-    /// Cut one after the other.
-    groups: Vec<Vec<Laid>>,
-    proofs: Proofs,
-    along: Option<RowsAlong>,
-}
-
-impl Layout {
-    fn considered(&self) -> Considered {
-        let chains = || self.groups.iter().flatten().flat_map(|l| &l.chains);
-        let length_mm = chains().flatten().map(Profile::length_mm).sum();
-        Considered { strategy: self.strategy.to_string(), length_mm, passes: chains().count() as u32 }
-    }
-}
-
 /// The curves of one pass, in order.
 struct Pass {
     curves: Vec<Curve3>,
@@ -118,11 +92,7 @@ impl SetupContext<'_> {
             if self.pencil { self.valleys(faces) } else { (Vec::new(), Proofs::default()) };
         let in_valleys = LaidNear::new(&valleys, self.flat_step_mm());
         let ground = Ground { faces, sweeps, in_valleys };
-        let candidates = self.strategy.candidates().iter();
-        let layouts: Vec<Layout> = candidates.filter_map(|&s| self.lay(s, &ground)).collect();
-        let considered: Vec<Considered> = layouts.iter().map(Layout::considered).collect();
-        let costs_mm = considered.iter().map(|c| c.length_mm + TURN_MM * f64::from(c.passes));
-        let (chosen, _) = layouts.into_iter().zip(costs_mm).min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let (chosen, considered) = self.choose(&ground)?;
         let fit_all = |laid: &Vec<Laid>| laid.par_iter().flat_map_iter(|row| self.fit_row(row)).collect();
         proofs += chosen.proofs;
         let groups: Vec<Vec<Pass>> = chosen.groups.iter().chain([&valleys]).map(fit_all).collect();
@@ -141,57 +111,6 @@ impl SetupContext<'_> {
         };
         self.link_passes(&passes, &mut part);
         Some(part)
-    }
-
-    /// Lays the exact paths by one strategy, where those in the valleys leave something.
-    fn lay(&self, strategy: Strategy, ground: &Ground) -> Option<Layout> {
-        match strategy {
-            Strategy::Planar => {
-                let (along, raster, rows) = self.rows(ground.faces)?;
-                let (laid, proofs) = self.lay_rows(&raster, rows, along, ground);
-                return Some(Layout { strategy, groups: vec![laid], proofs, along: Some(along) });
-            }
-            Strategy::Waterline => return self.lay_by_slope(strategy, SHALLOWEST_DEG, ground),
-            Strategy::SteepShallow => return self.lay_by_slope(strategy, self.steep_deg, ground),
-            Strategy::Iso | Strategy::Scallop | Strategy::IsoPatch | Strategy::Auto => {}
-        }
-        let sweep = ground.sweeps.and_then(|sweeps| sweeps.of(strategy, self));
-        let covered = sweep.as_ref().map(|sweep| sweep.faces()).unwrap_or_default();
-        let fields = sweep.iter().flat_map(|sweep| sweep.levels(self));
-        let (laid, proofs) = self.lay_levels(&self.patterns(ground.faces, &covered, fields), ground);
-        (!laid.is_empty()).then_some(Layout { strategy, groups: vec![laid], proofs, along: None })
-    }
-
-    /// Fields, and what they do not cover patch by patch.
-    fn patterns<'b>(
-        &'b self,
-        faces: &[usize],
-        covered: &BTreeSet<FaceId>,
-        fields: impl IntoIterator<Item = impl Levels + 'b>,
-    ) -> Vec<Box<dyn Levels + 'b>> {
-        let alone = faces.iter().filter(|&&f| self.claims.any(f) && !covered.contains(&f));
-        let mut patterns: Vec<Box<dyn Levels + 'b>> =
-            alone.map(|&f| Box::new(PatchLevels::new(f, &self.model.faces[f])) as _).collect();
-        patterns.extend(fields.into_iter().map(|f| Box::new(f) as _));
-        patterns
-    }
-
-    /// Rows where the surface is shallow, then waterlines where it is steep; both overlap by a step-over.
-    fn lay_by_slope(&self, strategy: Strategy, limit_deg: f64, ground: &Ground) -> Option<Layout> {
-        let limit = Limit::new(limit_deg, self.flat_step_mm());
-        let steep = SetupContext { slopes: Slopes::Steeper(limit), ..*self };
-        let shallow = SetupContext { slopes: Slopes::Shallower(limit), ..*self };
-        let heights = ground.sweeps.map(|sweeps| CentreHeights::new(sweeps.mesh, &steep));
-        let covered = heights.as_ref().map(CentreHeights::faces).unwrap_or_default();
-        let fields = heights.iter().flat_map(CentreHeights::waterlines);
-        let (lines, mut proofs) = steep.lay_levels(&steep.patterns(ground.faces, &covered, fields), ground);
-        let rows = shallow.lay(Strategy::Planar, ground);
-        let strategy = if lines.is_empty() { Strategy::Planar } else { strategy };
-        let along = rows.as_ref().and_then(|r| r.along);
-        proofs += rows.iter().map(|r| r.proofs).sum();
-        let mut groups = rows.map_or_else(Vec::new, |r| r.groups);
-        groups.push(lines);
-        groups.iter().any(|g| !g.is_empty()).then_some(Layout { strategy, groups, proofs, along })
     }
 
     /// The step-over on a plane, mm.

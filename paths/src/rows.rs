@@ -22,9 +22,23 @@ pub(crate) struct Cut {
     jet: Jet,
 }
 
+/// Rows that are still to be followed: every round adds some where the last one left too much.
+pub(crate) struct RowRounds {
+    pub(crate) along: RowsAlong,
+    raster: Raster,
+    rows: Vec<Row>,
+    round: usize,
+}
+
+impl RowRounds {
+    pub(crate) fn go_on(&self) -> bool {
+        !self.rows.is_empty()
+    }
+}
+
 impl SetupContext<'_> {
     /// Rows over the part in the cheapest direction, by length of path and turns, or in the one asked for.
-    pub(crate) fn rows(&self, faces: &[usize]) -> Option<(RowsAlong, Raster, Vec<Row>)> {
+    fn rows(&self, faces: &[usize]) -> Option<(RowsAlong, Raster, Vec<Row>)> {
         let cuts = self.cuts(faces);
         let asked = self.rows_along.map(|along| vec![along]);
         let turns = (0..(180.0 / TURN_DEG) as u32).map(|k| RowsAlong::at_deg(TURN_DEG * f64::from(k)));
@@ -85,29 +99,29 @@ impl SetupContext<'_> {
         cuts.iter().filter_map(of_cut).collect()
     }
 
-    /// Follows the rows, and further ones between them until no crest is too high; sorted by position. Also
-    /// tells what their locations are proven by.
-    pub(crate) fn lay_rows(
-        &self,
-        raster: &Raster,
-        rows: Vec<Row>,
-        along: RowsAlong,
-        ground: &Ground,
-    ) -> (Vec<Laid>, Proofs) {
-        let mut laid: Vec<Laid> = Vec::new();
-        let mut proofs = Proofs::default();
-        let mut rows = rows;
-        for _ in 0..ROUNDS {
-            let followed: Vec<(Laid, Proofs)> =
-                rows.par_iter().map(|row| self.follow_row(row, along, ground)).collect();
-            laid.iter_mut().for_each(|row| row.fresh = false);
-            proofs += followed.iter().map(|f| f.1).sum();
-            laid.extend(followed.into_iter().map(|f| f.0));
-            laid.sort_by(|a, b| a.q.total_cmp(&b.q));
-            rows = missing_rows(
+    /// The first round of rows, in the cheapest direction or in the one asked for.
+    pub(crate) fn begin_rows(&self, ground: &Ground) -> Option<RowRounds> {
+        let (along, raster, rows) = self.rows(ground.faces)?;
+        Some(RowRounds { along, raster, rows, round: 0 })
+    }
+
+    /// Follows the rows of a round, adding them to those laid so far (sorted by position), and finds where further ones
+    /// are missing between them: until no crest is too high. Tells what the locations are proven by.
+    pub(crate) fn lay_rows(&self, rounds: &mut RowRounds, laid: &mut Vec<Laid>, ground: &Ground) -> Proofs {
+        let along = rounds.along;
+        let rows = std::mem::take(&mut rounds.rows);
+        let followed: Vec<(Laid, Proofs)> =
+            rows.par_iter().map(|row| self.follow_row(row, along, ground)).collect();
+        laid.iter_mut().for_each(|row| row.fresh = false);
+        let proofs = followed.iter().map(|f| f.1).sum();
+        laid.extend(followed.into_iter().map(|f| f.0));
+        laid.sort_by(|a, b| a.q.total_cmp(&b.q));
+        rounds.round += 1;
+        if rounds.round < ROUNDS {
+            rounds.rows = missing_rows(
                 self.ball,
-                raster,
-                &laid,
+                &rounds.raster,
+                laid,
                 &ground.in_valleys,
                 TOO_HIGH * self.scallop_mm,
                 |q| row_guide(along, q),
@@ -116,12 +130,8 @@ impl SetupContext<'_> {
                         && at.map_or(self.claims.any(face), |at| self.claims_at(face, at.x, at.y))
                 },
             );
-            if rows.is_empty() {
-                break;
-            }
         }
-        laid.retain(|row| !row.chains.is_empty());
-        (laid, proofs)
+        proofs
     }
 
     fn follow_row(&self, row: &Row, along: RowsAlong, ground: &Ground) -> (Laid, Proofs) {

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use claymill_nurbs::FaceId;
+use claymill_nurbs::{FaceId, Vector3};
 use claymill_surface_merge::RegionMesh;
 
 use crate::Strategy;
@@ -26,35 +26,7 @@ impl<'a, 'm> Sweeps<'a, 'm> {
 
     /// The sweep that a strategy follows, if there is one.
     pub(crate) fn of(&self, strategy: Strategy, context: &SetupContext) -> Option<Arc<Sweep<'a, 'm>>> {
-        if self.faces.len() < 40 && strategy == Strategy::Scallop {
-            for &f in self.faces {
-                eprintln!(
-                    "SIDE setup {} face {f} up {} suit {}",
-                    context.index,
-                    self.sides.up(f, claymill_nurbs::Vector3::z()).z,
-                    self.sides.suit(self.faces, context.index)
-                );
-            }
-            let axis = context.frame.axis();
-            let a = Sweep::scallop(self.mesh, context, |f, n| self.sides.up(f, n)).ok();
-            let b = Sweep::scallop(self.mesh, context, |_, n| if n.dot(&axis) < 0.0 { -n } else { n }).ok();
-            eprintln!(
-                "RANGES setup {} face {} {:?} {:?}",
-                context.index,
-                self.faces[0],
-                a.map(|a| a
-                    .levels(context)
-                    .iter()
-                    .map(|l| crate::levels::Levels::range(l))
-                    .collect::<Vec<_>>()),
-                b.map(|a| a
-                    .levels(context)
-                    .iter()
-                    .map(|l| crate::levels::Levels::range(l))
-                    .collect::<Vec<_>>())
-            );
-        }
-        let in_steps = |up: &dyn Fn(FaceId, claymill_nurbs::Vector3) -> claymill_nurbs::Vector3| {
+        let in_steps = |up: &dyn Fn(FaceId, Vector3) -> Vector3| {
             Sweep::scallop(self.mesh, context, up).ok().map(Arc::new)
         };
         match strategy {

@@ -230,10 +230,13 @@ pub struct RegionTotals {
 pub struct Considered {
     /// Its name.
     pub strategy: String,
-    /// Length of its passes, mm.
+    /// Length of its passes, mm: of those laid until it was given up, if it was.
     pub length_mm: f64,
     /// Their number.
     pub passes: u32,
+    /// It cost more than another one before it was laid to its end.
+    #[serde(default)]
+    pub given_up: bool,
 }
 
 /// Path length by kind, mm.

@@ -22,8 +22,8 @@ pub(super) fn section(job: &Job) -> Markup {
         @if !chosen.is_empty() {
             h2 { "Choice of strategy" }
             p {
-                "For every region and direction each strategy was laid out; the one that costs least, in length and in \
-                 passes, was cut: "
+                "For every region and direction the strategies were laid out side by side, each until it cost more than \
+                 another one in length and in passes; the one that costs least was cut: "
                 @for (i, name) in names.iter().enumerate() {
                     @if i > 0 { ", " } (name) " " (count(won(name) as u64)) " ×"
                 } "."
@@ -41,14 +41,16 @@ fn table(rows: &[&RegionTotals], names: &[&str]) -> Markup {
         let found: Option<&Considered> = t.considered.iter().find(|c| c.strategy == name);
         html! { td.n { @match found {
             Some(c) => {
-                @if t.strategy == name { b { "✓ " (length(c.length_mm)) } } @else { (length(c.length_mm)) }
+                @if t.strategy == name { b { "✓ " (length(c.length_mm)) } }
+                @else if c.given_up { "over " (length(c.length_mm)) }
+                @else { (length(c.length_mm)) }
                 br; small.soft { (count(u64::from(c.passes))) " passes" }
             }
             None => { "–" }
         } } }
     };
     html! { div.wide { table {
-        caption { "Length and passes as laid out; ✓ was cut" }
+        caption { "Length and passes as laid out; ✓ was cut, “over”: given up there" }
         thead { tr {
             th scope="col" { "Region" } th scope="col" { "Setup" } th.n scope="col" { "Area" }
             @for name in names { th.n scope="col" { (name) } }

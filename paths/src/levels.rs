@@ -139,9 +139,8 @@ impl LevelRounds<'_> {
 impl SetupContext<'_> {
     /// The first levels of all patterns.
     pub(crate) fn begin_levels<'p>(&self, patterns: Vec<Box<dyn Levels + 'p>>) -> LevelRounds<'p> {
-        let first =
-            |p: &Box<dyn Levels + 'p>| self.first_levels(p.as_ref()).into_iter().map(Level::laid).collect();
-        let levels: Vec<Vec<Level>> = patterns.par_iter().map(first).collect();
+        let of_pattern = patterns.par_iter().map(|p| self.first_levels(p.as_ref()));
+        let levels = of_pattern.map(|levels| levels.into_iter().map(Level::laid).collect()).collect();
         LevelRounds { patterns, levels, round: 0, more: true }
     }
 

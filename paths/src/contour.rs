@@ -11,6 +11,7 @@
 use claymill_nurbs::{Curve2, KnotVector, Point2, Vector2};
 
 use crate::contact::{BallDrop, CONTACT_EPSILON_MM, Location, March, Support};
+use crate::cubics::Cubics;
 use crate::guide::Guide;
 use crate::plan_curve::Drawn;
 use crate::profile::STEEPEST_NZ;
@@ -313,7 +314,8 @@ fn drawn(run: &[Node], uphill: f64) -> Option<Drawn> {
     }
     points.push(stretches.last()?.last()?.0);
     knots.extend([s, s]);
-    let guide = Guide::Curved(Curve2::new(KnotVector::new(3, knots).ok()?, points, None).ok()?);
+    let curve = Curve2::new(KnotVector::new(3, knots).ok()?, points, None).ok()?;
+    let guide = Guide::Curved(Cubics::new(&curve)?);
     Some(Drawn { guide, at, corners })
 }
 
@@ -407,7 +409,7 @@ mod tests {
         let found = lines(vec![dome], 30.0, &places);
         assert_circle(&found, radius, 1.0);
         let Guide::Curved(curve) = &found[0].guide else { panic!() };
-        let shortest = curve.knots().as_slice().windows(2).map(|w| w[1] - w[0]).filter(|h| *h > 0.0);
+        let shortest = curve.breaks().windows(2).map(|w| w[1] - w[0]);
         assert!(shortest.fold(f64::INFINITY, f64::min) > NARROWEST_MM);
         // A place ahead is found from the beginning.
         for ahead in [1e-3, 0.1, 0.5] {

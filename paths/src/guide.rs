@@ -1,6 +1,8 @@
 //! Where a pass runs, seen along the tool axis.
 
-use claymill_nurbs::{Curve2, Point2, Vector3};
+use claymill_nurbs::{Point2, Vector3};
+
+use crate::cubics::Cubics;
 
 /// Newton on a guide stops here, mm.
 const NEAREST_MM: f64 = 1e-9;
@@ -13,7 +15,7 @@ pub(crate) enum Guide {
     /// A straight row.
     Straight(Line),
     /// A smooth curve.
-    Curved(Curve2),
+    Curved(Cubics),
 }
 
 /// A horizontal line in the setup: `origin + s·direction`.
@@ -27,7 +29,7 @@ impl Guide {
     pub(crate) fn at(&self, s: f64) -> [f64; 2] {
         match self {
             Guide::Straight(line) => [0, 1].map(|k| line.origin[k] + s * line.direction[k]),
-            Guide::Curved(curve) => curve.point(s).coords.into(),
+            Guide::Curved(curve) => curve.point(s).into(),
         }
     }
 

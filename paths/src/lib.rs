@@ -29,6 +29,7 @@ mod claims;
 mod contact;
 mod contour;
 mod crests;
+mod cubics;
 mod field_levels;
 mod frame;
 mod ground;

@@ -2,6 +2,7 @@
 
 use claymill_nurbs::{Curve2, Point2};
 
+use crate::cubics::Cubics;
 use crate::guide::Guide;
 use crate::spline::{Datum, knot_vector, least_squares};
 
@@ -69,7 +70,7 @@ fn smooth(places: &[Point2], kept: &[usize], beside_mm: f64) -> Option<Drawn> {
         let off: Vec<f64> = at.iter().map(|&(i, s)| (curve.point(s) - places[i]).norm()).collect();
         let finer = if round + 1 < ROUNDS { split(&at, &off, &breaks, beside_mm) } else { breaks.clone() };
         if finer.len() == breaks.len() {
-            return Some(Drawn { guide: Guide::Curved(curve), at, corners: Vec::new() });
+            return Some(Drawn { guide: Guide::Curved(Cubics::new(&curve)?), at, corners: Vec::new() });
         }
         breaks = finer;
     }

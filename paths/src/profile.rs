@@ -410,7 +410,7 @@ mod tests {
         let points = [(0.0, 0.0), (0.4, 0.25), (0.7, -0.25), (1.1, 0.0)].map(|(x, y)| Point2::new(x, y));
         let curve =
             Curve2::new(KnotVector::new(3, [[0.0; 4], [1.1; 4]].concat()).unwrap(), points.into(), None);
-        let guide = Guide::Curved(curve.unwrap());
+        let guide = Guide::Curved(crate::cubics::Cubics::new(&curve.unwrap()).unwrap());
         let [chain] = &follow(&ball, &guide, 0.0, 1.1).chains[..] else { panic!() };
         let [profile] = &chain[..] else { panic!() };
         for w in profile.samples.windows(2) {

@@ -339,7 +339,8 @@ mod tests {
             [0.74740, 0.82170],
         ];
         let points = points.map(Point2::from).to_vec();
-        let guide = Guide::Curved(Curve2::new(KnotVector::new(3, knots).unwrap(), points, None).unwrap());
+        let curve = Curve2::new(KnotVector::new(3, knots).unwrap(), points, None).unwrap();
+        let guide = Guide::Curved(crate::cubics::Cubics::new(&curve).unwrap());
         let over = Over { guide: &guide, frame: &top(), radius_mm: 0.0 };
         let level = Profile { samples: [0.0, 0.5, 1.0].map(|s| sample(s, 0.0, 0.0)).to_vec() };
         assert!(fit_one(&level, &Target::new(&level, [None; 2], &guide), &over).is_none());

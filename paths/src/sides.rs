@@ -60,3 +60,63 @@ impl Sides {
         other <= OTHER_SIDE * all
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use claymill_nurbs::Point3;
+    use claymill_nurbs::analytic::{Frame as Placement, cylinder, plane_patch};
+
+    use super::*;
+    use crate::Orientation;
+
+    const LEFT: usize = 1;
+    const RIGHT: usize = 2;
+
+    fn frames() -> [Frame; 5] {
+        Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())
+    }
+
+    /// What is cut by the setup that faces it, on either side if it is thin.
+    fn cut(covering: &Covering, thin: bool) -> Vec<Vec<Fate>> {
+        let (left, frames) = (frames()[LEFT].axis(), frames());
+        let mesh = &covering.meshes[0];
+        let of_triangle = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|i| mesh.points[i as usize]);
+            let middle = (a.coords + b.coords + c.coords) / 3.0;
+            let mut fate = Fate::default();
+            // The right one faces the half of an upright cylinder around the origin that is on its side.
+            let faces = |k: usize| {
+                if k == LEFT { middle.dot(&left) > 0.0 } else { middle.dot(&frames[RIGHT].axis()) > 0.0 }
+            };
+            for k in [LEFT, RIGHT].into_iter().filter(|&k| thin || faces(k)) {
+                fate.setups |= 1 << k;
+                fate.cut[k] = if thin { 0.5 } else { 1.0 };
+            }
+            fate
+        };
+        vec![mesh.triangles.iter().map(of_triangle).collect()]
+    }
+
+    #[test]
+    fn a_body_is_cut_from_outside_by_all_setups() {
+        let placement = Placement::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+        let surface = cylinder(&placement, 20.0, (0.0, std::f64::consts::TAU), (0.0, 30.0)).unwrap();
+        let outwards = surface.normal(0.01, 15.0).unwrap().0.dot(&surface.point(0.01, 15.0).coords) > 0.0;
+        let model = claymill_tests::model_of([surface]);
+        let covering = Covering::new(&model, &[false], 3000.0, 6.0).unwrap();
+        let sides = Sides::new(&covering, &cut(&covering, false), &frames());
+        assert!(sides.suit(&[0], LEFT) && sides.suit(&[0], RIGHT));
+        assert_eq!(sides.up(0, Vector3::x()).x > 0.0, outwards);
+    }
+
+    #[test]
+    fn a_sheet_is_cut_from_both_sides() {
+        let left = frames()[LEFT].axis();
+        let placement = Placement::new(Point3::origin(), left, Vector3::x()).unwrap();
+        let sheet = plane_patch(&placement, (-20.0, 20.0), (-20.0, 20.0)).unwrap();
+        let model = claymill_tests::model_of([sheet]);
+        let covering = Covering::new(&model, &[false], 1600.0, 6.0).unwrap();
+        let sides = Sides::new(&covering, &cut(&covering, true), &frames());
+        assert_ne!(sides.suit(&[0], LEFT), sides.suit(&[0], RIGHT));
+    }
+}

@@ -1,6 +1,7 @@
 //! The command as users have it: the built binary, real files, exit codes.
 
 mod animate;
+mod auto;
 mod bad_input;
 mod bad_pictures;
 mod browser;

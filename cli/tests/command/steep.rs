@@ -22,7 +22,12 @@ fn upright() -> Frame {
 }
 
 /// Plans the model's first face and verifies it; the job and its verification.
-fn planned(folder: &Path, surfaces: Vec<NurbsSurface>, more: &[&str], out: &str) -> (Job, serde_json::Value) {
+pub(crate) fn planned(
+    folder: &Path,
+    surfaces: Vec<NurbsSurface>,
+    more: &[&str],
+    out: &str,
+) -> (Job, serde_json::Value) {
     write_iges(&folder.join("model.igs"), &model_of(surfaces), &[]).unwrap();
     let plan = ["plan", "model.igs", "--tool", "ball:6", "--scallop", "0.05", "--up", "+z", "--length", "+x"];
     let made = run(folder, plan.iter().chain(more).chain(&["-o", out]));

@@ -42,14 +42,8 @@ impl ClaimedMesh {
     /// The ranges of values, ascending and apart, that a field has where something is cut: what a setup cuts of a region
     /// may be far apart, and may begin and end anywhere.
     pub(crate) fn ranges(&self, field: &Field) -> Vec<(f64, f64)> {
-        let cut = field.mesh().triangles().iter().zip(&self.cut).filter(|(_, cut)| **cut);
-        let values = |(t, _): (&[u32; 3], _)| t.map(|v| field.values()[v as usize]);
-        let range = |values: [f64; 3]| {
-            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-            (low, values.iter().copied().fold(f64::NEG_INFINITY, f64::max))
-        };
-        let whole = cut.map(values).filter(|values| values.iter().all(|v| v.is_finite()));
-        let mut ranges: Vec<(f64, f64)> = whole.map(range).collect();
+        let cut = (0..self.cut.len()).filter(|&triangle| self.cut[triangle]);
+        let mut ranges: Vec<(f64, f64)> = cut.filter_map(|triangle| field.values_on(triangle)).collect();
         ranges.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut apart: Vec<(f64, f64)> = Vec::new();
         for range in ranges {

@@ -102,11 +102,14 @@ impl SetupContext<'_> {
         strategy: Strategy,
         ground: &Ground<'_, 'a, 'm>,
     ) -> Option<Layout<'b>> {
-        let mut layout = self.begin(strategy, ground)?;
+        Some(self.lay_rest(self.begin(strategy, ground)?, ground))
+    }
+
+    fn lay_rest<'b>(&self, mut layout: Layout<'b>, ground: &Ground) -> Layout<'b> {
         while layout.goes_on() {
             self.lay_more(&mut layout, ground);
         }
-        Some(layout)
+        layout
     }
 
     /// The first round of the paths by one strategy.
@@ -172,10 +175,7 @@ impl SetupContext<'_> {
         let covered = heights.as_ref().map(CentreHeights::faces).unwrap_or_default();
         let fields = heights.iter().flat_map(CentreHeights::waterlines);
         let waterlines = steep.begin_levels(steep.patterns(ground.faces, &covered, fields));
-        let mut steep_layout = Layout::new(strategy, None, Rest::Levels(waterlines));
-        while steep_layout.goes_on() {
-            steep.lay_more(&mut steep_layout, ground);
-        }
+        let steep_layout = steep.lay_rest(Layout::new(strategy, None, Rest::Levels(waterlines)), ground);
         let rows = shallow.lay(Strategy::Planar, ground);
         let mut layout = Layout::new(strategy, rows.as_ref().and_then(|r| r.along), Rest::Nothing);
         layout.proofs += [rows.iter().map(|r| r.proofs).sum(), steep_layout.proofs].into_iter().sum();

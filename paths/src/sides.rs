@@ -1,6 +1,6 @@
 //! Which side of each face is cut.
 
-use claymill_nurbs::{FaceId, Vector3};
+use claymill_nurbs::{FaceId, FaceMesh, Vector3};
 
 use crate::Frame;
 use crate::contact::Covering;
@@ -19,11 +19,13 @@ pub(crate) struct Sides {
 struct Side {
     /// Cut by each setup on the side of `Su × Sv`, and on the other, mm².
     cut_mm2: [[f64; 2]; 5],
+    /// Most is cut on the other.
+    other: bool,
 }
 
 impl Sides {
     pub(crate) fn new(covering: &Covering, fates: &[Vec<Fate>], frames: &[Frame]) -> Self {
-        let side = |(mesh, fates): (&claymill_nurbs::FaceMesh, &Vec<Fate>)| {
+        let side = |(mesh, fates): (&FaceMesh, &Vec<Fate>)| {
             let mut side = Side::default();
             for (t, fate) in mesh.triangles.iter().zip(fates).filter(|(_, fate)| fate.setups != 0) {
                 let [a, b, c] = t.map(|i| mesh.points[i as usize]);
@@ -37,25 +39,25 @@ impl Sides {
                     }
                 }
             }
-            side
+            let [upper, lower] = side.cut_mm2.iter().fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
+            Side { other: lower > upper, ..side }
         };
         Sides { faces: covering.meshes.iter().zip(fates).map(side).collect() }
     }
 
     /// The normal of a face on the side from which most of it is cut.
     pub(crate) fn up(&self, face: FaceId, normal: Vector3) -> Vector3 {
-        let [upper, lower] = self.faces[face].cut_mm2.iter().fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
-        if lower > upper { -normal } else { normal }
+        if self.faces[face].other { -normal } else { normal }
     }
 
     /// Whether a setup cuts the faces on those sides, but for little.
     pub(crate) fn suit(&self, faces: &[FaceId], setup: usize) -> bool {
         let (mut all, mut other) = (0.0, 0.0);
         for &face in faces {
-            let cut = self.faces[face].cut_mm2[setup];
-            let own = usize::from(self.up(face, Vector3::z()).z < 0.0);
+            let side = &self.faces[face];
+            let cut = side.cut_mm2[setup];
             all += cut[0] + cut[1];
-            other += cut[1 - own];
+            other += cut[usize::from(!side.other)];
         }
         other <= OTHER_SIDE * all
     }
@@ -78,16 +80,14 @@ mod tests {
 
     /// What is cut by the setup that faces it, on either side if it is thin.
     fn cut(covering: &Covering, thin: bool) -> Vec<Vec<Fate>> {
-        let (left, frames) = (frames()[LEFT].axis(), frames());
+        let frames = frames();
         let mesh = &covering.meshes[0];
         let of_triangle = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|i| mesh.points[i as usize]);
             let middle = (a.coords + b.coords + c.coords) / 3.0;
             let mut fate = Fate::default();
-            // The right one faces the half of an upright cylinder around the origin that is on its side.
-            let faces = |k: usize| {
-                if k == LEFT { middle.dot(&left) > 0.0 } else { middle.dot(&frames[RIGHT].axis()) > 0.0 }
-            };
+            // A setup faces the half of an upright cylinder around the origin that is on its side.
+            let faces = |k: usize| middle.dot(&frames[k].axis()) > 0.0;
             for k in [LEFT, RIGHT].into_iter().filter(|&k| thin || faces(k)) {
                 fate.setups |= 1 << k;
                 fate.cut[k] = if thin { 0.5 } else { 1.0 };

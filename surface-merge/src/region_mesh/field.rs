@@ -76,8 +76,9 @@ impl<'a, 'm> Field<'a, 'm> {
         self.mesh.triangles[triangle].map(|v| self.values[v as usize])
     }
 
-    /// Lowest and highest value on a triangle, if it has any.
-    fn values_on(&self, triangle: usize) -> Option<(f64, f64)> {
+    /// Lowest and highest value on a triangle of the mesh; `None` where one of its corners has none.
+    #[must_use]
+    pub fn values_on(&self, triangle: usize) -> Option<(f64, f64)> {
         let values = self.at_corners(triangle);
         let both = |(low, high): (f64, f64), &v: &f64| (low.min(v), high.max(v));
         let whole = values.iter().all(|v| v.is_finite());

@@ -30,6 +30,7 @@ mod contact;
 mod contour;
 mod crests;
 mod cubics;
+mod cuts;
 mod field_levels;
 mod frame;
 mod ground;

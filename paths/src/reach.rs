@@ -19,7 +19,7 @@ const LEAST_PART_MM2: f64 = 400.0;
 enum Seen {
     /// The ball gets there.
     Reached {
-        /// `n·axis`.
+        /// `n·axis`; negative on the side against `Su × Sv`.
         facing: f64,
         /// An earlier tool has been on this side.
         done: bool,
@@ -45,6 +45,8 @@ pub(crate) struct Views<'a> {
 pub(crate) struct Fate {
     /// Bit `s`: setup `s` cuts here.
     pub(crate) setups: u8,
+    /// Bit `s`: it does so on the side against `Su × Sv`.
+    pub(crate) other_side: u8,
     /// Share of the triangle that setup `s` is the first to cut.
     pub(crate) cut: [f32; 5],
     /// Share not cut, by reason: hidden, too tight.
@@ -110,7 +112,7 @@ impl Place {
         let normal = frame.to_setup(&n.into()).coords;
         let touch = Location::touching(centre, normal, self.face, self.uv.into());
         match ball.rest_above(&touch, allowed_mm / facing.abs()) {
-            None => Seen::Reached { facing: facing.abs(), done: false },
+            None => Seen::Reached { facing, done: false },
             Some(rest) if rest.support == Support::Side => Seen::Tight,
             Some(rest) if rest.centre.z - centre.z < ball.radius_mm() => Seen::Tight,
             Some(_) => Seen::Hidden,
@@ -183,7 +185,7 @@ fn lead_setups(
                 let areas = triangle_areas(covering, face);
                 open.extend(seen[face].iter().zip(areas).map(|(t, area)| {
                     let well = |s: &[Seen; PROBES]| {
-                        s.iter().any(|p| matches!(p, Seen::Reached { facing, .. } if *facing >= GOOD_FACING))
+                        s.iter().any(|p| matches!(p, Seen::Reached { facing, .. } if facing.abs() >= GOOD_FACING))
                     };
                     (area, std::array::from_fn(|k| well(&t[k])))
                 }));
@@ -216,7 +218,7 @@ fn triangle_areas(covering: &Covering, face: usize) -> impl Iterator<Item = f64>
 /// that this one does not reach may bring in further setups.
 fn decide(seen: &[[Seen; PROBES]; 5], leads: &[usize]) -> Fate {
     let best = |k: usize| {
-        let facing = |s: &Seen| if let Seen::Reached { facing, .. } = s { *facing } else { 0.0 };
+        let facing = |s: &Seen| if let Seen::Reached { facing, .. } = s { facing.abs() } else { 0.0 };
         seen[k].iter().map(facing).fold(0.0, f64::max)
     };
     let mut order: Vec<usize> = leads.iter().copied().filter(|&k| best(k) >= GOOD_FACING).take(1).collect();
@@ -229,11 +231,12 @@ fn decide(seen: &[[Seen; PROBES]; 5], leads: &[usize]) -> Fate {
     let mut finished = true;
     for probe in 0..PROBES {
         let reached = order.iter().find_map(|&k| match seen[k][probe] {
-            Seen::Reached { done, .. } => Some((k, done)),
+            Seen::Reached { facing, done } => Some((k, facing, done)),
             _ => None,
         });
-        if let Some((k, done)) = reached {
+        if let Some((k, facing, done)) = reached {
             fate.setups |= 1 << k;
+            fate.other_side |= u8::from(facing < 0.0) << k;
             fate.cut[k] += share;
             finished &= done;
         } else if (0..5).any(|k| seen[k][probe] == Seen::Tight) {

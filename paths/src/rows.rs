@@ -1,10 +1,10 @@
 //! Parallel rows over a part: planar cuts.
 
-use claymill_nurbs::{Jet, Point2, Point3};
 use rayon::prelude::*;
 
 use crate::RowsAlong;
 use crate::crests::{Laid, missing_rows};
+use crate::cuts::Cut;
 use crate::ground::Ground;
 use crate::guide::{Guide, Line};
 use crate::part::{ROUNDS, SetupContext, TOO_HIGH, TURN_MM};
@@ -15,12 +15,6 @@ use crate::step_over::row_distance_mm;
 
 /// Directions that are tried for rows, this far apart.
 const TURN_DEG: f64 = 15.0;
-
-/// A covering triangle that the setup cuts: ball centres over its corners, and the surface in its middle.
-pub(crate) struct Cut {
-    centres: [Point3; 3],
-    jet: Jet,
-}
 
 /// Rows that are still to be followed: every round adds some where the last one left too much.
 pub(crate) struct RowRounds {
@@ -57,35 +51,13 @@ impl SetupContext<'_> {
         Some((along, raster, rows))
     }
 
-    /// A raster fine enough for the step-over.
-    pub(crate) fn raster(&self, patches: &[Patch]) -> Option<Raster> {
-        Raster::new(patches, (0.5 * self.flat_step_mm()).clamp(0.3, 3.0))
+    /// Cells of a raster that is fine enough for the step-over, mm.
+    pub(crate) fn raster_mm(&self) -> f64 {
+        0.5 * self.flat_step_mm()
     }
 
-    pub(crate) fn cuts(&self, faces: &[usize]) -> Vec<Cut> {
-        let r = self.ball.radius_mm();
-        let of_face = |&face: &usize| {
-            let mesh = &self.covering.meshes[face];
-            let surface = self.ball.surface(face);
-            // Centre of the ball that touches the surface's upper side at these parameters.
-            let centre = |uv: Point2| {
-                let (n, _) = surface.normal(uv.x, uv.y)?;
-                Some(surface.point(uv.x, uv.y) + n * (r * if n.z < 0.0 { -1.0 } else { 1.0 }))
-            };
-            let cut = mesh.triangles.iter().zip(&self.fates[face]);
-            cut.filter(|(_, fate)| fate.setups & (1 << self.index) != 0)
-                .filter_map(|(t, _)| {
-                    let [a, b, c] = t.map(|i| mesh.uv[i as usize]);
-                    let middle = (a.coords + b.coords + c.coords) / 3.0;
-                    let centres = [centre(a)?, centre(b)?, centre(c)?];
-                    let jet = surface.jet(middle.x, middle.y);
-                    let inside = [a, b, c].map(|uv| self.slopes.inside(&surface.jet(uv.x, uv.y)));
-                    Some(clipped(centres, inside).map(move |centres| Cut { centres, jet }))
-                })
-                .flatten()
-                .collect::<Vec<_>>()
-        };
-        faces.par_iter().flat_map_iter(of_face).collect()
+    pub(crate) fn raster(&self, patches: &[Patch]) -> Option<Raster> {
+        Raster::new(patches, self.raster_mm())
     }
 
     pub(crate) fn patches(&self, cuts: &[Cut], along: RowsAlong) -> Vec<Patch> {
@@ -145,21 +117,6 @@ impl SetupContext<'_> {
         }
         (laid, proofs)
     }
-}
-
-/// The part of a triangle where what is given at its corners is not negative, as triangles.
-fn clipped(corners: [Point3; 3], inside: [f64; 3]) -> impl Iterator<Item = [Point3; 3]> {
-    let mut kept: Vec<Point3> = Vec::with_capacity(4);
-    for i in 0..3 {
-        let j = (i + 1) % 3;
-        if inside[i] >= 0.0 {
-            kept.push(corners[i]);
-        }
-        if (inside[i] >= 0.0) != (inside[j] >= 0.0) {
-            kept.push(corners[i] + (corners[j] - corners[i]) * (inside[i] / (inside[i] - inside[j])));
-        }
-    }
-    (2..kept.len()).map(move |k| [kept[0], kept[k - 1], kept[k]])
 }
 
 /// The guide of a straight row.

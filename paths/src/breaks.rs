@@ -4,7 +4,7 @@
 use claymill_nurbs::Vector3;
 use claymill_toolpath::round_to_written;
 
-use crate::refit::{AIM_MM, FIT_TOLERANCE_MM, LONGEST_SPAN_MM, Spline};
+use crate::refit::{LONGEST_SPAN_MM, Spline};
 use crate::target::Target;
 
 /// Rounds of taking out knots, and how much worse than the tolerance a prediction may be to be tried.
@@ -38,14 +38,14 @@ impl Spline {
         let mut cuts = Vec::new();
         for (i, span) in self.breaks.windows(2).enumerate() {
             let miss_mm = self.miss_mm(i);
-            if miss_mm <= FIT_TOLERANCE_MM {
+            if miss_mm <= self.tolerance.fit_mm {
                 continue;
             }
             if let Some(jump) = self.jump(span, target) {
                 jumps.extend(jumps.iter().all(|j| !j.is_near(jump.at)).then_some(jump));
                 continue;
             }
-            let parts = (miss_mm / AIM_MM).powf(0.25).ceil().clamp(2.0, 6.0) as usize;
+            let parts = (miss_mm / self.tolerance.aim_mm()).powf(0.25).ceil().clamp(2.0, 6.0) as usize;
             let cut = |k: usize| round_to_written(span[0] + (span[1] - span[0]) * k as f64 / parts as f64);
             let inside = |b: &f64| b - span[0] > CLOSEST_MM && span[1] - b > CLOSEST_MM;
             cuts.extend((1..parts).map(cut).filter(inside));
@@ -90,7 +90,7 @@ impl Spline {
             .filter(|&k| self.breaks[k] > self.breaks[k - 1] && !needed.contains(&self.breaks[k]))
             .filter(|&k| width(k - 1) + width(k) <= LONGEST_SPAN_MM)
             .map(|k| (predicted_mm(k), k))
-            .filter(|(miss_mm, _)| *miss_mm <= HOPEFUL * FIT_TOLERANCE_MM)
+            .filter(|(miss_mm, _)| *miss_mm <= HOPEFUL * self.tolerance.fit_mm)
             .collect();
         spare.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut chosen = vec![false; self.breaks.len()];
@@ -126,7 +126,7 @@ pub(crate) fn thinned(
             let kept = good.breaks.iter().enumerate().filter(|(k, _)| !out.contains(k)).map(|(_, b)| *b);
             let Some(trial) = spline(kept.collect(), Some(&good)) else { return good };
             let missed: Vec<[f64; 2]> = (0..trial.errors.len())
-                .filter(|&span| trial.miss_mm(span) > FIT_TOLERANCE_MM)
+                .filter(|&span| trial.miss_mm(span) > trial.tolerance.fit_mm)
                 .map(|span| [trial.breaks[span], trial.breaks[span + 1]])
                 .collect();
             if missed.is_empty() {

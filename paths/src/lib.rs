@@ -32,6 +32,7 @@ mod crests;
 mod cubics;
 mod cuts;
 mod field_levels;
+mod fit_tolerance;
 mod frame;
 mod ground;
 mod guide;
@@ -74,6 +75,6 @@ pub use part::CLEARANCE_MM;
 pub use plan::{
     Feeds, Plan, PlanError, PlanOptions, Progress, Regions, STEEP_DEG, TOOL_ID, check_tools, plan,
 };
-pub use refit::{FIT_BIAS_MM, FIT_TOLERANCE_MM};
+pub use fit_tolerance::FitTolerance;
 pub use step_over::flat_mm;
 pub use strategy::Strategy;

@@ -19,7 +19,7 @@ use crate::refit::{Fit, Over, fit_chain};
 use crate::slopes::Slopes;
 use crate::step_over::flat_mm;
 use crate::sweeps::Sweeps;
-use crate::{Feeds, Frame, RowsAlong, Strategy};
+use crate::{Feeds, FitTolerance, Frame, RowsAlong, Strategy};
 
 /// Rapids across keep at least this distance above everything within the tool's radius; rapids up and down
 /// end this far above the ball's location, mm.
@@ -62,6 +62,7 @@ pub(crate) struct SetupContext<'a> {
     /// Direction of straight rows; chosen by region when not asked for.
     pub(crate) rows_along: Option<RowsAlong>,
     pub(crate) scallop_mm: f64,
+    pub(crate) tolerance: FitTolerance,
     pub(crate) link: LinkStyle,
     pub(crate) feeds: Feeds,
 }
@@ -130,7 +131,7 @@ impl SetupContext<'_> {
 
     /// Fits a chain: the curves of one pass, end to end; `None` when nothing is left in the written digits.
     fn fit_chain(&self, chain: &Chain, guide: &Guide) -> Option<Pass> {
-        let over = Over { guide, frame: &self.frame, radius_mm: self.ball.radius_mm() };
+        let over = Over { guide, frame: &self.frame, radius_mm: self.ball.radius_mm(), tolerance: self.tolerance };
         let mut curves: Vec<Curve3> = Vec::new();
         for Fit { mut curve, .. } in fit_chain(chain, &over) {
             join(curves.last_mut(), &mut curve);

@@ -18,11 +18,10 @@ use crate::kinematics::times_s;
 use crate::order::{Ends, order_parts};
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
 use crate::reach::{Fate, Views, assign};
-use crate::refit::{FIT_BIAS_MM, FIT_TOLERANCE_MM};
 use crate::sides::Sides;
 use crate::slopes::Slopes;
 use crate::sweeps::Sweeps;
-use crate::{Frame, Orientation, RowsAlong, Strategy};
+use crate::{FitTolerance, Frame, Orientation, RowsAlong, Strategy};
 
 /// What to cut and how.
 #[derive(Debug, Clone)]
@@ -223,6 +222,7 @@ pub fn plan(
     let faces_of = group(regions.of_face);
     progress("region meshes", 0.0);
     let edge_mm = mesh_edge_mm(radius_mm, options.scallop_mm);
+    let tolerance = FitTolerance::of_scallop(options.scallop_mm);
     let wanted = |region: usize| {
         options.strategy.sweeps_regions() && account.region_setup_mm2[region].iter().any(|&a| a > 0.0)
     };
@@ -256,7 +256,8 @@ pub fn plan(
             steep_deg: options.steep_deg,
             pencil: options.pencil,
             rows_along: options.row_angle_deg.map(RowsAlong::at_deg),
-            scallop_mm: to_lay_mm(options.scallop_mm),
+            scallop_mm: tolerance.to_lay_mm(options.scallop_mm),
+            tolerance,
             link: options.link,
             feeds: options.feeds,
         };
@@ -289,8 +290,8 @@ pub fn plan(
         faces,
         tolerances: [
             ("contact_mm", CONTACT_EPSILON_MM),
-            ("fit_bias_mm", FIT_BIAS_MM),
-            ("fit_mm", FIT_TOLERANCE_MM),
+            ("fit_bias_mm", tolerance.bias_mm),
+            ("fit_mm", tolerance.fit_mm),
             ("clearance_mm", CLEARANCE_MM),
         ]
         .map(|(name, value)| (name.to_owned(), value))
@@ -520,12 +521,6 @@ impl Output {
             totals.length += r.length;
         }
     }
-}
-
-/// The scallop height for which passes are laid: written passes run a little above the exact ones, and so do the
-/// crests between them.
-fn to_lay_mm(scallop_mm: f64) -> f64 {
-    (scallop_mm - FIT_BIAS_MM).max(0.5 * scallop_mm)
 }
 
 /// The regions in an order with short ways between them.

@@ -1,20 +1,13 @@
 use claymill_nurbs::{Curve3, Point3};
 use claymill_toolpath::{WRITTEN_STEP_MM, round_to_written};
 
-use crate::Frame;
+use crate::{FitTolerance, Frame};
 use crate::breaks::thinned;
 use crate::guide::Guide;
 use crate::profile::{Chain, Profile, Sample};
 use crate::spline::{Datum, knot_vector, least_squares};
 use crate::target::{Target, corner};
 
-/// Passes are fitted this far above the exact locations, so that the fit cannot gouge, mm.
-pub const FIT_BIAS_MM: f64 = 2.0e-3;
-/// Largest distance of the written curve from the biased path, mm: what is written lies between 0.2 and
-/// 3.8 µm above the exact locations.
-pub const FIT_TOLERANCE_MM: f64 = 1.8e-3;
-/// The fit aims this much lower than its tolerance, to leave room for rounding to the written digits.
-pub(crate) const AIM_MM: f64 = FIT_TOLERANCE_MM - 2.0 * WRITTEN_STEP_MM;
 /// Shorter stretches cannot be told from a point in the written digits, mm.
 const SHORTEST_MM: f64 = 20.0 * WRITTEN_STEP_MM;
 /// Straight pieces shorter than this are not halved: both halves could vanish, and neither could be far off, mm.
@@ -36,6 +29,7 @@ pub(crate) struct Over<'a> {
     pub(crate) guide: &'a Guide,
     pub(crate) frame: &'a Frame,
     pub(crate) radius_mm: f64,
+    pub(crate) tolerance: FitTolerance,
 }
 
 impl Over<'_> {
@@ -60,7 +54,7 @@ pub(crate) struct Fit {
 
 /// The curves over a chain: its smooth stretches are fitted each on its own and meet at the corners between them.
 pub(crate) fn fit_chain(chain: &Chain, over: &Over) -> Vec<Fit> {
-    let between = chain.windows(2).map(|two| corner(&two[0], &two[1], over.guide));
+    let between = chain.windows(2).map(|two| corner(&two[0], &two[1], over));
     let corners: Vec<Option<Point3>> = [None].into_iter().chain(between).chain([None]).collect();
     let stretches = chain.iter().zip(corners.windows(2));
     stretches.flat_map(|(profile, ends)| fit(profile, [ends[0], ends[1]], over)).collect()
@@ -70,14 +64,14 @@ pub(crate) fn fit_chain(chain: &Chain, over: &Over) -> Vec<Fit> {
 /// halved, in the end into straight pieces so short that they are within tolerance too, or that what lifts them
 /// clear of the exact locations is no more than a few of the written digits. Stretches below these vanish.
 fn fit(profile: &Profile, corners: [Option<Point3>; 2], over: &Over) -> Vec<Fit> {
-    let target = Target::new(profile, corners, over.guide);
+    let target = Target::new(profile, corners, over);
     if let Some(whole) = fit_one(profile, &target, over) {
         return vec![whole];
     }
     let mut samples = profile.samples.clone();
     if samples.len() <= 2 {
         let piece = straight(profile, &target, over);
-        let is_far = |fit: &Fit| fit.error_mm.1 > FIT_BIAS_MM + FIT_TOLERANCE_MM;
+        let is_far = |fit: &Fit| fit.error_mm.1 > over.tolerance.bias_mm + over.tolerance.fit_mm;
         if profile.length_mm() < HALVED_MM || !piece.as_ref().is_some_and(is_far) {
             return piece.into_iter().collect();
         }
@@ -101,7 +95,7 @@ fn straight(profile: &Profile, target: &Target, over: &Over) -> Option<Fit> {
     let curve = round(&line, &breaks, over)?;
     let miss = |curve: &Curve3| span_errors(curve, &breaks, |_| None, profile, over)[0];
     let low_mm = miss(&curve).low_mm;
-    let raised = line.map(|p| Point3::new(p.x, p.y, p.z + (FIT_BIAS_MM - low_mm).max(0.0)));
+    let raised = line.map(|p| Point3::new(p.x, p.y, p.z + (over.tolerance.bias_mm - low_mm).max(0.0)));
     let curve = round(&raised, &breaks, over)?;
     let SpanError { low_mm, high_mm, .. } = miss(&curve);
     Some(Fit { curve, error_mm: (low_mm, high_mm) })
@@ -142,6 +136,8 @@ pub(crate) struct Spline {
     pub(crate) curve: Curve3,
     /// What it misses, span by span.
     pub(crate) errors: Vec<SpanError>,
+    /// What it may miss.
+    pub(crate) tolerance: FitTolerance,
 }
 
 /// Lowest and highest distance of a span from the exact locations.
@@ -165,7 +161,7 @@ impl Spline {
         let curve = round(&closest_cubic(target, &breaks, length)?, &breaks, over)?;
         let known = |span| before?.known(span, &breaks, &curve);
         let errors = span_errors(&curve, &breaks, known, profile, over);
-        Some(Spline { breaks, curve, errors })
+        Some(Spline { breaks, curve, errors, tolerance: over.tolerance })
     }
 
     /// What a span of another spline misses if it is one of this one's: a break moves few control points by as much as
@@ -183,11 +179,12 @@ impl Spline {
     /// Largest distance from the biased path over a span, mm.
     pub(crate) fn miss_mm(&self, span: usize) -> f64 {
         let SpanError { low_mm, high_mm, .. } = self.errors[span];
-        (FIT_BIAS_MM - low_mm).max(high_mm - FIT_BIAS_MM)
+        let bias_mm = self.tolerance.bias_mm;
+        (bias_mm - low_mm).max(high_mm - bias_mm)
     }
 
     fn is_within(&self) -> bool {
-        (0..self.errors.len()).all(|span| self.miss_mm(span) <= FIT_TOLERANCE_MM)
+        (0..self.errors.len()).all(|span| self.miss_mm(span) <= self.tolerance.fit_mm)
     }
 }
 
@@ -235,8 +232,8 @@ fn span_errors(
             let e = off.dot(&over.guide.lift(near, slope));
             let [ex, ey] = over.guide.direction(near);
             let aside = ASIDE_SHARE * (off.x * ey - off.y * ex).abs() / (ex * ex + ey * ey).sqrt();
-            low_mm = low_mm.min(e).min(FIT_BIAS_MM - aside);
-            high_mm = high_mm.max(e).max(FIT_BIAS_MM + aside);
+            low_mm = low_mm.min(e).min(over.tolerance.bias_mm - aside);
+            high_mm = high_mm.max(e).max(over.tolerance.bias_mm + aside);
         }
         SpanError { low_mm, high_mm, end_s: near }
     };
@@ -261,6 +258,10 @@ mod tests {
 
     const ALONG_X: Guide = Guide::Straight(Line { origin: [0.0, 0.0], direction: [1.0, 0.0] });
 
+    fn usual() -> FitTolerance {
+        FitTolerance::of_scallop(0.1)
+    }
+
     fn top() -> Frame {
         Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap())[0]
     }
@@ -271,7 +272,7 @@ mod tests {
 
     fn fit_along_x(profile: &Profile) -> Fit {
         let target = Target::new(profile, [None; 2], &ALONG_X);
-        fit_one(profile, &target, &Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0 }).unwrap()
+        fit_one(profile, &target, &Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() }).unwrap()
     }
 
     fn sampled(from: f64, to: f64, f: impl Fn(f64) -> (f64, f64)) -> Profile {
@@ -304,7 +305,7 @@ mod tests {
                 let above = p.x.hypot(p.z) - radius;
                 assert!((0.0..=5e-3).contains(&above), "radius {radius}: {above} mm");
             }
-            let law = (t1 - t0) / (384.0 * FIT_TOLERANCE_MM * radius.powi(3)).powf(0.25);
+            let law = (t1 - t0) / (384.0 * usual().fit_mm * radius.powi(3)).powf(0.25);
             let spans = fit.curve.points().len() - 3;
             assert!((spans as f64) <= 1.3 * law + 3.0, "radius {radius}: {spans} spans, law {law:.1}");
         }
@@ -316,11 +317,11 @@ mod tests {
         let samples = ends.map(|(s, slope)| sample(s, 0.0, slope)).to_vec();
         let profile = Profile { samples };
         let target = Target::new(&profile, [None; 2], &ALONG_X);
-        let over = Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0 };
+        let over = Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() };
         let piece = straight(&profile, &target, &over).unwrap();
         assert!(piece.error_mm.0 > 0.0, "{:?}", piece.error_mm);
         // The Hermite arc rises by h·slope/4 = 12.5 µm in the middle.
-        approx::assert_abs_diff_eq!(piece.curve.point(0.25).z, 0.0125 + FIT_BIAS_MM, epsilon = 2e-4);
+        approx::assert_abs_diff_eq!(piece.curve.point(0.25).z, 0.0125 + usual().bias_mm, epsilon = 2e-4);
     }
 
     #[test]
@@ -341,7 +342,7 @@ mod tests {
         let points = points.map(Point2::from).to_vec();
         let curve = Curve2::new(KnotVector::new(3, knots).unwrap(), points, None).unwrap();
         let guide = Guide::Curved(crate::cubics::Cubics::new(&curve).unwrap());
-        let over = Over { guide: &guide, frame: &top(), radius_mm: 0.0 };
+        let over = Over { guide: &guide, frame: &top(), radius_mm: 0.0, tolerance: usual() };
         let level = Profile { samples: [0.0, 0.5, 1.0].map(|s| sample(s, 0.0, 0.0)).to_vec() };
         assert!(fit_one(&level, &Target::new(&level, [None; 2], &guide), &over).is_none());
         let pieces = fit(&level, [None; 2], &over);
@@ -364,7 +365,7 @@ mod tests {
         let side = |s: f64, slope: f64| sample(s, s * slope, slope);
         let before = Profile { samples: [-8.0, -1e-3, -2e-4, 0.0].map(|s| side(s, down)).to_vec() };
         let after = Profile { samples: [0.0, 1e-4, 7.0].map(|s| side(s, up)).to_vec() };
-        let over = Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0 };
+        let over = Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() };
         let [first, second] = &fit_chain(&vec![before, after], &over)[..] else { panic!() };
         assert_eq!(first.curve.end(), second.curve.start());
         for (fit, slope) in [(first, down), (second, up)] {
@@ -372,7 +373,7 @@ mod tests {
             for i in 0..=1000 {
                 let p = fit.curve.point(t0 + (t1 - t0) * f64::from(i) / 1000.0);
                 let above = (p.z - slope * p.x) / slope.hypot(1.0);
-                approx::assert_abs_diff_eq!(above, FIT_BIAS_MM, epsilon = 1.5e-4);
+                approx::assert_abs_diff_eq!(above, usual().bias_mm, epsilon = 1.5e-4);
             }
         }
     }

@@ -2,9 +2,8 @@ use claymill_nurbs::{Point3, Vector3};
 use claymill_toolpath::round_to_written;
 use nalgebra::{SMatrix, SVector};
 
-use crate::guide::Guide;
 use crate::profile::{Profile, Sample};
-use crate::refit::{AIM_MM, FIT_BIAS_MM, LONGEST_SPAN_MM};
+use crate::refit::{LONGEST_SPAN_MM, Over};
 
 /// Fewer tangents than this do not tell a jump of curvature from a bend.
 const LEAST_TANGENTS: usize = 6;
@@ -26,10 +25,13 @@ pub(crate) struct Target {
     t: Vec<f64>,
     p: Vec<Point3>,
     tangent: Vec<Vector3>,
+    /// How near to it a fit is to come.
+    aim_mm: f64,
 }
 
 /// Where two stretches meet at a corner: the place that lies above both by the bias.
-pub(crate) fn corner(before: &Profile, after: &Profile, guide: &Guide) -> Option<Point3> {
+pub(crate) fn corner(before: &Profile, after: &Profile, over: &Over) -> Option<Point3> {
+    let Over { guide, tolerance, .. } = over;
     let ends = [before.end(), after.start()];
     let [a, b] = ends.map(|q| {
         let [x, y] = guide.at(q.s);
@@ -38,7 +40,7 @@ pub(crate) fn corner(before: &Profile, after: &Profile, guide: &Guide) -> Option
     let [up, lean] = ends.map(|q| guide.lift(q.s, q.slope));
     let halfway = nalgebra::center(&a, &b);
     let cos = up.dot(&lean);
-    let lacks = [FIT_BIAS_MM - (halfway - a).dot(&up), FIT_BIAS_MM - (halfway - b).dot(&lean)];
+    let lacks = [tolerance.bias_mm - (halfway - a).dot(&up), tolerance.bias_mm - (halfway - b).dot(&lean)];
     let sin2 = 1.0 - cos * cos;
     let (along_up, along_lean) = if sin2 < FLATTEST {
         let share = 0.5 * lacks[0].max(lacks[1]);
@@ -63,10 +65,11 @@ fn begin_at(corner: Option<Point3>, p: &mut Vec<Point3>, tangent: &mut Vec<Vecto
 
 impl Target {
     /// Over a profile that ends at `corners`, where it does (see [`corner`]).
-    pub(crate) fn new(profile: &Profile, corners: [Option<Point3>; 2], guide: &Guide) -> Self {
+    pub(crate) fn new(profile: &Profile, corners: [Option<Point3>; 2], over: &Over) -> Self {
+        let Over { guide, tolerance, .. } = over;
         let biased = |q: &Sample| {
             let [x, y] = guide.at(q.s);
-            Point3::new(x, y, q.z) + guide.lift(q.s, q.slope) * FIT_BIAS_MM
+            Point3::new(x, y, q.z) + guide.lift(q.s, q.slope) * tolerance.bias_mm
         };
         let mut p: Vec<Point3> = profile.samples.iter().map(biased).collect();
         let along = |q: &Sample| {
@@ -84,7 +87,7 @@ impl Target {
         for i in 1..p.len() {
             t[i] = t[i - 1] + (p[i] - p[i - 1]).dot(&(tangent[i - 1] + tangent[i]).normalize()).max(0.0);
         }
-        Target { t, p, tangent }
+        Target { t, p, tangent, aim_mm: tolerance.aim_mm() }
     }
 
     pub(crate) fn length(&self) -> f64 {
@@ -131,7 +134,7 @@ impl Target {
             let middle = t.clamp(1.5 * step, length - 1.5 * step);
             let a = [-1.5, -0.5, 0.5, 1.5].map(|k| self.tangent_at(middle + k * step));
             let fourth = (a[3] - a[2] * 3.0 + a[1] * 3.0 - a[0]).norm() / step.powi(3);
-            let density = (fourth / (384.0 * AIM_MM)).powf(0.25).max(1.0 / LONGEST_SPAN_MM);
+            let density = (fourth / (384.0 * self.aim_mm)).powf(0.25).max(1.0 / LONGEST_SPAN_MM);
             sums.push(sums[i] + density * length / cells as f64);
         }
         let total = sums[cells];

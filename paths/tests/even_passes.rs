@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use claymill_nurbs::analytic::{Frame as Placement, cylinder, plane_patch, sphere, torus};
 use claymill_nurbs::{NurbsSurface, Point3, Vector3};
-use claymill_paths::{FIT_BIAS_MM, Orientation, PlanOptions, Regions, Strategy, flat_mm, plan};
+use claymill_paths::{FitTolerance, Orientation, PlanOptions, Regions, Strategy, flat_mm, plan};
 use claymill_surface_merge::{MergeOptions, merge};
 use claymill_toolpath::{MoveKind, Tool};
 
@@ -52,7 +52,7 @@ fn hold(name: &str, surface: NurbsSurface, width_mm: f64, curvature: f64, across
         let side = if curvature < 0.0 { -1.0 } else { 1.0 };
         let (centre, half) = (reach + side * R, 0.5 * arc / reach);
         let root = (R * R - (centre * half.sin()).powi(2)).sqrt();
-        side * (centre * half.cos() - side * root - reach) + FIT_BIAS_MM
+        side * (centre * half.cos() - side * root - reach) + FitTolerance::of_scallop(SCALLOP_MM).bias_mm
     };
     let heights: Vec<f64> = apart.iter().map(|&d| crest(d) / SCALLOP_MM).collect();
     let (low, high) =
@@ -60,7 +60,7 @@ fn hold(name: &str, surface: NurbsSurface, width_mm: f64, curvature: f64, across
     assert!(low > 0.95 && high < 1.02, "{name}: crests from {low} to {high}");
 
     // No pass more than the width asks for, and half a step from either border.
-    let step = flat_mm(R, SCALLOP_MM - FIT_BIAS_MM) / (1.0 + curvature * R).sqrt();
+    let step = flat_mm(R, FitTolerance::of_scallop(SCALLOP_MM).to_lay_mm(SCALLOP_MM)) / (1.0 + curvature * R).sqrt();
     let fewest = width_mm / step;
     let count = apart.len() + 1;
     assert!((count as f64) < fewest + 1.0 && count as f64 > fewest - 1.0, "{name}: {count} for {fewest}");

@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::ExitCode;
 
-use claymill_paths::FIT_TOLERANCE_MM;
+use claymill_paths::FitTolerance;
 use claymill_toolpath::{Job, LengthByKind, MoveKind, Program, Tool, write_whole};
 use claymill_verify::{HISTOGRAM_BIN, SurfaceState, Verification};
 use claymill_viewer::{Compared, ComparisonInput, comparison_html, flatten};
@@ -236,7 +236,7 @@ impl Entry {
             scallop_mean_mm: crests.mean_mm,
             ..Figures::default()
         };
-        let (points, straight_moves) = points_and_straight_moves(&done.program);
+        let (points, straight_moves) = points_and_straight_moves(&done.program, job.request.scallop_mm);
         Entry {
             name,
             strategy: job.request.strategy.clone(),
@@ -293,10 +293,11 @@ fn regions(job: &Job, found: &Verification, step_mm: f64) -> Vec<RegionEntry> {
 }
 
 /// Control points of the cuts, and straight moves that stay as close to the cuts as these to the exact path.
-fn points_and_straight_moves(program: &Program) -> (u64, u64) {
+fn points_and_straight_moves(program: &Program, scallop_mm: f64) -> (u64, u64) {
+    let tolerance_mm = 2.0 * FitTolerance::of_scallop(scallop_mm).fit_mm;
     let cuts = program.moves.par_iter().filter(|m| m.kind == MoveKind::Cut);
     let counts = |curve: claymill_nurbs::Curve3| {
-        (curve.points().len() as u64, flatten(&curve, 2.0 * FIT_TOLERANCE_MM).len() as u64 - 1)
+        (curve.points().len() as u64, flatten(&curve, tolerance_mm).len() as u64 - 1)
     };
     cuts.filter_map(|m| m.curve().ok()).map(counts).reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1))
 }

@@ -36,7 +36,8 @@ impl SetupContext<'_> {
         let cuts = self.cuts(faces);
         let asked = self.rows_along.map(|along| vec![along]);
         let turns = (0..(180.0 / TURN_DEG) as u32).map(|k| RowsAlong::at_deg(TURN_DEG * f64::from(k)));
-        let laid: Vec<(f64, RowsAlong, Raster, Vec<Row>)> = asked
+        // Of a huge part no more rasters than needed are kept at a time.
+        let (_, along, raster, rows) = asked
             .unwrap_or_else(|| turns.collect())
             .into_par_iter()
             .filter_map(|along| {
@@ -46,8 +47,7 @@ impl SetupContext<'_> {
                 let cost_mm = rows.iter().map(|r| raster.path_mm(r)).sum::<f64>() + TURN_MM * turns;
                 Some((cost_mm, along, raster, rows))
             })
-            .collect();
-        let (_, along, raster, rows) = laid.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+            .reduce_with(|a, b| if b.0 < a.0 { b } else { a })?;
         Some((along, raster, rows))
     }
 

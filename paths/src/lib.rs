@@ -68,6 +68,7 @@ mod waterline;
 pub use contact::{
     BallDrop, Covering, END_EPSILON_MM, EndDrop, EndLocation, Location, March, Support, ToolPart,
 };
+pub use fit_tolerance::FitTolerance;
 pub use frame::{Axis, AxisError, Frame, Orientation, ParallelAxes, RowsAlong};
 pub use kinematics::times_s;
 pub use obstacles::plan_around;
@@ -75,6 +76,5 @@ pub use part::CLEARANCE_MM;
 pub use plan::{
     Feeds, Plan, PlanError, PlanOptions, Progress, Regions, STEEP_DEG, TOOL_ID, check_tools, plan,
 };
-pub use fit_tolerance::FitTolerance;
 pub use step_over::flat_mm;
 pub use strategy::Strategy;

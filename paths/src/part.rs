@@ -131,7 +131,8 @@ impl SetupContext<'_> {
 
     /// Fits a chain: the curves of one pass, end to end; `None` when nothing is left in the written digits.
     fn fit_chain(&self, chain: &Chain, guide: &Guide) -> Option<Pass> {
-        let over = Over { guide, frame: &self.frame, radius_mm: self.ball.radius_mm(), tolerance: self.tolerance };
+        let over =
+            Over { guide, frame: &self.frame, radius_mm: self.ball.radius_mm(), tolerance: self.tolerance };
         let mut curves: Vec<Curve3> = Vec::new();
         for Fit { mut curve, .. } in fit_chain(chain, &over) {
             join(curves.last_mut(), &mut curve);

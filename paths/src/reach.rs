@@ -185,7 +185,8 @@ fn lead_setups(
                 let areas = triangle_areas(covering, face);
                 open.extend(seen[face].iter().zip(areas).map(|(t, area)| {
                     let well = |s: &[Seen; PROBES]| {
-                        s.iter().any(|p| matches!(p, Seen::Reached { facing, .. } if facing.abs() >= GOOD_FACING))
+                        s.iter()
+                            .any(|p| matches!(p, Seen::Reached { facing, .. } if facing.abs() >= GOOD_FACING))
                     };
                     (area, std::array::from_fn(|k| well(&t[k])))
                 }));

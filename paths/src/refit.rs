@@ -1,12 +1,12 @@
 use claymill_nurbs::{Curve3, Point3};
 use claymill_toolpath::{WRITTEN_STEP_MM, round_to_written};
 
-use crate::{FitTolerance, Frame};
 use crate::breaks::thinned;
 use crate::guide::Guide;
 use crate::profile::{Chain, Profile, Sample};
 use crate::spline::{Datum, knot_vector, least_squares};
 use crate::target::{Target, corner};
+use crate::{FitTolerance, Frame};
 
 /// Shorter stretches cannot be told from a point in the written digits, mm.
 const SHORTEST_MM: f64 = 20.0 * WRITTEN_STEP_MM;
@@ -272,7 +272,12 @@ mod tests {
 
     fn fit_along_x(profile: &Profile) -> Fit {
         let target = Target::new(profile, [None; 2], &ALONG_X);
-        fit_one(profile, &target, &Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() }).unwrap()
+        fit_one(
+            profile,
+            &target,
+            &Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() },
+        )
+        .unwrap()
     }
 
     fn sampled(from: f64, to: f64, f: impl Fn(f64) -> (f64, f64)) -> Profile {

@@ -60,7 +60,8 @@ fn hold(name: &str, surface: NurbsSurface, width_mm: f64, curvature: f64, across
     assert!(low > 0.95 && high < 1.02, "{name}: crests from {low} to {high}");
 
     // No pass more than the width asks for, and half a step from either border.
-    let step = flat_mm(R, FitTolerance::of_scallop(SCALLOP_MM).to_lay_mm(SCALLOP_MM)) / (1.0 + curvature * R).sqrt();
+    let step =
+        flat_mm(R, FitTolerance::of_scallop(SCALLOP_MM).to_lay_mm(SCALLOP_MM)) / (1.0 + curvature * R).sqrt();
     let fewest = width_mm / step;
     let count = apart.len() + 1;
     assert!((count as f64) < fewest + 1.0 && count as f64 > fewest - 1.0, "{name}: {count} for {fewest}");

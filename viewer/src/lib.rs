@@ -73,6 +73,7 @@ pub use passes::{DEPTH_FORMAT, FrameLayouts, MULTIPLY, Pass, Press, surface_layo
 pub use picture::Picture;
 pub use pins::{Pin, PinShape};
 pub use render::{Backdrop, PictureOptions, Renderer, render_png};
+pub use report::figures;
 pub use report::{
     Compared, ComparisonInput, ReportError, ReportInput, ReportPicture, SetupSheet, comparison_html,
     report_html, write_report,

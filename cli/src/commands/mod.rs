@@ -18,6 +18,7 @@ mod merge;
 mod order;
 mod pictures;
 mod plan;
+mod plan_summary;
 mod post;
 mod render;
 mod report;

@@ -16,7 +16,7 @@ use claymill_verify::{Verification, VerifyOptions, stick_out_needed_mm, verify_w
 use claymill_viewer::ReportPicture;
 
 use super::report::{self, Finished};
-use super::{Context, Loaded, box_mm, merge, orientation, pictures, verify};
+use super::{Context, Loaded, box_mm, merge, orientation, pictures, plan_summary, verify};
 use crate::args::{JobOptions, LinkName, PlanArgs, PresetName, StrategyName};
 use crate::console::peak_memory_mb;
 use crate::failure::Failure;
@@ -255,13 +255,14 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         excluded: &excluded,
         face_area_mm2: &loaded.face_area_mm2,
     };
+    plan_summary::warn_of_much(console, &plan_options, &to_cut);
     let (check, triangles) = obstacles(console, &request.options)?;
     let at = |stage: &str, share: f64| console.at(stage, share);
     let plan = plan_around(model, &to_cut, &triangles, &plan_options, &at)?;
     for (record, areas) in regions.regions.iter_mut().zip(&plan.region_setup_area_mm2) {
         record.setup_area_mm2.clone_from(areas);
     }
-    say_plan(console, &plan);
+    plan_summary::say_plan(console, &plan);
 
     console.stage("writing");
     folder.moves(&plan.program)?;
@@ -454,56 +455,4 @@ fn write_job_file(
         .map_err(|e| Failure::problem(format!("the job cannot be written as TOML: {e}"), ""))?;
     folder.text(JOB_TOML, &text)?;
     Ok(())
-}
-
-/// The plan in a few lines: with all that is said before and after it, a job fits on one screen.
-fn say_plan(console: &crate::console::Console, plan: &Plan) {
-    let (totals, area) = (&plan.totals, &plan.area);
-    let setups: Vec<String> = plan
-        .setups
-        .iter()
-        .map(|s| format!("{} {:.4} m² {:.1} h", s.name, s.area_mm2 * 1e-6, s.time_s / 3600.0))
-        .collect();
-    console.say_long("setups", &setups.join(", "));
-    let uncut: Vec<String> = area
-        .uncut_mm2
-        .iter()
-        .map(|(reason, mm2)| format!("{:.4} m² {}", mm2 * 1e-6, super::merge::name(reason).replace('_', " ")))
-        .collect();
-    let not_cut = if uncut.is_empty() {
-        "nothing left out".to_owned()
-    } else {
-        format!("not cut: {}", uncut.join(", "))
-    };
-    let (cut_m2, total_m2) = (area.cut_mm2 * 1e-6, area.total_mm2 * 1e-6);
-    console.say_long("area", &format!("{cut_m2:.4} of {total_m2:.4} m² cut; {not_cut}"));
-    let [cut, link, lead, rapid] =
-        [totals.length.cut_mm, totals.length.link_mm, totals.length.lead_mm, totals.length.rapid_mm]
-            .map(|mm| mm * 1e-6);
-    let (passes, retracts) = (totals.passes, totals.retracts);
-    console.say_long(
-        "paths",
-        &format!(
-            "{cut:.3} km in {passes} passes, {retracts} retracts, links {link:.3} km, leads {lead:.3} km, \
-             rapids {rapid:.3} km; {} moves, {} control points, about {:.1} h",
-            totals.moves,
-            totals.control_points,
-            totals.time_s / 3600.0
-        ),
-    );
-    if totals.locations > 0 {
-        let share = 100.0 * totals.certified_locations as f64 / totals.locations as f64;
-        console.say_long(
-            "",
-            &format!(
-                "{share:.1} % of {} locations lie where their contact is certified to be the only one",
-                totals.locations
-            ),
-        );
-    }
-    if totals.lifted_locations > 0 {
-        let lifted = totals.lifted_locations;
-        console
-            .say_long("", &format!("{lifted} locations rest on a proven bound instead of an exact contact"));
-    }
 }

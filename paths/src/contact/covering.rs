@@ -73,7 +73,8 @@ impl Covering {
         // Two triangles to a square of edges.
         let longest_edge_mm = edge_mm.max((2.0 * area_mm2 / TRIANGLES).sqrt());
         let options = |id: FaceId| MeshOptions {
-            deviation_mm: DEVIATION_MM.min(std::env::var("DEV").map_or(1.0,|v| v.parse().unwrap()) * radius_mm),
+            deviation_mm: DEVIATION_MM
+                .min(std::env::var("DEV").map_or(1.0, |v| v.parse().unwrap()) * radius_mm),
             longest_edge_mm: if excluded[id] {
                 longest_edge_mm.max(EXCLUDED_EDGE_MM)
             } else {

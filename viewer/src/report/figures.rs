@@ -1,3 +1,5 @@
+//! Figures as people read them: with a unit that suits, and no more digits than tell anything.
+
 /// A narrow space that does not break a line.
 const THIN: char = '\u{202f}';
 
@@ -26,7 +28,8 @@ fn three_digits(value: f64, unit: &str) -> String {
 }
 
 /// A path length: mm, m or km.
-pub(super) fn length(mm: f64) -> String {
+#[must_use]
+pub fn length(mm: f64) -> String {
     match mm.abs() {
         v if v >= 1e6 => three_digits(mm / 1e6, "km"),
         v if v >= 1e3 => three_digits(mm / 1e3, "m"),
@@ -35,7 +38,8 @@ pub(super) fn length(mm: f64) -> String {
 }
 
 /// An area: mm², cm² or m².
-pub(super) fn area(mm2: f64) -> String {
+#[must_use]
+pub fn area(mm2: f64) -> String {
     match mm2.abs() {
         v if v >= 1e5 => three_digits(mm2 / 1e6, "m²"),
         v if v >= 1e2 => three_digits(mm2 / 1e2, "cm²"),
@@ -63,7 +67,8 @@ pub(super) fn share(part: f64, whole: f64) -> String {
 }
 
 /// A duration as people say it: 2 h 05 min, 3 min 20 s, 4.2 s.
-pub(super) fn duration(seconds: f64) -> String {
+#[must_use]
+pub fn duration(seconds: f64) -> String {
     let whole = seconds.round().max(0.0) as u64;
     if seconds < 59.95 {
         return three_digits(seconds, "s");

@@ -6,7 +6,7 @@
 mod checks;
 mod choices;
 mod comparison;
-mod figures;
+pub mod figures;
 mod merging;
 mod model;
 mod plots;

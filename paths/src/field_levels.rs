@@ -12,13 +12,13 @@ use crate::levels::{Levels, Spot};
 use crate::part::SetupContext;
 use crate::step_over::{flat_mm, on_contact_mm};
 
-/// Edges of region meshes, in flat step-overs, and their limits, mm.
+/// Edges of region meshes, in flat step-overs, and their limits, in ball radii.
 const EDGE_STEPS: f64 = 1.5;
-const EDGE_MM: (f64, f64) = (3.0, 10.0);
+const EDGE_RADII: (f64, f64) = (0.3, 1.0);
 
 /// Length of a region mesh's edges that suits the step-over.
 pub(crate) fn mesh_edge_mm(radius_mm: f64, scallop_mm: f64) -> f64 {
-    (EDGE_STEPS * flat_mm(radius_mm, scallop_mm)).clamp(EDGE_MM.0, EDGE_MM.1)
+    (EDGE_STEPS * flat_mm(radius_mm, scallop_mm)).clamp(EDGE_RADII.0 * radius_mm, EDGE_RADII.1 * radius_mm)
 }
 
 /// A field whose iso-lines passes follow.

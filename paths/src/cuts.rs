@@ -1,6 +1,6 @@
 //! What a setup cuts, as small triangles of ball positions.
 
-use claymill_nurbs::{Jet, NurbsSurface, Point2, Point3, Vector3};
+use claymill_nurbs::{FaceId, Jet, NurbsSurface, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::part::SetupContext;
@@ -27,15 +27,15 @@ struct Corner {
 }
 
 impl SetupContext<'_> {
-    pub(crate) fn cuts(&self, faces: &[usize]) -> Vec<Cut> {
-        let of_face = |&face: &usize| {
+    /// What the setup cuts of some faces, but only of triangles (by face and number) that are to be `kept`.
+    pub(crate) fn cuts(&self, faces: &[FaceId], kept: impl Fn(FaceId, usize) -> bool + Sync) -> Vec<Cut> {
+        let of_face = |&face: &FaceId| {
             let mesh = &self.covering.meshes[face];
             let surface = self.ball.surface(face);
-            let cut = mesh.triangles.iter().zip(&self.fates[face]);
-            cut.filter(|(_, fate)| fate.setups & (1 << self.index) != 0)
-                .flat_map(|(t, fate)| {
-                    let side = if fate.other_side & (1 << self.index) == 0 { 1.0 } else { -1.0 };
-                    self.cut_up(surface, t.map(|i| mesh.uv[i as usize]), side)
+            let cut = mesh.triangles.iter().zip(&self.fates[face]).enumerate();
+            cut.filter(|(k, (_, fate))| fate.setups & (1 << self.index) != 0 && kept(face, *k))
+                .flat_map(|(_, (t, fate))| {
+                    self.cut_up(surface, t.map(|i| mesh.uv[i as usize]), fate.side(self.index))
                 })
                 .collect::<Vec<_>>()
         };

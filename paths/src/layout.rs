@@ -57,7 +57,8 @@ impl<'p> Layout<'p> {
         match &self.rest {
             Rest::Nothing => false,
             Rest::Rows(rounds) => rounds.go_on(),
-            Rest::Levels(rounds) => rounds.go_on(),
+            // In the end what they leave out is mended.
+            Rest::Levels(_) => true,
         }
     }
 
@@ -120,7 +121,7 @@ impl SetupContext<'_> {
     ) -> Option<Layout<'b>> {
         let mut layout = match strategy {
             Strategy::Planar => {
-                let rounds = self.begin_rows(ground)?;
+                let rounds = self.begin_rows(ground, |_, _| true)?;
                 Layout::new(strategy, Some(rounds.along), Rest::Rows(rounds))
             }
             Strategy::Waterline => return self.lay_by_slope(strategy, SHALLOWEST_DEG, ground),
@@ -143,7 +144,13 @@ impl SetupContext<'_> {
         layout.proofs += match &mut layout.rest {
             Rest::Nothing => Proofs::default(),
             Rest::Rows(rounds) => self.lay_rows(rounds, laid, ground),
-            Rest::Levels(rounds) => self.lay_levels(rounds, laid, ground),
+            Rest::Levels(rounds) if rounds.go_on() => self.lay_levels(rounds, laid, ground),
+            Rest::Levels(_) => {
+                layout.rest = Rest::Nothing;
+                let (rows, proofs) = self.mend(laid, ground);
+                layout.groups.push(rows);
+                proofs
+            }
         };
     }
 

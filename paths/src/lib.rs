@@ -41,6 +41,7 @@ mod kinematics;
 mod layout;
 mod leads;
 mod levels;
+mod mend;
 mod near;
 mod obstacles;
 mod order;

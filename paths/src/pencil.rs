@@ -122,7 +122,7 @@ impl Pencil<'_, '_> {
     fn seeds(&self, faces: &[usize]) -> Vec<(Point2, Vector2<f64>)> {
         let context = self.context;
         let apart_mm = APART * context.flat_step_mm();
-        let cuts = context.cuts(faces);
+        let cuts = context.cuts(faces, |_, _| true);
         let mut seeds = Vec::new();
         for deg in [0.0, 90.0] {
             let along = RowsAlong::at_deg(deg);

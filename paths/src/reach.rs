@@ -57,6 +57,13 @@ pub(crate) struct Fate {
     pub(crate) done: f32,
 }
 
+impl Fate {
+    /// The side of the surface that a setup cuts: 1 on that of `Su × Sv`, −1 on the other.
+    pub(crate) fn side(&self, setup: usize) -> f64 {
+        if self.other_side & (1 << setup) == 0 { 1.0 } else { -1.0 }
+    }
+}
+
 /// An earlier ball that is kept up by no more than this share of what the own ball may be has finished a place.
 const EARLIER_ALLOWED: f64 = 0.5;
 /// A triangle is probed in its middle and at its corners, which it shares with its neighbours.

@@ -1,5 +1,6 @@
 //! Parallel rows over a part: planar cuts.
 
+use claymill_nurbs::FaceId;
 use rayon::prelude::*;
 
 use crate::RowsAlong;
@@ -31,9 +32,8 @@ impl RowRounds {
 }
 
 impl SetupContext<'_> {
-    /// Rows over the part in the cheapest direction, by length of path and turns, or in the one asked for.
-    fn rows(&self, faces: &[usize]) -> Option<(RowsAlong, Raster, Vec<Row>)> {
-        let cuts = self.cuts(faces);
+    /// Rows over what is cut in the cheapest direction, by length of path and turns, or in the one asked for.
+    fn rows(&self, cuts: &[Cut]) -> Option<(RowsAlong, Raster, Vec<Row>)> {
         let asked = self.rows_along.map(|along| vec![along]);
         let turns = (0..(180.0 / TURN_DEG) as u32).map(|k| RowsAlong::at_deg(TURN_DEG * f64::from(k)));
         // Of a huge part no more rasters than needed are kept at a time.
@@ -41,7 +41,7 @@ impl SetupContext<'_> {
             .unwrap_or_else(|| turns.collect())
             .into_par_iter()
             .filter_map(|along| {
-                let raster = self.raster(&self.patches(&cuts, along))?;
+                let raster = self.raster(&self.patches(cuts, along))?;
                 let rows = raster.rows();
                 let turns = rows.iter().map(|r| r.stretches.len()).sum::<usize>() as f64;
                 let cost_mm = rows.iter().map(|r| raster.path_mm(r)).sum::<f64>() + TURN_MM * turns;
@@ -71,9 +71,13 @@ impl SetupContext<'_> {
         cuts.iter().filter_map(of_cut).collect()
     }
 
-    /// The first round of rows, in the cheapest direction or in the one asked for.
-    pub(crate) fn begin_rows(&self, ground: &Ground) -> Option<RowRounds> {
-        let (along, raster, rows) = self.rows(ground.faces)?;
+    /// The first round of rows over those triangles of the ground (by face and number) that are to be `kept`.
+    pub(crate) fn begin_rows(
+        &self,
+        ground: &Ground,
+        kept: impl Fn(FaceId, usize) -> bool + Sync,
+    ) -> Option<RowRounds> {
+        let (along, raster, rows) = self.rows(&self.cuts(ground.faces, kept))?;
         Some(RowRounds { along, raster, rows, round: 0 })
     }
 

@@ -17,7 +17,7 @@ use crate::reach::LEAST_FACING;
 /// A place is left out where no pass cuts down to this many scallop heights: the nearest is a step-over away.
 const LEFT_OUT: f64 = 4.0;
 /// Less than this is not worth passes of its own, in flat step-overs squared.
-const LEAST_STEPS2: f64 = 40.0;
+const LEAST_STEPS2: f64 = 6.0;
 
 impl SetupContext<'_> {
     /// Rows over what the laid passes leave out, if anything.
@@ -45,7 +45,8 @@ impl SetupContext<'_> {
         if all_mm2 < LEAST_STEPS2 * self.flat_step_mm().powi(2) {
             return rows;
         }
-        let is_left = |face: FaceId, t: usize| ground.faces.binary_search(&face).is_ok_and(|k| left_out[k][t]);
+        let is_left =
+            |face: FaceId, t: usize| ground.faces.binary_search(&face).is_ok_and(|k| left_out[k][t]);
         let Some(mut rounds) = self.begin_rows(ground, is_left) else { return rows };
         while rounds.go_on() {
             rows.1 += self.lay_rows(&mut rounds, &mut rows.0, ground);

@@ -1,3 +1,5 @@
+use std::f64::consts::PI;
+
 use claymill_nurbs::Point3;
 
 use super::{BoundaryLoop, RegionMesh};
@@ -22,12 +24,18 @@ pub enum GuideKind {
     Halves,
     /// The two loops of a ring.
     Rings,
-    /// The two ends of a closed surface that are farthest from each other.
+    /// The two ends that are farthest from each other: of a closed surface, or of one that is open at one end alone.
     Ends,
 }
 
 /// A second loop shorter than this part of the longest is a hole in a sheet, not the other end of a ring.
 const HOLE: f64 = 0.25;
+/// A surface with more than this times the area of the disc that its longest loop could enclose is no sheet spanned over
+/// that loop but an arm that begins there. A field between two halves of the loop fades along an arm, to a tenth by
+/// this length (by exp(−2π) within each circumference).
+const ARM: f64 = 4.0;
+/// A loop this near the far end of an arm, in its length, is that end.
+const AT_END: f64 = 0.3;
 /// A corner turns by more than this, degrees.
 const CORNER_DEG: f64 = 30.0;
 /// Turns within this part of the loop's length are one corner.
@@ -47,7 +55,8 @@ impl RegionMesh<'_> {
     /// A sensible choice of two opposite sides: iso-lines of a field from the one to the other run along the
     /// region.
     ///
-    /// A ring has its two loops. Any other region with a border has two parts of its longest loop: its corners
+    /// A ring has its two loops; an arm, a surface much longer than its longest loop is wide, has that loop and its far
+    /// end. Any other region with a border has two parts of its longest loop: its corners
     /// (turns of more than 30° in the surface) are found, the four that turn most and lie farthest from each
     /// other make four sides, and the longer two opposite ones are taken. With fewer corners the free sides
     /// are short stretches around the tips; with none or one, around the two points farthest from each other. Further
@@ -59,7 +68,36 @@ impl RegionMesh<'_> {
             [outer, inner] if inner.length_mm > HOLE * outer.length_mm => {
                 Guides { from: outer.vertices.clone(), to: inner.vertices.clone(), kind: GuideKind::Rings }
             }
+            [outer, others @ ..] if self.is_arm(outer) => self.arm(outer, others),
             [outer, ..] => self.sides(outer),
+        }
+    }
+
+    fn is_arm(&self, outer: &BoundaryLoop) -> bool {
+        let area = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| self.point(v));
+            0.5 * (b - a).cross(&(c - a)).norm()
+        };
+        let disc_mm2 = outer.length_mm.powi(2) / (4.0 * PI);
+        self.triangles.iter().map(area).sum::<f64>() > ARM * disc_mm2
+    }
+
+    /// From the longest loop of an arm to its far end: the loop that is there, or where the surface closes.
+    fn arm(&self, outer: &BoundaryLoop, others: &[BoundaryLoop]) -> Guides {
+        let begin = centre(outer.vertices.iter().map(|&v| self.point(v)));
+        let far = farthest_from(self.vertices.iter().map(|v| v.point), &begin);
+        let is_at_end = |l: &&BoundaryLoop| {
+            let at = centre(l.vertices.iter().map(|&v| self.point(v)));
+            (at - far).norm() < AT_END * (far - begin).norm()
+        };
+        // Loops come by length.
+        match others.iter().find(is_at_end) {
+            Some(end) => {
+                Guides { from: outer.vertices.clone(), to: end.vertices.clone(), kind: GuideKind::Rings }
+            }
+            None => {
+                Guides { from: outer.vertices.clone(), to: self.vertices_near(&far), kind: GuideKind::Ends }
+            }
         }
     }
 
@@ -73,15 +111,15 @@ impl RegionMesh<'_> {
     }
 
     fn ends(&self) -> Guides {
-        let points: Vec<Point3> = self.vertices.iter().map(|v| v.point).collect();
-        let centre = points.iter().fold(Point3::origin(), |c, p| c + p.coords / points.len() as f64);
-        let a = farthest_from(&points, &centre);
-        let b = farthest_from(&points, &a);
-        let around = |p: &Point3| {
-            let near = |i: &u32| (points[*i as usize] - p).norm() <= 2.0 * self.edge_mm;
-            (0..points.len() as u32).filter(near).collect()
-        };
-        Guides { from: around(&a), to: around(&b), kind: GuideKind::Ends }
+        let points = || self.vertices.iter().map(|v| v.point);
+        let a = farthest_from(points(), &centre(points()));
+        let b = farthest_from(points(), &a);
+        Guides { from: self.vertices_near(&a), to: self.vertices_near(&b), kind: GuideKind::Ends }
+    }
+
+    fn vertices_near(&self, p: &Point3) -> Vec<u32> {
+        let near = |i: &u32| (self.point(*i) - p).norm() <= 2.0 * self.edge_mm;
+        (0..self.vertices.len() as u32).filter(near).collect()
     }
 
     /// Sum of the angles of the triangles around each vertex, radians.
@@ -97,8 +135,13 @@ impl RegionMesh<'_> {
     }
 }
 
-fn farthest_from(points: &[Point3], from: &Point3) -> Point3 {
-    points.iter().fold(*from, |far, p| if (p - from).norm() > (far - from).norm() { *p } else { far })
+fn centre(points: impl ExactSizeIterator<Item = Point3>) -> Point3 {
+    let share = 1.0 / points.len() as f64;
+    points.fold(Point3::origin(), |centre, p| centre + p.coords * share)
+}
+
+fn farthest_from(points: impl Iterator<Item = Point3>, from: &Point3) -> Point3 {
+    points.fold(*from, |far, p| if (p - from).norm() > (far - from).norm() { p } else { far })
 }
 
 /// A loop with its arc length and its turning.
@@ -122,7 +165,7 @@ impl Ring {
             s.push(length);
             length += (points[(k + 1) % points.len()] - points[k]).norm();
         }
-        let turn = ring.vertices.iter().map(|&v| std::f64::consts::PI - sums[v as usize]).collect();
+        let turn = ring.vertices.iter().map(|&v| PI - sums[v as usize]).collect();
         Ring { vertices: ring.vertices.clone(), points, s, length, turn }
     }
 

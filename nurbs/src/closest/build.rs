@@ -10,7 +10,8 @@ const LARGEST_THICKNESS: f64 = 0.1;
 const REACH_MM: f64 = 20.0;
 /// Pieces that rims run through are cut down to about this size, so that little of them is outside, mm.
 const MIXED_SIZE_MM: f64 = 5.0;
-/// Cuts of one Bézier piece, at most.
+/// Cuts of one Bézier piece, at most; where it remains longer than [`REACH_MM`], twice that (a rim of a small radius
+/// along the whole of a long surface).
 const LARGEST_DEPTH: usize = 8;
 /// A trim curve this near a side of the parameter rectangle (relative to its width) lies on it.
 const ON_SIDE: f64 = 1e-12;
@@ -94,7 +95,7 @@ pub(super) fn parts(id: FaceId, face: &Face) -> Parts {
 
 fn refine(piece: Option<Piece>, depth: usize, parts: &mut Parts) {
     let Some(piece) = piece else { return };
-    match (depth < LARGEST_DEPTH).then(|| cut(&piece)).flatten() {
+    match cut(&piece, depth) {
         Some(direction) => {
             for half in piece.net.cut(direction, 0.5) {
                 let half = parts.trim.piece(half, piece.face, &piece.chords);
@@ -105,12 +106,14 @@ fn refine(piece: Option<Piece>, depth: usize, parts: &mut Parts) {
     }
 }
 
-/// Where to cut a piece, if at all.
-fn cut(piece: &Piece) -> Option<Direction> {
+/// Where to cut a piece that comes from `depth` cuts, if at all.
+fn cut(piece: &Piece, depth: usize) -> Option<Direction> {
     let [x, y, thickness] = piece.extent();
     let size = x.max(y);
-    if thickness > LARGEST_THICKNESS * size || !piece.is_tame_within(REACH_MM.min(0.5 * size)) {
-        Some(piece.bent_direction())
+    if depth >= LARGEST_DEPTH && size <= REACH_MM || depth >= 2 * LARGEST_DEPTH {
+        None
+    } else if thickness > LARGEST_THICKNESS * size || !piece.is_tame_within(REACH_MM.min(0.5 * size)) {
+        Some(if depth < LARGEST_DEPTH { piece.bent_direction() } else { piece.longer_direction() })
     } else {
         (!piece.chords.is_empty() && size > MIXED_SIZE_MM).then(|| piece.longer_direction())
     }

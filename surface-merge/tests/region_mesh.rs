@@ -238,6 +238,34 @@ fn distances_are_those_of_plane_cylinder_and_sphere() {
 }
 
 #[test]
+fn an_arm_is_swept_from_its_border_to_its_far_end() {
+    let z = frame([0.0; 3], Vector3::z(), Vector3::x());
+    let guides_of = |surface: NurbsSurface| {
+        let (model, merged) = sewn(vec![surface]);
+        let mesh = RegionMesh::of_region(&model, &merged, 0, 6.0).unwrap();
+        let guides = mesh.guides();
+        let ends = |set: &[u32]| {
+            let heights = || set.iter().map(|&v| mesh.vertices()[v as usize].point.z);
+            (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max))
+        };
+        (guides.kind, ends(&guides.from), ends(&guides.to))
+    };
+    // A finger, open below; its field would fade if both guides were at its root.
+    let finger = |p: Point3| Point3::new(p.x, p.y, 10.0 * p.z);
+    let closed = sphere(&z, 20.0, (0.0, 2.0 * PI), (0.0, FRAC_PI_2)).unwrap();
+    let (kind, root, tip) = guides_of(closed.mapped(finger));
+    assert_eq!(kind, GuideKind::Ends);
+    assert!(root.1 < 1e-6 && tip.0 > 180.0, "{root:?} {tip:?}");
+    // Its tip cut off: the border there is far too short for a ring, but no hole in a sheet.
+    let open = sphere(&z, 20.0, (0.0, 2.0 * PI), (0.0, 1.4)).unwrap();
+    let (kind, root, tip) = guides_of(open.mapped(finger));
+    assert_eq!(kind, GuideKind::Rings);
+    assert!(root.1 < 1e-6 && tip.0 > 190.0, "{root:?} {tip:?}");
+    // A bowl is a sheet.
+    assert_eq!(guides_of(closed).0, GuideKind::Halves);
+}
+
+#[test]
 fn closed_surfaces_have_ends_and_parts_without_guides_no_values() {
     let z = frame([3.0, -2.0, 5.0], Vector3::z(), Vector3::x());
     let whole = sphere(&z, 25.0, (0.0, 2.0 * PI), (-FRAC_PI_2, FRAC_PI_2)).unwrap();

@@ -271,13 +271,8 @@ mod tests {
     }
 
     fn fit_along_x(profile: &Profile) -> Fit {
-        let target = Target::new(profile, [None; 2], &ALONG_X);
-        fit_one(
-            profile,
-            &target,
-            &Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() },
-        )
-        .unwrap()
+        let over = Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() };
+        fit_one(profile, &Target::new(profile, [None; 2], &over), &over).unwrap()
     }
 
     fn sampled(from: f64, to: f64, f: impl Fn(f64) -> (f64, f64)) -> Profile {
@@ -321,8 +316,8 @@ mod tests {
         let ends = [(0.0, 0.1), (0.5, -0.1)];
         let samples = ends.map(|(s, slope)| sample(s, 0.0, slope)).to_vec();
         let profile = Profile { samples };
-        let target = Target::new(&profile, [None; 2], &ALONG_X);
         let over = Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() };
+        let target = Target::new(&profile, [None; 2], &over);
         let piece = straight(&profile, &target, &over).unwrap();
         assert!(piece.error_mm.0 > 0.0, "{:?}", piece.error_mm);
         // The Hermite arc rises by h·slope/4 = 12.5 µm in the middle.
@@ -349,7 +344,7 @@ mod tests {
         let guide = Guide::Curved(crate::cubics::Cubics::new(&curve).unwrap());
         let over = Over { guide: &guide, frame: &top(), radius_mm: 0.0, tolerance: usual() };
         let level = Profile { samples: [0.0, 0.5, 1.0].map(|s| sample(s, 0.0, 0.0)).to_vec() };
-        assert!(fit_one(&level, &Target::new(&level, [None; 2], &guide), &over).is_none());
+        assert!(fit_one(&level, &Target::new(&level, [None; 2], &over), &over).is_none());
         let pieces = fit(&level, [None; 2], &over);
         let mut end = Point3::origin();
         for Fit { curve, .. } in &pieces {

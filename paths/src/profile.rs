@@ -6,8 +6,10 @@ use crate::proofs::Proofs;
 
 /// Samples along a guide are at most this far apart, mm along the profile; a location halfway between each
 /// two is checked too. A bump of the locations' surface is at least a ball wide at its foot, so one that hides
-/// between checks is lower than (¼ mm)² / 2R.
+/// between checks is lower than (¼ mm)² / 2R. Over a ball that is larger than the usual one, strides are longer and such
+/// bumps no higher.
 const STRIDE_MM: f64 = 1.0;
+const USUAL_RADIUS_MM: f64 = 10.0;
 /// Between samples the profile is a cubic Hermite arc; the exact location halfway may differ by this, mm.
 const HERMITE_MM: f64 = 4e-4;
 /// The slope at a proven bound is measured over this distance, mm.
@@ -190,9 +192,10 @@ pub(crate) fn follow(ball: &BallDrop, guide: &Guide, s0: f64, s1: f64) -> Follow
         walk.begin(a);
     }
     let mut s = s0;
+    let stride_mm = STRIDE_MM * (ball.radius_mm() / USUAL_RADIUS_MM).max(1.0).sqrt();
     while s < s1 {
         // The stride is along the profile: steep ground needs smaller steps on the guide.
-        let step = here.map_or(STRIDE_MM, |a| STRIDE_MM / (1.0 + a.slope * a.slope).sqrt());
+        let step = here.map_or(stride_mm, |a| stride_mm / (1.0 + a.slope * a.slope).sqrt());
         let next = if s + 1.5 * step >= s1 { s1 } else { s + step };
         let there = walk.sample(next);
         walk.step(s, here, next, there);

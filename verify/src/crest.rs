@@ -23,14 +23,14 @@ const SAME_LINE_MM: f64 = 1e-3;
 /// Crests within these shares of the height asked for count as even.
 const EVEN: (f64, f64) = (0.90, 1.05);
 
-/// A crest between two passes.
-struct Crest {
-    height: f64,
-    weight: f64,
-    top: Point3,
-    place: Place,
-    normal: Vector3,
-    foot: Point3,
+/// The crests along one pass.
+#[derive(Default)]
+struct Along {
+    /// With the length of the pass that each stands for, mm.
+    crests: Vec<(CrestSample, f32)>,
+    highest: Option<(f64, Place)>,
+    /// Higher than the limit where the ball does not fit: what is left there is no scallop.
+    out_of_reach: u64,
 }
 
 /// Measures the crests that neighbouring passes leave between them, from the written paths alone: for each
@@ -50,37 +50,32 @@ pub(crate) fn measure(
     stage: &Stage<'_>,
 ) -> (Crests, Vec<CrestSample>) {
     let passes: Vec<&Track> = scene.tracks.iter().filter(|t| t.kind == MoveKind::Cut).collect();
-    let limit = scene.options.scallop_limit * scene.scallop_mm();
-    let spare = limit - scene.scallop_mm();
-    let found: Vec<(usize, Vec<Crest>, u64)> = passes
+    let found: Vec<Along> = passes
         .par_iter()
         .map(|track| {
-            let mut crests = crests_along(scene, swept, track);
-            let all = crests.len();
-            // Where the ball does not fit, what is left is no scallop.
-            crests.retain(|c| c.height <= limit || reach.is_left(&c.foot, &c.normal, spare));
-            let out_of_reach = (all - crests.len()) as u64;
+            let along = crests_along(scene, swept, reach, track);
             stage.step(passes.len());
-            (track.region, crests, out_of_reach)
+            along
         })
         .collect();
 
     let mut heights = Distribution::default();
     let mut by_region: BTreeMap<usize, Distribution> = BTreeMap::new();
     let mut highest: Option<(f64, Place)> = None;
-    let mut samples = Vec::with_capacity(found.iter().map(|f| f.1.len()).sum());
+    let mut samples = Vec::with_capacity(found.iter().map(|f| f.crests.len()).sum());
     let mut out_of_reach = 0;
-    for (region, crests, beyond) in found {
-        out_of_reach += beyond;
-        let regional = by_region.entry(region).or_default();
-        for c in crests {
-            heights.add(c.height, c.weight);
-            regional.add(c.height, c.weight);
-            samples.push(CrestSample { foot: c.foot, height_mm: c.height });
-            if highest.as_ref().is_none_or(|h| c.height > h.0) {
-                let at = Place { point_mm: c.top.into(), ..c.place };
-                highest = Some((c.height, at));
-            }
+    for (track, along) in passes.iter().zip(found) {
+        out_of_reach += along.out_of_reach;
+        let regional = by_region.entry(track.region).or_default();
+        for (crest, weight) in along.crests {
+            heights.add(crest.height_mm, f64::from(weight));
+            regional.add(crest.height_mm, f64::from(weight));
+            samples.push(crest);
+        }
+        if let Some(h) = along.highest
+            && highest.as_ref().is_none_or(|best| h.0 > best.0)
+        {
+            highest = Some(h);
         }
     }
     let asked = scene.scallop_mm();
@@ -107,10 +102,12 @@ pub(crate) fn measure(
     (crests, samples)
 }
 
-fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, track: &Track) -> Vec<Crest> {
+fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: &Track) -> Along {
+    let limit = scene.options.scallop_limit * scene.scallop_mm();
+    let spare = limit - scene.scallop_mm();
     let (radius, h) = (track.radius_mm, scene.scallop_mm().min(track.radius_mm));
     let step_over = 2.0 * (2.0 * radius * h - h * h).sqrt();
-    let mut crests = Vec::new();
+    let mut along = Along::default();
     let mut at_contact = Hint::default();
     let mut at_crest = [Hint::default(), Hint::default()];
     let stations = track.stations(scene.options.crest_spacing_mm);
@@ -152,21 +149,24 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, track: &Track) -> Vec<Cres
                 continue;
             }
             let below = (top - foot.point).dot(&normal) < 0.0;
-            crests.push(Crest {
-                height: if below { -foot.distance_mm } else { foot.distance_mm },
-                weight: pair[1] - pair[0],
-                top,
-                place: Place {
+            let height_mm = if below { -foot.distance_mm } else { foot.distance_mm };
+            if height_mm > limit && !reach.is_left(&foot.point, &normal, spare) {
+                along.out_of_reach += 1;
+                continue;
+            }
+            let weight = (pair[1] - pair[0]) as f32;
+            along.crests.push((CrestSample { foot: foot.point, height_mm }, weight));
+            if along.highest.as_ref().is_none_or(|highest| height_mm > highest.0) {
+                let place = Place {
                     move_seq: Some(track.seq),
                     parameter: Some(t),
                     ..scene.place(top, Some(foot.face))
-                },
-                normal,
-                foot: foot.point,
-            });
+                };
+                along.highest = Some((height_mm, place));
+            }
         }
     }
-    crests
+    along
 }
 
 /// The nearest other pass on either side of `c`, where it crosses the plane perpendicular to the feed.

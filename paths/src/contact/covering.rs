@@ -14,6 +14,9 @@ use super::beside::Beside;
 /// about ten times smaller.
 const DEVIATION_MM: f64 = 0.25;
 const LONGEST_EDGE_MM: f64 = 12.0;
+/// The same in radii of a large ball, which fewer and larger triangles serve as well.
+const LARGE_DEVIATION_RADII: f64 = 0.025;
+const LARGE_EDGE_RADII: f64 = 1.2;
 /// Edges in ball radii, at most: what a setup reaches is probed on every triangle, and a small ball gets into
 /// places that a large triangle would hide.
 const LONGEST_EDGE_RADII: f64 = 2.0;
@@ -69,12 +72,11 @@ impl Covering {
         area_mm2: f64,
         radius_mm: f64,
     ) -> Result<Self, (FaceId, NurbsError)> {
-        let edge_mm = LONGEST_EDGE_MM.min(LONGEST_EDGE_RADII * radius_mm);
+        let edge_mm = LONGEST_EDGE_MM.max(LARGE_EDGE_RADII * radius_mm).min(LONGEST_EDGE_RADII * radius_mm);
         // Two triangles to a square of edges.
         let longest_edge_mm = edge_mm.max((2.0 * area_mm2 / TRIANGLES).sqrt());
         let options = |id: FaceId| MeshOptions {
-            deviation_mm: DEVIATION_MM
-                .min(std::env::var("DEV").map_or(1.0, |v| v.parse().unwrap()) * radius_mm),
+            deviation_mm: DEVIATION_MM.max(LARGE_DEVIATION_RADII * radius_mm),
             longest_edge_mm: if excluded[id] {
                 longest_edge_mm.max(EXCLUDED_EDGE_MM)
             } else {

@@ -52,7 +52,7 @@ use claymill_toolpath::{FORMAT_VERSION, JOB_FILE, Job, Program, read_job, read_m
 pub use crest_file::{CRESTS_FILE, read_crests, write_crests};
 pub use error::VerifyError;
 pub use holder::{HolderClearance, RegionStickOut, ShankContact};
-pub use options::{Progress, VerifyOptions};
+pub use options::{Progress, USUAL_RADIUS_MM, USUAL_SCALLOP_MM, VerifyOptions};
 pub use report::{
     AreaAt, Contact, Coverage, CrestSample, Crests, FaceCoverage, Gouge, GougeSample, HISTOGRAM_BIN,
     HISTOGRAM_BINS, Obstacles, Place, Rapids, RegionCrests, ResidualSample, Scallop, SurfaceResidual,
@@ -150,7 +150,7 @@ pub fn verify_with_crests(
 ) -> Result<(Verification, Vec<CrestSample>), VerifyError> {
     let bench = Bench::new(model, job, program, options, progress)?;
     let scene = &bench.scene;
-    let swept = swept::Swept::new(&scene.tracks, options.chord_mm);
+    let swept = swept::Swept::new(&scene.tracks, scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(&bench.meshes, &scene.obstacles.triangles);
     let reach = reach::Reach::new(scene, &mesh);
 
@@ -227,7 +227,7 @@ pub fn crest_samples(
 ) -> Result<Vec<CrestSample>, VerifyError> {
     let bench = Bench::new(model, job, program, options, progress)?;
     let scene = &bench.scene;
-    let swept = swept::Swept::new(&scene.tracks, options.chord_mm);
+    let swept = swept::Swept::new(&scene.tracks, scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(&bench.meshes, &scene.obstacles.triangles);
     let reach = reach::Reach::new(scene, &mesh);
     Ok(crest::measure(scene, &swept, &reach, &scene::Stage::begin("scallop crests", progress)).1)
@@ -246,7 +246,7 @@ pub fn residual_samples(
     progress: Progress<'_>,
 ) -> Result<Vec<ResidualSample>, VerifyError> {
     let bench = Bench::new(model, job, program, options, progress)?;
-    let swept = swept::Swept::new(&bench.scene.tracks, options.chord_mm);
+    let swept = swept::Swept::new(&bench.scene.tracks, bench.scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(&bench.meshes, &bench.scene.obstacles.triangles);
     let reach = reach::Reach::new(&bench.scene, &mesh);
     let stage = scene::Stage::begin("coverage", progress);
@@ -281,12 +281,13 @@ impl<'a> Bench<'a> {
         model: &'a Model,
         job: &'a Job,
         program: &Program,
-        options: &'a VerifyOptions,
+        options: &VerifyOptions,
         progress: Progress<'_>,
     ) -> Result<Self, VerifyError> {
         let tracks = track::Track::all(job, program)?;
         progress("preparing the model", 0.0);
-        let obstacles = obstacles::ObstacleSet::read(job, options)?;
+        let options = options.suited_to(job);
+        let obstacles = obstacles::ObstacleSet::read(job, &options)?;
         let mesh_options =
             MeshOptions { deviation_mm: options.mesh_deviation_mm, longest_edge_mm: options.mesh_edge_mm };
         Ok(Bench {

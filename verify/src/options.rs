@@ -1,6 +1,6 @@
 use std::path::PathBuf;
 
-use claymill_toolpath::Holder;
+use claymill_toolpath::{Holder, Job};
 
 /// How closely the verifier looks, and where its bars are.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,13 +11,16 @@ pub struct VerifyOptions {
     pub obstacles: Vec<PathBuf>,
     /// Millimetres in one unit of those whose format has no unit.
     pub obstacle_unit_mm: f64,
-    /// Distance between samples along the paths for gouges and contact, mm.
+    /// Distance between samples along the paths for gouges and contact, mm; for larger balls than [`USUAL_RADIUS_MM`] it
+    /// grows with the root of the radius, so that a ball sinks no deeper between two samples.
     pub path_spacing_mm: f64,
-    /// Distance between samples along the passes for scallop crests, mm.
+    /// Distance between samples along the passes for scallop crests, mm; grows likewise.
     pub crest_spacing_mm: f64,
-    /// Area that one sample of the surfaces stands for, mm².
+    /// Area that one sample of the surfaces stands for, mm²; where radius times scallop height is larger than usual, it grows
+    /// with that, as the square of a step-over does.
     pub area_per_sample_mm2: f64,
-    /// Distance of the paths from the chords that replace them in the swept volume, mm.
+    /// Distance of the paths from the chords that replace them in the swept volume, mm; above [`USUAL_SCALLOP_MM`] it grows
+    /// with the scallop height.
     pub chord_mm: f64,
     /// Distance of the surfaces from the triangles that stand for them above the tool, mm.
     pub mesh_deviation_mm: f64,
@@ -58,6 +61,28 @@ impl Default for VerifyOptions {
             holder: None,
             holder_clearance_mm: None,
             steepest_deg: 80.0,
+        }
+    }
+}
+
+/// The ball and the scallop height whose spacings the options tell, mm.
+pub const USUAL_RADIUS_MM: f64 = 10.0;
+/// See [`USUAL_RADIUS_MM`].
+pub const USUAL_SCALLOP_MM: f64 = 0.1;
+
+impl VerifyOptions {
+    /// With the spacings that suit the job's smallest tool.
+    pub(crate) fn suited_to(&self, job: &Job) -> VerifyOptions {
+        let least_radius = job.tools.iter().map(|t| t.tool.radius_mm()).fold(f64::INFINITY, f64::min);
+        let larger = if least_radius.is_finite() { least_radius / USUAL_RADIUS_MM } else { 1.0 };
+        let higher = job.request.scallop_mm / USUAL_SCALLOP_MM;
+        let wider = larger.max(1.0).sqrt();
+        VerifyOptions {
+            path_spacing_mm: self.path_spacing_mm * wider,
+            crest_spacing_mm: self.crest_spacing_mm * wider,
+            area_per_sample_mm2: self.area_per_sample_mm2 * (larger * higher).max(1.0),
+            chord_mm: self.chord_mm * higher.max(1.0),
+            ..self.clone()
         }
     }
 }

@@ -17,7 +17,7 @@ const SQUARE_COSINE: f64 = 0.9994;
 pub(crate) struct Scene<'a> {
     pub(crate) model: &'a Model,
     pub(crate) job: &'a Job,
-    pub(crate) options: &'a VerifyOptions,
+    pub(crate) options: VerifyOptions,
     pub(crate) closest: ClosestPoints<'a>,
     pub(crate) tracks: Vec<Track>,
     pub(crate) obstacles: ObstacleSet,

@@ -1,6 +1,7 @@
 use std::collections::HashMap;
 
 use claymill_nurbs::{Point3, Vector3};
+use claymill_toolpath::Request;
 use rayon::prelude::*;
 
 use crate::palette::{NOT_CUT, Rgb};
@@ -13,6 +14,23 @@ pub struct HeatScale {
     pub asked_mm: f64,
     /// Size of the cells in which the highest sample counts, mm.
     pub cell_mm: f64,
+}
+
+/// Cells are at least this large, mm, and at least so many step-overs, so that none between two crests is empty.
+const LEAST_CELL_MM: f64 = 8.0;
+const CELL_STEPS: f64 = 2.0;
+
+impl HeatScale {
+    /// The scale that suits what a job was asked for.
+    #[must_use]
+    pub fn of_request(request: &Request) -> Self {
+        Self::of_ball(request.tool.radius_mm(), request.scallop_mm)
+    }
+
+    fn of_ball(radius_mm: f64, asked_mm: f64) -> Self {
+        let step_over_mm = 2.0 * (2.0 * radius_mm * asked_mm - asked_mm * asked_mm).max(0.0).sqrt();
+        HeatScale { asked_mm, cell_mm: LEAST_CELL_MM.max(CELL_STEPS * step_over_mm) }
+    }
 }
 
 /// Steps of the scale, as shares of the height asked for, with their colours: from blue (more passes than needed)
@@ -118,6 +136,13 @@ mod tests {
         let colours: Vec<[u8; 4]> = scene.surfaces[0].vertices.iter().map(|v| v.colour).collect();
         let opaque = |c: Rgb| [c[0], c[1], c[2], 255];
         assert_eq!(colours, [opaque(STEPS[3].1), opaque(STEPS[3].1), opaque(NOT_CUT)]);
+        let scale = HeatScale::of_ball(50.0, 0.5);
+        let crests: Vec<(Point3, f64)> = (0..2500)
+            .map(|k| (Point3::new(f64::from(k % 50) * 14.1, f64::from(k / 50) * 9.0, 0.0), 0.5))
+            .collect();
+        let near = HighestNear::new(&crests, &scale);
+        let everywhere = |k: u32| Point3::new(f64::from(k % 97) * 7.1, f64::from(k / 97) * 4.5, 0.0);
+        assert!((0..97 * 97).all(|k| near.at(&everywhere(k)).is_some()), "no gaps between coarse passes");
         assert_eq!(heat_colour(-1.0), STEPS[0].1);
         assert_eq!(heat_colour(9.0), STEPS[5].1);
     }

@@ -20,9 +20,6 @@ use crate::pick::{self, OnLine, Section, Spot, box_near};
 use crate::sight::Sight;
 use crate::tracks::Tracks;
 
-/// Size of the cells in which the highest crest counts, in step-overs and at least, mm.
-const MAP_CELL_MM: f64 = 6.0;
-
 /// Material over the model, as long as nobody says how much, mm.
 const ALLOWANCE_MM: f64 = 3.0;
 
@@ -409,11 +406,11 @@ impl<'a> Desk<'a> {
         }
         self.painted = Some(wanted);
         self.paintings += 1;
-        let asked_mm = self.exhibit.job.as_ref().map_or(0.1, |j| j.job.request.scallop_mm);
-        let scale = HeatScale { asked_mm, cell_mm: MAP_CELL_MM };
         let crests = self.crests.clone();
-        let heights = match &crests {
-            Crests::Known(heights) => Some((heights.as_slice(), scale)),
+        let heights = match (&crests, &self.exhibit.job) {
+            (Crests::Known(heights), Some(job)) => {
+                Some((heights.as_slice(), HeatScale::of_request(&job.job.request)))
+            }
             _ => None,
         };
         layers::paint(&mut self.scene, self.exhibit, self.layers.paint, heights);

@@ -1,6 +1,6 @@
 //! The panels around the picture.
 
-use claymill_viewer::{HeatScale, Rgb, Stock, heat_colour, kind_colour};
+use claymill_viewer::{Rgb, Stock, heat_colour, kind_colour};
 use egui::{Align, ComboBox, DragValue, Layout, RichText, ScrollArea, Slider, Ui};
 
 use crate::crests::Crests;
@@ -184,11 +184,10 @@ fn scallops(ui: &mut Ui, desk: &mut Desk<'_>) {
         }
         Crests::Known(_) => {
             let asked = desk.exhibit().job.as_ref().map_or(0.1, |j| j.job.request.scallop_mm);
-            let scale = HeatScale { asked_mm: asked, cell_mm: 1.0 };
             for (share, note) in
                 [(0.0, ""), (0.4, ""), (0.8, ""), (1.0, ", as asked"), (1.05, ""), (1.5, " or more")]
             {
-                legend(ui, heat_colour(share), &format!("{:.3} mm{note}", share * scale.asked_mm));
+                legend(ui, heat_colour(share), &format!("{:.3} mm{note}", share * asked));
             }
             legend(ui, layers::HIDDEN, "no passes");
         }

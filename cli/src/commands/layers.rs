@@ -13,7 +13,6 @@ use claymill_viewer::{
 };
 
 use super::animate::seconds;
-use super::pictures::MAP_CELL_MM;
 use super::{Context, plan};
 use crate::args::ShowName;
 use crate::failure::Failure;
@@ -71,9 +70,8 @@ pub(crate) fn add_measured(
             None => crest_samples(model, job, program, &options, &at)?,
         };
         let heights: Vec<(Point3, f64)> = crests.iter().map(|c| (c.foot, c.height_mm)).collect();
-        let asked_mm = job.request.scallop_mm;
-        scene.paint_heights(&heights, &HeatScale { asked_mm, cell_mm: MAP_CELL_MM });
-        scene.caption.push(format!("scallop height, {asked_mm} mm asked for"));
+        scene.paint_heights(&heights, &HeatScale::of_request(&job.request));
+        scene.caption.push(format!("scallop height, {} mm asked for", job.request.scallop_mm));
     }
     if show.contains(&ShowName::Uncut) {
         let samples = residual_samples(model, job, program, &options, &at)?;

@@ -3,7 +3,7 @@ use std::path::Path;
 use claymill_controller::Frame;
 use claymill_nurbs::{Aabb, FaceMesh, MeshOptions, Model, Point3, Vector3, tessellate};
 use claymill_paths::Orientation;
-use claymill_toolpath::{Job, MoveKind, Program, Setup};
+use claymill_toolpath::{Job, MoveKind, Program, Request, Setup};
 use claymill_verify::CrestSample;
 use claymill_viewer::{
     Axes, BrowserInput, Colouring, HeatScale, Label, LineKind, ModelView, PictureOptions, Renderer,
@@ -25,9 +25,8 @@ const VEHICLE_MM: f64 = 2000.0;
 const FINEST_MM: f64 = 0.005;
 /// Fine enough for reflections, which see the normals between vertices.
 const REFLECTION_MESH: MeshOptions = MeshOptions { deviation_mm: 0.05, longest_edge_mm: 15.0 };
-/// Fine enough for a map of heights, and the cells in which the highest crest counts.
+/// Fine enough for a map of heights.
 const MAP_MESH: MeshOptions = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 12.0 };
-pub(crate) const MAP_CELL_MM: f64 = 8.0;
 /// What previews show: ways through the air would hide what is cut.
 const PREVIEWED: [ShowName; 5] =
     [ShowName::Regions, ShowName::Joints, ShowName::Trims, ShowName::Cut, ShowName::Link];
@@ -169,13 +168,14 @@ impl<'a> Album<'a> {
     }
 
     /// The model painted by the height of the scallop crests on it.
-    fn scallop_map(&self, title: &str, crests: &[CrestSample], scallop_mm: f64) -> Result<Scene, Failure> {
+    fn scallop_map(&self, title: &str, crests: &[CrestSample], request: &Request) -> Result<Scene, Failure> {
         let meshes = meshes(self.model, &sized(MAP_MESH, self.model));
         let mut scene = Scene::of_model(&ModelView { meshes: &meshes, ..self.view() }, Colouring::Clay)?;
         scene.lines.retain(|l| l.kind == LineKind::Regions);
-        scene.caption = vec![title.to_owned(), format!("scallop height, {scallop_mm} mm asked for")];
+        let asked = format!("scallop height, {} mm asked for", request.scallop_mm);
+        scene.caption = vec![title.to_owned(), asked];
         let heights: Vec<(Point3, f64)> = crests.iter().map(|c| (c.foot, c.height_mm)).collect();
-        scene.paint_heights(&heights, &HeatScale { asked_mm: scallop_mm, cell_mm: MAP_CELL_MM });
+        scene.paint_heights(&heights, &HeatScale::of_request(request));
         Ok(scene)
     }
 
@@ -311,7 +311,7 @@ impl Album<'_> {
         let paths = Paths { program: finished.program, style };
         let painted = self.scene(&title, Some(paths), &PREVIEWED)?;
         let bare = self.scene(&title, None, &PREVIEWED)?;
-        let heights = self.scallop_map(&title, finished.crests, job.request.scallop_mm)?;
+        let heights = self.scallop_map(&title, finished.crests, &job.request)?;
         let shots = [
             ("preview-iso.png", View::iso(axes), &painted, COVER),
             ("preview-top.png", View::top(axes), &painted, "Tool paths from above"),

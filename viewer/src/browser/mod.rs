@@ -36,8 +36,6 @@ const MOST_PATH_POINTS: usize = 1_500_000;
 const DEVIATION_MM: f64 = 0.3;
 const EDGE_MM: f64 = 12.0;
 const CHORD_MM: f64 = 0.15;
-/// Cells in which the highest crest counts, mm.
-const CELL_MM: f64 = 8.0;
 /// Passes of level k + 1 are drawn when passes of level k would stand too close; distance in step-overs.
 const LEVELS_STEPS: [f32; 2] = [3.5, 9.0];
 /// A pass belongs to a level when it has this share of its length there.
@@ -125,7 +123,7 @@ fn add_regions(
     input: &BrowserInput<'_>,
 ) {
     let asked_mm = input.job.request.scallop_mm;
-    let heights = HighestNear::new(input.crests, &HeatScale { asked_mm, cell_mm: CELL_MM });
+    let heights = HighestNear::new(input.crests, &HeatScale::of_request(&input.job.request));
     let hundredths = |p: &[f32; 3]| {
         let found = heights.at(&(Point3::from(p.map(f64::from)) + scene.origin.coords));
         found.map_or(NO_CREST, |h| (100.0 * h / asked_mm).round().clamp(0.0, f64::from(NO_CREST - 1)) as u8)

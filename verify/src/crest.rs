@@ -15,7 +15,9 @@ use crate::track::Track;
 /// Neighbouring passes are looked for within this many nominal step-overs of the ball's centre, so that the
 /// gap of a missing pass is still seen.
 const REACH_STEPS: f64 = 3.0;
-/// A third pass that has been deeper than this beyond a crest has cut it away, mm.
+/// A third pass that has been deeper than this beyond a crest has cut it away: a share of the scallop height, at least in mm.
+/// It has to be more than chords take from the paths ([`VerifyOptions::chord_mm`](crate::VerifyOptions::chord_mm)).
+const CUT_AWAY_SHARE: f64 = 0.01;
 const CUT_AWAY_MM: f64 = 1e-3;
 /// Neighbours nearer than this run on the same line, mm.
 const SAME_LINE_MM: f64 = 1e-3;
@@ -107,6 +109,7 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
     let spare = limit - scene.scallop_mm();
     let (radius, h) = (track.radius_mm, scene.scallop_mm().min(track.radius_mm));
     let step_over = 2.0 * (2.0 * radius * h - h * h).sqrt();
+    let cut_away_mm = CUT_AWAY_MM.max(CUT_AWAY_SHARE * scene.scallop_mm());
     let mut along = Along::default();
     let mut at_contact = Hint::default();
     let mut at_crest = [Hint::default(), Hint::default()];
@@ -130,7 +133,7 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
             let Some(top) = cusp(&c, radius, &feed, &up, (&through, &direction, other.radius_mm)) else {
                 continue;
             };
-            if swept.covers(&top, CUT_AWAY_MM) {
+            if swept.covers(&top, cut_away_mm) {
                 continue;
             }
             let Some(foot) = scene.closest.closest_from(&top, radius, hint) else {

@@ -5,8 +5,9 @@ mod synthetic;
 use std::f64::consts::FRAC_PI_2;
 
 use claymill_nurbs::analytic::{Frame, circle_arc, cylinder, sphere};
-use claymill_nurbs::{Point3, Vector3};
+use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
 use claymill_toolpath::MoveKind::Cut;
+use claymill_toolpath::Tool;
 use claymill_verify::{SurfaceState, Verification};
 use synthetic::{H, R, check, job, model, program, rectangle, straight};
 
@@ -107,4 +108,57 @@ fn crossing_passes_only_lower_the_crests() {
     let v = check(&model, &job(&model), &program(along_x.chain(along_y)));
     assert!(v.scallop.crests.max_mm <= H + 1e-6);
     assert!(v.scallop.surface.mean_mm < 0.25 * H);
+}
+
+/// An arc about the x axis, up to `half` on both sides of the top, as sixteen cubics (off by less than 1e-7 mm).
+fn cubic_arc(x: f64, radius: f64, half: f64) -> Curve3 {
+    let spans = 16;
+    let turn = 2.0 * half / f64::from(spans);
+    let arm = 4.0 / 3.0 * (turn / 4.0).tan() * radius;
+    let at = |k: f64| {
+        let angle = turn * k - half;
+        let along = Vector3::new(0.0, angle.cos(), -angle.sin()) * arm;
+        (Point3::new(x, radius * angle.sin(), radius * angle.cos()), along)
+    };
+    let mut points = vec![at(0.0).0];
+    let mut knots = vec![0.0; 4];
+    for k in 0..spans {
+        let ((a, leaves), (b, comes)) = (at(f64::from(k)), at(f64::from(k + 1)));
+        points.extend([a + leaves, b - comes, b]);
+        knots.extend([radius * turn * f64::from(k + 1); 3]);
+    }
+    knots.push(2.0 * radius * half);
+    Curve3::new(KnotVector::new(3, knots).unwrap(), points, None).unwrap()
+}
+
+#[test]
+fn no_crest_of_large_balls_is_taken_for_cut_away() {
+    // Arcs over a barrel: chords of the paths lie below them.
+    let (rho, r, h) = (1000.0, 50.0, 0.5);
+    let step = 2.0 * f64::sqrt(2.0 * r * h - h * h);
+    let (rows, half) = (12, 0.4);
+    let frame = |x: f64| Frame::new(Point3::new(x, 0.0, 0.0), Vector3::x(), Vector3::z()).unwrap();
+    let length = step * f64::from(rows - 1);
+    let model = model([cylinder(&frame(0.0), rho, (-half, half), (0.0, length)).unwrap()]);
+    let mut job = job(&model);
+    job.request.scallop_mm = h;
+    job.request.tool = Tool::ball(r);
+    job.tools[0].tool = Tool::ball(r);
+    let along = |k: u32| {
+        let mut pass = synthetic::along(Cut, k, &cubic_arc(step * f64::from(k), rho + r, half));
+        for p in &mut pass.points {
+            p[2] += R - r;
+        }
+        pass
+    };
+    let v = check(&model, &job, &program((0..rows).map(along)));
+    let crests = &v.scallop.crests;
+    for height_mm in [crests.max_mm, crests.mean_mm] {
+        approx::assert_abs_diff_eq!(height_mm, h, epsilon = 1e-6);
+    }
+    // On both sides of every pass, but one of the first and the last.
+    let sides = f64::from(2 * rows - 2);
+    let spacing_mm = 2.0 * f64::sqrt(r / R);
+    let expected = sides * 2.0 * half * (rho + r) / spacing_mm;
+    assert!(crests.samples as f64 > 0.99 * expected, "{} samples, {expected:.0} expected", crests.samples);
 }

@@ -17,6 +17,10 @@ fn area(mm2: f64) -> String {
     plain(figures::area(mm2))
 }
 
+fn area_of(part_mm2: f64, whole_mm2: f64) -> String {
+    plain(figures::area_of(part_mm2, whole_mm2))
+}
+
 fn length(mm: f64) -> String {
     plain(figures::length(mm))
 }
@@ -44,24 +48,27 @@ pub(super) fn warn_of_much(console: &Console, options: &PlanOptions, regions: &R
 /// The plan in a few lines: with all that is said before and after it, a job fits on one screen.
 pub(super) fn say_plan(console: &Console, plan: &Plan) {
     let totals = &plan.totals;
+    let whole_mm2 = plan.area.total_mm2;
     let setups: Vec<String> = plan
         .setups
         .iter()
-        .map(|s| format!("{} {} {}", s.name, area(s.area_mm2), duration(s.time_s)))
+        .map(|s| format!("{} {} {}", s.name, area_of(s.area_mm2, whole_mm2), duration(s.time_s)))
         .collect();
     console.say_long("setups", &setups.join(", "));
     let uncut: Vec<String> = plan
         .area
         .uncut_mm2
         .iter()
-        .map(|(reason, mm2)| format!("{} {}", area(*mm2), super::merge::name(reason).replace('_', " ")))
+        .map(|(reason, mm2)| {
+            format!("{} {}", area_of(*mm2, whole_mm2), super::merge::name(reason).replace('_', " "))
+        })
         .collect();
     let not_cut = if uncut.is_empty() {
         "nothing left out".to_owned()
     } else {
         format!("not cut: {}", uncut.join(", "))
     };
-    let (cut, total) = (area(plan.area.cut_mm2), area(plan.area.total_mm2));
+    let (cut, total) = (area_of(plan.area.cut_mm2, whole_mm2), area(whole_mm2));
     console.say_long("area", &format!("{cut} of {total} cut; {not_cut}"));
     let [cut, link, lead, rapid] =
         [totals.length.cut_mm, totals.length.link_mm, totals.length.lead_mm, totals.length.rapid_mm]

@@ -1,7 +1,7 @@
 use claymill_verify::{Coverage, Finding, HISTOGRAM_BIN, Place, Severity, SurfaceState, Verification};
 use maud::{Markup, html};
 
-use super::figures::{area, count, deviation, plural, point, share};
+use super::figures::{area, area_of, count, deviation, plural, point, share};
 use super::plots::{Part, Tick, against_limit, histogram, stacked_bar};
 use crate::palette::Rgb;
 
@@ -217,7 +217,7 @@ fn coverage(c: &Coverage) -> Markup {
             Part {
                 label: label.to_owned(),
                 value: mm2,
-                figure: format!("{} ({})", area(mm2), share(mm2, c.total_mm2)),
+                figure: format!("{} ({})", area_of(mm2, c.total_mm2), share(mm2, c.total_mm2)),
                 colour,
             }
         })

@@ -37,14 +37,30 @@ pub fn length(mm: f64) -> String {
     }
 }
 
+/// The unit that suits an area, and how many mm² it has.
+fn unit_of_area(mm2: f64) -> (f64, &'static str) {
+    match mm2.abs() {
+        v if v >= 1e5 => (1e6, "m²"),
+        v if v >= 1e2 => (1e2, "cm²"),
+        _ => (1.0, "mm²"),
+    }
+}
+
 /// An area: mm², cm² or m².
 #[must_use]
 pub fn area(mm2: f64) -> String {
-    match mm2.abs() {
-        v if v >= 1e5 => three_digits(mm2 / 1e6, "m²"),
-        v if v >= 1e2 => three_digits(mm2 / 1e2, "cm²"),
-        _ => three_digits(mm2, "mm²"),
-    }
+    area_of(mm2, mm2)
+}
+
+/// A part of an area, in the unit of the whole unless it is too small for that: the parts of one line compare at a glance.
+#[must_use]
+pub fn area_of(part_mm2: f64, whole_mm2: f64) -> String {
+    /// In the unit of the whole; less has one digit or none.
+    const LEAST: f64 = 0.01;
+    let (of_whole, own) = (unit_of_area(whole_mm2), unit_of_area(part_mm2));
+    let (size_mm2, unit) =
+        if part_mm2.abs() < LEAST * of_whole.0 && part_mm2 != 0.0 { own } else { of_whole };
+    three_digits(part_mm2 / size_mm2, unit)
 }
 
 /// A deviation: µm below a tenth of a millimetre.
@@ -109,6 +125,9 @@ mod tests {
         assert_eq!(spaces(&length(12_345.0)), "12.3 m");
         assert_eq!(spaces(&area(11_870_000.0)), "11.9 m²");
         assert_eq!(spaces(&area(950.0)), "9.50 cm²");
+        assert_eq!(spaces(&area_of(40_200.0, 2.8e6)), "0.040 m²");
+        assert_eq!(spaces(&area_of(950.0, 2.8e6)), "9.50 cm²");
+        assert_eq!(spaces(&area_of(0.0, 2.8e6)), "0 m²");
         assert_eq!(spaces(&deviation(0.000_42)), "0.420 µm");
         assert_eq!(spaces(&deviation(0.25)), "0.250 mm");
         assert_eq!(spaces(&deviation(0.0)), "0 µm");

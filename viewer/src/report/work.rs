@@ -9,7 +9,7 @@ use claymill_toolpath::{
 use maud::{Markup, html};
 
 use super::ReportInput;
-use super::figures::{area, count, deviation, duration, length, plural, share};
+use super::figures::{area, area_of, count, deviation, duration, length, plural, share};
 use super::plots::{Part, stacked_bar, swatch};
 use crate::palette::{CLAY, Rgb};
 use crate::strokes::kind_colour;
@@ -291,7 +291,7 @@ pub(super) fn not_cut(job: &Job) -> Markup {
     let part = |label: &str, mm2: f64, colour| Part {
         label: label.to_owned(),
         value: mm2,
-        figure: format!("{} ({})", area(mm2), share(mm2, whole)),
+        figure: format!("{} ({})", area_of(mm2, whole), share(mm2, whole)),
         colour,
     };
     let mut parts = vec![part("cut", job.area.cut_mm2, kind_colour(MoveKind::Cut))];

@@ -11,8 +11,8 @@ use crate::plan::Regions;
 pub(crate) const LEAST_FACING: f64 = 0.173_648;
 /// From a direction that faces this well, a region is cut as a whole as far as possible (53°).
 const GOOD_FACING: f64 = 0.6;
-/// A setup takes the lead in a region only for an area worth a part of its own, mm².
-const LEAST_PART_MM2: f64 = 400.0;
+/// A setup takes the lead in a region only for an area worth a part of its own, in squares of a ball radius.
+const LEAST_PART_RADII2: f64 = 4.0;
 
 /// A probed point of a triangle, as seen from one setup.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,7 +86,8 @@ pub(crate) fn assign(
         probe_face(model, covering, views, face, allowed_mm)
     };
     let seen: Vec<Vec<[[Seen; PROBES]; 5]>> = (0..model.faces.len()).into_par_iter().map(probed).collect();
-    let leads = lead_setups(covering, &seen, regions.of_face);
+    let radius_mm = views.balls.first().map_or(0.0, BallDrop::radius_mm);
+    let leads = lead_setups(covering, &seen, regions.of_face, LEAST_PART_RADII2 * radius_mm.powi(2));
     seen.par_iter()
         .enumerate()
         .map(|(face, triangles)| {
@@ -177,6 +178,7 @@ fn lead_setups(
     covering: &Covering,
     seen: &[Vec<[[Seen; PROBES]; 5]>],
     region_of_face: &[usize],
+    least_part_mm2: f64,
 ) -> Vec<Vec<usize>> {
     let regions = region_of_face.iter().max().map_or(0, |m| m + 1);
     let mut faces_of = vec![Vec::new(); regions];
@@ -204,7 +206,7 @@ fn lead_setups(
                     open.iter().filter(|(_, well)| well[k]).map(|(area, _)| area).sum()
                 });
                 let best = (0..5).max_by(|&a, &b| sums[a].total_cmp(&sums[b]).then(b.cmp(&a))).unwrap_or(0);
-                if sums[best] < LEAST_PART_MM2 || order.len() == 5 {
+                if sums[best] < least_part_mm2 || order.len() == 5 {
                     return order;
                 }
                 order.push(best);

@@ -28,7 +28,7 @@ struct Bins {
 
 impl Claims {
     pub(crate) fn new(covering: &Covering, fates: &[Vec<Fate>], setup: usize) -> Self {
-        let mine = |fate: &Fate| fate.setups & (1 << setup) != 0;
+        let mine = |fate: &Fate| fate.is_cut_by(setup);
         let faces = covering
             .meshes
             .par_iter()

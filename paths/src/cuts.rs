@@ -33,7 +33,7 @@ impl SetupContext<'_> {
             let mesh = &self.covering.meshes[face];
             let surface = self.ball.surface(face);
             let cut = mesh.triangles.iter().zip(&self.fates[face]).enumerate();
-            cut.filter(|(k, (_, fate))| fate.setups & (1 << self.index) != 0 && kept(face, *k))
+            cut.filter(|(k, (_, fate))| fate.is_cut_by(self.index) && kept(face, *k))
                 .flat_map(|(_, (t, fate))| {
                     self.cut_up(surface, t.map(|i| mesh.uv[i as usize]), fate.side(self.index))
                 })

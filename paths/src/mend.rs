@@ -32,13 +32,8 @@ impl SetupContext<'_> {
         };
         let left_out: Vec<Vec<bool>> = ground.faces.par_iter().map(of_face).collect();
         let area_mm2 = |(&face, left_out): (&FaceId, &Vec<bool>)| -> f64 {
-            let mesh = &self.covering.meshes[face];
-            let left = mesh.triangles.iter().zip(left_out).filter(|(_, left_out)| **left_out);
-            left.map(|(t, _)| {
-                let [a, b, c] = t.map(|i| mesh.points[i as usize]);
-                0.5 * (b - a).cross(&(c - a)).norm()
-            })
-            .sum()
+            let areas = self.covering.areas_mm2(face).zip(left_out);
+            areas.filter(|(_, left_out)| **left_out).map(|(area_mm2, _)| area_mm2).sum()
         };
         let all_mm2: f64 = ground.faces.iter().zip(&left_out).map(area_mm2).sum();
         let mut rows = (Vec::new(), Proofs::default());
@@ -57,7 +52,7 @@ impl SetupContext<'_> {
     /// Whether the setup cuts a triangle of the covering, but no pass comes past its middle, though the ball gets there.
     fn is_left_out(&self, face: FaceId, triangle: usize, near: &LaidNear) -> bool {
         let fate = &self.fates[face][triangle];
-        if fate.setups & (1 << self.index) == 0 {
+        if !fate.is_cut_by(self.index) {
             return false;
         }
         let mesh = &self.covering.meshes[face];

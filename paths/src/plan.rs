@@ -378,12 +378,9 @@ impl Account {
         let mut region_setup_mm2 = vec![[0.0; 5]; count];
         let mut faces = Vec::with_capacity(fates.len());
         for (face, fate) in fates.iter().enumerate() {
-            let mesh = &covering.meshes[face];
             let mut sums = FaceSums::new();
             let mut total = 0.0;
-            for (t, f) in mesh.triangles.iter().zip(fate) {
-                let [a, b, c] = t.map(|i| mesh.points[i as usize]);
-                let area = 0.5 * (b - a).cross(&(c - a)).norm();
+            for (area, f) in covering.areas_mm2(face).zip(fate) {
                 total += area;
                 sums.add(f, area);
             }

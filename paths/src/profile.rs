@@ -1,6 +1,6 @@
 use claymill_nurbs::FaceId;
 
-use crate::contact::{BallDrop, Location, March, Support};
+use crate::contact::{BallDrop, Location, March, Support, larger_than_usual};
 use crate::guide::Guide;
 use crate::proofs::Proofs;
 
@@ -9,7 +9,6 @@ use crate::proofs::Proofs;
 /// between checks is lower than (¼ mm)² / 2R. Over a ball that is larger than the usual one, strides are longer and such
 /// bumps no higher.
 const STRIDE_MM: f64 = 1.0;
-const USUAL_RADIUS_MM: f64 = 10.0;
 /// Between samples the profile is a cubic Hermite arc; the exact location halfway may differ by this, mm.
 const HERMITE_MM: f64 = 4e-4;
 /// The slope at a proven bound is measured over this distance, mm.
@@ -192,7 +191,7 @@ pub(crate) fn follow(ball: &BallDrop, guide: &Guide, s0: f64, s1: f64) -> Follow
         walk.begin(a);
     }
     let mut s = s0;
-    let stride_mm = STRIDE_MM * (ball.radius_mm() / USUAL_RADIUS_MM).max(1.0).sqrt();
+    let stride_mm = STRIDE_MM * larger_than_usual(ball.radius_mm()).sqrt();
     while s < s1 {
         // The stride is along the profile: steep ground needs smaller steps on the guide.
         let step = here.map_or(stride_mm, |a| stride_mm / (1.0 + a.slope * a.slope).sqrt());

@@ -58,6 +58,10 @@ pub(crate) struct Fate {
 }
 
 impl Fate {
+    pub(crate) fn is_cut_by(&self, setup: usize) -> bool {
+        self.setups & (1 << setup) != 0
+    }
+
     /// The side of the surface that a setup cuts: 1 on that of `Su × Sv`, −1 on the other.
     pub(crate) fn side(&self, setup: usize) -> f64 {
         if self.other_side & (1 << setup) == 0 { 1.0 } else { -1.0 }
@@ -191,7 +195,7 @@ fn lead_setups(
             // (area, setups that face it well) of each triangle.
             let mut open: Vec<(f64, [bool; 5])> = Vec::new();
             for &face in faces {
-                let areas = triangle_areas(covering, face);
+                let areas = covering.areas_mm2(face);
                 open.extend(seen[face].iter().zip(areas).map(|(t, area)| {
                     let well = |s: &[Seen; PROBES]| {
                         s.iter()
@@ -214,14 +218,6 @@ fn lead_setups(
             }
         })
         .collect()
-}
-
-fn triangle_areas(covering: &Covering, face: usize) -> impl Iterator<Item = f64> {
-    let mesh = &covering.meshes[face];
-    mesh.triangles.iter().map(|t| {
-        let [a, b, c] = t.map(|i| mesh.points[i as usize]);
-        0.5 * (b - a).cross(&(c - a)).norm()
-    })
 }
 
 /// A triangle goes to the first leading setup that faces it well, else to the one that faces it best; probes

@@ -1,26 +1,21 @@
 //! Passes at a constant scallop height on surfaces where distances and crests are known exactly.
 
+mod one_face;
+
 use std::f64::consts::{PI, TAU};
 
 use claymill_nurbs::analytic::{Frame as Placement, cylinder, plane_patch, sphere, torus};
 use claymill_nurbs::{NurbsSurface, Point3, Vector3};
-use claymill_paths::{FitTolerance, Orientation, PlanOptions, Regions, Strategy, flat_mm, plan};
-use claymill_surface_merge::{MergeOptions, merge};
-use claymill_toolpath::{MoveKind, Tool};
+use claymill_paths::{FitTolerance, PlanOptions, Strategy, flat_mm};
+use claymill_toolpath::MoveKind;
+use one_face::planned;
 
 const R: f64 = 10.0;
 const SCALLOP_MM: f64 = 0.1;
 
 /// The ways of the ball's centre along all passes over one face, each as a few of its places.
 fn passes(surface: NurbsSurface) -> Vec<Vec<Point3>> {
-    let model = claymill_tests::model_of([surface]);
-    let area_mm2 = model.faces[0].area_mm2();
-    let merged = merge(&model, &MergeOptions::default()).unwrap();
-    let regions = Regions { merged: &merged, of_face: &[0], excluded: &[false], face_area_mm2: &[area_mm2] };
-    let top = Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap();
-    let options =
-        PlanOptions { strategy: Strategy::Scallop, ..PlanOptions::new(Tool::ball(R), SCALLOP_MM, top) };
-    let plan = plan(&model, &regions, &options, &|_, _| {}).unwrap();
+    let plan = planned(surface, R, SCALLOP_MM, |usual| PlanOptions { strategy: Strategy::Scallop, ..usual });
     let cuts = plan.program.moves.iter().filter(|m| m.kind == MoveKind::Cut);
     let places = cuts.map(|m| {
         let curve = m.curve().unwrap();

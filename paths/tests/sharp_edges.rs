@@ -1,13 +1,15 @@
 //! Rows over a thin body with sharp round edges: they are close together where the ball goes round an edge, and nowhere
 //! else.
 
+mod one_face;
+
 use std::f64::consts::TAU;
 
 use claymill_nurbs::analytic::{Frame as Placement, cylinder};
 use claymill_nurbs::{Point3, Vector3};
-use claymill_paths::{FitTolerance, Orientation, PlanOptions, Regions, flat_mm, plan};
-use claymill_surface_merge::{MergeOptions, merge};
-use claymill_toolpath::{MoveKind, Tool};
+use claymill_paths::{FitTolerance, PlanOptions, flat_mm};
+use claymill_toolpath::MoveKind;
+use one_face::planned;
 
 const R: f64 = 2.0;
 const SCALLOP_MM: f64 = 0.02;
@@ -20,14 +22,7 @@ fn rows_are_close_only_around_sharp_edges() {
     let placement = Placement::new(Point3::origin(), Vector3::x(), Vector3::y()).unwrap();
     let round = cylinder(&placement, HALF_MM[0], (0.0, TAU), (0.0, LENGTH_MM)).unwrap();
     let bar = round.mapped(|p| Point3::new(p.x, p.y, p.z * HALF_MM[1] / HALF_MM[0]));
-    let model = claymill_tests::model_of([bar]);
-    let area_mm2 = model.faces[0].area_mm2();
-    let merged = merge(&model, &MergeOptions::default()).unwrap();
-    let regions = Regions { merged: &merged, of_face: &[0], excluded: &[false], face_area_mm2: &[area_mm2] };
-    let top = Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap();
-    let options =
-        PlanOptions { row_angle_deg: Some(0.0), ..PlanOptions::new(Tool::ball(R), SCALLOP_MM, top) };
-    let plan = plan(&model, &regions, &options, &|_, _| {}).unwrap();
+    let plan = planned(bar, R, SCALLOP_MM, |usual| PlanOptions { row_angle_deg: Some(0.0), ..usual });
 
     // Where the rows from the top cross the middle of the bar.
     let mut rows: Vec<f64> = Vec::new();

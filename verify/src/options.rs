@@ -73,8 +73,8 @@ pub const USUAL_SCALLOP_MM: f64 = 0.1;
 impl VerifyOptions {
     /// With the spacings that suit the job's smallest tool.
     pub(crate) fn suited_to(&self, job: &Job) -> VerifyOptions {
-        let least_radius = job.tools.iter().map(|t| t.tool.radius_mm()).fold(f64::INFINITY, f64::min);
-        let larger = if least_radius.is_finite() { least_radius / USUAL_RADIUS_MM } else { 1.0 };
+        let radii = job.tools.iter().map(|t| t.tool.radius_mm());
+        let larger = radii.reduce(f64::min).unwrap_or(USUAL_RADIUS_MM) / USUAL_RADIUS_MM;
         let higher = job.request.scallop_mm / USUAL_SCALLOP_MM;
         let wider = larger.max(1.0).sqrt();
         VerifyOptions {

@@ -4,6 +4,7 @@ use claymill_nurbs::{Point3, Vector3};
 use claymill_toolpath::Request;
 use rayon::prelude::*;
 
+use crate::browser::step_over_mm;
 use crate::palette::{NOT_CUT, Rgb};
 use crate::scene::{LegendEntry, Mark, Scene};
 
@@ -24,11 +25,10 @@ impl HeatScale {
     /// The scale that suits what a job was asked for.
     #[must_use]
     pub fn of_request(request: &Request) -> Self {
-        Self::of_ball(request.tool.radius_mm(), request.scallop_mm)
+        Self::over(step_over_mm(request), request.scallop_mm)
     }
 
-    fn of_ball(radius_mm: f64, asked_mm: f64) -> Self {
-        let step_over_mm = 2.0 * (2.0 * radius_mm * asked_mm - asked_mm * asked_mm).max(0.0).sqrt();
+    fn over(step_over_mm: f64, asked_mm: f64) -> Self {
         HeatScale { asked_mm, cell_mm: LEAST_CELL_MM.max(CELL_STEPS * step_over_mm) }
     }
 }
@@ -55,7 +55,7 @@ pub fn heat_colour(share: f64) -> Rgb {
 }
 
 /// The steps of the scale in words.
-pub(crate) fn heat_legend(asked_mm: f64) -> impl Iterator<Item = (Rgb, String)> {
+pub fn heat_legend(asked_mm: f64) -> impl Iterator<Item = (Rgb, String)> {
     let last = STEPS.len() - 1;
     STEPS.into_iter().enumerate().map(move |(i, (share, colour))| {
         let mm = share * asked_mm;
@@ -136,7 +136,7 @@ mod tests {
         let colours: Vec<[u8; 4]> = scene.surfaces[0].vertices.iter().map(|v| v.colour).collect();
         let opaque = |c: Rgb| [c[0], c[1], c[2], 255];
         assert_eq!(colours, [opaque(STEPS[3].1), opaque(STEPS[3].1), opaque(NOT_CUT)]);
-        let scale = HeatScale::of_ball(50.0, 0.5);
+        let scale = HeatScale::over(14.1, 0.5);
         let crests: Vec<(Point3, f64)> = (0..2500)
             .map(|k| (Point3::new(f64::from(k % 50) * 14.1, f64::from(k / 50) * 9.0, 0.0), 0.5))
             .collect();

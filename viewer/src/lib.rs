@@ -61,7 +61,7 @@ pub use camera::{Axes, Camera, View};
 pub use cells::{CellHasher, Cells};
 pub use course::Course;
 pub use error::ViewError;
-pub use heat::{HeatScale, heat_colour};
+pub use heat::{HeatScale, heat_colour, heat_legend};
 pub use labels::Label;
 pub use marks::StateScale;
 pub use movie::Movie;

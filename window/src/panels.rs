@@ -1,6 +1,6 @@
 //! The panels around the picture.
 
-use claymill_viewer::{Rgb, Stock, heat_colour, kind_colour};
+use claymill_viewer::{Rgb, Stock, heat_legend, kind_colour};
 use egui::{Align, ComboBox, DragValue, Layout, RichText, ScrollArea, Slider, Ui};
 
 use crate::crests::Crests;
@@ -184,10 +184,8 @@ fn scallops(ui: &mut Ui, desk: &mut Desk<'_>) {
         }
         Crests::Known(_) => {
             let asked = desk.exhibit().job.as_ref().map_or(0.1, |j| j.job.request.scallop_mm);
-            for (share, note) in
-                [(0.0, ""), (0.4, ""), (0.8, ""), (1.0, ", as asked"), (1.05, ""), (1.5, " or more")]
-            {
-                legend(ui, heat_colour(share), &format!("{:.3} mm{note}", share * asked));
+            for (colour, text) in heat_legend(asked) {
+                legend(ui, colour, &text);
             }
             legend(ui, layers::HIDDEN, "no passes");
         }

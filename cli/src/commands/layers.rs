@@ -8,11 +8,11 @@ use claymill_verify::{
     SurfaceState, VerifyOptions, crest_samples, gouge_samples, read_crests, residual_samples,
 };
 use claymill_viewer::{
-    HeatScale, LegendEntry, LineKind, Mark, Pin, PinShape, Reel, Rgb, Scene, StateScale, Stock, StrokeStyle,
-    kind_colour,
+    LegendEntry, LineKind, Mark, Pin, PinShape, Reel, Rgb, Scene, StateScale, Stock, StrokeStyle, kind_colour,
 };
 
 use super::animate::seconds;
+use super::pictures::paint_scallops;
 use super::{Context, plan};
 use crate::args::ShowName;
 use crate::failure::Failure;
@@ -69,9 +69,7 @@ pub(crate) fn add_measured(
             Some(crests) => crests,
             None => crest_samples(model, job, program, &options, &at)?,
         };
-        let heights: Vec<(Point3, f64)> = crests.iter().map(|c| (c.foot, c.height_mm)).collect();
-        scene.paint_heights(&heights, &HeatScale::of_request(&job.request));
-        scene.caption.push(format!("scallop height, {} mm asked for", job.request.scallop_mm));
+        paint_scallops(scene, &crests, &job.request);
     }
     if show.contains(&ShowName::Uncut) {
         let samples = residual_samples(model, job, program, &options, &at)?;

@@ -172,10 +172,8 @@ impl<'a> Album<'a> {
         let meshes = meshes(self.model, &sized(MAP_MESH, self.model));
         let mut scene = Scene::of_model(&ModelView { meshes: &meshes, ..self.view() }, Colouring::Clay)?;
         scene.lines.retain(|l| l.kind == LineKind::Regions);
-        let asked = format!("scallop height, {} mm asked for", request.scallop_mm);
-        scene.caption = vec![title.to_owned(), asked];
-        let heights: Vec<(Point3, f64)> = crests.iter().map(|c| (c.foot, c.height_mm)).collect();
-        scene.paint_heights(&heights, &HeatScale::of_request(request));
+        scene.caption = vec![title.to_owned()];
+        paint_scallops(&mut scene, crests, request);
         Ok(scene)
     }
 
@@ -380,4 +378,11 @@ pub(crate) fn options(axes: &Axes) -> PictureOptions {
 /// The renderer, or a warning: a job is not worth less without pictures.
 fn renderer(console: &Console) -> Option<Renderer> {
     Renderer::new().map_err(|e| console.say(format!("warning: no pictures: {e}"))).ok()
+}
+
+/// Paints a scene by the height of the scallop crests on it, and says so.
+pub(crate) fn paint_scallops(scene: &mut Scene, crests: &[CrestSample], request: &Request) {
+    let heights: Vec<(Point3, f64)> = crests.iter().map(|c| (c.foot, c.height_mm)).collect();
+    scene.paint_heights(&heights, &HeatScale::of_request(request));
+    scene.caption.push(format!("scallop height, {} mm asked for", request.scallop_mm));
 }

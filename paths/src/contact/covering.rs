@@ -7,16 +7,14 @@ use claymill_nurbs::{
 use rayon::prelude::*;
 
 use super::beside::Beside;
+use super::larger_than_usual;
 
 /// Coarseness of the covering triangles: coarser means fewer boxes to search but more candidates per
-/// location; it does not touch accuracy. The mesh's own bound counts how far parameters slide along the
+/// location; it does not touch accuracy. A large ball is served as well by triangles that are larger like it. The mesh's own bound counts how far parameters slide along the
 /// surface as well; what matters here is the distance from the triangle's plane (see [`deviations`]), which is
 /// about ten times smaller.
 const DEVIATION_MM: f64 = 0.25;
 const LONGEST_EDGE_MM: f64 = 12.0;
-/// The same in radii of a large ball, which fewer and larger triangles serve as well.
-const LARGE_DEVIATION_RADII: f64 = 0.025;
-const LARGE_EDGE_RADII: f64 = 1.2;
 /// Edges in ball radii, at most: what a setup reaches is probed on every triangle, and a small ball gets into
 /// places that a large triangle would hide.
 const LONGEST_EDGE_RADII: f64 = 2.0;
@@ -72,11 +70,11 @@ impl Covering {
         area_mm2: f64,
         radius_mm: f64,
     ) -> Result<Self, (FaceId, NurbsError)> {
-        let edge_mm = LONGEST_EDGE_MM.max(LARGE_EDGE_RADII * radius_mm).min(LONGEST_EDGE_RADII * radius_mm);
+        let edge_mm = (LONGEST_EDGE_MM * larger_than_usual(radius_mm)).min(LONGEST_EDGE_RADII * radius_mm);
         // Two triangles to a square of edges.
         let longest_edge_mm = edge_mm.max((2.0 * area_mm2 / TRIANGLES).sqrt());
         let options = |id: FaceId| MeshOptions {
-            deviation_mm: DEVIATION_MM.max(LARGE_DEVIATION_RADII * radius_mm),
+            deviation_mm: DEVIATION_MM * larger_than_usual(radius_mm),
             longest_edge_mm: if excluded[id] {
                 longest_edge_mm.max(EXCLUDED_EDGE_MM)
             } else {
@@ -95,6 +93,15 @@ impl Covering {
         let beside = Beside::new(&meshes);
         let edges = model.faces.par_iter().enumerate().flat_map_iter(|(id, f)| edge_pieces(id, f)).collect();
         Ok(Covering { meshes, deviation_mm, curvature, rimmed, beside, edges })
+    }
+
+    /// Areas of a face's triangles, mm².
+    pub(crate) fn areas_mm2(&self, face: FaceId) -> impl Iterator<Item = f64> {
+        let mesh = &self.meshes[face];
+        mesh.triangles.iter().map(|t| {
+            let [a, b, c] = t.map(|i| mesh.points[i as usize]);
+            0.5 * (b - a).cross(&(c - a)).norm()
+        })
     }
 }
 

@@ -37,6 +37,14 @@ pub use march::March;
 /// which a location can be too low.
 pub(crate) const CONTACT_EPSILON_MM: f64 = 1e-4;
 
+/// The ball that lengths in mm are chosen for, as long as a larger one does not allow for more, mm.
+const USUAL_RADIUS_MM: f64 = 10.0;
+
+/// How many times a ball is as large as the usual one, at least once.
+pub(crate) fn larger_than_usual(radius_mm: f64) -> f64 {
+    (radius_mm / USUAL_RADIUS_MM).max(1.0)
+}
+
 /// What carries the ball.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Support {

@@ -74,12 +74,7 @@ impl RegionMesh<'_> {
     }
 
     fn is_arm(&self, outer: &BoundaryLoop) -> bool {
-        let area = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|v| self.point(v));
-            0.5 * (b - a).cross(&(c - a)).norm()
-        };
-        let disc_mm2 = outer.length_mm.powi(2) / (4.0 * PI);
-        self.triangles.iter().map(area).sum::<f64>() > ARM * disc_mm2
+        self.area_mm2() > ARM * outer.length_mm.powi(2) / (4.0 * PI)
     }
 
     /// From the longest loop of an arm to its far end: the loop that is there, or where the surface closes.

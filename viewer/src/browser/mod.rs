@@ -13,7 +13,7 @@ pub(crate) mod way;
 use std::collections::BTreeMap;
 
 use claymill_nurbs::{FaceMesh, MeshOptions, Model, Point3, tessellate};
-use claymill_toolpath::{Job, MoveKind, Program};
+use claymill_toolpath::{Job, MoveKind, Program, Request};
 use rayon::prelude::*;
 use serde_json::json;
 
@@ -216,7 +216,7 @@ fn path_lines(input: &BrowserInput<'_>, scene: &Scene, colours: &[Rgb]) -> (Vec<
         }
     }
     drop(drawn);
-    sort_into_levels(&mut lines, &layer, step_over_mm(input.job));
+    sort_into_levels(&mut lines, &layer, step_over_mm(&input.job.request));
     let mut tolerance_mm = CHORD_MM as f32;
     loop {
         lines.par_iter_mut().for_each(|l| l.points = simplified(&l.points, tolerance_mm));
@@ -228,8 +228,8 @@ fn path_lines(input: &BrowserInput<'_>, scene: &Scene, colours: &[Rgb]) -> (Vec<
 }
 
 /// Distance of passes on a plane: the chord of the ball at the scallop height, mm.
-pub(crate) fn step_over_mm(job: &Job) -> f64 {
-    let (r, h) = (job.request.tool.radius_mm(), job.request.scallop_mm);
+pub(crate) fn step_over_mm(request: &Request) -> f64 {
+    let (r, h) = (request.tool.radius_mm(), request.scallop_mm);
     2.0 * (2.0 * r * h - h * h).max(0.0).sqrt()
 }
 

@@ -163,7 +163,7 @@ fn facts(input: &ReportInput<'_>) -> Value {
     let entities: Vec<&str> = job.faces.iter().map(|f| f.entity.as_str()).collect();
     json!({
         "scallop_mm": job.request.scallop_mm,
-        "step_mm": step_over_mm(job),
+        "step_mm": step_over_mm(&job.request),
         "clay": css(CLAY),
         "heat": heat,
         "entities": entities,

@@ -79,11 +79,17 @@ impl Guide {
         }
     }
 
-    /// The direction in which a pass is raised to stay clear: across the ball's path, in the upright plane through
-    /// it. Upwards and not along the contact normal, because in a valley the ball touches on both sides.
+    /// [`lift`] at `s`.
     pub(crate) fn lift(&self, s: f64, slope: f64) -> Vector3 {
         let [ex, ey] = self.direction(s);
         let level = ex.hypot(ey);
-        Vector3::new(-slope * ex / level, -slope * ey / level, level).normalize()
+        lift([ex / level, ey / level], slope / level)
     }
+}
+
+/// The direction in which a pass that rises by `slope` over a horizontal unit vector is raised to stay clear: across
+/// the ball's path, in the upright plane through it. Upwards and not along the contact normal, because in a valley the
+/// ball touches on both sides.
+pub(crate) fn lift([ex, ey]: [f64; 2], slope: f64) -> Vector3 {
+    Vector3::new(-slope * ex, -slope * ey, 1.0) / (slope * slope + 1.0).sqrt()
 }

@@ -153,7 +153,7 @@ impl SetupContext<'_> {
                     // A bump between two samples counts as well.
                     (0..=8)
                         .map(|k| from + (to - from) * f64::from(k) / 8.0)
-                        .all(|s| p.beyond(s).0 - radius <= at.z + rise * s + TOUCHING_MM)
+                        .all(|s| p.at(s).0 - radius <= at.z + rise * s + TOUCHING_MM)
                 },
             )
     }

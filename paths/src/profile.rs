@@ -80,15 +80,18 @@ impl Profile {
         hermite(&self.samples[i - 1], &self.samples[i], s)
     }
 
-    /// Height and slope at `s`; beyond the ends the profile goes on straight.
-    pub(crate) fn beyond(&self, s: f64) -> (f64, f64) {
+    /// Height and slope at `s`; beyond the ends the profile goes on straight. It is looked for from the sample `near`, which
+    /// becomes the one before `s`.
+    pub(crate) fn beyond(&self, s: f64, near: &mut usize) -> (f64, f64) {
         let on = |end: Sample| (end.z + end.slope * (s - end.s), end.slope);
         if s <= self.start().s {
             on(self.start())
         } else if s >= self.end().s {
             on(self.end())
         } else {
-            self.at(s)
+            let samples = &self.samples;
+            *near = step_to(*near, samples.len(), |i| samples[i].s <= s);
+            hermite(&samples[*near], &samples[*near + 1], s)
         }
     }
 
@@ -166,6 +169,18 @@ fn agrees(a: &Sample, b: &Sample, m: &Sample) -> bool {
 
 fn angle_between([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> f64 {
     (ax * by - ay * bx).atan2(ax * bx + ay * by).abs()
+}
+
+/// The last of the intervals between `count` ascending values that does not begin beyond some place, from one `near` it.
+pub(crate) fn step_to(near: usize, count: usize, is_behind: impl Fn(usize) -> bool) -> usize {
+    let mut at = near.min(count - 2);
+    while at + 2 < count && is_behind(at + 1) {
+        at += 1;
+    }
+    while at > 0 && !is_behind(at) {
+        at -= 1;
+    }
+    at
 }
 
 fn hermite(a: &Sample, b: &Sample, s: f64) -> (f64, f64) {

@@ -1,10 +1,10 @@
-use claymill_nurbs::{Curve3, Point3};
+use claymill_nurbs::{Curve3, Point3, Vector3};
 use claymill_toolpath::{WRITTEN_STEP_MM, round_to_written};
 
 use crate::breaks::thinned;
-use crate::guide::Guide;
+use crate::guide::{Guide, lift};
 use crate::profile::{Chain, Profile, Sample};
-use crate::spline::{Datum, knot_vector, least_squares};
+use crate::spline::{Datum, SpanBasis, knot_vector, least_squares};
 use crate::target::{Target, corner};
 use crate::{FitTolerance, Frame};
 
@@ -191,14 +191,14 @@ impl Spline {
 /// Control points of the least-squares cubic whose ends are the target's ends.
 fn closest_cubic(target: &Target, breaks: &[f64], length: f64) -> Option<Vec<Point3>> {
     let scale = target.length() / length;
-    let data = breaks.windows(2).filter(|span| span[1] > span[0]).flat_map(|span| {
+    let places = breaks.windows(2).filter(|span| span[1] > span[0]).flat_map(|span| {
         let width = span[1] - span[0];
         let count = ((width / DATA_MM).ceil() as usize).max(DATA_PER_SPAN);
-        (0..count).map(move |k| {
-            let t = span[0] + width * (k as f64 + 0.5) / count as f64;
-            Datum { t, weight: width / count as f64, p: target.at(t * scale) }
-        })
+        let place = move |k| (span[0] + width * (k as f64 + 0.5) / count as f64, width / count as f64);
+        (0..count).map(place)
     });
+    let mut near = 0;
+    let data = places.map(|(t, weight)| Datum { t, weight, p: target.at(t * scale, &mut near) });
     least_squares(&knot_vector(breaks)?, target.ends(), data)
 }
 
@@ -216,32 +216,37 @@ fn span_errors(
     profile: &Profile,
     over: &Over,
 ) -> Vec<SpanError> {
-    let measured = |span: &[f64], from_s: f64| {
+    let mut at_sample = 0;
+    let mut measured = |index: usize, from_s: f64| {
         let mut near = from_s;
-        if span[1] == span[0] {
-            return SpanError { low_mm: f64::INFINITY, high_mm: f64::NEG_INFINITY, end_s: near };
-        }
-        let count = (((span[1] - span[0]) / CHECK_MM).ceil() as usize).max(8);
         let (mut low_mm, mut high_mm) = (f64::INFINITY, f64::NEG_INFINITY);
+        let length = breaks[index + 1] - breaks[index];
+        if length == 0.0 {
+            return SpanError { low_mm, high_mm, end_s: near };
+        }
+        let basis = SpanBasis::new(curve.knots(), index + curve.knots().degree());
+        let [a, b, c, d] =
+            basis.span(std::array::from_fn(|i| over.centre(&curve.points()[basis.first + i]).coords));
+        let count = ((length / CHECK_MM).ceil() as usize).max(8);
         for k in 0..=count {
-            let c = over.centre(&curve.point(span[0] + (span[1] - span[0]) * k as f64 / count as f64));
-            near = over.guide.nearest(c.x, c.y, near);
-            let [x, y] = over.guide.at(near);
-            let (z, slope) = profile.beyond(near);
-            let off = c - Point3::new(x, y, z);
-            let e = off.dot(&over.guide.lift(near, slope));
-            let [ex, ey] = over.guide.direction(near);
-            let aside = ASIDE_SHARE * (off.x * ey - off.y * ex).abs() / (ex * ex + ey * ey).sqrt();
+            let x = k as f64 / count as f64;
+            let centre = a + (b + (c + d * x) * x) * x;
+            near = over.guide.nearest(centre.x, centre.y, near);
+            let (place, [ex, ey]) = over.guide.at_with_direction(near);
+            let (z, slope) = profile.beyond(near, &mut at_sample);
+            let off = centre - Vector3::new(place[0], place[1], z);
+            let level = ex.hypot(ey);
+            let e = off.dot(&lift([ex / level, ey / level], slope / level));
+            let aside = ASIDE_SHARE * (off.x * ey - off.y * ex).abs() / level;
             low_mm = low_mm.min(e).min(over.tolerance.bias_mm - aside);
             high_mm = high_mm.max(e).max(over.tolerance.bias_mm + aside);
         }
         SpanError { low_mm, high_mm, end_s: near }
     };
     let mut end_s = profile.start().s;
-    let spans = breaks.windows(2).enumerate();
-    spans
-        .map(|(i, span)| {
-            let error = known(i).unwrap_or_else(|| measured(span, end_s));
+    (0..breaks.len() - 1)
+        .map(|span| {
+            let error = known(span).unwrap_or_else(|| measured(span, end_s));
             end_s = error.end_s;
             error
         })

@@ -1,8 +1,8 @@
 use claymill_nurbs::{Point3, Vector3};
 use claymill_toolpath::round_to_written;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
-use crate::profile::{Profile, Sample};
+use crate::profile::{Profile, Sample, step_to};
 use crate::refit::{LONGEST_SPAN_MM, Over};
 
 /// Fewer tangents than this do not tell a jump of curvature from a bend.
@@ -14,6 +14,8 @@ const BEYOND: f64 = 0.25;
 const LOOKED: f64 = 0.15;
 /// And first at so many places.
 const PLACES: usize = 24;
+/// Below this share of a sum of squares there is nothing but rounding.
+const FEWEST: f64 = 1e-9;
 
 /// Stretches whose ends are further apart than this do not meet, mm; with a smaller sine² between what lifts them they
 /// are parallel.
@@ -98,9 +100,11 @@ impl Target {
         (self.p[0], self.p[self.p.len() - 1])
     }
 
-    /// Position by cubic Hermite interpolation in arc length.
-    pub(crate) fn at(&self, t: f64) -> Point3 {
-        let i = self.t.partition_point(|&k| k <= t).clamp(1, self.t.len() - 1);
+    /// Position by cubic Hermite interpolation in arc length; looked for from the place `near`, which becomes the one
+    /// before `t`.
+    pub(crate) fn at(&self, t: f64, near: &mut usize) -> Point3 {
+        *near = step_to(*near, self.t.len(), |i| self.t[i] <= t);
+        let i = *near + 1;
         let h = self.t[i] - self.t[i - 1];
         if h <= 0.0 {
             return self.p[i];
@@ -159,31 +163,74 @@ impl Target {
         if last < first + LEAST_TANGENTS {
             return None;
         }
-        let hinge =
-            Hinge { from, width: to - from, t: &self.t[first..last], tangent: &self.tangent[first..last] };
+        let (middle, width) = (0.5 * (from + to), to - from);
+        let x = self.t[first..last].iter().map(|t| (t - middle) / width).collect();
+        let hinge = Hinge::new(x, &self.tangent[first..last])?;
         let (at, sharp) = hinge.best(1);
         let (_, smooth) = hinge.best(2);
-        (sharp * SHARPER * SHARPER < smooth).then_some(from + at * hinge.width)
+        (sharp * SHARPER * SHARPER < smooth).then_some(middle + at * width)
     }
 }
 
 /// Tangents over a span, to be explained by `a + b·x + c·x² + d·max(x − at, 0)^power`.
-struct Hinge<'a> {
-    from: f64,
-    width: f64,
-    t: &'a [f64],
-    tangent: &'a [Vector3],
+///
+/// What the parabola explains is taken out first. Of the rest the hinge explains `(r·g)² / (g·g − Σ(q·g)²)`, `g` being its
+/// values, `r` the rest and `q` what parabolas span; sums from the right end give all of these at once for any place.
+struct Hinge {
+    /// Where the tangents are, in shares of the span from its middle.
+    x: Vec<f64>,
+    /// From each tangent on: sums of the powers of `x`.
+    powers: Vec<[f64; 5]>,
+    /// And of `q` and `r`, each times 1, `x` and `x²`.
+    products: Vec<[SVector<f64, 6>; 3]>,
+    /// Sum of squares that the parabola leaves.
+    left: f64,
 }
 
-impl Hinge<'_> {
-    /// The best place, 0 to 1 in the span, and the sum of squares that it leaves.
-    fn best(&self, power: i32) -> (f64, f64) {
+impl Hinge {
+    fn new(x: Vec<f64>, tangents: &[Vector3]) -> Option<Self> {
+        // Gram-Schmidt, twice for the digits' sake.
+        let mut q: [Vec<f64>; 3] = [0, 1, 2].map(|power| x.iter().map(|x| x.powi(power)).collect());
+        for k in 0..3 {
+            for _ in 0..2 {
+                let (done, open) = q.split_at_mut(k);
+                for other in done {
+                    let share: f64 = other.iter().zip(&open[0]).map(|(a, b)| a * b).sum();
+                    open[0].iter_mut().zip(other).for_each(|(b, a)| *b -= share * *a);
+                }
+            }
+            let norm = q[k].iter().map(|v| v * v).sum::<f64>().sqrt();
+            if norm < FEWEST {
+                return None;
+            }
+            q[k].iter_mut().for_each(|v| *v /= norm);
+        }
+        let explained: [Vector3; 3] = [0, 1, 2].map(|k| q[k].iter().zip(tangents).map(|(&q, t)| t * q).sum());
+        let (mut powers, mut products, mut left) = (vec![[0.0; 5]], vec![[SVector::zeros(); 3]], 0.0);
+        for i in (0..x.len()).rev() {
+            let own = [0, 1, 2].map(|k| q[k][i]);
+            let rest = tangents[i] - (0..3).map(|k| explained[k] * own[k]).sum::<Vector3>();
+            left += rest.norm_squared();
+            let both = SVector::from([own[0], own[1], own[2], rest.x, rest.y, rest.z]);
+            let (mut power, mut product) = (powers[powers.len() - 1], products[products.len() - 1]);
+            (0..5).for_each(|k| power[k] += x[i].powi(k as i32));
+            (0..3).for_each(|k| product[k] += both * x[i].powi(k as i32));
+            powers.push(power);
+            products.push(product);
+        }
+        powers.reverse();
+        products.reverse();
+        Some(Hinge { x, powers, products, left })
+    }
+
+    /// The best place in the span, and the sum of squares that it leaves.
+    fn best(&self, power: usize) -> (f64, f64) {
         let left = |at: f64| self.left(at, power);
-        let places = (0..=PLACES).map(|k| (1.0 + 2.0 * LOOKED) * k as f64 / PLACES as f64 - LOOKED);
+        let places = (0..=PLACES).map(|k| (1.0 + 2.0 * LOOKED) * k as f64 / PLACES as f64 - LOOKED - 0.5);
         let (mut at, mut least) = places
             .map(|at| (at, left(at)))
             .min_by(|a, b| a.1.total_cmp(&b.1))
-            .unwrap_or((0.5, f64::INFINITY));
+            .unwrap_or((0.0, f64::INFINITY));
         let mut step = 0.5 / PLACES as f64;
         while step > 1e-3 {
             for near in [at - step, at + step] {
@@ -197,21 +244,22 @@ impl Hinge<'_> {
         (at, least)
     }
 
-    fn left(&self, at: f64, power: i32) -> f64 {
-        let row = |t: f64| {
-            let x = (t - self.from) / self.width - 0.5;
-            SVector::<f64, 4>::new(1.0, x, x * x, (x + 0.5 - at).max(0.0).powi(power))
+    fn left(&self, at: f64, power: usize) -> f64 {
+        let from = self.x.partition_point(|&x| x <= at);
+        let (sums, products) = (&self.powers[from], &self.products[from]);
+        // (x − at)^power and its square, as factors of the powers of x.
+        let (hinge, square): ([f64; 3], [f64; 5]) = if power == 1 {
+            ([-at, 1.0, 0.0], [at * at, -2.0 * at, 1.0, 0.0, 0.0])
+        } else {
+            let a2 = at * at;
+            ([a2, -2.0 * at, 1.0], [a2 * a2, -4.0 * a2 * at, 6.0 * a2, -4.0 * at, 1.0])
         };
-        let mut normal = SMatrix::<f64, 4, 4>::zeros();
-        let mut right = SMatrix::<f64, 4, 3>::zeros();
-        for (&t, tangent) in self.t.iter().zip(self.tangent) {
-            let r = row(t);
-            normal += r * r.transpose();
-            right += r * tangent.transpose();
+        let along: SVector<f64, 6> = (0..3).map(|k| products[k] * hinge[k]).sum();
+        let whole: f64 = (0..5).map(|k| sums[k] * square[k]).sum();
+        let own = whole - along.fixed_rows::<3>(0).norm_squared();
+        if own <= FEWEST * whole {
+            return self.left;
         }
-        let Some(solver) = normal.cholesky() else { return f64::INFINITY };
-        let factors = solver.solve(&right);
-        let miss = |(&t, tangent): (&f64, &Vector3)| (factors.transpose() * row(t) - tangent).norm_squared();
-        self.t.iter().zip(self.tangent).map(miss).sum()
+        self.left - along.fixed_rows::<3>(3).norm_squared() / own
     }
 }

@@ -419,10 +419,8 @@ impl SetupContext<'_> {
             return Done::Cut;
         }
         let location = Location::touching(centre, normal, face, [u, v]);
-        match self.ball.rest_above(&location, 0.5 * self.scallop_mm / normal.z) {
-            None => Done::Left,
-            Some(_) => Done::Barred,
-        }
+        let is_held = self.ball.is_held_from(&location, 0.5 * self.scallop_mm / normal.z);
+        if is_held { Done::Barred } else { Done::Left }
     }
 }
 

@@ -68,7 +68,7 @@ impl SetupContext<'_> {
         let touch = Touch { point: jet.p, normal, centre, feed: Vector3::zeros() };
         let reached = || {
             let touching = Location::touching(centre, normal, face, uv.into());
-            self.ball.rest_above(&touching, self.scallop_mm).is_none()
+            !self.ball.is_held_from(&touching, self.scallop_mm)
         };
         !near.is_cut(&touch, self.ball.radius_mm(), LEFT_OUT * self.scallop_mm) && reached()
     }

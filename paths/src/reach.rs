@@ -4,7 +4,7 @@ use claymill_nurbs::{Model, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::Frame;
-use crate::contact::{BallDrop, Covering, Location, Support};
+use crate::contact::{BallDrop, Covering, Held, Location};
 use crate::plan::Regions;
 
 /// A surface that leans further from the tool axis than this is not cut from there (`n·axis`, 80°).
@@ -123,11 +123,10 @@ impl Place {
         let centre = frame.to_setup(&(self.point + n * ball.radius_mm()));
         let normal = frame.to_setup(&n.into()).coords;
         let touch = Location::touching(centre, normal, self.face, self.uv.into());
-        match ball.rest_above(&touch, allowed_mm / facing.abs()) {
+        match ball.held_from(&touch, allowed_mm / facing.abs(), ball.radius_mm()) {
             None => Seen::Reached { facing, done: false },
-            Some(rest) if rest.support == Support::Side => Seen::Tight,
-            Some(rest) if rest.centre.z - centre.z < ball.radius_mm() => Seen::Tight,
-            Some(_) => Seen::Hidden,
+            Some(Held::Near) => Seen::Tight,
+            Some(Held::Far) => Seen::Hidden,
         }
     }
 }

@@ -176,16 +176,6 @@ impl<'a> BallDrop<'a> {
         search.finish()
     }
 
-    /// Where a ball that would touch the model in `touch` comes to rest if something holds it up by more than `by_mm`
-    /// before it gets there.
-    pub(crate) fn rest_above(&self, touch: &Location, by_mm: f64) -> Option<Location> {
-        let mut search = Search::new(self, touch.centre.x, touch.centre.y);
-        search.best = Some(*touch);
-        search.floor = Floor::under(&touch.centre, &touch.normal, self.radius_mm, by_mm);
-        search.descend();
-        search.finish().filter(|rest| rest.centre.z > touch.centre.z + by_mm)
-    }
-
     /// The point of the model that a ball touches.
     pub(super) fn touched(&self, location: &Location) -> Point3 {
         location.centre - location.normal * self.radius_mm
@@ -279,6 +269,8 @@ pub(super) struct Search<'a> {
     pub(super) best: Option<Location>,
     /// What would have to be exceeded for another best.
     pub(super) floor: Floor,
+    /// What carries the ball as high as this need not be the highest.
+    pub(super) enough_z: f64,
     /// The triangle that the best contact lies in, if it is known.
     pub(super) triangle: Option<u32>,
     /// Triangles that wait to be subdivided until everything has been met: most then fall below the best contact.
@@ -287,7 +279,16 @@ pub(super) struct Search<'a> {
 
 impl<'a> Search<'a> {
     pub(super) fn new(ball: &'a BallDrop<'a>, x: f64, y: f64) -> Self {
-        Search { ball, x, y, best: None, floor: Floor::NONE, triangle: None, unproven: Vec::new() }
+        Search {
+            ball,
+            x,
+            y,
+            best: None,
+            floor: Floor::NONE,
+            enough_z: f64::INFINITY,
+            triangle: None,
+            unproven: Vec::new(),
+        }
     }
 
     /// Begins with what carried a ball close by, in a triangle if that is known; says how fast the contact moves if one
@@ -358,6 +359,9 @@ impl<'a> Search<'a> {
 
     /// What carries the ball when everything has been looked at.
     pub(super) fn finish(&mut self) -> Option<Location> {
+        if self.best.is_some_and(|best| best.centre.z >= self.enough_z) {
+            return self.best;
+        }
         for (t, uv) in std::mem::take(&mut self.unproven) {
             self.subdivide(t, uv, t.p, f64::from(t.deviation_mm), 0);
         }
@@ -371,7 +375,7 @@ impl<'a> Search<'a> {
         if self.best.is_none_or(|b| location.centre.z > b.centre.z) {
             let Location { centre, normal, .. } = &location;
             let floor = Floor::under(centre, normal, self.ball.radius_mm, CONTACT_EPSILON_MM);
-            if location.certified {
+            if location.certified || centre.z >= self.enough_z {
                 self.floor = Floor::ALL;
             } else if floor.z > self.floor.z {
                 self.floor = floor;
@@ -419,6 +423,9 @@ impl<'a> Search<'a> {
         if box_height(&t.p, self.x, self.y, r + delta) <= floor {
             return;
         }
+        if self.enough_z < f64::INFINITY && self.is_held_by_corner(t) {
+            return;
+        }
         let n = (t.p[1] - t.p[0]).cross(&(t.p[2] - t.p[0]));
         if let Some((z, _)) = plane_height(&t.p[0], &n, self.x, self.y, r + delta)
             && z <= floor
@@ -440,6 +447,17 @@ impl<'a> Search<'a> {
         if !proven {
             self.unproven.push((t, uv));
         }
+    }
+
+    /// Whether a corner of a triangle, which is a point of its face, carries the ball high enough.
+    fn is_held_by_corner(&mut self, t: &Triangle) -> bool {
+        let r = self.ball.radius_mm;
+        let height = |p: &Point3| on_point(p, self.x, self.y, r).filter(|z| *z >= self.enough_z);
+        let Some((p, z)) = t.p.iter().find_map(|p| Some((*p, height(p)?))) else { return false };
+        let centre = Point3::new(self.x, self.y, z);
+        let (face, support) = (t.face as usize, Support::Bound);
+        self.offer(Location { centre, normal: (centre - p) / r, face, support, certified: false }, None);
+        true
     }
 
     fn edge(&mut self, e: &EdgePiece) {

@@ -15,6 +15,7 @@ mod end;
 mod face;
 mod flat;
 mod floor;
+mod held;
 mod joint;
 mod march;
 mod sheet;
@@ -31,6 +32,7 @@ use claymill_nurbs::{FaceId, Point3, Vector3};
 pub use covering::Covering;
 pub use drop::BallDrop;
 pub use end::{END_EPSILON_MM, EndDrop, EndLocation, ToolPart};
+pub(crate) use held::Held;
 pub use march::March;
 
 /// A bound that exceeds the best contact by no more than this is not looked into, mm: the largest amount by

@@ -45,12 +45,14 @@ impl Picture {
         bytes
     }
 
-    /// Writes the picture as a PNG file, beside its destination and then renamed.
+    /// Writes the picture as a PNG file, beside its destination and then renamed; returns the file's bytes.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn save(&self, path: &Path) -> Result<(), ViewError> {
-        write_whole(path, &self.png())
+    pub fn save(&self, path: &Path) -> Result<Vec<u8>, ViewError> {
+        let bytes = self.png();
+        write_whole(path, &bytes)?;
+        Ok(bytes)
     }
 
     /// Forgets the opacity.

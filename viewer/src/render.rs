@@ -292,7 +292,7 @@ pub fn render_png(
     options: &PictureOptions,
     path: &Path,
 ) -> Result<(), ViewError> {
-    renderer.render(scene, view, options)?.save(path)
+    renderer.render(scene, view, options)?.save(path).map(drop)
 }
 
 fn extent([width, height]: [u32; 2]) -> wgpu::Extent3d {

@@ -5,6 +5,7 @@ use std::process::{Command, ExitCode, Stdio};
 use claymill_paths::times_s;
 use claymill_toolpath::{Job, Move, Program, read_job, read_moves, write_whole};
 use claymill_viewer::{Movie, PictureOptions, Places, Reel, Renderer, Stock, StrokeStyle, View};
+use rayon::prelude::*;
 
 use super::pictures::{self, Album};
 use super::render::{camera, parse_size};
@@ -163,8 +164,8 @@ fn frames(args: &AnimateArgs, format: Format, [width, height]: [u32; 2]) -> Resu
 
 /// Seconds of every move: every setup begins and ends at rest.
 pub(crate) fn seconds(job: &Job, program: &Program) -> Vec<f64> {
-    let of_setup = |moves: &[Move]| times_s(moves, &job.request.machine);
-    program.moves.chunk_by(|a, b| a.setup == b.setup).flat_map(of_setup).collect()
+    let setups: Vec<&[Move]> = program.moves.chunk_by(|a, b| a.setup == b.setup).collect();
+    setups.par_iter().flat_map_iter(|moves| times_s(moves, &job.request.machine)).collect()
 }
 
 fn write(args: &AnimateArgs, format: Format, movie: &Movie) -> Result<(), Failure> {

@@ -6,7 +6,7 @@ use claymill_paths::Orientation;
 use claymill_toolpath::{Job, MoveKind, Program, Request, Setup};
 use claymill_verify::CrestSample;
 use claymill_viewer::{
-    Axes, BrowserInput, Colouring, HeatScale, Label, LineKind, ModelView, PictureOptions, Renderer,
+    Axes, BrowserInput, Colouring, HeatScale, Label, LineKind, ModelView, Picture, PictureOptions, Renderer,
     ReportPicture, Rgb, Scene, SetupSheet, StrokeStyle, Thumbnail, View, ViewError, browser_glb,
     region_colours, region_legend, region_thumbnails,
 };
@@ -215,12 +215,6 @@ pub(crate) fn take(console: &Console, finished: &Finished<'_>, folder: &Path) ->
     let tolerance_mm = finished.regions.tolerance_mm;
     let album = Album::new(model, region_of_face, Some(&cut), tolerance_mm);
     let axes = axes(finished.orientation);
-    let renderer = renderer(console);
-    let shots = match &renderer {
-        Some(renderer) => album.save_previews(console, renderer, finished, &axes, folder)?,
-        None => Vec::new(),
-    };
-    let sheets = album.sheets(console, renderer.as_ref(), finished, &axes)?;
     let crests: Vec<(Point3, f64)> = finished.crests.iter().map(|c| (c.foot, c.height_mm)).collect();
     let input = BrowserInput {
         model,
@@ -232,9 +226,20 @@ pub(crate) fn take(console: &Console, finished: &Finished<'_>, folder: &Path) ->
         program,
         crests: &crests,
     };
-    let colours = album.colours();
-    let thumbnails = region_thumbnails(&album.view(), &axes, &colours);
-    Ok(Sights { colours, shots, sheets, thumbnails, space: browser_glb(&input)? })
+    // The adapter draws one picture after the other, and leaves cores free meanwhile.
+    std::thread::scope(|scope| {
+        let space = scope.spawn(|| browser_glb(&input));
+        let renderer = renderer(console);
+        let shots = match &renderer {
+            Some(renderer) => album.save_previews(console, renderer, finished, &axes, folder)?,
+            None => Vec::new(),
+        };
+        let sheets = album.sheets(console, renderer.as_ref(), finished, &axes)?;
+        let colours = album.colours();
+        let thumbnails = region_thumbnails(&album.view(), &axes, &colours);
+        let space = space.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+        Ok(Sights { colours, shots, sheets, thumbnails, space })
+    })
 }
 
 impl Sights {
@@ -318,21 +323,22 @@ impl Album<'_> {
             ("scallop-iso.png", View::iso(axes), &heights, SCALLOP_MAP),
         ];
         let mut pictures = Vec::new();
-        for (k, (file, view, scene, caption)) in shots.into_iter().enumerate() {
+        for (k, (file, view, scene, caption)) in shots.iter().enumerate() {
             console.at("pictures", k as f64 / 5.0);
-            let lettering = if caption == COVER { 1.0 } else { SHOWN_SMALL };
-            let picture = renderer.render(scene, &view, &PictureOptions { lettering, ..options(axes) })?;
-            picture.save(&folder.join(file))?;
-            if SHOWN_ON_SHEETS.contains(&file) {
-                continue;
-            }
-            pictures.push(ReportPicture {
-                caption: caption.to_owned(),
-                alt: format!("{caption}, {title}, view {}", view.name),
-                png: picture.png(),
-            });
+            let lettering = if *caption == COVER { 1.0 } else { SHOWN_SMALL };
+            let picture = renderer.render(scene, view, &PictureOptions { lettering, ..options(axes) })?;
+            pictures.push((file, view, caption, picture));
         }
-        Ok(pictures)
+        let save = |(file, view, caption, picture): (&&str, &View, &&str, Picture)| {
+            let png = match picture.save(&folder.join(file)) {
+                Ok(png) => png,
+                Err(error) => return Some(Err(error.into())),
+            };
+            let alt = format!("{caption}, {title}, view {}", view.name);
+            let shown = !SHOWN_ON_SHEETS.contains(file);
+            shown.then(|| Ok(ReportPicture { caption: (*caption).to_owned(), alt, png }))
+        };
+        pictures.into_par_iter().filter_map(save).collect()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Dropped balls against exact closest points, which share with the drop nothing but the evaluation of surfaces: on the
 //! corpus, for four radii and from five directions, scattered and along rows.
 //!
-//! `cargo test --release -p claymill-paths --test locations -- --ignored --nocapture` looks at a million locations a model
+//! `cargo test --release -p claymill-paths --test locations -- --ignored --nocapture` looks at a million places a model
 //! and prints a row each.
 
 use std::path::Path;
@@ -11,6 +11,8 @@ use claymill_paths::{BallDrop, Covering, Frame, March, Orientation, Support};
 use rayon::prelude::*;
 
 const RADII_MM: [f64; 4] = [3.0, 6.0, 10.0, 12.7];
+/// Models larger than a car (root of their area, mm) are looked at with balls larger in proportion.
+const CAR_MM: f64 = 8000.0;
 const GOUGE_MM: f64 = 1e-3;
 /// What a ball may stand off: by as much a location on a bound is too high, at most.
 const STAND_OFF_MM: f64 = 1e-3;
@@ -48,11 +50,12 @@ fn scattered(k: usize) -> [f64; 2] {
 fn look(path: &Path, radii_mm: &[f64], count: usize) -> Found {
     let model = claymill_exchange::read(path).unwrap().model;
     let closest = ClosestPoints::new(&model);
-    let area_mm2 = model.faces.iter().map(Face::area_mm2).sum();
+    let area_mm2: f64 = model.faces.iter().map(Face::area_mm2).sum();
+    let larger = (area_mm2.sqrt() / CAR_MM).max(1.0);
     let frames = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap());
     let rows = count / (radii_mm.len() * frames.len() * 2 * ROW_PLACES);
     let mut found = Found::default();
-    for &radius_mm in radii_mm {
+    for radius_mm in radii_mm.iter().map(|r| r * larger) {
         let covering = Covering::new(&model, &vec![false; model.faces.len()], area_mm2, radius_mm).unwrap();
         for frame in frames {
             let ball = BallDrop::new(&model, &covering, &frame, radius_mm);

@@ -22,6 +22,8 @@ const STEPS: usize = 4;
 pub(super) struct Joint {
     /// Nothing that begins there reaches above a ball that touches this side of it.
     pub(super) is_sound: bool,
+    /// Somewhere on the side nothing begins at all.
+    pub(super) is_open: bool,
     /// Triangles of other faces (or of the other side of a seam) and where on them.
     pub(super) onward: Vec<(u32, Point2)>,
 }
@@ -34,7 +36,7 @@ impl BallDrop<'_> {
         let own = mesh.triangles[t.index as usize];
         let [i, j] = [side, (side + 1) % 3].map(|k| own[k] as usize);
         let leaves = &self.faces[t.face as usize].leaves;
-        let mut joint = Joint { is_sound: true, onward: Vec::new() };
+        let mut joint = Joint { is_sound: true, is_open: false, onward: Vec::new() };
         let opposite = t.p[(side + 2) % 3];
         for share in PLACES {
             let at = mesh.uv[i] + (mesh.uv[j] - mesh.uv[i]) * share;
@@ -66,6 +68,7 @@ impl BallDrop<'_> {
                     None => near.push((item as u32, apart, at)),
                 }
             });
+            let mut goes_on = false;
             for (other, _, start) in near {
                 let face = self.triangles[other as usize].face as usize;
                 let Some((uv, foot, normal)) = foot(&self.faces[face].leaves, start, &a) else {
@@ -76,6 +79,7 @@ impl BallDrop<'_> {
                 if apart > APART_MM {
                     continue;
                 }
+                goes_on = true;
                 let p = &self.triangles[other as usize].p;
                 let middle = (p[0].coords + p[1].coords + p[2].coords) / 3.0 - foot.coords;
                 let rise = (foot - a).dot(&n) - apart * apart / (2.0 * self.radius_mm());
@@ -88,6 +92,7 @@ impl BallDrop<'_> {
                     joint.onward.push((other, uv));
                 }
             }
+            joint.is_open |= !goes_on;
         }
         joint
     }

@@ -46,6 +46,8 @@ const INCLINED_COSINE: f64 = 0.5;
 /// Heights on both sides of a joint differ by no more than this, mm.
 const UNEVEN_MM: f64 = 0.02;
 
+/// What is across a side lies past its ends by no more than this, as a part of the distance from it.
+const ASLANT: f64 = 2.0;
 /// A body that stands on the plane no more steeply than this, or less than this more steeply than surfaces may rise, is
 /// not looked at.
 const LEAST_SINE: f64 = 1e-3;
@@ -126,6 +128,22 @@ fn lean(t: &Triangle, curvature: f64) -> f64 {
     // A surface turns away from the plane through three of its points no faster.
     let lean = curvature * a.max(b).max(c).max(circumradius);
     if lean.is_nan() { f64::INFINITY } else { lean }
+}
+
+/// Whether another triangle lies out from a side of one, no further than `reach`.
+fn is_across(t: &Triangle, side: usize, other: &Triangle, reach_mm: f64) -> bool {
+    let [a, b, c] = [0, 1, 2].map(|k| t.p[(side + k) % 3]);
+    let Some(along) = (b - a).try_normalize(0.0) else { return false };
+    let (middle, half) = (nalgebra::center(&a, &b), 0.5 * (b - a).norm());
+    let inward = (c - middle) - along * (c - middle).dot(&along);
+    let Some(out) = (-inward).try_normalize(0.0) else { return false };
+    let [p, q, r] = other.p;
+    let sides = [(p, q), (q, r), (r, p)].map(|(p, q)| nalgebra::center(&p, &q));
+    [p, q, r].iter().chain(&sides).any(|p| {
+        let off = p - middle;
+        let (beyond, past) = (off.dot(&out), off.dot(&along).abs() - half);
+        beyond > 0.0 && beyond < reach_mm && past < ASLANT * beyond
+    })
 }
 
 impl Contacts {
@@ -411,7 +429,7 @@ impl BallDrop<'_> {
             true
         };
         link(&mut found, &mut linked, triangle);
-        let mut next = 0;
+        let (mut next, mut open) = (0, Vec::new());
         while let Some(&from) = linked.get(next) {
             next += 1;
             let item = around.items[from];
@@ -423,6 +441,9 @@ impl BallDrop<'_> {
                     }
                     Beyond::Rim(rim) => self.joint_on(rim, item, side),
                 };
+                if joint.is_open {
+                    open.push((from, side));
+                }
                 if !joint.is_sound {
                     found[from] = Of::Broken;
                     continue;
@@ -435,6 +456,16 @@ impl BallDrop<'_> {
                             }
                         }
                     }
+                }
+            }
+        }
+        // Across a crack that closes elsewhere the sheet hangs together, but is no smooth one.
+        for (from, side) in open {
+            let t = &self.triangles[around.items[from] as usize];
+            for &at in &linked {
+                let other = &self.triangles[around.items[at] as usize];
+                if other.face != t.face && is_across(t, side, other, 2.0 * self.radius_mm()) {
+                    (found[from], found[at]) = (Of::Broken, Of::Broken);
                 }
             }
         }

@@ -143,6 +143,27 @@ fn a_sheet_goes_on_over_a_joint_without_a_step() {
     }
 }
 
+/// Two faces of a ship's bow hang together; beside that a crack of a quarter of a millimetre is between them, and one lip
+/// stands above the other.
+#[test]
+fn a_sheet_does_not_go_on_across_a_crack() {
+    let Some(folder) = claymill_tests::corpus() else { return };
+    let model = claymill_exchange::read(&folder.join("ship_hull_55.iges")).unwrap().model;
+    let covering = covered(&model, R);
+    let [_, left, ..] = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap());
+    let ball = BallDrop::new(&model, &covering, &left, R);
+    let searching = BallDrop::new(&model, &covering, &left, R).searching();
+    let mut certified = 0;
+    for k in 0..600 {
+        let (x, y) = (-2520.0 + 0.5 * f64::from(k % 100), -198.0 + 8.0 * f64::from(k / 100));
+        let found = ball.drop(x, y).unwrap();
+        certified += u32::from(found.certified);
+        let apart = (found.centre.z - searching.drop(x, y).unwrap().centre.z).abs();
+        assert!(apart < CONTACT_EPSILON_MM + SAME_MM, "at {x} {y}: {apart}");
+    }
+    assert!(certified > 200, "{certified}");
+}
+
 /// On real parts, from above: along rows with certificates against the search from scratch.
 #[test]
 fn certified_locations_are_those_of_the_search() {

@@ -263,3 +263,33 @@ impl Hinge {
         self.left - along.fixed_rows::<3>(3).norm_squared() / own
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, Matrix3xX};
+
+    use super::*;
+
+    #[test]
+    fn a_hinge_leaves_what_least_squares_leave() {
+        let x: Vec<f64> = (0..60).map(|k| -0.7 + 1.4 * (f64::from(k) / 59.0).powf(1.2)).collect();
+        let bend = |x: f64| Vector3::new(1.0, 0.3 * x * x + (x - 0.11).max(0.0), 0.1 * x.powi(3) - 0.2 * x);
+        let tangents: Vec<Vector3> = x.iter().map(|&x| bend(x)).collect();
+        let hinge = Hinge::new(x.clone(), &tangents).unwrap();
+        let right = Matrix3xX::from_columns(&tangents).transpose();
+        for power in [1, 2] {
+            for at in (0..=24).map(|k| -0.65 + 1.3 * f64::from(k) / 24.0) {
+                let values = |i: usize, j: usize| match j {
+                    3 => (x[i] - at).max(0.0).powi(power),
+                    _ => x[i].powi(j as i32),
+                };
+                let q = DMatrix::from_fn(x.len(), 4, values).qr().q();
+                let exact = (&right - &q * (q.transpose() * &right)).norm_squared();
+                let ours = hinge.left(at, power as usize);
+                assert!((ours - exact).abs() < 1e-10 + 1e-7 * exact, "{power} at {at}: {ours}, {exact}");
+            }
+        }
+        let (at, left) = hinge.best(1);
+        assert!((at - 0.11).abs() < 0.02 && left < 0.5 * hinge.best(2).1, "{at} {left}");
+    }
+}

@@ -1,6 +1,6 @@
 use claymill_nurbs::{Leaves, Point2, Point3, Vector3};
 
-use super::drop::{BallDrop, TIGHT, weighted};
+use super::drop::{BallDrop, TIGHT, Triangle, weighted};
 use super::flat::barycentric;
 use super::sheet::upward;
 
@@ -14,6 +14,8 @@ const SUNK_MM: f64 = 2e-5;
 const TURNED_COSINE: f64 = 0.2;
 /// It is looked at these places on a side of a triangle.
 const PLACES: [f64; 3] = [0.1, 0.5, 0.9];
+/// What is across a side lies past its ends by no more than this, as a part of the distance from it.
+const ASLANT: f64 = 2.0;
 /// Steps to the foot of a point on a surface.
 const STEPS: usize = 4;
 
@@ -111,6 +113,22 @@ impl BallDrop<'_> {
         let foot = weighted(&t.p, at);
         ((foot - p).norm(), weighted(&uv, at))
     }
+}
+
+/// Whether another triangle lies out from a side of one, no further than `reach`.
+pub(super) fn is_across(t: &Triangle, side: usize, other: &Triangle, reach_mm: f64) -> bool {
+    let [a, b, c] = [0, 1, 2].map(|k| t.p[(side + k) % 3]);
+    let Some(along) = (b - a).try_normalize(0.0) else { return false };
+    let (middle, half) = (nalgebra::center(&a, &b), 0.5 * (b - a).norm());
+    let inward = (c - middle) - along * (c - middle).dot(&along);
+    let Some(out) = (-inward).try_normalize(0.0) else { return false };
+    let [p, q, r] = other.p;
+    let sides = [(p, q), (q, r), (r, p)].map(|(p, q)| nalgebra::center(&p, &q));
+    [p, q, r].iter().chain(&sides).any(|p| {
+        let off = p - middle;
+        let (beyond, past) = (off.dot(&out), off.dot(&along).abs() - half);
+        beyond > 0.0 && beyond < reach_mm && past < ASLANT * beyond
+    })
 }
 
 /// Barycentric coordinates of the point of a triangle that is nearest to `p`.

@@ -16,7 +16,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::beside::{Beside, Beyond};
 use super::drop::{BallDrop, Triangle};
 use super::floor::{Hulls, larger};
-use super::joint::Joint;
+use super::joint::{Joint, is_across};
 
 /// A triangle with what normals on it may differ by, and all contacts inside.
 struct Member<'a> {
@@ -46,8 +46,6 @@ const INCLINED_COSINE: f64 = 0.5;
 /// Heights on both sides of a joint differ by no more than this, mm.
 const UNEVEN_MM: f64 = 0.02;
 
-/// What is across a side lies past its ends by no more than this, as a part of the distance from it.
-const ASLANT: f64 = 2.0;
 /// A body that stands on the plane no more steeply than this, or less than this more steeply than surfaces may rise, is
 /// not looked at.
 const LEAST_SINE: f64 = 1e-3;
@@ -128,22 +126,6 @@ fn lean(t: &Triangle, curvature: f64) -> f64 {
     // A surface turns away from the plane through three of its points no faster.
     let lean = curvature * a.max(b).max(c).max(circumradius);
     if lean.is_nan() { f64::INFINITY } else { lean }
-}
-
-/// Whether another triangle lies out from a side of one, no further than `reach`.
-fn is_across(t: &Triangle, side: usize, other: &Triangle, reach_mm: f64) -> bool {
-    let [a, b, c] = [0, 1, 2].map(|k| t.p[(side + k) % 3]);
-    let Some(along) = (b - a).try_normalize(0.0) else { return false };
-    let (middle, half) = (nalgebra::center(&a, &b), 0.5 * (b - a).norm());
-    let inward = (c - middle) - along * (c - middle).dot(&along);
-    let Some(out) = (-inward).try_normalize(0.0) else { return false };
-    let [p, q, r] = other.p;
-    let sides = [(p, q), (q, r), (r, p)].map(|(p, q)| nalgebra::center(&p, &q));
-    [p, q, r].iter().chain(&sides).any(|p| {
-        let off = p - middle;
-        let (beyond, past) = (off.dot(&out), off.dot(&along).abs() - half);
-        beyond > 0.0 && beyond < reach_mm && past < ASLANT * beyond
-    })
 }
 
 impl Contacts {

@@ -27,6 +27,10 @@ use crate::step_over::flat_mm;
 /// Neighbouring rows are not parted further below this share of the flat step-over.
 const CLOSEST: f64 = 0.08;
 
+/// Close to the end of a part, crests are worth a pass of their own from this share of the scallop height on: the passes of
+/// what is beyond, which are not known here, mostly lower them.
+const WORTH_A_PASS: f64 = 1.25;
+
 /// A row with its exact path.
 #[derive(Debug, Clone)]
 pub(crate) struct Laid {
@@ -164,19 +168,35 @@ pub(crate) fn missing_rows(
                 };
                 let beside = [a.ball(), b.ball()];
                 // Where only one of the two has cut down to the middle, the other touches something else: the crest is
-                // nearer to that one.
+                // nearer to that one, up to where the part ends.
                 let halfway = look(q, beside);
-                let aside = match halfway {
+                let towards = match halfway {
                     Some((crest, [left, right])) if left.min(right) > scallop_mm => {
                         found.push(crest);
                         None
                     }
-                    Some((_, [_, right])) if right > scallop_mm => raster.claimed_between(column, q, b.q()),
-                    Some((_, [left, _])) if left > scallop_mm => raster.claimed_between(column, a.q(), q),
+                    Some((_, [_, right])) if right > scallop_mm => Some(b.q()),
+                    Some((_, [left, _])) if left > scallop_mm => Some(a.q()),
                     _ => None,
                 };
-                let nearer = aside.filter(|&at| at != q).and_then(|at| look(at, beside));
-                found.extend(nearer.filter(|(_, [l, r])| l.min(*r) > scallop_mm).map(|(crest, _)| crest));
+                if let Some(mut off) = towards {
+                    let (mut on, mut high_mm) = (q, scallop_mm);
+                    while (off - on).abs() > closest_mm
+                        && let Some(at) = raster.claimed_between(column, on.min(off), on.max(off))
+                        && at != on
+                        && at != off
+                    {
+                        match look(at, beside) {
+                            Some((crest, [left, right])) if left.min(right) > high_mm => {
+                                found.push(crest);
+                                break;
+                            }
+                            Some(_) => on = at,
+                            None => off = at,
+                        }
+                        high_mm = WORTH_A_PASS * scallop_mm;
+                    }
+                }
             }
             before = Some(b);
         }

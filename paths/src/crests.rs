@@ -179,24 +179,13 @@ pub(crate) fn missing_rows(
                     Some((_, [left, _])) if left > scallop_mm => Some(a.q()),
                     _ => None,
                 };
-                if let Some(mut off) = towards {
-                    let (mut on, mut high_mm) = (q, scallop_mm);
-                    while (off - on).abs() > closest_mm
-                        && let Some(at) = raster.claimed_between(column, on.min(off), on.max(off))
-                        && at != on
-                        && at != off
-                    {
-                        match look(at, beside) {
-                            Some((crest, [left, right])) if left.min(right) > high_mm => {
-                                found.push(crest);
-                                break;
-                            }
-                            Some(_) => on = at,
-                            None => off = at,
-                        }
-                        high_mm = WORTH_A_PASS * scallop_mm;
-                    }
-                }
+                let between = |on: f64, off: f64| {
+                    let at = raster.claimed_between(column, on.min(off), on.max(off))?;
+                    ((off - on).abs() > closest_mm && at != on && at != off).then_some(at)
+                };
+                let end =
+                    towards.and_then(|off| up_to_the_end(q, off, scallop_mm, between, |q| look(q, beside)));
+                found.extend(end);
             }
             before = Some(b);
         }
@@ -221,6 +210,27 @@ pub(crate) fn missing_rows(
         columns_at.into_values().map(|(q, columns)| raster.row_over(q, &columns)).collect();
     rows.sort_by(|a, b| a.q.total_cmp(&b.q));
     rows
+}
+
+/// The first crest that is too high on the way from a place `on` the part to one `off` it, by halving; what is left over a
+/// place by the rows on both sides comes from `look`, which finds nothing off the part.
+fn up_to_the_end(
+    mut on: f64,
+    mut off: f64,
+    scallop_mm: f64,
+    between: impl Fn(f64, f64) -> Option<f64>,
+    mut look: impl FnMut(f64) -> Option<(Crest, [f64; 2])>,
+) -> Option<Crest> {
+    let mut high_mm = scallop_mm;
+    while let Some(at) = between(on, off) {
+        match look(at) {
+            Some((crest, [left, right])) if left.min(right) > high_mm => return Some(crest),
+            Some(_) => on = at,
+            None => off = at,
+        }
+        high_mm = WORTH_A_PASS * scallop_mm;
+    }
+    None
 }
 
 /// What the ball on a row leaves over `m`'s contact, along the normal there.

@@ -215,7 +215,7 @@ pub(crate) fn take(console: &Console, finished: &Finished<'_>, folder: &Path) ->
     let tolerance_mm = finished.regions.tolerance_mm;
     let album = Album::new(model, region_of_face, Some(&cut), tolerance_mm);
     let axes = axes(finished.orientation);
-    let crests: Vec<(Point3, f64)> = finished.crests.iter().map(|c| (c.foot, c.height_mm)).collect();
+    let crests = heights(finished.crests);
     let input = BrowserInput {
         model,
         region_of_face,
@@ -226,7 +226,7 @@ pub(crate) fn take(console: &Console, finished: &Finished<'_>, folder: &Path) ->
         program,
         crests: &crests,
     };
-    // The adapter draws one picture after the other, and leaves cores free meanwhile.
+    // The adapter draws one picture after the other, and between them waits for what is to be drawn.
     std::thread::scope(|scope| {
         let space = scope.spawn(|| browser_glb(&input));
         let renderer = renderer(console);
@@ -330,15 +330,14 @@ impl Album<'_> {
             pictures.push((file, view, caption, picture));
         }
         let save = |(file, view, caption, picture): (&&str, &View, &&str, Picture)| {
-            let png = match picture.save(&folder.join(file)) {
-                Ok(png) => png,
-                Err(error) => return Some(Err(error.into())),
-            };
+            let png = picture.save(&folder.join(file))?;
             let alt = format!("{caption}, {title}, view {}", view.name);
             let shown = !SHOWN_ON_SHEETS.contains(file);
-            shown.then(|| Ok(ReportPicture { caption: (*caption).to_owned(), alt, png }))
+            Ok(shown.then(|| ReportPicture { caption: (*caption).to_owned(), alt, png }))
         };
-        pictures.into_par_iter().filter_map(save).collect()
+        let saved: Vec<Option<ReportPicture>> =
+            pictures.into_par_iter().map(save).collect::<Result<_, Failure>>()?;
+        Ok(saved.into_iter().flatten().collect())
     }
 }
 
@@ -388,7 +387,11 @@ fn renderer(console: &Console) -> Option<Renderer> {
 
 /// Paints a scene by the height of the scallop crests on it, and says so.
 pub(crate) fn paint_scallops(scene: &mut Scene, crests: &[CrestSample], request: &Request) {
-    let heights: Vec<(Point3, f64)> = crests.iter().map(|c| (c.foot, c.height_mm)).collect();
-    scene.paint_heights(&heights, &HeatScale::of_request(request));
+    scene.paint_heights(&heights(crests), &HeatScale::of_request(request));
     scene.caption.push(format!("scallop height, {} mm asked for", request.scallop_mm));
+}
+
+/// Places of crests with their heights, as pictures take them.
+fn heights(crests: &[CrestSample]) -> Vec<(Point3, f64)> {
+    crests.iter().map(|c| (c.foot, c.height_mm)).collect()
 }

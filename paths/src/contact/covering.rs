@@ -10,9 +10,9 @@ use super::beside::Beside;
 use super::larger_than_usual;
 
 /// Coarseness of the covering triangles: coarser means fewer boxes to search but more candidates per
-/// location; it does not touch accuracy. A large ball is served as well by triangles that are larger like it. The mesh's own bound counts how far parameters slide along the
-/// surface as well; what matters here is the distance from the triangle's plane (see [`deviations`]), which is
-/// about ten times smaller.
+/// location; it does not touch accuracy. A large ball is served as well by triangles that are larger like it.
+/// The mesh's own bound counts how far parameters slide along the surface as well; what matters here is the
+/// distance from the triangle's plane (see [`deviations`]), which is about ten times smaller.
 const DEVIATION_MM: f64 = 0.25;
 const LONGEST_EDGE_MM: f64 = 12.0;
 /// Edges in ball radii, at most: what a setup reaches is probed on every triangle, and a small ball gets into

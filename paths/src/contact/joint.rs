@@ -115,7 +115,7 @@ impl BallDrop<'_> {
     }
 }
 
-/// Whether another triangle lies out from a side of one, no further than `reach`.
+/// Whether another triangle lies out from a side of one, no further than `reach_mm`.
 pub(super) fn is_across(t: &Triangle, side: usize, other: &Triangle, reach_mm: f64) -> bool {
     let [a, b, c] = [0, 1, 2].map(|k| t.p[(side + k) % 3]);
     let Some(along) = (b - a).try_normalize(0.0) else { return false };

@@ -1,6 +1,6 @@
 use claymill_nurbs::{Point3, Vector3};
 use claymill_toolpath::round_to_written;
-use nalgebra::SVector;
+use nalgebra::{MatrixXx3, SVector};
 
 use crate::profile::{Profile, Sample, step_to};
 use crate::refit::{LONGEST_SPAN_MM, Over};
@@ -14,7 +14,7 @@ const BEYOND: f64 = 0.25;
 const LOOKED: f64 = 0.15;
 /// And first at so many places.
 const PLACES: usize = 24;
-/// Below this share of a sum of squares there is nothing but rounding.
+/// Below this share of what it is taken from, what is left is nothing but rounding.
 const FEWEST: f64 = 1e-9;
 
 /// Stretches whose ends are further apart than this do not meet, mm; with a smaller sine² between what lifts them they
@@ -189,26 +189,16 @@ struct Hinge {
 
 impl Hinge {
     fn new(x: Vec<f64>, tangents: &[Vector3]) -> Option<Self> {
-        // Gram-Schmidt, twice for the digits' sake.
-        let mut q: [Vec<f64>; 3] = [0, 1, 2].map(|power| x.iter().map(|x| x.powi(power)).collect());
-        for k in 0..3 {
-            for _ in 0..2 {
-                let (done, open) = q.split_at_mut(k);
-                for other in done {
-                    let share: f64 = other.iter().zip(&open[0]).map(|(a, b)| a * b).sum();
-                    open[0].iter_mut().zip(other).for_each(|(b, a)| *b -= share * *a);
-                }
-            }
-            let norm = q[k].iter().map(|v| v * v).sum::<f64>().sqrt();
-            if norm < FEWEST {
-                return None;
-            }
-            q[k].iter_mut().for_each(|v| *v /= norm);
+        let qr = MatrixXx3::from_fn(x.len(), |i, power| x[i].powi(power as i32)).qr();
+        let (q, r) = (qr.q(), qr.r());
+        if (0..3).any(|k| r[(k, k)].abs() < FEWEST) {
+            return None;
         }
-        let explained: [Vector3; 3] = [0, 1, 2].map(|k| q[k].iter().zip(tangents).map(|(&q, t)| t * q).sum());
+        let explained: [Vector3; 3] =
+            [0, 1, 2].map(|k| q.column(k).iter().zip(tangents).map(|(&q, t)| t * q).sum());
         let (mut powers, mut products, mut left) = (vec![[0.0; 5]], vec![[SVector::zeros(); 3]], 0.0);
         for i in (0..x.len()).rev() {
-            let own = [0, 1, 2].map(|k| q[k][i]);
+            let own = [0, 1, 2].map(|k| q[(i, k)]);
             let rest = tangents[i] - (0..3).map(|k| explained[k] * own[k]).sum::<Vector3>();
             left += rest.norm_squared();
             let both = SVector::from([own[0], own[1], own[2], rest.x, rest.y, rest.z]);

@@ -56,9 +56,8 @@ impl<'p> Layout<'p> {
     fn goes_on(&self) -> bool {
         match &self.rest {
             Rest::Nothing => false,
-            Rest::Rows(rounds) => rounds.go_on(),
             // In the end what they leave out is mended.
-            Rest::Levels(_) => true,
+            Rest::Rows(_) | Rest::Levels(_) => true,
         }
     }
 
@@ -143,9 +142,9 @@ impl SetupContext<'_> {
         let Some(laid) = layout.groups.first_mut() else { return };
         layout.proofs += match &mut layout.rest {
             Rest::Nothing => Proofs::default(),
-            Rest::Rows(rounds) => self.lay_rows(rounds, laid, ground),
+            Rest::Rows(rounds) if rounds.go_on() => self.lay_rows(rounds, laid, ground),
             Rest::Levels(rounds) if rounds.go_on() => self.lay_levels(rounds, laid, ground),
-            Rest::Levels(_) => {
+            Rest::Rows(_) | Rest::Levels(_) => {
                 layout.rest = Rest::Nothing;
                 let (rows, proofs) = self.mend(laid, ground);
                 layout.groups.push(rows);

@@ -73,11 +73,11 @@ pub(crate) trait Levels: Sync {
 
 /// A place where the ball should touch.
 #[derive(Debug, Clone, Copy)]
-struct Place {
-    spot: Spot,
+pub(crate) struct Place {
+    pub(crate) spot: Spot,
     point: Point3,
-    normal: Vector3,
-    centre: Point3,
+    pub(crate) normal: Vector3,
+    pub(crate) centre: Point3,
     claimed: bool,
 }
 
@@ -411,16 +411,22 @@ impl SetupContext<'_> {
         if !place.claimed {
             return Done::Cut;
         }
-        let Place { spot: Spot { face, u, v, .. }, point, normal, centre, .. } = *place;
+        let Place { point, normal, centre, .. } = *place;
         let slope = -(normal.x * ex + normal.y * ey) / normal.z;
         let feed = Vector3::new(ex, ey, slope).normalize();
-        let (touch, most_mm) = (Touch { point, normal, centre, feed }, TOO_HIGH * self.scallop_mm);
+        let touch = Touch { point, normal, centre, feed };
+        let most_mm = TOO_HIGH * self.scallop_mm;
         if near.iter().any(|near| near.is_cut(&touch, self.ball.radius_mm(), most_mm)) {
-            return Done::Cut;
+            return if self.is_crest_cut(place, &touch, near) { Done::Cut } else { Done::Left };
         }
+        if self.is_held(place) { Done::Barred } else { Done::Left }
+    }
+
+    /// Whether something else holds the ball up before it touches there.
+    fn is_held(&self, place: &Place) -> bool {
+        let Place { spot: Spot { face, u, v, .. }, normal, centre, .. } = *place;
         let location = Location::touching(centre, normal, face, [u, v]);
-        let is_held = self.ball.is_held_from(&location, 0.5 * self.scallop_mm / normal.z);
-        if is_held { Done::Barred } else { Done::Left }
+        self.ball.is_held_from(&location, 0.5 * self.scallop_mm / normal.z)
     }
 }
 

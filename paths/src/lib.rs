@@ -23,6 +23,7 @@
 //! ```
 
 mod banded;
+mod between;
 mod breaks;
 mod claimed_mesh;
 mod claims;

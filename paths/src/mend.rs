@@ -1,9 +1,12 @@
-//! Rows over what a sweep leaves out.
+//! Rows over what the passes of a pattern leave out.
 //!
 //! A field may hardly change over a part of its region, as towards the end of a long arm: no level is asked for there, and
-//! so no two neighbours are that could be held against the model. What is claimed is therefore looked at once more.
+//! so no two neighbours are that could be held against the model. And a fillet as tight as the ball is touched all over from
+//! one line, which the rows or levels on both sides can miss. What is claimed is therefore looked at once more.
 
-use claymill_nurbs::{FaceId, Point2, Vector3};
+use std::collections::{BTreeMap, BTreeSet};
+
+use claymill_nurbs::{FaceId, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::contact::Location;
@@ -13,63 +16,100 @@ use crate::near::{LaidNear, Touch};
 use crate::part::SetupContext;
 use crate::proofs::Proofs;
 use crate::reach::LEAST_FACING;
+use crate::rows::RowRounds;
 
 /// A place is left out where no pass cuts down to this many scallop heights: the nearest is a step-over away.
-const LEFT_OUT: f64 = 4.0;
+const LEFT_OUT: f64 = 2.0;
 /// Less than this is not worth passes of its own, in flat step-overs squared.
-const LEAST_STEPS2: f64 = 6.0;
+const LEAST_STEPS2: f64 = 1.0;
+
+/// Places closer together than this, in flat step-overs, are cut together.
+const TOGETHER_STEPS: f64 = 3.0;
+
+/// A triangle of the covering that is left out.
+struct LeftOut {
+    face: FaceId,
+    triangle: usize,
+    centre: Point3,
+    area_mm2: f64,
+}
 
 impl SetupContext<'_> {
     /// Rows over what the laid passes leave out, if anything.
     pub(crate) fn mend(&self, laid: &[Laid], ground: &Ground) -> (Vec<Laid>, Proofs) {
         let near = LaidNear::new(laid, self.flat_step_mm());
-        let of_face = |&face: &FaceId| -> Vec<bool> {
-            let triangles = self.covering.meshes[face].triangles.len();
-            if !self.claims.any(face) {
-                return vec![false; triangles];
+        let of_face = |&face: &FaceId| -> Vec<LeftOut> {
+            let areas = self.covering.areas_mm2(face).enumerate().filter(|_| self.claims.any(face));
+            let left_out = |(triangle, area_mm2)| {
+                let centre = self.left_out(face, triangle, &near)?;
+                Some(LeftOut { face, triangle, centre, area_mm2 })
+            };
+            areas.filter_map(left_out).collect()
+        };
+        let left_out: Vec<LeftOut> = ground.faces.par_iter().flat_map_iter(of_face).collect();
+        let mut mended = (Vec::new(), Proofs::default());
+        for places in together(left_out, TOGETHER_STEPS * self.flat_step_mm()) {
+            let area_mm2: f64 = places.iter().map(|p| p.area_mm2).sum();
+            if area_mm2 < LEAST_STEPS2 * self.flat_step_mm().powi(2) {
+                continue;
             }
-            (0..triangles).map(|t| self.is_left_out(face, t, &near)).collect()
-        };
-        let left_out: Vec<Vec<bool>> = ground.faces.par_iter().map(of_face).collect();
-        let area_mm2 = |(&face, left_out): (&FaceId, &Vec<bool>)| -> f64 {
-            let areas = self.covering.areas_mm2(face).zip(left_out);
-            areas.filter(|(_, left_out)| **left_out).map(|(area_mm2, _)| area_mm2).sum()
-        };
-        let all_mm2: f64 = ground.faces.iter().zip(&left_out).map(area_mm2).sum();
-        let mut rows = (Vec::new(), Proofs::default());
-        if all_mm2 < LEAST_STEPS2 * self.flat_step_mm().powi(2) {
-            return rows;
+            let triangles: BTreeSet<(FaceId, usize)> = places.iter().map(|p| (p.face, p.triangle)).collect();
+            let rounds = self.begin_rows(ground, |face, t| triangles.contains(&(face, t)));
+            let Some(mut rounds) = rounds.map(RowRounds::anywhere) else { continue };
+            let mut rows = Vec::new();
+            while rounds.go_on() {
+                mended.1 += self.lay_rows(&mut rounds, &mut rows, ground);
+            }
+            mended.0.extend(rows);
         }
-        let is_left =
-            |face: FaceId, t: usize| ground.faces.binary_search(&face).is_ok_and(|k| left_out[k][t]);
-        let Some(mut rounds) = self.begin_rows(ground, is_left) else { return rows };
-        while rounds.go_on() {
-            rows.1 += self.lay_rows(&mut rounds, &mut rows.0, ground);
-        }
-        rows
+        mended
     }
 
-    /// Whether the setup cuts a triangle of the covering, but no pass comes past its middle, though the ball gets there.
-    fn is_left_out(&self, face: FaceId, triangle: usize, near: &LaidNear) -> bool {
+    /// Where the ball would touch the middle of a triangle of the covering, if the setup cuts it and the ball gets there,
+    /// but no pass comes past.
+    fn left_out(&self, face: FaceId, triangle: usize, near: &LaidNear) -> Option<Point3> {
         let fate = &self.fates[face][triangle];
         if !fate.is_cut_by(self.index) {
-            return false;
+            return None;
         }
         let mesh = &self.covering.meshes[face];
         let [a, b, c] = mesh.triangles[triangle].map(|i| mesh.uv[i as usize].coords);
         let uv = Point2::from((a + b + c) / 3.0);
         let jet = self.ball.surface(face).jet(uv.x, uv.y);
-        let Some(normal) = jet.normal().map(|n| n * fate.side(self.index)) else { return false };
+        let normal = jet.normal().map(|n| n * fate.side(self.index))?;
         if normal.z < LEAST_FACING || !self.slopes.hold(&jet) {
-            return false;
+            return None;
         }
         let centre = jet.p + normal * self.ball.radius_mm();
         // Whichever way the passes run: what counts is where they come nearest.
         let touch = Touch { point: jet.p, normal, centre, feed: Vector3::zeros() };
-        let reached = || {
-            let touching = Location::touching(centre, normal, face, uv.into());
-            !self.ball.is_held_from(&touching, self.scallop_mm)
-        };
-        !near.is_cut(&touch, self.ball.radius_mm(), LEFT_OUT * self.scallop_mm) && reached()
+        if near.is_cut(&touch, self.ball.radius_mm(), LEFT_OUT * self.scallop_mm) {
+            return None;
+        }
+        let touching = Location::touching(centre, normal, face, uv.into());
+        (!self.ball.is_held_from(&touching, self.scallop_mm)).then_some(centre)
     }
+}
+
+/// Places in groups: by cells of this size that touch each other.
+fn together(places: Vec<LeftOut>, cell_mm: f64) -> Vec<Vec<LeftOut>> {
+    let mut cells: BTreeMap<[i64; 3], Vec<LeftOut>> = BTreeMap::new();
+    for place in places {
+        let cell = [0, 1, 2].map(|k| (place.centre[k] / cell_mm).floor() as i64);
+        cells.entry(cell).or_default().push(place);
+    }
+    let mut groups = Vec::new();
+    while let Some((cell, mut group)) = cells.pop_first() {
+        let mut open = vec![cell];
+        while let Some([x, y, z]) = open.pop() {
+            for near in (0..27).map(|k| [x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1]) {
+                if let Some(more) = cells.remove(&near) {
+                    group.extend(more);
+                    open.push(near);
+                }
+            }
+        }
+        groups.push(group);
+    }
+    groups
 }

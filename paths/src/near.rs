@@ -1,8 +1,7 @@
 //! What the passes laid so far leave over a place on the model.
 
-use std::collections::HashMap;
-
 use claymill_nurbs::{Point3, Vector3};
+use rustc_hash::FxHashMap;
 
 use crate::crests::Laid;
 
@@ -11,12 +10,14 @@ const REACH_CELLS: i32 = 2;
 /// A pass that runs less along the feed than this crosses it, as a cosine.
 const CROSSING: f64 = 0.2;
 const NEWTON_STEPS: usize = 4;
+/// A pass comes by where its ball is no further along the feed than this many cells.
+const COMES_BY: f64 = 0.1;
 
 /// All laid passes by where they run in plan.
 pub(crate) struct LaidNear<'a> {
     laid: &'a [Laid],
     cell_mm: f64,
-    cells: HashMap<[i32; 2], Vec<At>>,
+    cells: FxHashMap<[i32; 2], Vec<At>>,
 }
 
 /// A sample of a pass.
@@ -35,9 +36,14 @@ impl At {
     }
 
     /// Squared distance of the ball from a place, mm².
-    fn away(&self, [x, y, z]: [f32; 3]) -> f32 {
+    fn away(&self, p: &Point3) -> f32 {
         let [a, b, c] = self.ball;
+        let [x, y, z] = [p.x, p.y, p.z].map(|c| c as f32);
         (a - x) * (a - x) + (b - y) * (b - y) + (c - z) * (c - z)
+    }
+
+    fn ball_mm(&self) -> Point3 {
+        Point3::from(self.ball.map(f64::from))
     }
 }
 
@@ -54,7 +60,7 @@ pub(crate) struct Touch {
 
 impl<'a> LaidNear<'a> {
     pub(crate) fn new(laid: &'a [Laid], cell_mm: f64) -> Self {
-        let mut near = LaidNear { laid, cell_mm, cells: HashMap::new() };
+        let mut near = LaidNear { laid, cell_mm, cells: FxHashMap::default() };
         for (l, row) in laid.iter().enumerate() {
             for (c, chain) in row.chains.iter().enumerate() {
                 for (p, profile) in chain.iter().enumerate() {
@@ -83,17 +89,13 @@ impl<'a> LaidNear<'a> {
     /// Whether a pass comes past that cuts to no more than `most_mm` over a place.
     pub(crate) fn is_cut(&self, touch: &Touch, radius_mm: f64, most_mm: f64) -> bool {
         let Touch { point, normal, centre, .. } = touch;
-        let [i, j] = self.cell([centre.x, centre.y]);
-        let around = (-REACH_CELLS..=REACH_CELLS)
-            .flat_map(|a| (-REACH_CELLS..=REACH_CELLS).map(move |b| [i + a, j + b]));
-        let mut passes: Vec<&At> = around.filter_map(|cell| self.cells.get(&cell)).flatten().collect();
-        let here = [centre.x, centre.y, centre.z].map(|c| c as f32);
+        let mut passes: Vec<&At> = self.around(centre).collect();
         let cuts = |at: &At| cut_to_mm(point, normal, &self.crossing(at, touch), radius_mm) <= most_mm;
         // Nearly always the nearest one has, and no other needs to be looked at.
-        match passes.iter().min_by(|a, b| a.away(here).total_cmp(&b.away(here))) {
+        match passes.iter().min_by(|a, b| a.away(centre).total_cmp(&b.away(centre))) {
             None => return false,
             Some(nearest) if cuts(nearest) => return true,
-            Some(_) => passes.sort_by(|a, b| a.away(here).total_cmp(&b.away(here))),
+            Some(_) => passes.sort_by(|a, b| a.away(centre).total_cmp(&b.away(centre))),
         }
         // A pass that comes past more than once, a closed one where it ends, counts each time.
         let again_mm = f64::from(4 * REACH_CELLS) * self.cell_mm;
@@ -105,6 +107,36 @@ impl<'a> LaidNear<'a> {
             seen.push(at);
             cuts(at)
         })
+    }
+
+    /// The balls on the nearest passes that come by to the left and to the right of a place, seen along the feed.
+    pub(crate) fn beside(&self, touch: &Touch) -> [Option<Point3>; 2] {
+        let Touch { normal, centre, feed, .. } = touch;
+        let left = normal.cross(feed);
+        let mut sides: [Vec<(f32, &At)>; 2] = Default::default();
+        for at in self.around(centre) {
+            let side = usize::from((at.ball_mm() - centre).dot(&left) < 0.0);
+            sides[side].push((at.away(centre), at));
+        }
+        sides.map(|mut passes| {
+            while let Some((_, nearest)) = passes.iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
+                let (ball, profile) = (self.crossing(nearest, touch), nearest.profile());
+                if (ball - centre).dot(feed).abs() <= COMES_BY * self.cell_mm {
+                    return Some(ball);
+                }
+                // It ends before it comes by.
+                passes.retain(|(_, at)| at.profile() != profile);
+            }
+            None
+        })
+    }
+
+    /// Samples of passes, one a cell.
+    fn around(&self, p: &Point3) -> impl Iterator<Item = &At> {
+        let [i, j] = self.cell([p.x, p.y]);
+        let around = (-REACH_CELLS..=REACH_CELLS)
+            .flat_map(move |a| (-REACH_CELLS..=REACH_CELLS).map(move |b| [i + a, j + b]));
+        around.filter_map(|cell| self.cells.get(&cell)).flatten()
     }
 
     /// The ball on the pass where it comes past.

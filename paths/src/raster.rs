@@ -24,6 +24,12 @@ pub(crate) struct Patch {
 
 /// Stretches closer than this along a row are cut as one: crossing costs less than lifting.
 const BRIDGE_MM: f64 = 30.0;
+/// Positions that lie within this share of a cell across the rows are as good as on one line: a fillet as tight as the ball
+/// is touched all over from there.
+const ON_LINE: f64 = 0.5;
+/// So close to such a line rows run on either side, mm: on the line itself it is chance which end of the fillet carries the
+/// ball.
+const BESIDE_MM: f64 = 0.01;
 /// Rows are refined by at most this factor where the surface asks for closer ones.
 const FINEST: u32 = 16;
 
@@ -31,6 +37,8 @@ const FINEST: u32 = 16;
 pub(crate) struct Raster {
     cell: f64,
     origin: [f64; 2],
+    /// Where all positions lie across the rows, if that is nearly on a line.
+    line: Option<f64>,
     columns: usize,
     lines: usize,
     /// Smallest row distance asked for in each cell; infinite where the part has no positions.
@@ -57,7 +65,8 @@ impl Raster {
         let (columns, lines) = (count(0), count(1));
         let cells = columns * lines;
         let (need, stretch) = (vec![f32::INFINITY; cells], vec![1.0; cells]);
-        let mut raster = Raster { cell, origin, columns, lines, need, stretch };
+        let line = (high[1] - low[1] < ON_LINE * cell).then_some(0.5 * (low[1] + high[1]));
+        let mut raster = Raster { cell, origin, line, columns, lines, need, stretch };
         for p in patches {
             raster.mark(p);
         }
@@ -157,6 +166,14 @@ impl Raster {
     /// Lays rows over the part: main rows at a distance chosen to waste least, and further rows between them
     /// (halving again and again) over the columns that ask for closer ones.
     pub(crate) fn rows(&self) -> Vec<Row> {
+        if let Some(line) = self.line {
+            let mut rows = Vec::new();
+            let columns = self.band(line - self.cell, line + self.cell);
+            for q in [line - BESIDE_MM, line + BESIDE_MM] {
+                self.push(&mut rows, q, &columns, |n| n.is_finite());
+            }
+            return rows;
+        }
         let Some((first, last)) = self.extent() else {
             return Vec::new();
         };
@@ -286,6 +303,19 @@ mod tests {
         assert!(
             rows.iter()
                 .all(|r| r.stretches.len() == 1 && r.stretches[0].0 <= 0.0 && r.stretches[0].1 >= 300.0)
+        );
+    }
+
+    #[test]
+    fn positions_on_a_line_get_a_row_on_either_side() {
+        let on_line =
+            |x: f64| Patch { corners: [[x, 7.0], [x + 9.0, 7.0], [x, 7.0]], distance_mm: 2.8, stretch: 1.0 };
+        let rows = Raster::new(&[on_line(0.0), on_line(9.0)], 1.4).unwrap().rows();
+        let [left, right] = &rows[..] else { panic!("{rows:?}") };
+        assert!(left.q < 7.0 && right.q > 7.0 && right.q - left.q < 0.05, "{rows:?}");
+        assert!(
+            rows.iter()
+                .all(|r| r.stretches.len() == 1 && r.stretches[0].0 <= 0.0 && r.stretches[0].1 >= 18.0)
         );
     }
 

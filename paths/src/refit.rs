@@ -22,6 +22,8 @@ pub(crate) const LONGEST_SPAN_MM: f64 = 400.0;
 const ASIDE_SHARE: f64 = 2.0;
 /// The written error is checked at points this far apart, mm, and at least eight a span.
 const CHECK_MM: f64 = 0.25;
+/// And between two such points as often as the profile has samples there, at most.
+const MOST_PASSED: usize = 64;
 
 /// The places that a profile is about, and how they are written.
 #[derive(Debug, Clone, Copy)]
@@ -228,8 +230,7 @@ fn span_errors(
         let [a, b, c, d] =
             basis.span(std::array::from_fn(|i| over.centre(&curve.points()[basis.first + i]).coords));
         let count = ((length / CHECK_MM).ceil() as usize).max(8);
-        for k in 0..=count {
-            let x = k as f64 / count as f64;
+        let mut check = |x: f64| {
             let centre = a + (b + (c + d * x) * x) * x;
             near = over.guide.nearest(centre.x, centre.y, near);
             let (place, [ex, ey]) = over.guide.at_with_direction(near);
@@ -240,7 +241,20 @@ fn span_errors(
             let aside = ASIDE_SHARE * (off.x * ey - off.y * ex).abs() / level;
             low_mm = low_mm.min(e).min(over.tolerance.bias_mm - aside);
             high_mm = high_mm.max(e).max(over.tolerance.bias_mm + aside);
+            at_sample
+        };
+        let mut before = check(0.0);
+        for k in 0..count {
+            let at = |part: usize, parts: usize| (k as f64 + part as f64 / parts as f64) / count as f64;
+            let after = check(at(1, 1));
+            // Samples of the profile are closer together where it bends sharply.
+            let passed = after.abs_diff(before).min(MOST_PASSED);
+            (1..passed).for_each(|part| {
+                check(at(part, passed));
+            });
+            before = after;
         }
+        check(1.0);
         SpanError { low_mm, high_mm, end_s: near }
     };
     let mut end_s = profile.start().s;
@@ -379,6 +393,32 @@ mod tests {
                 let p = fit.curve.point(t0 + (t1 - t0) * f64::from(i) / 1000.0);
                 let above = (p.z - slope * p.x) / slope.hypot(1.0);
                 approx::assert_abs_diff_eq!(above, usual().bias_mm, epsilon = 1.5e-4);
+            }
+        }
+    }
+
+    #[test]
+    fn a_sharp_bend_between_two_checks_is_seen() {
+        // Lines that meet in an arc of 0.2 mm, 5° long, beside the beginning, where no corner marks it.
+        const REACH: f64 = 0.2;
+        let (sine, at) = (5f64.to_radians().sin(), 0.03);
+        let exact = |s: f64| {
+            let x = (s - at).clamp(0.0, REACH * sine);
+            let (z, slope) = (REACH - (REACH * REACH - x * x).sqrt(), x / (REACH * REACH - x * x).sqrt());
+            (z + slope * (s - at - x).max(0.0), slope)
+        };
+        let places =
+            (0..=30).map(|k| 0.004 * f64::from(k)).chain((1..=40).map(|k| 0.12 + 0.5 * f64::from(k)));
+        let samples = places.map(|s| sample(s, exact(s).0, exact(s).1)).collect();
+        for fit in fit_chain(
+            &vec![Profile { samples }],
+            &Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() },
+        ) {
+            let (t0, t1) = fit.curve.domain();
+            for i in 0..=20_000 {
+                let p = fit.curve.point(t0 + (t1 - t0) * f64::from(i) / 20_000.0);
+                let above = (p.z - exact(p.x).0) * (1.0 + exact(p.x).1.powi(2)).sqrt().recip();
+                assert!((0.0..=3.85e-3).contains(&above), "{above} mm above at {}", p.x);
             }
         }
     }

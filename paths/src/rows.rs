@@ -22,12 +22,19 @@ pub(crate) struct RowRounds {
     pub(crate) along: RowsAlong,
     raster: Raster,
     rows: Vec<Row>,
+    /// Also where the ball rests on what is not of the ground: in a fillet as tight as the ball it touches both.
+    anywhere: bool,
     round: usize,
 }
 
 impl RowRounds {
     pub(crate) fn go_on(&self) -> bool {
         !self.rows.is_empty()
+    }
+
+    /// The same rows, also where the ball rests on what is not of the ground.
+    pub(crate) fn anywhere(self) -> Self {
+        RowRounds { anywhere: true, ..self }
     }
 }
 
@@ -78,7 +85,7 @@ impl SetupContext<'_> {
         kept: impl Fn(FaceId, usize) -> bool + Sync,
     ) -> Option<RowRounds> {
         let (along, raster, rows) = self.rows(&self.cuts(ground.faces, kept))?;
-        Some(RowRounds { along, raster, rows, round: 0 })
+        Some(RowRounds { along, raster, rows, anywhere: false, round: 0 })
     }
 
     /// Follows the rows of a round, adding them to those laid so far (sorted by position), and finds where further ones
@@ -86,8 +93,9 @@ impl SetupContext<'_> {
     pub(crate) fn lay_rows(&self, rounds: &mut RowRounds, laid: &mut Vec<Laid>, ground: &Ground) -> Proofs {
         let along = rounds.along;
         let rows = std::mem::take(&mut rounds.rows);
+        let is_own = |face: FaceId| rounds.anywhere || ground.owns(face);
         let followed: Vec<(Laid, Proofs)> =
-            rows.par_iter().map(|row| self.follow_row(row, along, ground)).collect();
+            rows.par_iter().map(|row| self.follow_row(row, along, is_own)).collect();
         laid.iter_mut().for_each(|row| row.fresh = false);
         let proofs = followed.iter().map(|f| f.1).sum();
         laid.extend(followed.into_iter().map(|f| f.0));
@@ -110,14 +118,14 @@ impl SetupContext<'_> {
         proofs
     }
 
-    fn follow_row(&self, row: &Row, along: RowsAlong, ground: &Ground) -> (Laid, Proofs) {
+    fn follow_row(&self, row: &Row, along: RowsAlong, is_own: impl Fn(FaceId) -> bool) -> (Laid, Proofs) {
         let (guide, planned) = (row_guide(along, row.q), row.stretches.clone());
         let mut laid = Laid { q: row.q, guide, planned, chains: Vec::new(), fresh: true };
         let mut proofs = Proofs::default();
         for &(s0, s1) in &row.stretches {
             let followed = follow(self.ball, &laid.guide, s0, s1);
             proofs += followed.proofs;
-            laid.chains.extend(followed.passes(|face| ground.owns(face)));
+            laid.chains.extend(followed.passes(&is_own));
         }
         (laid, proofs)
     }

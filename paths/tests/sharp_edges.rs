@@ -1,13 +1,12 @@
-//! Rows over a thin body with sharp round edges: they are close together where the ball goes round an edge, and nowhere
-//! else.
+//! Passes over bodies with sharp round edges: they are close together where the ball goes round an edge, and nowhere else.
 
 mod one_face;
 
 use std::f64::consts::TAU;
 
-use claymill_nurbs::analytic::{Frame as Placement, cylinder};
-use claymill_nurbs::{Point3, Vector3};
-use claymill_paths::{FitTolerance, PlanOptions, flat_mm};
+use claymill_nurbs::analytic::{Frame as Placement, cylinder, extrusion};
+use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
+use claymill_paths::{FitTolerance, PlanOptions, Strategy, flat_mm};
 use claymill_toolpath::MoveKind;
 use one_face::planned;
 
@@ -44,4 +43,56 @@ fn rows_are_close_only_around_sharp_edges() {
     // Around the edges the ball's centre goes round an arc of more than its radius.
     let at_edges: Vec<f64> = apart.iter().filter(|(y, _)| y.abs() > 12.5).map(|(_, d)| *d).collect();
     assert!(at_edges.iter().any(|d| *d < 0.7 * flat), "{at_edges:?}");
+}
+
+#[test]
+fn sweeps_leave_no_high_crests_beside_a_ridge() {
+    const BALL_MM: f64 = 6.0;
+    const HEIGHT_MM: f64 = 0.1;
+    const ROUND_MM: f64 = 2.0;
+    // Two slopes along x that a cylinder joins smoothly, for ridges anywhere between two passes.
+    let (rise, fall) = (10f64.to_radians(), 25f64.to_radians());
+    for width_mm in [30.0, 30.7, 31.4, 32.1] {
+        let along =
+            |from: (f64, f64), angle: f64, mm: f64| (from.0 + mm * angle.cos(), from.1 + mm * angle.sin());
+        let half = 0.5 * (rise + fall);
+        let start = (0.0, 0.0);
+        let up = along(start, rise, width_mm);
+        let apex = along(up, rise, ROUND_MM * half.tan());
+        let down = along(apex, -fall, ROUND_MM * half.tan());
+        let end = along(down, -fall, 30.0);
+        let between = |a: (f64, f64), b: (f64, f64)| (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1));
+        let points = [start, between(start, up), up, apex, down, between(down, end), end];
+        let points = points.map(|(y, z)| Point3::new(0.0, y, z)).to_vec();
+        let knots = KnotVector::new(2, vec![0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 3.0]).unwrap();
+        let section =
+            Curve3::new(knots, points, Some(vec![1.0, 1.0, 1.0, half.cos(), 1.0, 1.0, 1.0])).unwrap();
+        let ridge = extrusion(&section, &Vector3::x(), (0.0, 4.0 * LENGTH_MM)).unwrap();
+        let on_ridge: Vec<Point3> = (0..=30_000).map(|k| section.point(f64::from(k) / 10_000.0)).collect();
+        for strategy in [Strategy::Iso, Strategy::Scallop] {
+            let plan = planned(ridge.clone(), BALL_MM, HEIGHT_MM, |usual| PlanOptions { strategy, ..usual });
+            // The ball's centres where passes cross the middle of the ridge.
+            let mut centres: Vec<(f64, f64)> = Vec::new();
+            for m in plan.program.moves.iter().filter(|m| m.kind == MoveKind::Cut && m.axis_start[2] > 0.5) {
+                let curve = m.curve().unwrap();
+                let (a, b) = curve.domain();
+                let places: Vec<Point3> =
+                    (0..=400).map(|k| curve.point(a + (b - a) * f64::from(k) / 400.0)).collect();
+                let middle = 0.5 * LENGTH_MM;
+                let crossing = places.windows(2).filter(|w| (w[0].x < middle) != (w[1].x < middle));
+                centres.extend(crossing.map(|w| (w[0].y, w[0].z + BALL_MM)));
+            }
+            centres.sort_by(|a, b| a.0.total_cmp(&b.0));
+            assert!(centres.len() > 20, "{strategy}, {width_mm}: {centres:?}");
+            for w in centres.windows(2) {
+                let ((y0, z0), (y1, z1)) = (w[0], w[1]);
+                let half = 0.5 * (y1 - y0).hypot(z1 - z0);
+                let sunk = (BALL_MM * BALL_MM - half * half).sqrt() / (2.0 * half);
+                let crest =
+                    Point3::new(0.0, 0.5 * (y0 + y1) + (z1 - z0) * sunk, 0.5 * (z0 + z1) - (y1 - y0) * sunk);
+                let high_mm = on_ridge.iter().map(|p| (crest - p).norm()).fold(f64::INFINITY, f64::min);
+                assert!(high_mm < 1.15 * HEIGHT_MM, "{strategy}, {width_mm}: {high_mm} mm between {w:?}");
+            }
+        }
+    }
 }

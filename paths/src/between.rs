@@ -9,9 +9,11 @@
 //! Where the surface bends sharply that is not halfway in level. Mostly the curvature at the place tells where both balls
 //! are, and so how high they leave it; elsewhere the ball is dropped halfway between them.
 
-use claymill_nurbs::Point3;
+use claymill_nurbs::{Point2, Point3, Vector3};
 
 use crate::contact::{Location, Support};
+use crate::crests::WORTH_A_PASS;
+use crate::ground::Ground;
 use crate::levels::{Place, Spot};
 use crate::near::{LaidNear, Touch, cut_to_mm};
 use crate::part::SetupContext;
@@ -25,17 +27,39 @@ const HIGH_CREST: f64 = 1.1;
 const OTHERS: f64 = 0.9;
 /// Balls are where the curvature at a place says, when they are no further from there than this share of the scallop height.
 const EVEN: f64 = 0.05;
+/// Where a part ends is looked for by so many halvings of the way to the next level.
+const HALVINGS: usize = 4;
+
+/// What is laid of a part so far.
+pub(crate) struct SoFar<'s, 'b, 'a, 'm> {
+    pub(crate) near: [&'s LaidNear<'s>; 2],
+    pub(crate) ground: &'s Ground<'b, 'a, 'm>,
+}
+
+impl SoFar<'_, '_, '_, '_> {
+    /// Whether a pass comes past that cuts to no more than `most_mm` over a place.
+    pub(crate) fn is_cut(&self, touch: &Touch, radius_mm: f64, most_mm: f64) -> bool {
+        self.near.iter().any(|near| near.is_cut(touch, radius_mm, most_mm))
+    }
+}
 
 impl SetupContext<'_> {
     /// Whether the crest between the passes to the left and to the right of a place is low enough, too: where the surface
-    /// bends sharply beside the place, that is where the two balls meet, and not halfway in level.
-    pub(crate) fn is_crest_cut(&self, place: &Place, touch: &Touch, near: &[&LaidNear]) -> bool {
-        let beside: Vec<[Option<Point3>; 2]> = near.iter().map(|near| near.beside(touch)).collect();
+    /// bends sharply beside the place, that is where the two balls meet, and not halfway in level. Where no pass comes by on
+    /// one side within `beside_mm`, what the part cuts may end there.
+    pub(crate) fn is_crest_cut(&self, place: &Place, touch: &Touch, beside_mm: f64, so_far: &SoFar) -> bool {
+        let beside = so_far.near.map(|near| near.beside(touch));
         let nearest = |side: usize| {
             let balls = beside.iter().filter_map(|balls| balls[side]);
             balls.min_by(|a, b| (a - touch.centre).norm().total_cmp(&(b - touch.centre).norm()))
         };
-        let (Some(left), Some(right)) = (&nearest(0), &nearest(1)) else { return true };
+        let (left, right) = match (&nearest(0), &nearest(1)) {
+            (Some(left), Some(right)) => (*left, *right),
+            (None, Some(_)) => return self.is_end_cut(touch, beside_mm, so_far),
+            (Some(_), None) => return self.is_end_cut(touch, -beside_mm, so_far),
+            (None, None) => return true,
+        };
+        let (left, right) = (&left, &right);
         let apart_mm = (right - left).norm();
         if apart_mm <= FAR_APART * self.flat_step_mm() {
             return true;
@@ -45,21 +69,37 @@ impl SetupContext<'_> {
             return true;
         }
         let halfway = nalgebra::center(left, right);
-        let Some(Location { centre, normal, face, support: Support::Face { u, v }, .. }) =
-            self.ball.drop(halfway.x, halfway.y)
-        else {
-            return true;
-        };
-        let point = centre - normal * self.ball.radius_mm();
-        let left_mm = [left, right].map(|ball| cut_to_mm(&point, &normal, ball, self.ball.radius_mm()));
+        let Some(crest) = self.own_touch(halfway.xy(), touch.feed, so_far) else { return true };
+        let left_mm = [left, right].map(|b| cut_to_mm(&crest.point, &crest.normal, b, self.ball.radius_mm()));
         // The two meet between what the one and the other leave there.
         let is_high = 0.5 * (left_mm[0] + left_mm[1]) > most_mm;
-        if !is_high || normal.z < LEAST_FACING || !self.claims_at(face, u, v) {
-            return true;
-        }
-        let crest = Touch { point, normal, centre, feed: touch.feed };
         let others_mm = OTHERS * left_mm[0].min(left_mm[1]);
-        near.iter().any(|near| near.is_cut(&crest, self.ball.radius_mm(), others_mm))
+        !is_high || so_far.is_cut(&crest, self.ball.radius_mm(), others_mm)
+    }
+
+    /// Whether the passes have cut what the part cuts up to its end, which is looked for by halving, within `mm` to the left
+    /// (if positive) or to the right of a place.
+    fn is_end_cut(&self, touch: &Touch, mm: f64, so_far: &SoFar) -> bool {
+        let Some(left) = touch.normal.cross(&touch.feed).xy().try_normalize(0.0) else { return true };
+        let (mut on_mm, mut off_mm) = (0.0, mm);
+        let mut end = None;
+        for _ in 0..HALVINGS {
+            let middle_mm: f64 = 0.5 * (on_mm + off_mm);
+            match self.own_touch(touch.centre.xy() + left * middle_mm, touch.feed, so_far) {
+                Some(own) => (on_mm, end) = (middle_mm, Some(own)),
+                None => off_mm = middle_mm,
+            }
+        }
+        let most_mm = WORTH_A_PASS * self.scallop_mm;
+        end.is_none_or(|end| so_far.is_cut(&end, self.ball.radius_mm(), most_mm))
+    }
+
+    /// Where the ball rests at a place, if it touches something there that the part cuts.
+    fn own_touch(&self, at: Point2, feed: Vector3, so_far: &SoFar) -> Option<Touch> {
+        let Location { centre, normal, face, support, .. } = self.ball.drop(at.x, at.y)?;
+        let Support::Face { u, v } = support else { return None };
+        let is_own = normal.z >= LEAST_FACING && so_far.ground.owns(face) && self.claims_at(face, u, v);
+        is_own.then(|| Touch { point: centre - normal * self.ball.radius_mm(), normal, centre, feed })
     }
 
     /// Height of the crest between two balls at rest to the left and to the right of a place, if the curvature there tells

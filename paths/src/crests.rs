@@ -29,7 +29,7 @@ const CLOSEST: f64 = 0.08;
 
 /// Close to the end of a part, crests are worth a pass of their own from this share of the scallop height on: the passes of
 /// what is beyond, which are not known here, mostly lower them.
-const WORTH_A_PASS: f64 = 1.25;
+pub(crate) const WORTH_A_PASS: f64 = 1.25;
 
 /// A row with its exact path.
 #[derive(Debug, Clone)]

@@ -11,6 +11,7 @@
 use claymill_nurbs::{FaceId, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
+use crate::between::SoFar;
 use crate::contact::Location;
 use crate::contour::contour;
 use crate::crests::Laid;
@@ -190,12 +191,13 @@ impl SetupContext<'_> {
             });
         let near = LaidNear::new(laid, self.flat_step_mm());
         let of_level = |&(pattern, (level, gap)): &(usize, (f64, f64))| {
-            let (on, near) = (patterns[pattern].as_ref(), [&near, &ground.in_valleys]);
+            let (on, so_far) =
+                (patterns[pattern].as_ref(), SoFar { near: [&near, &ground.in_valleys], ground });
             let mut runs = self.runs(on, level);
-            runs.retain(|run| !self.is_done(run, gap, &near));
+            runs.retain(|run| !self.is_done(run, gap, &so_far));
             let mut further = Further { pattern, level, found: Vec::new(), barred: false };
             for stroke in &self.strokes(runs, on.height_mm(level)) {
-                let (missing, barred) = self.missing(stroke, gap, &near);
+                let (missing, barred) = self.missing(stroke, gap, &so_far);
                 let lay = |s| self.lay_stroke(stroke, level, Some(s), ground);
                 further.found.extend(missing.into_iter().map(lay));
                 further.barred |= barred;
@@ -344,7 +346,7 @@ impl SetupContext<'_> {
 
     /// Stretches of a stroke on which the passes laid so far leave too much that the ball could cut, the next
     /// ones being `gap` away in level, and whether they leave anything that it could not.
-    fn missing(&self, stroke: &Stroke, gap: f64, near: &[&LaidNear]) -> (Vec<(f64, f64)>, bool) {
+    fn missing(&self, stroke: &Stroke, gap: f64, so_far: &SoFar) -> (Vec<(f64, f64)>, bool) {
         let reach_mm = 1.5 * LOOK * self.flat_step_mm();
         let at = &stroke.drawn.at;
         let (mut found, mut barred): (Vec<(f64, f64)>, bool) = (Vec::new(), false);
@@ -356,7 +358,7 @@ impl SetupContext<'_> {
                 if gap_steps < CLOSEST {
                     continue;
                 }
-                match self.done(&place, stroke.drawn.guide.direction(s), near) {
+                match self.done(&place, stroke.drawn.guide.direction(s), gap_steps, so_far) {
                     Done::Cut => {}
                     Done::Barred => barred |= gap_steps >= END_OF_REACH,
                     Done::Left => {
@@ -374,13 +376,13 @@ impl SetupContext<'_> {
     }
 
     /// Whether the passes laid so far have done all of a run, before any guide is drawn through it.
-    fn is_done(&self, run: &[Place], gap: f64, near: &[&LaidNear]) -> bool {
+    fn is_done(&self, run: &[Place], gap: f64, so_far: &SoFar) -> bool {
         run.windows(2).all(|w| {
             let along = (w[1].centre - w[0].centre).xy();
             let Some(direction) = along.try_normalize(0.0) else { return true };
             self.looked_at(&w[0], &w[1], along.norm()).all(|(_, place)| {
-                gap * place.spot.per_level_mm < CLOSEST * self.flat_step_mm()
-                    || self.done(&place, direction.into(), near) == Done::Cut
+                let gap_steps = gap * place.spot.per_level_mm / self.flat_step_mm();
+                gap_steps < CLOSEST || self.done(&place, direction.into(), gap_steps, so_far) == Done::Cut
             })
         })
     }
@@ -406,8 +408,9 @@ impl SetupContext<'_> {
         }
     }
 
-    /// What the passes laid so far, which mostly run in the horizontal direction given, have done for a place.
-    fn done(&self, place: &Place, [ex, ey]: [f64; 2], near: &[&LaidNear]) -> Done {
+    /// What the passes laid so far, which mostly run in the horizontal direction given, have done for a place; the next
+    /// levels are `gap_steps` flat step-overs away.
+    fn done(&self, place: &Place, [ex, ey]: [f64; 2], gap_steps: f64, so_far: &SoFar) -> Done {
         if !place.claimed {
             return Done::Cut;
         }
@@ -416,8 +419,9 @@ impl SetupContext<'_> {
         let feed = Vector3::new(ex, ey, slope).normalize();
         let touch = Touch { point, normal, centre, feed };
         let most_mm = TOO_HIGH * self.scallop_mm;
-        if near.iter().any(|near| near.is_cut(&touch, self.ball.radius_mm(), most_mm)) {
-            return if self.is_crest_cut(place, &touch, near) { Done::Cut } else { Done::Left };
+        if so_far.is_cut(&touch, self.ball.radius_mm(), most_mm) {
+            let beside_mm = gap_steps * self.flat_step_mm();
+            return if self.is_crest_cut(place, &touch, beside_mm, so_far) { Done::Cut } else { Done::Left };
         }
         if self.is_held(place) { Done::Barred } else { Done::Left }
     }

@@ -19,7 +19,7 @@ use crate::near::{LaidNear, Touch, cut_to_mm};
 use crate::part::SetupContext;
 use crate::reach::LEAST_FACING;
 
-/// Between passes whose balls are no further apart than this, in flat step-overs, no crest on a bulge is too high.
+/// Between passes whose balls are no further apart than this, in flat step-overs, no crest is too high but in a valley.
 const FAR_APART: f64 = 1.02;
 /// A crest beside the places that are looked at is worth a pass from this share of the scallop height on.
 const HIGH_CREST: f64 = 1.1;
@@ -61,7 +61,8 @@ impl SetupContext<'_> {
         };
         let (left, right) = (&left, &right);
         let apart_mm = (right - left).norm();
-        if apart_mm <= FAR_APART * self.flat_step_mm() {
+        let over_mm = (left - place.centre).dot(&place.normal) + (right - place.centre).dot(&place.normal);
+        if apart_mm <= FAR_APART * self.flat_step_mm() && over_mm <= EVEN * self.scallop_mm {
             return true;
         }
         let most_mm = HIGH_CREST * self.scallop_mm;

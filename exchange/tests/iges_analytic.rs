@@ -130,6 +130,30 @@ fn a_surface_of_revolution_cut_by_two_rings_only() {
     one(&tube, SurfaceKind::Revolution, TAU * 4.0 * 4.0);
 }
 
+/// A loop that goes round a closed surface and back along its seam: a ring, the seam, the other ring, the seam again.
+/// One of the rings ends a rounding error from its start, which says nothing about the way that it runs.
+#[test]
+fn rings_keep_their_way_round_where_a_loop_follows_the_seam() {
+    let frustum = |last: f64| {
+        vec![
+            entity(144, "3,1,0,9"),
+            entity(120, "5,7,0.,6.283185307179586"),
+            line([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+            line([2.0, 0.0, 0.0], [5.0, 0.0, 4.0]),
+            entity(142, "0,3,0,11,2"),
+            entity(102, "4,13,15,17,21"),
+            ring(2.0, 0.0),
+            line([2.0, 0.0, 0.0], [5.0, 0.0, 4.0]),
+            under(19, entity(100, format!("-4.,0.,0.,5.,0.,5.,{last:?}"))),
+            entity(124, "1.,0.,0.,0.,0.,-1.,0.,0.,0.,0.,-1.,0."),
+            line([5.0, 0.0, 4.0], [2.0, 0.0, 0.0]),
+        ]
+    };
+    for last in [0.0, 1e-14, -1e-14] {
+        one(&frustum(last), SurfaceKind::Revolution, 35.0 * PI);
+    }
+}
+
 #[test]
 fn a_hole_across_the_seam_of_a_closed_surface() {
     // A window of 60° × 3 around the seam of a cylinder of radius 4, as its edges on it.

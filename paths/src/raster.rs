@@ -2,6 +2,8 @@
 //!
 //! The raster only decides where rows run; every location on them is computed exactly afterwards.
 
+use std::ops::Range;
+
 /// Rows of a part: position across and stretches along.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Row {
@@ -40,11 +42,39 @@ pub(crate) struct Raster {
     /// Where all positions lie across the rows, if that is nearly on a line.
     line: Option<f64>,
     columns: usize,
-    lines: usize,
-    /// Smallest row distance asked for in each cell; infinite where the part has no positions.
+    lines: Vec<CellLine>,
+    /// Of all lines, one after the other: smallest row distance asked for; infinite where the part has no positions.
     need: Vec<f32>,
-    /// Length of path per length along the row, in each cell that has positions.
+    /// The same: length of path per length along the row.
     stretch: Vec<f32>,
+}
+
+/// The cells of a raster that lie beside each other along the rows. Only those between its first and last positions are
+/// kept: seen aslant, a long slender part covers little of the rectangle around it.
+#[derive(Debug, Clone, Copy)]
+struct CellLine {
+    /// The columns that are kept: from the first to before the last.
+    columns: (usize, usize),
+    /// Where the first one's cell is.
+    start: usize,
+}
+
+impl CellLine {
+    const EMPTY: CellLine = CellLine { columns: (usize::MAX, 0), start: 0 };
+
+    fn widen(&mut self, from: usize, to: usize) {
+        self.columns = (self.columns.0.min(from), self.columns.1.max(to));
+    }
+
+    fn count(&self) -> usize {
+        self.columns.1.saturating_sub(self.columns.0)
+    }
+
+    /// Where the cells of these columns are, as far as they are kept.
+    fn cells(&self, from: usize, to: usize) -> Range<usize> {
+        let (from, to) = (from.max(self.columns.0), to.min(self.columns.1));
+        if from < to { self.start + from - self.columns.0..self.start + to - self.columns.0 } else { 0..0 }
+    }
 }
 
 impl Raster {
@@ -62,45 +92,66 @@ impl Raster {
         }
         let origin = low.map(|v| v - cell);
         let count = |k: usize| ((high[k] - origin[k]) / cell).ceil() as usize + 2;
-        let (columns, lines) = (count(0), count(1));
-        let cells = columns * lines;
-        let (need, stretch) = (vec![f32::INFINITY; cells], vec![1.0; cells]);
+        let columns = count(0);
         let line = (high[1] - low[1] < ON_LINE * cell).then_some(0.5 * (low[1] + high[1]));
-        let mut raster = Raster { cell, origin, line, columns, lines, need, stretch };
+        let lines = vec![CellLine::EMPTY; count(1)];
+        let mut raster = Raster { cell, origin, line, columns, lines, need: Vec::new(), stretch: Vec::new() };
+        for p in patches {
+            let [columns, lines] = raster.reach(&raster.corners(p));
+            raster.lines[lines].iter_mut().for_each(|line| line.widen(columns.start, columns.end));
+        }
+        let mut cells = 0;
+        for line in &mut raster.lines {
+            line.start = cells;
+            cells += line.count();
+        }
+        (raster.need, raster.stretch) = (vec![f32::INFINITY; cells], vec![1.0; cells]);
         for p in patches {
             raster.mark(p);
         }
         Some(raster)
     }
 
-    /// Marks every cell that the triangle touches, or nearly touches.
-    fn mark(&mut self, p: &Patch) {
-        let c = p.corners.map(|c| [0, 1].map(|k| (c[k] - self.origin[k]) / self.cell));
-        let reach = |k: usize| {
+    /// The triangle's corners in cells.
+    fn corners(&self, p: &Patch) -> [[f64; 2]; 3] {
+        p.corners.map(|c| [0, 1].map(|k| (c[k] - self.origin[k]) / self.cell))
+    }
+
+    /// The columns and lines around a triangle.
+    fn reach(&self, c: &[[f64; 2]; 3]) -> [Range<usize>; 2] {
+        [(0, self.columns), (1, self.lines.len())].map(|(k, count)| {
             let low = c.iter().map(|v| v[k]).fold(f64::INFINITY, f64::min);
             let high = c.iter().map(|v| v[k]).fold(f64::NEG_INFINITY, f64::max);
-            (low.floor().max(0.0) as usize, high.floor() as usize)
-        };
-        let ((i0, i1), (j0, j1)) = (reach(0), reach(1));
-        let need = p.distance_mm as f32;
-        for j in j0..=j1.min(self.lines - 1) {
-            for i in i0..=i1.min(self.columns - 1) {
+            low.floor().max(0.0) as usize..(high.floor() as usize + 1).min(count)
+        })
+    }
+
+    /// Marks every cell that the triangle touches, or nearly touches.
+    fn mark(&mut self, p: &Patch) {
+        let c = self.corners(p);
+        let [columns, lines] = self.reach(&c);
+        let (need, stretch) = (p.distance_mm as f32, p.stretch as f32);
+        for j in lines {
+            for (i, cell) in columns.clone().zip(self.lines[j].cells(columns.start, columns.end)) {
                 if touches(&c, i as f64 + 0.5, j as f64 + 0.5) {
-                    let cell = j * self.columns + i;
                     self.need[cell] = self.need[cell].min(need);
-                    self.stretch[cell] = self.stretch[cell].max(p.stretch as f32);
+                    self.stretch[cell] = self.stretch[cell].max(stretch);
                 }
             }
         }
     }
 
+    /// The line that a position across lies on.
+    fn line(&self, q: f64) -> usize {
+        (((q - self.origin[1]) / self.cell).floor().max(0.0) as usize).min(self.lines.len() - 1)
+    }
+
     /// Per column, the smallest row distance asked for between `q0` and `q1`.
     fn band(&self, q0: f64, q1: f64) -> Vec<f32> {
-        let line =
-            |q: f64| (((q - self.origin[1]) / self.cell).floor().max(0.0) as usize).min(self.lines - 1);
         let mut needs = vec![f32::INFINITY; self.columns];
-        for j in line(q0)..=line(q1) {
-            for (need, &cell) in needs.iter_mut().zip(&self.need[j * self.columns..(j + 1) * self.columns]) {
+        for line in &self.lines[self.line(q0)..=self.line(q1)] {
+            let cells = &self.need[line.cells(0, self.columns)];
+            for (need, &cell) in needs.iter_mut().skip(line.columns.0).zip(cells) {
                 *need = need.min(cell);
             }
         }
@@ -109,10 +160,9 @@ impl Raster {
 
     /// The lines' range that holds anything, as positions across.
     fn extent(&self) -> Option<(f64, f64)> {
-        let occupied =
-            |j: &usize| self.need[j * self.columns..(j + 1) * self.columns].iter().any(|n| n.is_finite());
-        let first = (0..self.lines).find(occupied)?;
-        let last = (0..self.lines).rev().find(occupied)?;
+        let occupied = |line: &CellLine| self.need[line.cells(0, self.columns)].iter().any(|n| n.is_finite());
+        let first = self.lines.iter().position(occupied)?;
+        let last = self.lines.iter().rposition(occupied)?;
         let centre = |j: usize| self.origin[1] + (j as f64 + 0.5) * self.cell;
         Some((centre(first), centre(last)))
     }
@@ -129,10 +179,12 @@ impl Raster {
 
     /// The middle of what the part claims of a column between two positions across, if anything.
     pub(crate) fn claimed_between(&self, column: usize, q0: f64, q1: f64) -> Option<f64> {
-        let line = |q: f64| (((q - self.origin[1]) / self.cell).max(0.0) as usize).min(self.lines - 1);
-        let claimed = |j: &usize| self.need[j * self.columns + column].is_finite();
-        let first = (line(q0)..=line(q1)).find(claimed)?;
-        let last = (line(q0)..=line(q1)).rfind(claimed)?;
+        let claimed = |j: &usize| {
+            let cell = self.lines[*j].cells(column, column + 1);
+            self.need[cell].iter().any(|need| need.is_finite())
+        };
+        let first = (self.line(q0)..=self.line(q1)).find(claimed)?;
+        let last = (self.line(q0)..=self.line(q1)).rfind(claimed)?;
         let edge = |j: usize| self.origin[1] + j as f64 * self.cell;
         let middle = 0.5 * (edge(first).max(q0) + edge(last + 1).min(q1));
         Some(claymill_toolpath::round_to_written(middle))
@@ -153,12 +205,13 @@ impl Raster {
 
     /// About how long the path over a row is, mm.
     pub(crate) fn path_mm(&self, row: &Row) -> f64 {
-        let index = |k: usize, v: f64| ((v - self.origin[k]) / self.cell).round().max(0.0) as usize;
-        let line = (((row.q - self.origin[1]) / self.cell).max(0.0) as usize).min(self.lines - 1);
-        let cells = &self.stretch[line * self.columns..][..self.columns];
+        let index = |v: f64| ((v - self.origin[0]) / self.cell).round().max(0.0) as usize;
+        let line = self.lines[self.line(row.q)];
         let sums = row.stretches.iter().map(|&(a, b)| {
-            let (from, to) = (index(0, a).min(self.columns), index(0, b).min(self.columns));
-            cells[from.min(to)..to].iter().map(|&v| f64::from(v)).sum::<f64>()
+            let (from, to) = (index(a).min(self.columns), index(b).min(self.columns));
+            let kept = &self.stretch[line.cells(from, to)];
+            // Where there are no positions the row is level.
+            kept.iter().map(|&v| f64::from(v)).sum::<f64>() + (to.max(from) - from - kept.len()) as f64
         });
         sums.sum::<f64>() * self.cell
     }

@@ -12,6 +12,9 @@ use super::fault::Fault;
 use super::file::{File, Record};
 use super::placement::Placement;
 
+/// Gaps between the ends of edges that differ by less are as wide, mm.
+const SAME_END_MM: f64 = 1e-4;
+
 /// A loop as the file gives it.
 #[derive(Debug, Clone)]
 pub(crate) enum RawLoop {
@@ -52,16 +55,18 @@ impl RawLoop {
         };
         let gap = |a: &EdgeUse, b: &EdgeUse| (a.curve.end() - b.curve.start()).norm();
         let turned = |e: &EdgeUse| EdgeUse { curve: e.curve.reversed(), ..e.clone() };
+        // A circle begins and ends at one point: only the file knows which way it runs.
+        let clearly = |turned_mm: f64, mm: f64| turned_mm + SAME_END_MM < mm;
         if uses.len() > 1 {
             let nearest = |e: &EdgeUse| gap(e, &uses[1]).min(gap(e, &turned(&uses[1])));
             let first = turned(&uses[0]);
-            if nearest(&first) < nearest(&uses[0]) {
+            if clearly(nearest(&first), nearest(&uses[0])) {
                 uses[0] = first;
             }
         }
         for i in 1..uses.len() {
             let other = turned(&uses[i]);
-            if gap(&uses[i - 1], &other) < gap(&uses[i - 1], &uses[i]) {
+            if clearly(gap(&uses[i - 1], &other), gap(&uses[i - 1], &uses[i])) {
                 uses[i] = other;
             }
         }

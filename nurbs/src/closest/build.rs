@@ -47,16 +47,23 @@ impl Trim {
     }
 
     /// The piece with this net, given the chords it may meet; `None` when it is outside of the trims.
-    pub(super) fn piece<'c>(
-        &self,
-        net: Net,
-        face: FaceId,
-        chords: impl IntoIterator<Item = &'c Chord>,
-    ) -> Option<Piece> {
-        let met: Box<[Chord]> = chords.into_iter().filter(|c| c.meets(net.u, net.v)).copied().collect();
+    fn piece(&self, net: Net, face: FaceId, chords: &[Chord]) -> Option<Piece> {
+        let met = self.met(&net, chords)?;
+        Some(Piece::new(net, face, met, None))
+    }
+
+    /// The same for a part of a piece that is only needed for a moment.
+    pub(super) fn part(&self, net: Net, of: &Piece) -> Option<Piece> {
+        let met = self.met(&net, &of.chords)?;
+        Some(Piece::new(net, of.face, met, Some(of)))
+    }
+
+    /// The chords that a net meets; `None` when it is outside of the trims.
+    fn met(&self, net: &Net, chords: &[Chord]) -> Option<Box<[Chord]>> {
+        let met: Box<[Chord]> = chords.iter().filter(|c| c.meets(net.u, net.v)).copied().collect();
         let middle = (0.5 * (net.u.0 + net.u.1), 0.5 * (net.v.0 + net.v.1));
         let outside = |d: &Domain| !d.contains(middle.0, middle.1);
-        (!met.is_empty() || !self.domain.as_ref().is_some_and(outside)).then(|| Piece::new(net, face, met))
+        (!met.is_empty() || !self.domain.as_ref().is_some_and(outside)).then_some(met)
     }
 }
 

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use nalgebra::Matrix3;
 
 use super::interval::{Interval, dot};
@@ -26,7 +28,34 @@ pub(super) struct Piece {
     start: [f64; 4],
     middle: (f64, f64),
 
+    seen: Seen,
+}
+
+/// Where a piece is evaluated.
+#[derive(Debug)]
+enum Seen {
+    /// On a leaf of its own, in its own frame.
+    Own(Arc<Whole>),
+    /// On that of the piece it was cut from: to evaluate it a few times costs less than to make another leaf.
+    Part {
+        whole: Arc<Whole>,
+        /// `(s, t)` on the whole: middle and size of the part.
+        s: (f64, f64),
+        t: (f64, f64),
+        /// From the whole's frame to the part's.
+        turn: Matrix3<f64>,
+        shift: Vector3,
+    },
+}
+
+/// A piece that was not cut further when the model was made ready.
+#[derive(Debug)]
+struct Whole {
     leaf: Leaf,
+    origin: Point3,
+    axes: Matrix3<f64>,
+    u: (f64, f64),
+    v: (f64, f64),
 }
 
 /// What the ranges of the derivatives say about the squared distance from a point over the whole piece.
@@ -43,7 +72,8 @@ pub(super) enum Shape {
 }
 
 impl Piece {
-    pub(super) fn new(net: Net, face: FaceId, chords: Box<[Chord]>) -> Self {
+    /// `of` is the piece that it was cut from for a moment; one that is to stay has none.
+    pub(super) fn new(net: Net, face: FaceId, chords: Box<[Chord]>, of: Option<&Piece>) -> Self {
         let (origin, axes) = frame(&net);
         let moved = net.moved(&origin, &axes);
         let range = moved.range();
@@ -52,7 +82,13 @@ impl Piece {
             dot(&range.su, &range.sv),
             range.sv[0].squared() + range.sv[1].squared() + range.sv[2].squared(),
         ];
-        let leaf = Leaf::for_evaluation([net.degree.0, net.degree.1], net.rational, &moved.points);
+        let seen = of.map_or_else(
+            || {
+                let leaf = Leaf::for_evaluation([net.degree.0, net.degree.1], net.rational, &moved.points);
+                Seen::Own(Arc::new(Whole { leaf, origin, axes, u: net.u, v: net.v }))
+            },
+            |of| of.seen.part(&net, &origin, &axes),
+        );
         let mid = |r: &Interval| 0.5 * (r.lo + r.hi);
         let (a, b) = (mid(&range.su[0]), mid(&range.sv[0]));
         let (c, d) = (mid(&range.su[1]), mid(&range.sv[1]));
@@ -74,7 +110,7 @@ impl Piece {
             first,
             start,
 
-            leaf,
+            seen,
         }
     }
 
@@ -190,12 +226,48 @@ impl Piece {
 
     /// Position in the piece's frame.
     pub(super) fn point(&self, s: f64, t: f64) -> Vector3 {
-        self.leaf.point(s, t).coords
+        match &self.seen {
+            Seen::Own(whole) => whole.leaf.point(s, t).coords,
+            Seen::Part { whole, s: (s0, ds), t: (t0, dt), turn, shift } => {
+                turn * whole.leaf.point(s0 + s * ds, t0 + t * dt).coords + shift
+            }
+        }
     }
 
     /// Position and derivatives by `s`, `t` in the piece's frame.
     pub(super) fn jet(&self, s: f64, t: f64) -> Jet {
-        self.leaf.jet(s, t)
+        match &self.seen {
+            Seen::Own(whole) => whole.leaf.jet(s, t),
+            Seen::Part { whole, s: (s0, ds), t: (t0, dt), turn, shift } => {
+                let j = whole.leaf.jet(s0 + s * ds, t0 + t * dt);
+                Jet {
+                    p: (turn * j.p.coords + shift).into(),
+                    su: turn * j.su * *ds,
+                    sv: turn * j.sv * *dt,
+                    suu: turn * j.suu * (ds * ds),
+                    suv: turn * j.suv * (ds * dt),
+                    svv: turn * j.svv * (dt * dt),
+                }
+            }
+        }
+    }
+}
+
+impl Seen {
+    /// A part of the same whole, in a frame of its own.
+    fn part(&self, net: &Net, origin: &Point3, axes: &Matrix3<f64>) -> Self {
+        let (Seen::Own(whole) | Seen::Part { whole, .. }) = self;
+        let within = |(a, b): (f64, f64), (low, high): (f64, f64)| {
+            let width = high - low;
+            ((0.5 * (a + b) - 0.5 * (low + high)) / width, (b - a) / width)
+        };
+        Seen::Part {
+            s: within(net.u, whole.u),
+            t: within(net.v, whole.v),
+            turn: axes * whole.axes.transpose(),
+            shift: axes * (whole.origin - origin),
+            whole: Arc::clone(whole),
+        }
     }
 }
 

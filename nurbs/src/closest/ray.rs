@@ -181,7 +181,7 @@ impl Line<'_> {
         }
         let trim = &self.index.trims[piece.face];
         for half in piece.net.cut(piece.bent_direction(), 0.5) {
-            if let Some(half) = trim.piece(half, piece.face, &piece.chords) {
+            if let Some(half) = trim.part(half, piece) {
                 self.visit(&half, depth + 1);
             }
         }

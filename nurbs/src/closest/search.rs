@@ -132,7 +132,7 @@ impl<'q> Search<'q> {
         // Bernstein coefficients bound a function sharply whose minimum is on a side: cut through the foot.
         let at = 0.5 + if direction == Direction::U { spot.s } else { spot.t };
         let at = if at > CUT_INSET && at < 1.0 - CUT_INSET { at } else { 0.5 };
-        let mut halves = (piece.net.cut(direction, at)).map(|net| trim.piece(net, piece.face, &piece.chords));
+        let mut halves = (piece.net.cut(direction, at)).map(|net| trim.part(net, piece));
         let near = |half: &Option<Piece>| {
             half.as_ref().map_or(f64::INFINITY, |h| h.box_distance_squared(&h.local(&self.p)))
         };

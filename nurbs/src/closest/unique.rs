@@ -114,7 +114,7 @@ impl Rivals<'_> {
         // A cut through the foot leaves it on the sides of pieces, where coefficients bound sharply.
         let at = piece.fraction(&self.foot, direction);
         for half in piece.net.cut(direction, at) {
-            if let Some(half) = trim.piece(half, piece.face, &piece.chords) {
+            if let Some(half) = trim.part(half, piece) {
                 self.visit_piece(&half, depth + 1);
             }
         }

@@ -43,6 +43,7 @@ mod step;
 mod subcurve;
 mod threedm;
 mod trim;
+mod warp;
 
 use std::path::Path;
 

@@ -86,7 +86,10 @@ impl<'a> Trimmer<'a> {
         if chain.is_empty() {
             return Err(TrimError::Empty);
         }
-        self.direct(&mut chain);
+        match self.in_order(&chain) {
+            Some(ordered) => chain = ordered,
+            None => self.direct(&mut chain),
+        }
         self.close(chain)
     }
 
@@ -196,6 +199,34 @@ impl<'a> Trimmer<'a> {
             .collect();
         let weights = pcurve.weights().map(<[f64]>::to_vec);
         Curve2::new(pcurve.knots().clone(), points, weights).unwrap_or(pcurve)
+    }
+
+    /// The edges in an order, and each in a direction, in which they meet in the parameter plane. On a surface that
+    /// closes on itself many corners are one point, and writers order the edges there as it happens. `None` where they do
+    /// not all meet.
+    fn in_order(&self, chain: &[TrimEdge]) -> Option<Vec<TrimEdge>> {
+        let near_mm = AGREE_MM.max(self.tolerance_mm);
+        let mut left: Vec<TrimEdge> = chain[1..].to_vec();
+        let mut ordered = vec![chain[0].clone()];
+        while !left.is_empty() {
+            let end = ordered[ordered.len() - 1].pcurve.end();
+            let next = |e: &TrimEdge| {
+                let [there, back] = [e.pcurve.start(), e.pcurve.end()].map(|p| self.reach_mm(&end, &p));
+                (there.min(back), back < there)
+            };
+            let (at, (gap_mm, turned)) =
+                (left.iter().map(next).enumerate()).min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
+            if gap_mm > near_mm {
+                return None;
+            }
+            let mut edge = left.remove(at);
+            if turned {
+                edge.pcurve = edge.pcurve.reversed();
+            }
+            ordered.push(edge);
+        }
+        let gap_mm = self.reach_mm(&ordered[ordered.len() - 1].pcurve.end(), &chain[0].pcurve.start());
+        (gap_mm <= near_mm).then_some(ordered)
     }
 
     /// Turns edges round where that brings ends together.

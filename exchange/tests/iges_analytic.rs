@@ -154,6 +154,60 @@ fn rings_keep_their_way_round_where_a_loop_follows_the_seam() {
     }
 }
 
+/// Lines in the parameter plane, by angles.
+fn flat(lines: &[[f64; 4]]) -> impl Iterator<Item = Entity> {
+    lines.iter().map(|[a, b, c, d]| line([*a, *b, 0.0], [*c, *d, 0.0]))
+}
+
+/// From the plane `xy`, in which arcs lie, to `xz`.
+fn upright() -> Entity {
+    entity(124, "1.,0.,0.,0.,0.,0.,-1.,0.,0.,1.,0.,0.")
+}
+
+#[test]
+fn a_sphere_by_revolution_is_whole_by_its_pcurves() {
+    // The meridian runs by angle, from −90° to 90° and so in the file from 270° on; both poles have pcurves only.
+    let (low, high) = (1.5 * PI, 2.5 * PI);
+    let mut all = vec![
+        entity(144, "3,1,0,11"),
+        entity(120, "5,7,0.,6.283185307179586"),
+        line([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+        under(9, entity(100, "0.,0.,0.,0.,-5.,0.,5.")),
+        upright(),
+        entity(142, "0,3,13,15,3"),
+        entity(102, "4,17,19,21,23"),
+        entity(102, "2,25,27"),
+    ];
+    all.extend(flat(&[
+        [low, 0.0, high, 0.0],
+        [high, 0.0, high, TAU],
+        [high, TAU, low, TAU],
+        [low, TAU, low, 0.0],
+    ]));
+    all.extend([0, 1].map(|_| under(9, entity(100, "0.,0.,0.,0.,-5.,0.,5."))));
+    one(&all, SurfaceKind::Revolution, 100.0 * PI);
+}
+
+#[test]
+fn sides_of_a_torus_in_any_order_are_its_rectangle() {
+    // All four corners are one point in space: only the pcurves tell how the sides meet.
+    let sides = [[0.0, 0.0, TAU, 0.0], [0.0, TAU, TAU, TAU], [0.0, 0.0, 0.0, TAU], [TAU, 0.0, TAU, TAU]];
+    let mut all = vec![
+        entity(144, "3,1,0,11"),
+        entity(120, "5,7,0.,6.283185307179586"),
+        line([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+        under(9, entity(100, "0.,10.,0.,13.,0.,13.,0.")),
+        upright(),
+        entity(142, "0,3,13,15,3"),
+        entity(102, "4,17,19,21,23"),
+        entity(102, "4,25,27,29,31"),
+    ];
+    all.extend(flat(&sides));
+    all.extend([0, 1].map(|_| under(9, entity(100, "0.,10.,0.,13.,0.,13.,0."))));
+    all.extend([ring(13.0, 0.0), ring(13.0, 0.0)]);
+    one(&all, SurfaceKind::Revolution, 4.0 * PI * PI * 30.0);
+}
+
 #[test]
 fn a_hole_across_the_seam_of_a_closed_surface() {
     // A window of 60° × 3 around the seam of a cylinder of radius 4, as its edges on it.

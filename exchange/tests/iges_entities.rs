@@ -209,10 +209,11 @@ fn revolved_extruded_and_ruled_surfaces() {
     let axis = || line([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
     let face =
         only_face(&[entity(120, "3,5,0.,3.141592653589793"), axis(), line([2.0, 0.0, 0.0], [2.0, 0.0, 5.0])]);
-    for (u, v) in [(0.1, 0.0), (1.0, 0.5), (3.0, 1.0)] {
+    // The file's `u` runs along the generatrix, its `v` about the axis.
+    for (u, v) in [(0.0, 0.1), (0.5, 1.0), (1.0, 3.0)] {
         let p = face.surface.point(u, v);
         approx::assert_abs_diff_eq!(p.x.hypot(p.y), 2.0, epsilon = 1e-12);
-        approx::assert_abs_diff_eq!(p.z, 5.0 * v, epsilon = 1e-12);
+        approx::assert_abs_diff_eq!(p.z, 5.0 * u, epsilon = 1e-12);
         assert!(p.y >= 0.0);
     }
     let face = only_face(&[entity(122, "3,0.,0.,9."), line([0.0, 0.0, 0.0], [4.0, 0.0, 0.0])]);

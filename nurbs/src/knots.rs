@@ -81,6 +81,13 @@ impl KnotVector {
         KnotVector { degree, knots }
     }
 
+    /// Whether both ends have full multiplicity.
+    #[must_use]
+    pub fn is_clamped(&self) -> bool {
+        let (k, p) = (self.as_slice(), self.degree());
+        k[0] == k[p] && k[k.len() - 1] == k[k.len() - 1 - p]
+    }
+
     /// Wraps knots that are known to be sound.
     pub(crate) fn from_sound(degree: usize, knots: Vec<f64>) -> Self {
         debug_assert!(KnotVector::new(degree, knots.clone()).is_ok(), "unsound knots {knots:?}");

@@ -20,6 +20,16 @@ impl NurbsSurface {
         Some((below.transposed(), above.transposed()))
     }
 
+    /// The same surface with knots of full multiplicity at the ends of its domain, so that its outer control points are its
+    /// sides. Writers of periodic surfaces go without.
+    #[must_use]
+    pub fn clamped(&self) -> Self {
+        let once = |s: &NurbsSurface| {
+            if s.knots_u().is_clamped() { s.clone() } else { s.restricted_u(s.domain().0.0, s.domain().0.1) }
+        };
+        once(&once(self).transposed()).transposed()
+    }
+
     /// The part of the surface over `[a, b]` in `u`; both must lie in the domain, `a < b`.
     fn restricted_u(&self, a: f64, b: f64) -> NurbsSurface {
         let (knots, net) = restrict(self.knots_u(), self.net(), self.size().1, (a, b));

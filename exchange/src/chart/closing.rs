@@ -35,8 +35,9 @@ pub(crate) fn close(
     }
     if outer.is_empty() && carrier.is_closed() && !closed.is_empty() {
         let area = |l: &LaidLoop| signed_area(&l.polygon());
-        let largest = closed.iter().map(area).fold(0.0_f64, |a, b| if b.abs() > a.abs() { b } else { a });
-        if (largest > 0.0) != sense {
+        let largest = closed.iter().map(|l| (area(l), l)).max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+        // A seam that a loop follows there and back is inside of the face, whichever way writers say that the loop runs.
+        if largest.is_some_and(|(area, l)| (area > 0.0) != sense && !l.follows_a_seam(carrier.periods())) {
             outer.extend(carrier.whole().map(|range| around(&clear_of(range, &closed, carrier.periods()))));
         }
     }

@@ -12,6 +12,9 @@ use super::{ChartError, EdgeUse, Limits};
 use crate::along::{parameter_near, samples};
 use crate::subcurve::mapped;
 
+/// Legs whose places are apart by a period are a seam's to within this share of it.
+const SAME_LINE: f64 = 1e-4;
+
 /// A piece of a laid-out loop.
 #[derive(Debug, Clone)]
 pub(crate) struct Leg {
@@ -113,6 +116,30 @@ impl LaidLoop {
 
     pub(crate) fn shift(&mut self, by: Vector2<f64>) {
         self.legs.iter_mut().for_each(|leg| leg.path.shift(by));
+    }
+
+    /// Whether two of its legs run in opposite directions over one line of the carrier, a period apart.
+    pub(crate) fn follows_a_seam(&self, periods: [Option<f64>; 2]) -> bool {
+        let apart = |d: usize, from: Point2, to: Point2| {
+            periods[d].is_some_and(|period| {
+                let mut away = to - from;
+                away[d] = (away[d].abs() - period).abs();
+                away.amax() <= SAME_LINE * period
+            })
+        };
+        let middle = |leg: &Leg| {
+            let points = leg.path.points();
+            nalgebra::center(&points[(points.len() - 1) / 2], &points[points.len() / 2])
+        };
+        let opposite = |a: &Leg, b: &Leg| {
+            (0..2).any(|d| {
+                apart(d, a.path.start(), b.path.end())
+                    && apart(d, a.path.end(), b.path.start())
+                    && apart(d, middle(a), middle(b))
+            })
+        };
+        let legs = &self.legs;
+        legs.iter().enumerate().any(|(i, a)| legs[i + 1..].iter().any(|b| opposite(a, b)))
     }
 }
 

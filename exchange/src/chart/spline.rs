@@ -32,6 +32,7 @@ pub(crate) struct SplineChart {
 
 impl SplineChart {
     pub(crate) fn new(surface: NurbsSurface) -> Self {
+        let surface = surface.clamped();
         let (rows, columns) = surface.size();
         let corner = |i: usize, j: usize| surface.control_point(i, j);
         let mut size = 0.0_f64;
@@ -42,11 +43,9 @@ impl SplineChart {
         }
         let same = |a: Point3, b: Point3| (a - b).norm() <= SAME_POINT * size;
         let ((u0, u1), (v0, v1)) = surface.domain();
-        let closed_u = is_clamped(surface.knots_u())
-            && (0..columns).all(|j| same(corner(0, j), corner(rows - 1, j)))
+        let closed_u = (0..columns).all(|j| same(corner(0, j), corner(rows - 1, j)))
             && proportional((0..columns).map(|j| surface.weight(rows - 1, j) / surface.weight(0, j)));
-        let closed_v = is_clamped(surface.knots_v())
-            && (0..rows).all(|i| same(corner(i, 0), corner(i, columns - 1)))
+        let closed_v = (0..rows).all(|i| same(corner(i, 0), corner(i, columns - 1)))
             && proportional((0..rows).map(|i| surface.weight(i, columns - 1) / surface.weight(i, 0)));
         let row_is_point = |j: usize| (1..rows).all(|i| same(corner(0, j), corner(i, j)));
         let column_is_point = |i: usize| (1..columns).all(|j| same(corner(i, 0), corner(i, j)));
@@ -226,11 +225,6 @@ fn seeds(knots: &KnotVector) -> Vec<f64> {
     all
 }
 
-fn is_clamped(knots: &KnotVector) -> bool {
-    let (k, p) = (knots.as_slice(), knots.degree());
-    k[0] == k[p] && k[k.len() - 1] == k[k.len() - 1 - p]
-}
-
 fn proportional(mut ratios: impl Iterator<Item = f64>) -> bool {
     let first = ratios.next().unwrap_or(1.0);
     ratios.all(|r| (r / first - 1.0).abs() < 1e-9)
@@ -295,6 +289,20 @@ mod tests {
             for (a, b) in [(0.0, TAU), (TAU, 0.0), (TAU, TAU)] {
                 approx::assert_abs_diff_eq!(patch.point(u + a, v + b), p, epsilon = 1e-12);
             }
+        }
+    }
+
+    /// A ring of quadratic pieces whose first control points come again at its end.
+    #[test]
+    fn periodic_knots_close_too() {
+        let knots = KnotVector::new(2, (-2..=6).map(f64::from).collect()).unwrap();
+        let corner = |k: usize| Point3::new([5.0, 0.0, -5.0, 0.0][k % 4], [0.0, 5.0, 0.0, -5.0][k % 4], 0.0);
+        let points = (0..6).flat_map(|k| [corner(k), corner(k) + Vector3::z()]).collect();
+        let ring = NurbsSurface::new(knots, KnotVector::clamped_uniform(1, 2), points, None).unwrap();
+        let chart = SplineChart::new(ring.clone());
+        assert_eq!(chart.periods(), [Some(4.0), None]);
+        for (u, v) in [(0.0, 0.0), (0.3, 1.0), (2.0, 0.5), (3.9, 0.1), (4.0, 1.0)] {
+            approx::assert_abs_diff_eq!(chart.surface().point(u, v), ring.point(u, v), epsilon = 1e-14);
         }
     }
 

@@ -96,9 +96,10 @@ fn arc(record: &mut Record) -> Result<Option<Curve3>, Fault> {
     let [z, cx, cy, x0, y0, x1, y1] = record.reals()?;
     let frame = plane(z, Point2::new(cx, cy), Vector3::x())?;
     let radius = (x0 - cx).hypot(y0 - cy);
-    let from = (y0 - cy).atan2(x0 - cx);
+    // The file's own parameter: its angle from zero on.
+    let from = (y0 - cy).atan2(x0 - cx).rem_euclid(TAU);
     let chord = (x1 - x0).hypot(y1 - y0);
-    let to = if chord <= 1e-9 * radius { from } else { (y1 - cy).atan2(x1 - cx) };
+    let to = if chord <= 1e-9 * radius { from } else { (y1 - cy).atan2(x1 - cx).rem_euclid(TAU) };
     let to = if to > from { to } else { to + TAU };
     if radius == 0.0 {
         return Ok(None);

@@ -7,6 +7,7 @@ use crate::chart::{self, Limits, SplineChart};
 use crate::import::Repair;
 use crate::nesting;
 use crate::trim::{RawEdge, TrimError, Trimmer};
+use crate::warp::Warp;
 
 use super::attributes;
 use super::fault::Fault;
@@ -70,7 +71,7 @@ impl FaceReader<'_> {
         let holes = record.required(holes, super::file::Record::integer)?;
         let (carrier, under) = surfaces::read(file, surface, &placement)?;
         let loops: Vec<_> = (has_outer && outer != 0).then_some(outer).into_iter().chain(holes).collect();
-        let flat = carrier.has_own_parameters();
+        let flat = carrier.warps().is_some();
         let raw = loops
             .iter()
             .map(|de| topology::curve_on_surface(file, *de, &placement, flat))
@@ -87,7 +88,7 @@ impl FaceReader<'_> {
         let surface = record.integer()?;
         let loops = record.pointers()?;
         let (carrier, under) = surfaces::read(file, surface, &placement)?;
-        let flat = carrier.has_own_parameters();
+        let flat = carrier.warps().is_some();
         let raw = loops
             .iter()
             .map(|de| topology::boundary(file, *de, &placement, flat))
@@ -105,7 +106,7 @@ impl FaceReader<'_> {
         record.skip(1)?;
         let loops = record.required(count, super::file::Record::integer)?;
         let (carrier, under) = surfaces::read(file, surface, &placement)?;
-        let flat = carrier.has_own_parameters();
+        let flat = carrier.warps().is_some();
         let raw = loops
             .iter()
             .map(|de| topology::b_rep_loop(file, &self.edge_lists, *de, &placement, flat))
@@ -124,7 +125,10 @@ impl FaceReader<'_> {
     ) -> Result<Made, Fault> {
         let mut repairs = Vec::new();
         let (surface, kind, window) = match carrier {
-            Carrier::Bounded { surface, kind, window, deviation_mm, .. } => {
+            Carrier::Bounded { surface, kind, window, warps, deviation_mm } => {
+                if let Some(warps) = warps {
+                    raw.iter_mut().for_each(|l| l.warp(&surface, &warps));
+                }
                 if deviation_mm > 0.0 {
                     repairs.push(Repair {
                         entity: source.entity.clone(),
@@ -229,8 +233,12 @@ fn name_of(kind: SurfaceKind) -> &'static str {
 }
 
 impl Carrier {
-    fn has_own_parameters(&self) -> bool {
-        matches!(self, Carrier::Bounded { own_parameters: true, .. })
+    /// From the parameters of the file's pcurves to the surface's, where that is known.
+    fn warps(&self) -> Option<&[Warp; 2]> {
+        match self {
+            Carrier::Bounded { warps, .. } => warps.as_ref(),
+            Carrier::Plane(_) | Carrier::Chart { .. } => None,
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use claymill_nurbs::{Curve3, KnotVector, NurbsError, NurbsSurface, Point3, Surfa
 
 use crate::arc_length::ArcLength;
 use crate::offset::{OFFSET_MM, WORST_OFFSET_MM};
+use crate::warp::Warp;
 use crate::{bezier, chart};
 
 use super::curves::{self, level};
@@ -25,8 +26,8 @@ pub(crate) enum Carrier {
         kind: SurfaceKind,
         /// The declared part of the domain, where it is not the whole: `(u0, u1), (v0, v1)`.
         window: Option<Window>,
-        /// Whether the file's pcurves are in this surface's parameters.
-        own_parameters: bool,
+        /// From the parameters of the file's pcurves to this surface's; `None` where that is not known.
+        warps: Option<[Warp; 2]>,
         /// How far the surface is from what the file describes, mm; 0 when it is the same.
         deviation_mm: f64,
     },
@@ -61,6 +62,7 @@ fn nested(file: &File, de: i64, placement: &Placement, depth: usize) -> Result<(
     let mut record = file.record(de)?;
     let r = &mut record;
     let exact = |surface, kind| (surface, kind, None, 0.0);
+    let mut warps = matches!(entry.kind, 114 | 128).then(<[Warp; 2]>::default);
     let (surface, kind, window, deviation_mm) = match entry.kind {
         128 => {
             let (surface, window) = b_spline(r)?;
@@ -71,7 +73,11 @@ fn nested(file: &File, de: i64, placement: &Placement, depth: usize) -> Result<(
             let (surface, deviation) = ruled(file, r, entry.form)?;
             (surface, SurfaceKind::Ruled, None, deviation)
         }
-        120 => exact(revolution(file, r)?, SurfaceKind::Revolution),
+        120 => {
+            let (surface, of_angles) = revolution(file, r)?;
+            warps = Some(of_angles);
+            exact(surface, SurfaceKind::Revolution)
+        }
         122 => exact(tabulated(file, r)?, SurfaceKind::Extrusion),
         108 => return Ok((Carrier::Plane(quadrics::plane(r, &placement)?), record.properties())),
         190 => {
@@ -92,7 +98,7 @@ fn nested(file: &File, de: i64, placement: &Placement, depth: usize) -> Result<(
         surface: placed(&surface, &placement).map_err(|source| Fault::Nurbs { de, source })?,
         kind,
         window,
-        own_parameters: matches!(entry.kind, 114 | 128),
+        warps,
         deviation_mm,
     };
     Ok((carrier, record.properties()))
@@ -247,7 +253,7 @@ fn offset(file: &File, record: &mut Record, placement: &Placement, depth: usize)
             Ok(Carrier::Chart { carrier: chart::Carrier::Quadric { frame, quadric }, kind })
         }
         Carrier::Chart { .. } => Err(Fault::Unsupported { de, kind: 140 }),
-        Carrier::Bounded { surface, window, own_parameters, .. } => {
+        Carrier::Bounded { surface, window, warps, .. } => {
             let ((u0, u1), (v0, v1)) = surface.domain();
             let at = |x: f64, y: f64| surface.normal(u0 + (u1 - u0) * x, v0 + (v1 - v0) * y);
             // The standard puts the indicator at the middle; a normal that is across it says nothing.
@@ -262,21 +268,31 @@ fn offset(file: &File, record: &mut Record, placement: &Placement, depth: usize)
                 return Err(Fault::Geometry { de, what });
             }
             let kind = SurfaceKind::Offset;
-            Ok(Carrier::Bounded { surface, kind, window, own_parameters, deviation_mm })
+            Ok(Carrier::Bounded { surface, kind, window, warps, deviation_mm })
         }
     }
 }
 
-/// 120: a generatrix turned about a line.
-fn revolution(file: &File, record: &mut Record) -> Result<NurbsSurface, Fault> {
+/// 120: a generatrix (along `u`) turned about a line (along `v`, by angle); and where its parameters differ.
+fn revolution(file: &File, record: &mut Record) -> Result<(NurbsSurface, [Warp; 2]), Fault> {
     let de = record.de;
-    let (axis, generatrix) = (record.integer()?, record.integer()?);
+    let (axis, generatrix_de) = (record.integer()?, record.integer()?);
     let [from, to] = record.reals()?;
     let axis = single(file, axis)?;
-    let generatrix = single(file, generatrix)?;
+    let generatrix = single(file, generatrix_de)?;
     let to = if to > from { to } else { to + std::f64::consts::TAU };
-    analytic::revolution(&generatrix, &axis.start(), &(axis.end() - axis.start()), (from, to))
-        .map_err(|source| Fault::Nurbs { de, source })
+    let surface = analytic::revolution(&generatrix, &axis.start(), &(axis.end() - axis.start()), (from, to))
+        .map_err(|source| Fault::Nurbs { de, source })?
+        .transposed();
+    let along = match file.entry(generatrix_de)?.kind {
+        100 => {
+            let (start, end) = generatrix.domain();
+            Warp::of_arc(&generatrix.knots().breaks(), end - start)
+        }
+        _ => Warp::default(),
+    };
+    let round = Warp::of_arc(&surface.knots_v().breaks(), to - from);
+    Ok((surface, [along, round]))
 }
 
 /// 122: a directrix moved along a line that starts at its first point.

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use claymill_nurbs::{Curve2, Curve3};
+use claymill_nurbs::{Curve2, Curve3, NurbsSurface};
 
 use crate::chart::EdgeUse;
 use crate::trim::RawEdge;
+use crate::warp::{self, Warp};
 
 use super::curves;
 use super::fault::Fault;
@@ -35,6 +36,26 @@ impl RawLoop {
 }
 
 impl RawLoop {
+    /// Takes the pcurves from the file's parameters to the surface's; one that cannot be taken there is let go.
+    pub(crate) fn warp(&mut self, surface: &NurbsSurface, warps: &[Warp; 2]) {
+        if warps.iter().all(Warp::is_identity) {
+            return;
+        }
+        let warped = |p: Curve2| warp::pcurve(surface, warps, p).ok();
+        match self {
+            RawLoop::Edges(edges) => {
+                edges.iter_mut().for_each(|e| e.pcurve = e.pcurve.take().and_then(warped));
+            }
+            RawLoop::Sets { pcurves, .. } => {
+                *pcurves = std::mem::take(pcurves)
+                    .into_iter()
+                    .map(warped)
+                    .collect::<Option<_>>()
+                    .unwrap_or_default();
+            }
+        }
+    }
+
     /// The edges in space, run head to tail; `None` where one has only a pcurve.
     pub(crate) fn into_chart(self) -> Option<Vec<EdgeUse>> {
         let edge = |curve, pcurve: Option<Curve2>, edge| EdgeUse {

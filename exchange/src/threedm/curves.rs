@@ -9,7 +9,7 @@ use crate::subcurve::{mapped, subcurve};
 use super::archive::Reader;
 use super::class::{self, Class, Object};
 use super::fault::Fault;
-use super::warp::Warp;
+use crate::warp::Warp;
 
 /// Polycurves are nested no deeper than this.
 const DEEPEST: usize = 8;

@@ -9,7 +9,7 @@ use crate::trim::{RawEdge, Trimmer};
 
 use super::body::{Body, RawFace};
 use super::fault::Fault;
-use super::warp;
+use crate::warp;
 
 /// Where and as what a face is built.
 #[derive(Debug)]

@@ -27,7 +27,6 @@ mod placed;
 mod surfaces;
 mod tables;
 mod units;
-mod warp;
 
 use std::collections::BTreeMap;
 use std::path::Path;

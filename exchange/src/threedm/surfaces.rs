@@ -8,7 +8,7 @@ use super::body::Context;
 use super::class::{Class, Object};
 use super::curves::{self, Native};
 use super::fault::Fault;
-use super::warp::Warp;
+use crate::warp::Warp;
 
 /// Control points that a full turn takes.
 const POINTS_OF_A_TURN: usize = 9;

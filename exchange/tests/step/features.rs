@@ -110,6 +110,24 @@ fn tori_whole_and_halved() {
     one(&face("(#200,#300)", &format!("{torus}{rings}")), SurfaceKind::Torus, rest);
 }
 
+/// A writer of much use gives fillets the way round that their own flag then turns: the seam tells where the face is.
+#[test]
+fn a_torus_with_a_seam_edge_is_inside_of_its_loop_whichever_way_that_runs() {
+    let (low, high) = (ring(200, 13.0, 0.0, true), ring(300, 10.0, 3.0, true));
+    let area = 2.0 * PI * 3.0 * (10.0 * PI / 2.0 + 3.0);
+    for flag in ["T", "F"] {
+        let seam = format!(
+            "#400=FACE_BOUND('',#401,.{flag}.);\n#401=EDGE_LOOP('',(#202,#402,#403,#404));\n\
+             #402=ORIENTED_EDGE('',*,*,#405,.T.);\n#403=ORIENTED_EDGE('',*,*,#303,.F.);\n\
+             #404=ORIENTED_EDGE('',*,*,#405,.F.);\n#405=EDGE_CURVE('',#204,#304,#406,.T.);\n\
+             #406=CIRCLE('',#407,3.);\n#407=AXIS2_PLACEMENT_3D('',#408,#409,#13);\n\
+             #408=CARTESIAN_POINT('',(11.,2.,3.));\n#409=DIRECTION('',(0.,-1.,0.));\n"
+        );
+        let data = format!("#50=TOROIDAL_SURFACE('',#10,10.,3.);\n{low}{high}{seam}");
+        one(&face("(#400)", &data), SurfaceKind::Torus, area);
+    }
+}
+
 #[test]
 fn sweeps() {
     let line = "#51=LINE('',#52,#53);\n#52=CARTESIAN_POINT('',(5.,2.,3.));\n#53=VECTOR('',#12,2.);\n";

@@ -1,6 +1,6 @@
-//! From the archive's parameters to those of the exact NURBS.
+//! From a file's parameters to those of the exact NURBS.
 //!
-//! The archive runs along arcs and round surfaces of revolution by angle; a rational quadratic cannot. The two
+//! Rhino's archives and IGES run along arcs and round surfaces of revolution by angle; a rational quadratic cannot. The two
 //! agree where its pieces meet and differ a little in between (see
 //! [`claymill_nurbs::analytic::ArcParameter`]). Elsewhere the parameters are the same.
 
@@ -15,7 +15,7 @@ const FOLLOWED_MM: f64 = 1e-5;
 
 /// A curve's map of parameters: the identity but for arcs.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Warp {
+pub(crate) struct Warp {
     /// In order of parameters.
     arcs: Vec<Arc>,
 }
@@ -30,31 +30,31 @@ struct Arc {
 
 impl Warp {
     /// The map of an arc of `angle` radians whose pieces meet at `joints`.
-    pub(super) fn of_arc(joints: &[f64], angle: f64) -> Self {
+    pub(crate) fn of_arc(joints: &[f64], angle: f64) -> Self {
         let pieces = joints.len().saturating_sub(1).max(1);
         let half_angle = 0.5 * angle / pieces as f64;
         let piece = |w: &[f64]| Arc { from: w[0], to: w[1], half_angle };
         Warp { arcs: joints.windows(2).map(piece).collect() }
     }
 
-    pub(super) fn is_identity(&self) -> bool {
+    pub(crate) fn is_identity(&self) -> bool {
         self.arcs.is_empty()
     }
 
     /// The map of a curve whose domain `from` was laid onto `to`.
-    pub(super) fn moved(&self, from: (f64, f64), to: (f64, f64)) -> Self {
+    pub(crate) fn moved(&self, from: (f64, f64), to: (f64, f64)) -> Self {
         let at = |t: f64| to.0 + (t - from.0) * ((to.1 - to.0) / (from.1 - from.0));
         let arc = |a: &Arc| Arc { from: at(a.from), to: at(a.to), ..*a };
         Warp { arcs: self.arcs.iter().map(arc).collect() }
     }
 
     /// Appends the map of the curve that follows.
-    pub(super) fn extend(&mut self, next: Warp) {
+    pub(crate) fn extend(&mut self, next: Warp) {
         self.arcs.extend(next.arcs);
     }
 
-    /// The NURBS parameter at the archive's `t`, and its derivative.
-    pub(super) fn at(&self, t: f64) -> (f64, f64) {
+    /// The NURBS parameter at the file's `t`, and its derivative.
+    pub(crate) fn at(&self, t: f64) -> (f64, f64) {
         let behind = self.arcs.partition_point(|a| a.to < t);
         // Parameters that miss an arc at either end by rounding belong to it as well.
         let Some(arc) = self.arcs.get(behind).filter(|a| a.from <= t) else { return (t, 1.0) };
@@ -65,9 +65,9 @@ impl Warp {
     }
 }
 
-/// A pcurve in the archive's parameters of a surface as one in those of its NURBS `surface`, to within
+/// A pcurve in the file's parameters of a surface as one in those of its NURBS `surface`, to within
 /// [`FOLLOWED_MM`] on the surface; exact along parameter lines.
-pub(super) fn pcurve(surface: &NurbsSurface, warps: &[Warp; 2], curve: Curve2) -> Result<Curve2, NurbsError> {
+pub(crate) fn pcurve(surface: &NurbsSurface, warps: &[Warp; 2], curve: Curve2) -> Result<Curve2, NurbsError> {
     if warps.iter().all(Warp::is_identity) {
         return Ok(curve);
     }

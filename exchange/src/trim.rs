@@ -366,23 +366,46 @@ fn distance_to_curve(curve: &Curve3, p: &Point3) -> f64 {
     let samples = breaks
         .windows(2)
         .flat_map(|w| (0..=SAMPLES).map(move |i| w[0] + (w[1] - w[0]) * i as f64 / SAMPLES as f64));
-    let distance = |t: f64| (curve.point(t) - p).norm();
-    let Some(mut t) = samples.min_by(|a, b| distance(*a).total_cmp(&distance(*b))) else {
-        return f64::INFINITY;
-    };
+    let mut near: Vec<(f64, f64)> = samples.map(|t| ((curve.point(t) - p).norm(), t)).collect();
+    near.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // From both ends where they meet: from one of them the way would lead out of the curve.
+    near.dedup_by(|a, b| a.1 == b.1);
+    near.iter().take(2).map(|&start| descended(curve, p, start)).fold(f64::INFINITY, f64::min)
+}
+
+/// The distance of `p` from a curve where it is least around a place, given with its distance, by Newton.
+fn descended(curve: &Curve3, p: &Point3, (mut best, mut t): (f64, f64)) -> f64 {
     let (a, b) = curve.domain();
-    let mut best = distance(t);
     for _ in 0..20 {
         let [c, d1, d2] = curve.derivatives(t);
         let r = c - p.coords;
         let full = d1.norm_squared() + r.dot(&d2);
         let slope = if full > 0.0 { full } else { d1.norm_squared() };
         let next = (t - r.dot(&d1) / slope).clamp(a, b);
-        let d = distance(next);
+        let d = (curve.point(next) - p).norm();
         if next.is_nan() || d >= best {
             break;
         }
         (t, best) = (next, d);
     }
     best
+}
+
+#[cfg(test)]
+mod tests {
+    use claymill_nurbs::Vector3;
+    use claymill_nurbs::analytic::{Frame, circle_arc};
+
+    use super::*;
+
+    #[test]
+    fn the_distance_from_a_closed_curve_is_right_on_both_sides_of_its_ends() {
+        let frame = Frame::new(Point3::new(1.0, 2.0, 3.0), Vector3::z(), Vector3::x()).unwrap();
+        let circle = circle_arc(&frame, 18.0, (0.0, std::f64::consts::TAU)).unwrap();
+        for deg in [-7.0, -0.1, 0.0, 0.1, 7.0, 123.0_f64] {
+            let (sine, cosine) = deg.to_radians().sin_cos();
+            let p = frame.point(18.5 * cosine, 18.5 * sine, 0.0);
+            approx::assert_abs_diff_eq!(distance_to_curve(&circle, &p), 0.5, epsilon = 1e-9);
+        }
+    }
 }

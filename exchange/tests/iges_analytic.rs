@@ -166,26 +166,26 @@ fn upright() -> Entity {
 
 #[test]
 fn a_sphere_by_revolution_is_whole_by_its_pcurves() {
-    // The meridian runs by angle, from −90° to 90° and so in the file from 270° on; both poles have pcurves only.
-    let (low, high) = (1.5 * PI, 2.5 * PI);
-    let mut all = vec![
-        entity(144, "3,1,0,11"),
-        entity(120, "5,7,0.,6.283185307179586"),
-        line([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
-        under(9, entity(100, "0.,0.,0.,0.,-5.,0.,5.")),
-        upright(),
-        entity(142, "0,3,13,15,3"),
-        entity(102, "4,17,19,21,23"),
-        entity(102, "2,25,27"),
-    ];
-    all.extend(flat(&[
-        [low, 0.0, high, 0.0],
-        [high, 0.0, high, TAU],
-        [high, TAU, low, TAU],
-        [low, TAU, low, 0.0],
-    ]));
-    all.extend([0, 1].map(|_| under(9, entity(100, "0.,0.,0.,0.,-5.,0.,5."))));
-    one(&all, SurfaceKind::Revolution, 100.0 * PI);
+    // The meridian runs by angle, from 270° to 450° or as well from −90° to 90°; both poles have pcurves only, or none.
+    for (low, high) in [(1.5 * PI, 2.5 * PI), (-0.5 * PI, 0.5 * PI)] {
+        let sides =
+            [[low, 0.0, high, 0.0], [high, 0.0, high, TAU], [high, TAU, low, TAU], [low, TAU, low, 0.0]];
+        for (sides, list) in [(&sides[..], "4,17,19,21,23"), (&sides[..3], "2,17,21")] {
+            let mut all = vec![
+                entity(144, "3,1,0,11"),
+                entity(120, "5,7,0.,6.283185307179586"),
+                line([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+                under(9, entity(100, "0.,0.,0.,0.,-5.,0.,5.")),
+                upright(),
+                entity(142, "0,3,13,15,3"),
+                entity(102, list),
+                entity(102, "2,25,27"),
+            ];
+            all.extend(flat(sides));
+            all.extend((sides.len()..6).map(|_| under(9, entity(100, "0.,0.,0.,0.,-5.,0.,5."))));
+            one(&all, SurfaceKind::Revolution, 100.0 * PI);
+        }
+    }
 }
 
 #[test]

@@ -127,7 +127,7 @@ impl FaceReader<'_> {
         let (surface, kind, window) = match carrier {
             Carrier::Bounded { surface, kind, window, warps, deviation_mm } => {
                 if let Some(warps) = warps {
-                    raw.iter_mut().for_each(|l| l.warp(&surface, &warps));
+                    topology::warp_pcurves(&mut raw, &surface, &warps);
                 }
                 if deviation_mm > 0.0 {
                     repairs.push(Repair {

@@ -1,10 +1,13 @@
 //! Loops of faces: curves on surfaces (142), boundaries (141) and B-rep loops (508, 504).
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
-use claymill_nurbs::{Curve2, Curve3, NurbsSurface};
+use claymill_nurbs::{Curve2, Curve3, NurbsSurface, Point2};
+use nalgebra::Vector2;
 
 use crate::chart::EdgeUse;
+use crate::subcurve::mapped;
 use crate::trim::RawEdge;
 use crate::warp::{self, Warp};
 
@@ -15,6 +18,8 @@ use super::placement::Placement;
 
 /// Gaps between the ends of edges that differ by less are as wide, mm.
 const SAME_END_MM: f64 = 1e-4;
+/// Angles that differ by less are one, radians: files have ten digits.
+const SAME_ANGLE: f64 = 1e-6;
 
 /// A loop as the file gives it.
 #[derive(Debug, Clone)]
@@ -36,22 +41,22 @@ impl RawLoop {
 }
 
 impl RawLoop {
-    /// Takes the pcurves from the file's parameters to the surface's; one that cannot be taken there is let go.
-    pub(crate) fn warp(&mut self, surface: &NurbsSurface, warps: &[Warp; 2]) {
-        if warps.iter().all(Warp::is_identity) {
-            return;
+    fn pcurves(&self) -> Vec<&Curve2> {
+        match self {
+            RawLoop::Edges(edges) => edges.iter().filter_map(|e| e.pcurve.as_ref()).collect(),
+            RawLoop::Sets { pcurves, .. } => pcurves.iter().collect(),
         }
-        let warped = |p: Curve2| warp::pcurve(surface, warps, p).ok();
+    }
+
+    /// Changes every pcurve; one that cannot be is let go.
+    fn map_pcurves(&mut self, map: impl Fn(Curve2) -> Option<Curve2>) {
         match self {
             RawLoop::Edges(edges) => {
-                edges.iter_mut().for_each(|e| e.pcurve = e.pcurve.take().and_then(warped));
+                edges.iter_mut().for_each(|e| e.pcurve = e.pcurve.take().and_then(&map));
             }
             RawLoop::Sets { pcurves, .. } => {
-                *pcurves = std::mem::take(pcurves)
-                    .into_iter()
-                    .map(warped)
-                    .collect::<Option<_>>()
-                    .unwrap_or_default();
+                let mapped = std::mem::take(pcurves).into_iter().map(map).collect::<Option<_>>();
+                *pcurves = mapped.unwrap_or_default();
             }
         }
     }
@@ -93,6 +98,30 @@ impl RawLoop {
         }
         Some(uses)
     }
+}
+
+/// Takes the pcurves of a face from the file's parameters to the surface's.
+pub(crate) fn warp_pcurves(loops: &mut [RawLoop], surface: &NurbsSurface, warps: &[Warp; 2]) {
+    if warps.iter().all(Warp::is_identity) {
+        return;
+    }
+    let (u, v) = surface.domain();
+    // Angles are counted from anywhere: by whole turns to where the surface is.
+    let points: Vec<Point2> =
+        loops.iter().flat_map(RawLoop::pcurves).flat_map(|p| p.points().to_vec()).collect();
+    let turn = |axis: usize, (low, high): (f64, f64)| {
+        let (least, most) = (points.iter().map(|p| p[axis]))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let inside = least >= low - SAME_ANGLE && most <= high + SAME_ANGLE;
+        let turns = ((low + high - least - most) / (2.0 * TAU)).round();
+        if inside || warps[axis].is_identity() || !turns.is_finite() { 0.0 } else { turns * TAU }
+    };
+    let shift = Vector2::new(turn(0, u), turn(1, v));
+    let warped = |p: Curve2| {
+        let turned = mapped(&p, |at| at + shift).ok()?;
+        warp::pcurve(surface, warps, turned).ok()
+    };
+    loops.iter_mut().for_each(|l| l.map_pcurves(warped));
 }
 
 /// Curve pointers of every edge list (504) of the file.

@@ -16,7 +16,7 @@ pub enum Strategy {
     SteepShallow,
     /// Parameter lines of every patch by itself.
     IsoPatch,
-    /// For each region whatever costs least of planar, iso and scallop.
+    /// For each region whatever costs least of planar, iso, scallop and the parameter lines of its patches.
     Auto,
 }
 
@@ -35,7 +35,7 @@ impl Strategy {
             Strategy::Waterline => &[Strategy::Waterline],
             Strategy::SteepShallow => &[Strategy::SteepShallow],
             Strategy::IsoPatch => &[Strategy::IsoPatch],
-            Strategy::Auto => &[Strategy::Planar, Strategy::Iso, Strategy::Scallop],
+            Strategy::Auto => &[Strategy::Planar, Strategy::Iso, Strategy::Scallop, Strategy::IsoPatch],
         }
     }
 }

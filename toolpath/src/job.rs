@@ -281,7 +281,8 @@ pub struct Totals {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum UncutReason {
-    /// No tool direction reaches it: inner skins, under the floor, behind other faces.
+    /// No tool direction reaches it: inner skins, under the floor, behind other faces, walls that lean from every free
+    /// direction by more than 80°.
     Hidden,
     /// The ball does not fit: too tight a valley, or a neighbour in the way.
     TooTight,

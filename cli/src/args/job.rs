@@ -184,7 +184,7 @@ pub(crate) enum StrategyName {
     SteepShallow,
     /// Parameter lines of every patch by itself.
     IsoPatch,
-    /// For each region whatever costs least of planar, iso and scallop.
+    /// For each region whatever costs least of planar, iso, scallop and iso-patch.
     Auto,
 }
 

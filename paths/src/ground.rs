@@ -11,6 +11,8 @@ pub(crate) struct Ground<'b, 'a, 'm> {
     pub(crate) faces: &'b [FaceId],
     /// What sweeps them, where they have a mesh.
     pub(crate) sweeps: Option<&'b Sweeps<'a, 'm>>,
+    /// How much of them the setup cuts.
+    pub(crate) area_mm2: f64,
     /// The passes along the valleys.
     pub(crate) in_valleys: LaidNear<'b>,
 }

@@ -26,6 +26,10 @@ use crate::slopes::{Limit, Slopes};
 use crate::waterline::CentreHeights;
 use crate::{RowsAlong, Strategy};
 
+/// Parts smaller than this are cut by the first candidate, in squares of the step-over on a plane: there is little to gain, and
+/// rows leave the least at rims.
+const WORTH_A_CHOICE_STEPS2: f64 = 25.0;
+
 /// Ground shallower than this has no waterlines but rows, degrees: contour lines wander there, and for the same scallop
 /// height their levels would be closer than a quarter of the step-over.
 const SHALLOWEST_DEG: f64 = 15.0;
@@ -79,7 +83,11 @@ impl SetupContext<'_> {
         &'b self,
         ground: &Ground<'_, 'a, 'm>,
     ) -> Option<(Layout<'b>, Vec<Considered>)> {
-        let candidates = self.strategy.candidates().iter();
+        let tiny = ground.area_mm2 < WORTH_A_CHOICE_STEPS2 * self.flat_step_mm().powi(2);
+        let candidates = match self.strategy.candidates() {
+            [first, _, ..] if tiny => std::slice::from_ref(first).iter(),
+            all => all.iter(),
+        };
         let mut layouts: Vec<Layout> = candidates.filter_map(|&s| self.begin(s, ground)).collect();
         loop {
             let considered: Vec<Considered> = layouts.iter().map(Layout::considered).collect();

@@ -86,13 +86,13 @@ struct Pass {
 }
 
 impl SetupContext<'_> {
-    /// Plans the part of the region made of `faces`, with its mesh where there is one; `None` when this setup
-    /// cuts nothing of it.
-    pub(crate) fn part(&self, faces: &[usize], sweeps: Option<&Sweeps>) -> Option<Part> {
+    /// Plans the part of the region made of `faces`, of which this setup cuts `area_mm2`, with its mesh where there is one;
+    /// `None` when nothing of it is cut.
+    pub(crate) fn part(&self, faces: &[usize], area_mm2: f64, sweeps: Option<&Sweeps>) -> Option<Part> {
         let (valleys, mut proofs) =
             if self.pencil { self.valleys(faces) } else { (Vec::new(), Proofs::default()) };
         let in_valleys = LaidNear::new(&valleys, self.flat_step_mm());
-        let ground = Ground { faces, sweeps, in_valleys };
+        let ground = Ground { faces, area_mm2, sweeps, in_valleys };
         let (chosen, considered) = self.choose(&ground)?;
         let fit_all = |laid: &Vec<Laid>| laid.par_iter().flat_map_iter(|row| self.fit_row(row)).collect();
         proofs += chosen.proofs;

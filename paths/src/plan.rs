@@ -264,8 +264,9 @@ pub fn plan(
         // A part has stages of its own that are not parallel: meanwhile others go on.
         let part = |(region, faces): (usize, &Vec<usize>)| {
             progress("paths", done.fetch_add(1, Ordering::Relaxed) as f64 / jobs as f64);
-            let cuts = account.region_setup_mm2[region][index] > 0.0;
-            Some((region, cuts.then(|| context.part(faces, sweeps[region].as_ref()))??))
+            let area_mm2 = account.region_setup_mm2[region][index];
+            let part = || context.part(faces, area_mm2, sweeps[region].as_ref());
+            Some((region, (area_mm2 > 0.0).then(part)??))
         };
         let parts: Vec<(usize, Part)> =
             faces_of.par_iter().enumerate().with_max_len(1).filter_map(part).collect();

@@ -45,17 +45,11 @@ def parts(shape, kind):
     TopExp.MapShapes_s(shape, kind, found)
     return [found.FindKey(i + 1) for i in range(found.Extent())]
 
-def face_of(shape):
-    return TopoDS.Face_s(shape) if hasattr(TopoDS, "Face_s") else TopoDS.Face(shape)
-
-def edge_of(shape):
-    return TopoDS.Edge_s(shape) if hasattr(TopoDS, "Edge_s") else TopoDS.Edge(shape)
-
 def area(shape):
     BRepMesh_IncrementalMesh(shape, 0.02, False, 0.1, True)
     total = 0.0
     for face in parts(shape, TopAbs_FACE):
-        mesh = BRep_Tool.Triangulation_s(face_of(face), TopLoc_Location())
+        mesh = BRep_Tool.Triangulation_s(TopoDS.Face_s(face), TopLoc_Location())
         if mesh is None:
             return None
         for i in range(mesh.NbTriangles()):
@@ -66,7 +60,7 @@ def area(shape):
 def filleted(shape, radius):
     fillet = BRepFilletAPI_MakeFillet(shape)
     for edge in parts(shape, TopAbs_EDGE):
-        fillet.Add(radius, edge_of(edge))
+        fillet.Add(radius, TopoDS.Edge_s(edge))
     return fillet.Shape()
 
 def nurbs(shape):

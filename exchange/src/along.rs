@@ -8,7 +8,21 @@ pub(crate) fn parameter_near(curve: &Curve3, p: &Point3) -> f64 {
     let samples = samples(curve, 4 * curve.knots().degree().max(2));
     let distance = |t: f64| (curve.point(t) - p).norm_squared();
     let nearest = samples.iter().copied().map(|t| (distance(t), t));
-    let (mut best, mut t) = nearest.fold((f64::INFINITY, first), |a, b| if b.0 < a.0 { b } else { a });
+    let (_, start) = nearest.fold((f64::INFINITY, first), |a, b| if b.0 < a.0 { b } else { a });
+    let found = descended(curve, p, start);
+    // Where a curve closes, the way from its first end may lead out of it, and from its last to the point.
+    if start != first {
+        return found;
+    }
+    let other = descended(curve, p, last);
+    if distance(other) < distance(found) { other } else { found }
+}
+
+/// Where Newton steps from a parameter lead to, never further away.
+fn descended(curve: &Curve3, p: &Point3, mut t: f64) -> f64 {
+    let (first, last) = curve.domain();
+    let distance = |t: f64| (curve.point(t) - p).norm_squared();
+    let mut best = distance(t);
     for _ in 0..20 {
         let [c, d1, d2] = curve.derivatives(t);
         let r = c - p.coords;
@@ -43,4 +57,24 @@ pub(crate) fn samples<const D: usize>(curve: &NurbsCurve<D>, per_span: usize) ->
     let mut all: Vec<f64> = breaks.windows(2).flat_map(inside).collect();
     all.extend(breaks.last());
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use claymill_nurbs::Vector3;
+    use claymill_nurbs::analytic::{Frame, circle_arc};
+
+    use super::*;
+
+    #[test]
+    fn the_nearest_point_of_a_closed_curve_is_found_on_both_sides_of_its_ends() {
+        let frame = Frame::new(Point3::new(1.0, 2.0, 3.0), Vector3::z(), Vector3::x()).unwrap();
+        let circle = circle_arc(&frame, 18.0, (0.0, std::f64::consts::TAU)).unwrap();
+        for deg in [-7.0, -0.1, 0.0, 0.1, 7.0, 123.0_f64] {
+            let (sine, cosine) = deg.to_radians().sin_cos();
+            let p = frame.point(18.5 * cosine, 18.5 * sine, 0.0);
+            let away = (circle.point(parameter_near(&circle, &p)) - p).norm();
+            approx::assert_abs_diff_eq!(away, 0.5, epsilon = 1e-9);
+        }
+    }
 }

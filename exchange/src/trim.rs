@@ -7,6 +7,7 @@
 use claymill_nurbs::{Curve2, Curve3, KnotVector, NurbsSurface, Point2, Point3, TrimEdge, TrimLoop};
 use thiserror::Error;
 
+use crate::along::parameter_near;
 use crate::foot::Projector;
 
 /// A pcurve agrees with its space curve within this (or the file's tolerance, if larger), mm.
@@ -156,7 +157,7 @@ impl<'a> Trimmer<'a> {
                 let at = |x: f64| (c.point(c0 + (c1 - c0) * x) - p).norm();
                 at(x) <= tolerance || at(1.0 - x) <= tolerance
             });
-            nearby || curves.iter().any(|c| distance_to_curve(c, &p) <= tolerance)
+            nearby || curves.iter().any(|c| (c.point(parameter_near(c, &p)) - p).norm() <= tolerance)
         })
     }
 
@@ -231,24 +232,9 @@ impl<'a> Trimmer<'a> {
 
     /// Turns edges round where that brings ends together.
     fn direct(&self, chain: &mut [TrimEdge]) {
-        if chain.len() < 2 {
-            return;
-        }
         let gap = |a: &TrimEdge, b: &TrimEdge| self.gap_mm(&a.pcurve.end(), &b.pcurve.start());
         let turned = |e: &TrimEdge| TrimEdge { pcurve: e.pcurve.reversed(), shared: e.shared };
-        // The first edge is turned only if that clearly helps: its end must meet one end of the second.
-        let nearest = |e: &TrimEdge| gap(e, &chain[1]).min(gap(e, &turned(&chain[1])));
-        let first = turned(&chain[0]);
-        if nearest(&first) + self.tolerance_mm.max(SNAPPED_MM) < nearest(&chain[0]) {
-            chain[0] = first;
-        }
-        for i in 1..chain.len() {
-            let other = turned(&chain[i]);
-            if gap(&chain[i - 1], &other) + self.tolerance_mm.max(SNAPPED_MM) < gap(&chain[i - 1], &chain[i])
-            {
-                chain[i] = other;
-            }
-        }
+        head_to_tail(chain, self.tolerance_mm.max(SNAPPED_MM), gap, turned);
     }
 
     /// Joins neighbouring ends: moves them together when they all but meet, bridges small gaps.
@@ -309,6 +295,29 @@ impl<'a> Trimmer<'a> {
     }
 }
 
+/// Turns edges round where that clearly, by more than `slack_mm`, brings the end of one and the start of the next together.
+/// The ends of a circle are as near either way: then only the file knows which way it runs.
+pub(crate) fn head_to_tail<E>(
+    chain: &mut [E],
+    slack_mm: f64,
+    gap_mm: impl Fn(&E, &E) -> f64,
+    turned: impl Fn(&E) -> E,
+) {
+    let [head, second, ..] = &*chain else { return };
+    // The first edge's end must meet one end of the second.
+    let nearest = |e: &E| gap_mm(e, second).min(gap_mm(e, &turned(second)));
+    let first = turned(head);
+    if nearest(&first) + slack_mm < nearest(head) {
+        chain[0] = first;
+    }
+    for i in 1..chain.len() {
+        let other = turned(&chain[i]);
+        if gap_mm(&chain[i - 1], &other) + slack_mm < gap_mm(&chain[i - 1], &chain[i]) {
+            chain[i] = other;
+        }
+    }
+}
+
 /// Which end of a curve.
 #[derive(Clone, Copy)]
 enum End {
@@ -359,53 +368,4 @@ pub(crate) fn pace(surface: &NurbsSurface) -> [f64; 2] {
         }
     }
     pace
-}
-
-fn distance_to_curve(curve: &Curve3, p: &Point3) -> f64 {
-    let breaks = curve.knots().breaks();
-    let samples = breaks
-        .windows(2)
-        .flat_map(|w| (0..=SAMPLES).map(move |i| w[0] + (w[1] - w[0]) * i as f64 / SAMPLES as f64));
-    let mut near: Vec<(f64, f64)> = samples.map(|t| ((curve.point(t) - p).norm(), t)).collect();
-    near.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // From both ends where they meet: from one of them the way would lead out of the curve.
-    near.dedup_by(|a, b| a.1 == b.1);
-    near.iter().take(2).map(|&start| descended(curve, p, start)).fold(f64::INFINITY, f64::min)
-}
-
-/// The distance of `p` from a curve where it is least around a place, given with its distance, by Newton.
-fn descended(curve: &Curve3, p: &Point3, (mut best, mut t): (f64, f64)) -> f64 {
-    let (a, b) = curve.domain();
-    for _ in 0..20 {
-        let [c, d1, d2] = curve.derivatives(t);
-        let r = c - p.coords;
-        let full = d1.norm_squared() + r.dot(&d2);
-        let slope = if full > 0.0 { full } else { d1.norm_squared() };
-        let next = (t - r.dot(&d1) / slope).clamp(a, b);
-        let d = (curve.point(next) - p).norm();
-        if next.is_nan() || d >= best {
-            break;
-        }
-        (t, best) = (next, d);
-    }
-    best
-}
-
-#[cfg(test)]
-mod tests {
-    use claymill_nurbs::Vector3;
-    use claymill_nurbs::analytic::{Frame, circle_arc};
-
-    use super::*;
-
-    #[test]
-    fn the_distance_from_a_closed_curve_is_right_on_both_sides_of_its_ends() {
-        let frame = Frame::new(Point3::new(1.0, 2.0, 3.0), Vector3::z(), Vector3::x()).unwrap();
-        let circle = circle_arc(&frame, 18.0, (0.0, std::f64::consts::TAU)).unwrap();
-        for deg in [-7.0, -0.1, 0.0, 0.1, 7.0, 123.0_f64] {
-            let (sine, cosine) = deg.to_radians().sin_cos();
-            let p = frame.point(18.5 * cosine, 18.5 * sine, 0.0);
-            approx::assert_abs_diff_eq!(distance_to_curve(&circle, &p), 0.5, epsilon = 1e-9);
-        }
-    }
 }

@@ -159,30 +159,37 @@ fn flat(lines: &[[f64; 4]]) -> impl Iterator<Item = Entity> {
     lines.iter().map(|[a, b, c, d]| line([*a, *b, 0.0], [*c, *d, 0.0]))
 }
 
-/// From the plane `xy`, in which arcs lie, to `xz`.
-fn upright() -> Entity {
-    entity(124, "1.,0.,0.,0.,0.,0.,-1.,0.,0.,1.,0.,0.")
+/// An arc (100) in the plane `xz`, by the matrix at `DE 9`.
+fn meridian(arc: &str) -> Entity {
+    under(9, entity(100, arc))
+}
+
+/// A face at `DE 1` whose surface is a meridian turned once about the z axis. Its loop has the pcurves and the curves in
+/// space of two lists (102); what these point to stands from `DE 17` on.
+fn turned(arc: &str, pcurves: &str, curves: &str) -> Vec<Entity> {
+    vec![
+        entity(144, "3,1,0,11"),
+        entity(120, "5,7,0.,6.283185307179586"),
+        line([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+        meridian(arc),
+        entity(124, "1.,0.,0.,0.,0.,0.,-1.,0.,0.,1.,0.,0."),
+        entity(142, "0,3,13,15,3"),
+        entity(102, pcurves),
+        entity(102, curves),
+    ]
 }
 
 #[test]
 fn a_sphere_by_revolution_is_whole_by_its_pcurves() {
+    const ARC: &str = "0.,0.,0.,0.,-5.,0.,5.";
     // The meridian runs by angle, from 270° to 450° or as well from −90° to 90°; both poles have pcurves only, or none.
     for (low, high) in [(1.5 * PI, 2.5 * PI), (-0.5 * PI, 0.5 * PI)] {
         let sides =
             [[low, 0.0, high, 0.0], [high, 0.0, high, TAU], [high, TAU, low, TAU], [low, TAU, low, 0.0]];
         for (sides, list) in [(&sides[..], "4,17,19,21,23"), (&sides[..3], "2,17,21")] {
-            let mut all = vec![
-                entity(144, "3,1,0,11"),
-                entity(120, "5,7,0.,6.283185307179586"),
-                line([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
-                under(9, entity(100, "0.,0.,0.,0.,-5.,0.,5.")),
-                upright(),
-                entity(142, "0,3,13,15,3"),
-                entity(102, list),
-                entity(102, "2,25,27"),
-            ];
+            let mut all = turned(ARC, list, "2,25,27");
             all.extend(flat(sides));
-            all.extend((sides.len()..6).map(|_| under(9, entity(100, "0.,0.,0.,0.,-5.,0.,5."))));
+            all.extend((sides.len()..6).map(|_| meridian(ARC)));
             one(&all, SurfaceKind::Revolution, 100.0 * PI);
         }
     }
@@ -190,20 +197,12 @@ fn a_sphere_by_revolution_is_whole_by_its_pcurves() {
 
 #[test]
 fn sides_of_a_torus_in_any_order_are_its_rectangle() {
+    const ARC: &str = "0.,10.,0.,13.,0.,13.,0.";
     // All four corners are one point in space: only the pcurves tell how the sides meet.
     let sides = [[0.0, 0.0, TAU, 0.0], [0.0, TAU, TAU, TAU], [0.0, 0.0, 0.0, TAU], [TAU, 0.0, TAU, TAU]];
-    let mut all = vec![
-        entity(144, "3,1,0,11"),
-        entity(120, "5,7,0.,6.283185307179586"),
-        line([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
-        under(9, entity(100, "0.,10.,0.,13.,0.,13.,0.")),
-        upright(),
-        entity(142, "0,3,13,15,3"),
-        entity(102, "4,17,19,21,23"),
-        entity(102, "4,25,27,29,31"),
-    ];
+    let mut all = turned(ARC, "4,17,19,21,23", "4,25,27,29,31");
     all.extend(flat(&sides));
-    all.extend([0, 1].map(|_| under(9, entity(100, "0.,10.,0.,13.,0.,13.,0."))));
+    all.extend([meridian(ARC), meridian(ARC)]);
     all.extend([ring(13.0, 0.0), ring(13.0, 0.0)]);
     one(&all, SurfaceKind::Revolution, 4.0 * PI * PI * 30.0);
 }

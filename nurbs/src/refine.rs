@@ -23,11 +23,15 @@ impl NurbsSurface {
     /// The same surface with knots of full multiplicity at the ends of its domain, so that its outer control points are its
     /// sides. Writers of periodic surfaces go without.
     #[must_use]
-    pub fn clamped(&self) -> Self {
-        let once = |s: &NurbsSurface| {
-            if s.knots_u().is_clamped() { s.clone() } else { s.restricted_u(s.domain().0.0, s.domain().0.1) }
-        };
-        once(&once(self).transposed()).transposed()
+    pub fn clamped(mut self) -> Self {
+        let whole_u = |s: &NurbsSurface| s.restricted_u(s.domain().0.0, s.domain().0.1);
+        if !self.knots_u().is_clamped() {
+            self = whole_u(&self);
+        }
+        if !self.knots_v().is_clamped() {
+            self = whole_u(&self.transposed()).transposed();
+        }
+        self
     }
 
     /// The part of the surface over `[a, b]` in `u`; both must lie in the domain, `a < b`.

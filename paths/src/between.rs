@@ -11,7 +11,7 @@
 
 use claymill_nurbs::{Point2, Point3, Vector3};
 
-use crate::contact::{Location, Support};
+use crate::contact::Support;
 use crate::crests::WORTH_A_PASS;
 use crate::ground::Ground;
 use crate::levels::{Place, Spot};
@@ -53,25 +53,25 @@ impl SetupContext<'_> {
             let balls = beside.iter().filter_map(|balls| balls[side]);
             balls.min_by(|a, b| (a - touch.centre).norm().total_cmp(&(b - touch.centre).norm()))
         };
-        let (left, right) = match (&nearest(0), &nearest(1)) {
-            (Some(left), Some(right)) => (*left, *right),
+        let (left, right) = match (nearest(0), nearest(1)) {
+            (Some(left), Some(right)) => (left, right),
             (None, Some(_)) => return self.is_end_cut(touch, beside_mm, so_far),
             (Some(_), None) => return self.is_end_cut(touch, -beside_mm, so_far),
             (None, None) => return true,
         };
-        let (left, right) = (&left, &right);
         let apart_mm = (right - left).norm();
         let over_mm = (left - place.centre).dot(&place.normal) + (right - place.centre).dot(&place.normal);
         if apart_mm <= FAR_APART * self.flat_step_mm() && over_mm <= EVEN * self.scallop_mm {
             return true;
         }
         let most_mm = HIGH_CREST * self.scallop_mm;
-        if self.crest_on_even_ground(place, left, right).is_some_and(|high_mm| high_mm <= most_mm) {
+        if self.crest_on_even_ground(place, &left, &right).is_some_and(|high_mm| high_mm <= most_mm) {
             return true;
         }
-        let halfway = nalgebra::center(left, right);
+        let halfway = nalgebra::center(&left, &right);
         let Some(crest) = self.own_touch(halfway.xy(), touch.feed, so_far) else { return true };
-        let left_mm = [left, right].map(|b| cut_to_mm(&crest.point, &crest.normal, b, self.ball.radius_mm()));
+        let left_mm =
+            [left, right].map(|b| cut_to_mm(&crest.point, &crest.normal, &b, self.ball.radius_mm()));
         // The two meet between what the one and the other leave there.
         let is_high = 0.5 * (left_mm[0] + left_mm[1]) > most_mm;
         let others_mm = OTHERS * left_mm[0].min(left_mm[1]);
@@ -97,10 +97,11 @@ impl SetupContext<'_> {
 
     /// Where the ball rests at a place, if it touches something there that the part cuts.
     fn own_touch(&self, at: Point2, feed: Vector3, so_far: &SoFar) -> Option<Touch> {
-        let Location { centre, normal, face, support, .. } = self.ball.drop(at.x, at.y)?;
-        let Support::Face { u, v } = support else { return None };
-        let is_own = normal.z >= LEAST_FACING && so_far.ground.owns(face) && self.claims_at(face, u, v);
-        is_own.then(|| Touch { point: centre - normal * self.ball.radius_mm(), normal, centre, feed })
+        let rest = self.ball.drop(at.x, at.y)?;
+        let Support::Face { u, v } = rest.support else { return None };
+        let is_facing = rest.normal.z >= LEAST_FACING;
+        let is_own = is_facing && so_far.ground.owns(rest.face) && self.claims_at(rest.face, u, v);
+        is_own.then(|| Touch::of(&rest, feed, self.ball.radius_mm()))
     }
 
     /// Height of the crest between two balls at rest to the left and to the right of a place, if the curvature there tells

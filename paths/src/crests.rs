@@ -196,8 +196,7 @@ pub(crate) fn missing_rows(
         // Aslant over a valley, rows come past somewhere else than abreast.
         let near = LaidNear::new(laid, flat_mm(ball.radius_mm(), scallop_mm));
         let is_left = |Crest { m, feed, .. }: &Crest| {
-            let point = m.centre - m.normal * ball.radius_mm();
-            let touch = Touch { point, normal: m.normal, centre: m.centre, feed: *feed };
+            let touch = Touch::of(m, *feed, ball.radius_mm());
             ![&near, in_valleys].into_iter().any(|near| near.is_cut(&touch, ball.radius_mm(), scallop_mm))
         };
         found = found.into_par_iter().filter(is_left).collect();

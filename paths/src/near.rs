@@ -3,6 +3,7 @@
 use claymill_nurbs::{Point3, Vector3};
 use rustc_hash::FxHashMap;
 
+use crate::contact::Location;
 use crate::crests::Laid;
 
 /// Passes are looked for within this many cells.
@@ -56,6 +57,14 @@ pub(crate) struct Touch {
     pub(crate) centre: Point3,
     /// Direction in which the passes around mostly run.
     pub(crate) feed: Vector3,
+}
+
+impl Touch {
+    /// Where a ball at rest touches.
+    pub(crate) fn of(rest: &Location, feed: Vector3, radius_mm: f64) -> Self {
+        let Location { centre, normal, .. } = *rest;
+        Touch { point: centre - normal * radius_mm, normal, centre, feed }
+    }
 }
 
 impl<'a> LaidNear<'a> {

@@ -40,7 +40,7 @@ pub(crate) struct Raster {
     cell: f64,
     origin: [f64; 2],
     /// Where all positions lie across the rows, if that is nearly on a line.
-    line: Option<f64>,
+    on_line: Option<f64>,
     columns: usize,
     lines: Vec<CellLine>,
     /// Of all lines, one after the other: smallest row distance asked for; infinite where the part has no positions.
@@ -93,9 +93,10 @@ impl Raster {
         let origin = low.map(|v| v - cell);
         let count = |k: usize| ((high[k] - origin[k]) / cell).ceil() as usize + 2;
         let columns = count(0);
-        let line = (high[1] - low[1] < ON_LINE * cell).then_some(0.5 * (low[1] + high[1]));
+        let on_line = (high[1] - low[1] < ON_LINE * cell).then_some(0.5 * (low[1] + high[1]));
         let lines = vec![CellLine::EMPTY; count(1)];
-        let mut raster = Raster { cell, origin, line, columns, lines, need: Vec::new(), stretch: Vec::new() };
+        let mut raster =
+            Raster { cell, origin, on_line, columns, lines, need: Vec::new(), stretch: Vec::new() };
         for p in patches {
             let [columns, lines] = raster.reach(&raster.corners(p));
             raster.lines[lines].iter_mut().for_each(|line| line.widen(columns.start, columns.end));
@@ -219,7 +220,7 @@ impl Raster {
     /// Lays rows over the part: main rows at a distance chosen to waste least, and further rows between them
     /// (halving again and again) over the columns that ask for closer ones.
     pub(crate) fn rows(&self) -> Vec<Row> {
-        if let Some(line) = self.line {
+        if let Some(line) = self.on_line {
             let mut rows = Vec::new();
             let columns = self.band(line - self.cell, line + self.cell);
             for q in [line - BESIDE_MM, line + BESIDE_MM] {

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use claymill_nurbs::analytic::{Frame as Placement, cylinder, extrusion};
 use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
-use claymill_paths::{FitTolerance, PlanOptions, Strategy, flat_mm};
+use claymill_paths::{FitTolerance, Plan, PlanOptions, Strategy, flat_mm};
 use claymill_toolpath::MoveKind;
 use one_face::planned;
 
@@ -16,6 +16,22 @@ const LENGTH_MM: f64 = 60.0;
 /// Half the width and half the thickness of the body: an elliptic bar, along x.
 const HALF_MM: [f64; 2] = [12.0, 1.2];
 
+/// Where the passes from the top cross the middle of the body, from side to side.
+fn in_the_middle(plan: &Plan) -> Vec<Point3> {
+    const PLACES: u32 = 400;
+    let mut crossings: Vec<Point3> = Vec::new();
+    for m in plan.program.moves.iter().filter(|m| m.kind == MoveKind::Cut && m.axis_start[2] > 0.5) {
+        let curve = m.curve().unwrap();
+        let (a, b) = curve.domain();
+        let at = |k: u32| curve.point(a + (b - a) * f64::from(k) / f64::from(PLACES));
+        let places: Vec<Point3> = (0..=PLACES).map(at).collect();
+        let is_before = |p: &Point3| p.x < 0.5 * LENGTH_MM;
+        crossings.extend(places.windows(2).filter(|w| is_before(&w[0]) != is_before(&w[1])).map(|w| w[0]));
+    }
+    crossings.sort_by(|p, q| p.y.total_cmp(&q.y));
+    crossings
+}
+
 #[test]
 fn rows_are_close_only_around_sharp_edges() {
     let placement = Placement::new(Point3::origin(), Vector3::x(), Vector3::y()).unwrap();
@@ -23,17 +39,7 @@ fn rows_are_close_only_around_sharp_edges() {
     let bar = round.mapped(|p| Point3::new(p.x, p.y, p.z * HALF_MM[1] / HALF_MM[0]));
     let plan = planned(bar, R, SCALLOP_MM, |usual| PlanOptions { row_angle_deg: Some(0.0), ..usual });
 
-    // Where the rows from the top cross the middle of the bar.
-    let mut rows: Vec<f64> = Vec::new();
-    for m in plan.program.moves.iter().filter(|m| m.kind == MoveKind::Cut && m.axis_start[2] > 0.5) {
-        let curve = m.curve().unwrap();
-        let (a, b) = curve.domain();
-        let places: Vec<Point3> =
-            (0..=200).map(|k| curve.point(a + (b - a) * f64::from(k) / 200.0)).collect();
-        let middle = 0.5 * LENGTH_MM;
-        rows.extend(places.windows(2).filter(|w| (w[0].x < middle) != (w[1].x < middle)).map(|w| w[0].y));
-    }
-    rows.sort_by(f64::total_cmp);
+    let rows: Vec<f64> = in_the_middle(&plan).iter().map(|p| p.y).collect();
     let apart: Vec<(f64, f64)> = rows.windows(2).map(|w| (0.5 * (w[0] + w[1]), w[1] - w[0])).collect();
 
     let flat = flat_mm(R, FitTolerance::of_scallop(SCALLOP_MM).to_lay_mm(SCALLOP_MM));
@@ -71,18 +77,8 @@ fn sweeps_leave_no_high_crests_beside_a_ridge() {
         let on_ridge: Vec<Point3> = (0..=30_000).map(|k| section.point(f64::from(k) / 10_000.0)).collect();
         for strategy in [Strategy::Iso, Strategy::Scallop] {
             let plan = planned(ridge.clone(), BALL_MM, HEIGHT_MM, |usual| PlanOptions { strategy, ..usual });
-            // The ball's centres where passes cross the middle of the ridge.
-            let mut centres: Vec<(f64, f64)> = Vec::new();
-            for m in plan.program.moves.iter().filter(|m| m.kind == MoveKind::Cut && m.axis_start[2] > 0.5) {
-                let curve = m.curve().unwrap();
-                let (a, b) = curve.domain();
-                let places: Vec<Point3> =
-                    (0..=400).map(|k| curve.point(a + (b - a) * f64::from(k) / 400.0)).collect();
-                let middle = 0.5 * LENGTH_MM;
-                let crossing = places.windows(2).filter(|w| (w[0].x < middle) != (w[1].x < middle));
-                centres.extend(crossing.map(|w| (w[0].y, w[0].z + BALL_MM)));
-            }
-            centres.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let centres: Vec<(f64, f64)> =
+                in_the_middle(&plan).iter().map(|p| (p.y, p.z + BALL_MM)).collect();
             assert!(centres.len() > 20, "{strategy}, {width_mm}: {centres:?}");
             for w in centres.windows(2) {
                 let ((y0, z0), (y1, z1)) = (w[0], w[1]);

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use claymill_nurbs::{Curve2, Curve3, NurbsSurface, Point2};
+use claymill_nurbs::{Curve2, Curve3, NurbsSurface};
 use nalgebra::Vector2;
 
-use crate::chart::EdgeUse;
+use crate::chart::{EdgeUse, Range};
 use crate::subcurve::mapped;
-use crate::trim::RawEdge;
+use crate::trim::{RawEdge, head_to_tail};
 use crate::warp::{self, Warp};
 
 use super::curves;
@@ -81,21 +81,7 @@ impl RawLoop {
         };
         let gap = |a: &EdgeUse, b: &EdgeUse| (a.curve.end() - b.curve.start()).norm();
         let turned = |e: &EdgeUse| EdgeUse { curve: e.curve.reversed(), ..e.clone() };
-        // A circle begins and ends at one point: only the file knows which way it runs.
-        let clearly = |turned_mm: f64, mm: f64| turned_mm + SAME_END_MM < mm;
-        if uses.len() > 1 {
-            let nearest = |e: &EdgeUse| gap(e, &uses[1]).min(gap(e, &turned(&uses[1])));
-            let first = turned(&uses[0]);
-            if clearly(nearest(&first), nearest(&uses[0])) {
-                uses[0] = first;
-            }
-        }
-        for i in 1..uses.len() {
-            let other = turned(&uses[i]);
-            if clearly(gap(&uses[i - 1], &other), gap(&uses[i - 1], &uses[i])) {
-                uses[i] = other;
-            }
-        }
+        head_to_tail(&mut uses, SAME_END_MM, gap, turned);
         Some(uses)
     }
 }
@@ -107,13 +93,11 @@ pub(crate) fn warp_pcurves(loops: &mut [RawLoop], surface: &NurbsSurface, warps:
     }
     let (u, v) = surface.domain();
     // Angles are counted from anywhere: by whole turns to where the surface is.
-    let points: Vec<Point2> =
-        loops.iter().flat_map(RawLoop::pcurves).flat_map(|p| p.points().to_vec()).collect();
+    let pcurves = loops.iter().flat_map(RawLoop::pcurves);
+    let Range { min, max } = Range::of(pcurves.flat_map(|p| p.points().to_vec()));
     let turn = |axis: usize, (low, high): (f64, f64)| {
-        let (least, most) = (points.iter().map(|p| p[axis]))
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-        let inside = least >= low - SAME_ANGLE && most <= high + SAME_ANGLE;
-        let turns = ((low + high - least - most) / (2.0 * TAU)).round();
+        let inside = min[axis] >= low - SAME_ANGLE && max[axis] <= high + SAME_ANGLE;
+        let turns = ((low + high - min[axis] - max[axis]) / (2.0 * TAU)).round();
         if inside || warps[axis].is_identity() || !turns.is_finite() { 0.0 } else { turns * TAU }
     };
     let shift = Vector2::new(turn(0, u), turn(1, v));

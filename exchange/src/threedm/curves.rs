@@ -5,11 +5,11 @@ use claymill_nurbs::{Curve3, KnotVector, NurbsError, Point3, Vector3};
 
 use crate::bezier;
 use crate::subcurve::{mapped, subcurve};
+use crate::warp::Warp;
 
 use super::archive::Reader;
 use super::class::{self, Class, Object};
 use super::fault::Fault;
-use crate::warp::Warp;
 
 /// Polycurves are nested no deeper than this.
 const DEEPEST: usize = 8;

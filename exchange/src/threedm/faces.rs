@@ -6,10 +6,10 @@ use nalgebra::Matrix4;
 use crate::import::Repair;
 use crate::nesting;
 use crate::trim::{RawEdge, Trimmer};
+use crate::warp;
 
 use super::body::{Body, RawFace};
 use super::fault::Fault;
-use crate::warp;
 
 /// Where and as what a face is built.
 #[derive(Debug)]

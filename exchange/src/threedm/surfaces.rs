@@ -3,12 +3,13 @@
 use claymill_nurbs::analytic;
 use claymill_nurbs::{KnotVector, NurbsSurface, Point3, SurfaceKind, Vector3};
 
+use crate::warp::Warp;
+
 use super::archive::Reader;
 use super::body::Context;
 use super::class::{Class, Object};
 use super::curves::{self, Native};
 use super::fault::Fault;
-use crate::warp::Warp;
 
 /// Control points that a full turn takes.
 const POINTS_OF_A_TURN: usize = 9;

@@ -28,34 +28,25 @@ pub(super) struct Piece {
     start: [f64; 4],
     middle: (f64, f64),
 
-    seen: Seen,
+    /// The surface over the piece, or over the one that it is a part of.
+    leaf: Arc<Leaf>,
+    part: Option<Box<Part>>,
 }
 
-/// Where a piece is evaluated.
+/// How a piece that was cut for a moment lies on one that stays: to evaluate that one's leaf a few times costs less than to
+/// make another.
 #[derive(Debug)]
-enum Seen {
-    /// On a leaf of its own, in its own frame.
-    Own(Arc<Whole>),
-    /// On that of the piece it was cut from: to evaluate it a few times costs less than to make another leaf.
-    Part {
-        whole: Arc<Whole>,
-        /// `(s, t)` on the whole: middle and size of the part.
-        s: (f64, f64),
-        t: (f64, f64),
-        /// From the whole's frame to the part's.
-        turn: Matrix3<f64>,
-        shift: Vector3,
-    },
-}
-
-/// A piece that was not cut further when the model was made ready.
-#[derive(Debug)]
-struct Whole {
-    leaf: Leaf,
+struct Part {
+    /// The frame and the parameters of the piece that stays.
     origin: Point3,
     axes: Matrix3<f64>,
-    u: (f64, f64),
-    v: (f64, f64),
+    uv: [(f64, f64); 2],
+    /// Its `(s, t)` there: middle and size of the part.
+    s: (f64, f64),
+    t: (f64, f64),
+    /// From its frame to the part's.
+    turn: Matrix3<f64>,
+    shift: Vector3,
 }
 
 /// What the ranges of the derivatives say about the squared distance from a point over the whole piece.
@@ -82,13 +73,9 @@ impl Piece {
             dot(&range.su, &range.sv),
             range.sv[0].squared() + range.sv[1].squared() + range.sv[2].squared(),
         ];
-        let seen = of.map_or_else(
-            || {
-                let leaf = Leaf::for_evaluation([net.degree.0, net.degree.1], net.rational, &moved.points);
-                Seen::Own(Arc::new(Whole { leaf, origin, axes, u: net.u, v: net.v }))
-            },
-            |of| of.seen.part(&net, &origin, &axes),
-        );
+        let evaluated = || Leaf::for_evaluation([net.degree.0, net.degree.1], net.rational, &moved.points);
+        let leaf = of.map_or_else(|| Arc::new(evaluated()), |of| Arc::clone(&of.leaf));
+        let part = of.map(|of| Box::new(of.part(&net, &origin, &axes)));
         let mid = |r: &Interval| 0.5 * (r.lo + r.hi);
         let (a, b) = (mid(&range.su[0]), mid(&range.sv[0]));
         let (c, d) = (mid(&range.su[1]), mid(&range.sv[1]));
@@ -110,7 +97,8 @@ impl Piece {
             first,
             start,
 
-            seen,
+            leaf,
+            part,
         }
     }
 
@@ -226,48 +214,52 @@ impl Piece {
 
     /// Position in the piece's frame.
     pub(super) fn point(&self, s: f64, t: f64) -> Vector3 {
-        match &self.seen {
-            Seen::Own(whole) => whole.leaf.point(s, t).coords,
-            Seen::Part { whole, s: (s0, ds), t: (t0, dt), turn, shift } => {
-                turn * whole.leaf.point(s0 + s * ds, t0 + t * dt).coords + shift
-            }
-        }
+        let Some(part) = &self.part else { return self.leaf.point(s, t).coords };
+        let (s, t) = part.place(s, t);
+        part.turn * self.leaf.point(s, t).coords + part.shift
     }
 
     /// Position and derivatives by `s`, `t` in the piece's frame.
     pub(super) fn jet(&self, s: f64, t: f64) -> Jet {
-        match &self.seen {
-            Seen::Own(whole) => whole.leaf.jet(s, t),
-            Seen::Part { whole, s: (s0, ds), t: (t0, dt), turn, shift } => {
-                let j = whole.leaf.jet(s0 + s * ds, t0 + t * dt);
-                Jet {
-                    p: (turn * j.p.coords + shift).into(),
-                    su: turn * j.su * *ds,
-                    sv: turn * j.sv * *dt,
-                    suu: turn * j.suu * (ds * ds),
-                    suv: turn * j.suv * (ds * dt),
-                    svv: turn * j.svv * (dt * dt),
-                }
-            }
+        let Some(part) = &self.part else { return self.leaf.jet(s, t) };
+        let (s, t) = part.place(s, t);
+        let (j, Part { s: (_, ds), t: (_, dt), turn, shift, .. }) = (self.leaf.jet(s, t), &**part);
+        Jet {
+            p: (turn * j.p.coords + shift).into(),
+            su: turn * j.su * *ds,
+            sv: turn * j.sv * *dt,
+            suu: turn * j.suu * (ds * ds),
+            suv: turn * j.suv * (ds * dt),
+            svv: turn * j.svv * (dt * dt),
         }
     }
-}
 
-impl Seen {
-    /// A part of the same whole, in a frame of its own.
-    fn part(&self, net: &Net, origin: &Point3, axes: &Matrix3<f64>) -> Self {
-        let (Seen::Own(whole) | Seen::Part { whole, .. }) = self;
+    /// How a part of this piece, in a frame of its own, lies on the one that stays.
+    fn part(&self, net: &Net, origin: &Point3, axes: &Matrix3<f64>) -> Part {
+        let (whole_origin, whole_axes, uv) = match &self.part {
+            Some(part) => (part.origin, part.axes, part.uv),
+            None => (self.origin, self.axes, [self.net.u, self.net.v]),
+        };
         let within = |(a, b): (f64, f64), (low, high): (f64, f64)| {
             let width = high - low;
             ((0.5 * (a + b) - 0.5 * (low + high)) / width, (b - a) / width)
         };
-        Seen::Part {
-            s: within(net.u, whole.u),
-            t: within(net.v, whole.v),
-            turn: axes * whole.axes.transpose(),
-            shift: axes * (whole.origin - origin),
-            whole: Arc::clone(whole),
+        Part {
+            origin: whole_origin,
+            axes: whole_axes,
+            uv,
+            s: within(net.u, uv[0]),
+            t: within(net.v, uv[1]),
+            turn: axes * whole_axes.transpose(),
+            shift: axes * (whole_origin - origin),
         }
+    }
+}
+
+impl Part {
+    /// `(s, t)` on the piece that stays.
+    fn place(&self, s: f64, t: f64) -> (f64, f64) {
+        (self.s.0 + s * self.s.1, self.t.0 + t * self.t.1)
     }
 }
 

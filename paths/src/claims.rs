@@ -1,5 +1,7 @@
 //! Which places on the faces a setup cuts.
 
+use std::sync::Arc;
+
 use claymill_nurbs::{FaceId, FaceMesh, Point2};
 use rayon::prelude::*;
 
@@ -11,10 +13,11 @@ pub(crate) struct Claims {
     faces: Vec<Claimed>,
 }
 
+#[derive(Clone)]
 enum Claimed {
     All,
     None,
-    Part(Bins),
+    Part(Arc<Bins>),
 }
 
 /// Triangles of a face, binned by their boxes in the parameter plane.
@@ -27,8 +30,7 @@ struct Bins {
 }
 
 impl Claims {
-    pub(crate) fn new(covering: &Covering, fates: &[Vec<Fate>], setup: usize) -> Self {
-        let mine = |fate: &Fate| fate.is_cut_by(setup);
+    pub(crate) fn new(covering: &Covering, fates: &[Vec<Fate>], mine: impl Fn(&Fate) -> bool + Sync) -> Self {
         let faces = covering
             .meshes
             .par_iter()
@@ -36,10 +38,19 @@ impl Claims {
             .map(|(mesh, fates)| match fates.iter().filter(|f| mine(f)).count() {
                 0 => Claimed::None,
                 all if all == fates.len() => Claimed::All,
-                _ => Claimed::Part(Bins::new(mesh, fates.iter().map(mine))),
+                _ => Claimed::Part(Arc::new(Bins::new(mesh, fates.iter().map(&mine)))),
             })
             .collect();
         Claims { faces }
+    }
+
+    /// For some faces, what one of two claims on each, and nothing else.
+    pub(crate) fn of_two(two: &[Claims; 2], faces: &[FaceId], is_second: impl Fn(FaceId) -> bool) -> Self {
+        let mut chosen = vec![Claimed::None; two[0].faces.len()];
+        for &face in faces {
+            chosen[face] = two[usize::from(is_second(face))].faces[face].clone();
+        }
+        Claims { faces: chosen }
     }
 
     /// Whether the setup cuts the face at these parameters.

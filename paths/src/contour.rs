@@ -1,12 +1,13 @@
-//! Guides over which the dropped ball keeps its height: the exact contour lines of the surface of its centres.
+//! Guides over which the ball keeps its height: the exact contour lines of the surface of its centres, whether it is
+//! dropped on that or comes beside a wall.
 //!
 //! ```text
-//!   places near the line ──Newton on the drop, uphill or downhill──► places on it
+//!   places near the line ──Newton, uphill or downhill──► places on it
 //!   two neighbours, with tangents across the contact normals ──► cubic; halved until the ball keeps its height halfway
 //! ```
 //!
-//! The drop is that on *all* faces, so a line follows whatever carries the ball: it rolls around edges and turns
-//! where the ball touches a second face.
+//! *All* faces count, so a line follows whatever the ball touches: it rolls around edges and turns where the ball touches
+//! a second face.
 
 use claymill_nurbs::{Curve2, KnotVector, Point2, Vector2};
 
@@ -22,7 +23,7 @@ const LEVEL_MM: f64 = 5e-7;
 const ON_LEVEL_MM: f64 = 1e-8;
 const NEWTON_STEPS: usize = 12;
 /// Flatter than this (rise by way) there is no line to speak of.
-const FLATTEST: f64 = 0.05;
+pub(crate) const FLATTEST: f64 = 0.05;
 /// Corners are narrowed down to this and ends to that, mm.
 const NARROWEST_MM: f64 = 1e-4;
 const END_MM: f64 = 0.05;
@@ -51,10 +52,49 @@ struct Node {
 /// A place that was looked at, and what was found.
 type Sought = (Point2, Option<Node>);
 
+/// A hill in plan, of which a contour line is sought.
+pub(crate) trait Hill {
+    /// How the line is to be reached from a place, if there is anything there.
+    fn seen(&mut self, from: Point2) -> Option<Seen>;
+}
+
+/// A place on a hill.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seen {
+    /// How much higher the line is, mm.
+    pub(crate) lacks_mm: f64,
+    /// Rise by way, if it is steep enough for a line.
+    pub(crate) uphill: Option<Vector2>,
+    /// Whether it is known no better than to the bounds of contacts.
+    pub(crate) is_bound: bool,
+}
+
+/// Where the ball rests, and the height of the line.
+struct Dropped<'a> {
+    march: March<'a>,
+    height: f64,
+}
+
+impl Hill for Dropped<'_> {
+    fn seen(&mut self, from: Point2) -> Option<Seen> {
+        let location = self.march.drop(from.x, from.y).filter(|l| l.support != Support::Side)?;
+        Some(Seen {
+            lacks_mm: self.height - location.centre.z,
+            uphill: uphill(&location),
+            is_bound: location.support == Support::Bound,
+        })
+    }
+}
+
 /// The contour line at `height` through `places`, none of which may be further beside it than `aside_mm`: one guide, or
 /// several where it turns sharply or is interrupted.
 pub(crate) fn contour(ball: &BallDrop, places: &[Point2], height: f64, aside_mm: f64) -> Vec<Drawn> {
-    let mut trace = Trace { march: March::new(ball), height, uphill: 1.0, runs: Vec::new() };
+    contour_of(Dropped { march: March::new(ball), height }, places, aside_mm)
+}
+
+/// The same of any hill.
+pub(crate) fn contour_of(hill: impl Hill, places: &[Point2], aside_mm: f64) -> Vec<Drawn> {
+    let mut trace = Trace { hill, uphill: 1.0, runs: Vec::new() };
     let sought = |(index, place): (usize, &Point2)| {
         let node = trace.node(index, *place, aside_mm);
         (*place, node.map(|n| Node { given: true, ..n }))
@@ -93,41 +133,29 @@ impl Node {
     }
 }
 
-struct Trace<'a> {
-    march: March<'a>,
-    height: f64,
+struct Trace<H> {
+    hill: H,
     /// On which side uphill is.
     uphill: f64,
     runs: Vec<Vec<Node>>,
 }
 
-impl Trace<'_> {
-    /// Where the ball touches something.
-    fn rest(&mut self, at: Point2) -> Option<Location> {
-        self.march.drop(at.x, at.y).filter(|l| l.support != Support::Side)
-    }
-
+impl<H: Hill> Trace<H> {
     /// The place of the line that is reached from `from` uphill or downhill, if it is no further than `aside_mm`.
     fn node(&mut self, index: usize, from: Point2, aside_mm: f64) -> Option<Node> {
         let mut at = from;
         for _ in 0..NEWTON_STEPS {
-            let location = self.rest(at)?;
-            let uphill = uphill(&location)?;
-            let off = self.height - location.centre.z;
-            if off.abs() <= self.bound(&location, ON_LEVEL_MM) {
+            let seen = self.hill.seen(at)?;
+            let uphill = seen.uphill?;
+            if seen.is_on_line(ON_LEVEL_MM) {
                 return Some(Node { index, given: false, corner: None, at, uphill });
             }
-            at += uphill * (off / uphill.norm_squared());
+            at += uphill * (seen.lacks_mm / uphill.norm_squared());
             if (at - from).norm() > aside_mm {
                 return None;
             }
         }
         None
-    }
-
-    /// How far off the height may be: what rests on a proven bound is known no better.
-    fn bound(&self, location: &Location, exact_mm: f64) -> f64 {
-        if location.support == Support::Bound { 2.0 * CONTACT_EPSILON_MM } else { exact_mm }
     }
 
     /// Goes on from `a` (already stored), looked for at `from`, to `b`, looked for at `to`.
@@ -168,8 +196,7 @@ impl Trace<'_> {
         if length <= LONGEST_MM
             && !turns
             && !sharp
-            && let Some(location) = self.rest(halfway)
-            && (location.centre.z - self.height).abs() <= self.bound(&location, LEVEL_MM)
+            && self.hill.seen(halfway).is_some_and(|seen| seen.is_on_line(LEVEL_MM))
         {
             return self.push(b);
         }
@@ -216,6 +243,13 @@ impl Trace<'_> {
 const SMOOTH: f64 = 0.999_986;
 /// What turns by more within this way is narrowed down to a corner, mm.
 const SHARP_MM: f64 = 0.01;
+
+impl Seen {
+    /// Whether it is as high as the line, to `exact_mm` or as well as bounds tell.
+    fn is_on_line(&self, exact_mm: f64) -> bool {
+        self.lacks_mm.abs() <= if self.is_bound { 2.0 * CONTACT_EPSILON_MM } else { exact_mm }
+    }
+}
 
 /// Rise by way of the surface of centres, if the ball's side does not cut and it is not too flat.
 fn uphill(location: &Location) -> Option<Vector2> {

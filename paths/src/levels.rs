@@ -22,7 +22,7 @@ use crate::plan_curve::{Drawn, through};
 use crate::profile::{follow, parted};
 use crate::proofs::Proofs;
 use crate::raster::cheapest_step;
-use crate::reach::LEAST_FACING;
+use crate::reach::{LEAST_FACING, OVERHANGING};
 use crate::step_over::on_contact_mm;
 
 /// Levels, at most, at which the step-over is asked for before the first passes are laid.
@@ -36,7 +36,7 @@ pub(crate) const BRIDGE_MM: f64 = 30.0;
 /// Places between which the model is looked at are at least this share of the flat step-over apart.
 const LOOK: f64 = 0.5;
 /// Lines of constant height run at most this share of the flat step-over beside their places on the mesh.
-const ASIDE: f64 = 0.5;
+pub(crate) const ASIDE: f64 = 0.5;
 /// Passes are not laid closer together than this share of the flat step-over.
 const CLOSEST: f64 = 0.08;
 /// And where what the ball reaches ends is not looked for more closely than to this share.
@@ -296,9 +296,12 @@ impl SetupContext<'_> {
     fn place(&self, spot: Spot) -> Option<Place> {
         let surface = self.ball.surface(spot.face);
         let (n, _) = surface.normal(spot.u, spot.v)?;
-        let normal = if n.z < 0.0 { -n } else { n };
+        let (normal, least_facing) = match self.beside_walls {
+            Some(sides) => (n * sides[spot.face], OVERHANGING),
+            None => (if n.z < 0.0 { -n } else { n }, LEAST_FACING),
+        };
         let point = surface.point(spot.u, spot.v);
-        (normal.z >= LEAST_FACING).then(|| Place {
+        (normal.z >= least_facing).then(|| Place {
             spot,
             point,
             normal,
@@ -317,6 +320,7 @@ impl SetupContext<'_> {
         for run in runs {
             let plan: Vec<Point2> = run.iter().map(|p| p.centre.xy()).collect();
             let drawn = match height_mm {
+                Some(height) if self.beside_walls.is_some() => self.wall_contour(&plan, height),
                 Some(height) => contour(self.ball, &plan, height, ASIDE * self.flat_step_mm()),
                 None => through(&plan),
             };
@@ -335,13 +339,16 @@ impl SetupContext<'_> {
     ) -> (Laid, Proofs) {
         let at = &stroke.drawn.at;
         let (s0, s1) = stretch.unwrap_or((at[0].1, at[at.len() - 1].1));
-        let followed = follow(self.ball, &stroke.drawn.guide, s0, s1);
+        let guide = &stroke.drawn.guide;
+        let followed = match self.beside_walls {
+            Some(_) => self.follow_beside(guide, level, [s0, s1]),
+            None => follow(self.ball, guide, s0, s1),
+        };
         let proofs = followed.proofs;
         let corners = &stroke.drawn.corners;
         let passes = followed.passes(|face| ground.owns(face));
         let chains = passes.into_iter().map(|chain| parted(chain, corners)).collect();
-        let guide = stroke.drawn.guide.clone();
-        (Laid { q: level, guide, planned: vec![(s0, s1)], chains, fresh: true }, proofs)
+        (Laid { q: level, guide: guide.clone(), planned: vec![(s0, s1)], chains, fresh: true }, proofs)
     }
 
     /// Stretches of a stroke on which the passes laid so far leave too much that the ball could cut, the next
@@ -415,7 +422,8 @@ impl SetupContext<'_> {
             return Done::Cut;
         }
         let Place { point, normal, centre, .. } = *place;
-        let slope = -(normal.x * ex + normal.y * ey) / normal.z;
+        let slope =
+            if self.beside_walls.is_some() { 0.0 } else { -(normal.x * ex + normal.y * ey) / normal.z };
         let feed = Vector3::new(ex, ey, slope).normalize();
         let touch = Touch { point, normal, centre, feed };
         let most_mm = TOO_HIGH * self.scallop_mm;
@@ -429,6 +437,9 @@ impl SetupContext<'_> {
     /// Whether something else holds the ball up before it touches there.
     fn is_held(&self, place: &Place) -> bool {
         let Place { spot: Spot { face, u, v, .. }, normal, centre, .. } = *place;
+        if self.beside_walls.is_some() {
+            return self.is_kept_from_wall(centre, normal, (face, [u, v]));
+        }
         let location = Location::touching(centre, normal, face, [u, v]);
         self.ball.is_held_from(&location, 0.5 * self.scallop_mm / normal.z)
     }

@@ -59,12 +59,15 @@ mod refit;
 mod rows;
 mod sides;
 mod slopes;
+mod space;
 mod spline;
 mod step_over;
 mod strategy;
 mod sweeps;
 mod target;
+mod together;
 mod tour;
+mod walls;
 mod waterline;
 
 pub use contact::{

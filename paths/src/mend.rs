@@ -4,7 +4,7 @@
 //! so no two neighbours are that could be held against the model. And a fillet as tight as the ball is touched all over from
 //! one line, which the rows or levels on both sides can miss. What is claimed is therefore looked at once more.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use claymill_nurbs::{FaceId, Point2, Point3, Vector3};
 use rayon::prelude::*;
@@ -17,6 +17,7 @@ use crate::part::SetupContext;
 use crate::proofs::Proofs;
 use crate::reach::LEAST_FACING;
 use crate::rows::RowRounds;
+use crate::together::together;
 
 /// A place is left out where no pass cuts down to this many scallop heights: the nearest is a step-over away.
 const LEFT_OUT: f64 = 2.0;
@@ -48,7 +49,7 @@ impl SetupContext<'_> {
         };
         let left_out: Vec<LeftOut> = ground.faces.par_iter().flat_map_iter(of_face).collect();
         let mut mended = (Vec::new(), Proofs::default());
-        for places in together(left_out, TOGETHER_STEPS * self.flat_step_mm()) {
+        for places in together(left_out, TOGETHER_STEPS * self.flat_step_mm(), |p| p.centre) {
             let area_mm2: f64 = places.iter().map(|p| p.area_mm2).sum();
             if area_mm2 < LEAST_STEPS2 * self.flat_step_mm().powi(2) {
                 continue;
@@ -89,27 +90,4 @@ impl SetupContext<'_> {
         let touching = Location::touching(centre, normal, face, uv.into());
         (!self.ball.is_held_from(&touching, self.scallop_mm)).then_some(centre)
     }
-}
-
-/// Places in groups: by cells of this size that touch each other.
-fn together(places: Vec<LeftOut>, cell_mm: f64) -> Vec<Vec<LeftOut>> {
-    let mut cells: BTreeMap<[i64; 3], Vec<LeftOut>> = BTreeMap::new();
-    for place in places {
-        let cell = [0, 1, 2].map(|k| (place.centre[k] / cell_mm).floor() as i64);
-        cells.entry(cell).or_default().push(place);
-    }
-    let mut groups = Vec::new();
-    while let Some((cell, mut group)) = cells.pop_first() {
-        let mut open = vec![cell];
-        while let Some([x, y, z]) = open.pop() {
-            for near in (0..27).map(|k| [x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1]) {
-                if let Some(more) = cells.remove(&near) {
-                    group.extend(more);
-                    open.push(near);
-                }
-            }
-        }
-        groups.push(group);
-    }
-    groups
 }

@@ -19,6 +19,7 @@ use crate::refit::{Fit, Over, fit_chain};
 use crate::slopes::Slopes;
 use crate::step_over::flat_mm;
 use crate::sweeps::Sweeps;
+use crate::walls::Walls;
 use crate::{Feeds, FitTolerance, Frame, RowsAlong, Strategy};
 
 /// Rapids across keep at least this distance above everything within the tool's radius; rapids up and down
@@ -48,6 +49,9 @@ pub(crate) struct SetupContext<'a> {
     pub(crate) index: usize,
     pub(crate) fates: &'a [Vec<Fate>],
     pub(crate) claims: &'a Claims,
+    pub(crate) walls: &'a Walls<'a>,
+    /// Where the claims are walls, the side of each face that is cut: 1 for that of `Su × Sv`, −1 for the other.
+    pub(crate) beside_walls: Option<&'a [f64]>,
     pub(crate) ball: &'a BallDrop<'a>,
     /// The tool whose rest is cut.
     pub(crate) earlier: Option<&'a BallDrop<'a>>,
@@ -83,6 +87,7 @@ pub(crate) struct Part {
 /// The curves of one pass, in order.
 struct Pass {
     curves: Vec<Curve3>,
+    beside_walls: bool,
 }
 
 impl SetupContext<'_> {
@@ -93,19 +98,28 @@ impl SetupContext<'_> {
             if self.pencil { self.valleys(faces) } else { (Vec::new(), Proofs::default()) };
         let in_valleys = LaidNear::new(&valleys, self.flat_step_mm());
         let ground = Ground { faces, area_mm2, sweeps, in_valleys };
-        let (chosen, considered) = self.choose(&ground)?;
+        let is_cut = faces.iter().any(|&face| self.claims.any(face));
+        let chosen = if is_cut { self.choose(&ground) } else { None };
+        let (walls, of_walls) = self.lay_walls(&ground);
         let fit_all = |laid: &Vec<Laid>| laid.par_iter().flat_map_iter(|row| self.fit_row(row)).collect();
-        proofs += chosen.proofs;
-        let groups: Vec<Vec<Pass>> = chosen.groups.iter().chain([&valleys]).map(fit_all).collect();
+        let beside = |pass: Pass| Pass { beside_walls: true, ..pass };
+        let chosen_groups = chosen.iter().flat_map(|(layout, _)| &layout.groups);
+        let mut groups: Vec<Vec<Pass>> = chosen_groups.chain([&valleys]).map(fit_all).collect();
+        groups.extend(walls.iter().map(|laid| fit_all(laid).into_iter().map(beside).collect()));
         let passes: Vec<Pass> = groups.into_iter().flat_map(|passes| self.in_order(passes)).collect();
         if passes.is_empty() {
             return None;
         }
+        let (strategy, along) = match &chosen {
+            Some((layout, _)) => (layout.strategy, layout.along),
+            None => (Strategy::Waterline, None),
+        };
+        proofs += [of_walls].into_iter().chain(chosen.iter().map(|(layout, _)| layout.proofs)).sum();
         let mut part = Part {
             moves: Vec::new(),
-            strategy: chosen.strategy,
-            considered,
-            along: chosen.along,
+            strategy,
+            considered: chosen.map_or_else(Vec::new, |(_, considered)| considered),
+            along,
             passes: passes.len() as u32,
             retracts: 0,
             proofs,
@@ -139,7 +153,7 @@ impl SetupContext<'_> {
             curves.push(curve);
         }
         curves.iter_mut().filter(|c| polygon_mm(c) < TINY_MM).for_each(|c| *c = straightened(c));
-        (!curves.is_empty()).then_some(Pass { curves })
+        (!curves.is_empty()).then_some(Pass { curves, beside_walls: false })
     }
 
     /// The passes as they are to be cut, one after the other.
@@ -158,8 +172,12 @@ impl SetupContext<'_> {
 
     fn link_passes(&self, passes: &[Pass], part: &mut Part) {
         // Links are independent of each other, so they are proven in parallel.
-        let links: Vec<Option<Vec<Move>>> =
-            passes.par_windows(2).map(|w| self.stay_down(w[0].end(), w[1].start())).collect();
+        let link = |w: &[Pass]| {
+            let (from, to) = (w[0].end(), w[1].start());
+            let beside_walls = w.iter().any(|pass| pass.beside_walls);
+            if beside_walls { self.link_beside(from, to) } else { self.stay_down(from, to) }
+        };
+        let links: Vec<Option<Vec<Move>>> = passes.par_windows(2).map(link).collect();
         let axis = self.frame.axis();
         for (k, pass) in passes.iter().enumerate() {
             let number = k as u32;

@@ -20,7 +20,9 @@ use crate::part::{CLEARANCE_MM, Part, SetupContext};
 use crate::reach::{Fate, Views, assign};
 use crate::sides::Sides;
 use crate::slopes::Slopes;
+use crate::space::Space;
 use crate::sweeps::Sweeps;
+use crate::walls::Walls;
 use crate::{FitTolerance, Frame, Orientation, RowsAlong, Strategy};
 
 /// What to cut and how.
@@ -216,8 +218,15 @@ pub fn plan(
     let balls = of_tool(&options.tool);
     let earlier = options.rest_of.map_or_else(Vec::new, |tool| of_tool(&tool));
     progress("setups", 0.5);
-    let views = Views { frames: &frames, balls: &balls, earlier: &earlier };
-    let fates = assign(model, &covering, &views, regions, 0.5 * options.scallop_mm);
+    let space = Space::new(model, frames[0].axis());
+    let views = Views {
+        frames: &frames,
+        balls: &balls,
+        earlier: &earlier,
+        space: &space,
+        scallop_mm: options.scallop_mm,
+    };
+    let fates = assign(model, &covering, &views, regions);
     let account = Account::new(&covering, &fates, regions);
     let faces_of = group(regions.of_face);
     progress("region meshes", 0.0);
@@ -240,7 +249,8 @@ pub fn plan(
     let mut out = Output::default();
     for (index, frame) in frames.iter().enumerate() {
         let heights = Heights::new(&balls[index]);
-        let claims = Claims::new(&covering, &fates, index);
+        let claims = Claims::new(&covering, &fates, |fate| fate.is_cut_by(index));
+        let walls = Walls::new(&covering, &fates, index, &space, &regions.merged.joints);
         let context = SetupContext {
             model,
             covering: &covering,
@@ -248,6 +258,8 @@ pub fn plan(
             index,
             fates: &fates,
             claims: &claims,
+            walls: &walls,
+            beside_walls: None,
             ball: &balls[index],
             earlier: earlier.get(index),
             heights: &heights,

@@ -8,7 +8,7 @@ use crate::proofs::Proofs;
 /// two is checked too. A bump of the locations' surface is at least a ball wide at its foot, so one that hides
 /// between checks is lower than (¼ mm)² / 2R. Over a ball that is larger than the usual one, strides are longer and such
 /// bumps no higher.
-const STRIDE_MM: f64 = 1.0;
+pub(crate) const STRIDE_MM: f64 = 1.0;
 /// Between samples the profile is a cubic Hermite arc; the exact location halfway may differ by this, mm.
 const HERMITE_MM: f64 = 4e-4;
 /// The slope at a proven bound is measured over this distance, mm.
@@ -18,10 +18,10 @@ const SLOPE_MM: f64 = 0.01;
 const NARROWEST_MM: f64 = 1e-4;
 /// Neighbouring samples turn by no more than this, radians, down to [`CLOSEST_MM`]: bends are then resolved
 /// well enough for any way of interpolating between them.
-const SHARPEST_TURN: f64 = 0.12;
-const CLOSEST_MM: f64 = 0.01;
+pub(crate) const SHARPEST_TURN: f64 = 0.12;
+pub(crate) const CLOSEST_MM: f64 = 0.01;
 /// Where a pass ends is narrowed down to this, mm.
-const END_MM: f64 = 0.05;
+pub(crate) const END_MM: f64 = 0.05;
 /// And there it ends this much earlier, mm: what lifts a written pass clear also moves it along, by no more than the
 /// bias and the tolerance of the fit, and it may have ended at a wall, aslant.
 const DRAWN_IN_MM: f64 = 0.02;
@@ -167,7 +167,7 @@ fn agrees(a: &Sample, b: &Sample, m: &Sample) -> bool {
     (z - m.z).abs() <= HERMITE_MM * (1.0 + slope * slope).sqrt()
 }
 
-fn angle_between([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> f64 {
+pub(crate) fn angle_between([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> f64 {
     (ax * by - ay * bx).atan2(ax * bx + ay * by).abs()
 }
 

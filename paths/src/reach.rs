@@ -3,16 +3,29 @@
 use claymill_nurbs::{Model, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::Frame;
 use crate::contact::{BallDrop, Covering, Held, Location};
 use crate::plan::Regions;
+use crate::space::Space;
+use crate::together::together;
+use crate::{FitTolerance, Frame};
 
-/// A surface that leans further from the tool axis than this is not cut from there (`n·axis`, 80°).
+/// A surface that leans further from the tool axis than this is not cut by a ball that comes down on it (`n·axis`, 80°): it
+/// is a wall, which the ball passes beside.
 pub(crate) const LEAST_FACING: f64 = 0.173_648;
+/// A wall that leans over by no more than this still is one: an upright wall does by rounding.
+pub(crate) const OVERHANGING: f64 = -2e-3;
+/// Walls are cut down to so many ball radii below where the ball rests over them: no usual tool is longer.
+const DEEPEST_RADII: f64 = 20.0;
+/// A place counts as reached when the ball is kept away from it by no more than this, in scallop heights.
+const ALLOWED: f64 = 0.5;
+/// What looks down over so many ball radii of room is no wall but the underside of the model, or a ceiling.
+const ROOM_RADII: f64 = 10.0;
 /// From a direction that faces this well, a region is cut as a whole as far as possible (53°).
 const GOOD_FACING: f64 = 0.6;
 /// A setup takes the lead in a region only for an area worth a part of its own, in squares of a ball radius.
 const LEAST_PART_RADII2: f64 = 4.0;
+/// Walls smaller than this are not worth passes of their own.
+const LEAST_WALL_RADII2: f64 = 1.0;
 
 /// A probed point of a triangle, as seen from one setup.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,6 +34,13 @@ enum Seen {
     Reached {
         /// `n·axis`; negative on the side against `Su × Sv`.
         facing: f64,
+        /// An earlier tool has been on this side.
+        done: bool,
+    },
+    /// The ball gets there beside a wall.
+    Wall {
+        /// On the side against `Su × Sv`.
+        other_side: bool,
         /// An earlier tool has been on this side.
         done: bool,
     },
@@ -38,6 +58,8 @@ pub(crate) struct Views<'a> {
     pub(crate) balls: &'a [BallDrop<'a>],
     /// The tool whose rest is cut, if any.
     pub(crate) earlier: &'a [BallDrop<'a>],
+    pub(crate) space: &'a Space<'a>,
+    pub(crate) scallop_mm: f64,
 }
 
 /// Fate of the points probed on one triangle.
@@ -47,8 +69,12 @@ pub(crate) struct Fate {
     pub(crate) setups: u8,
     /// Bit `s`: it does so on the side against `Su × Sv`.
     pub(crate) other_side: u8,
+    /// Bit `s`: for setup `s` it is a wall, on the side of `Su × Sv` and on the other.
+    walls: [u8; 2],
     /// Share of the triangle that setup `s` is the first to cut.
     pub(crate) cut: [f32; 5],
+    /// How much of it as a wall.
+    walls_cut: [f32; 5],
     /// Share not cut, by reason: hidden, too tight.
     pub(crate) hidden: f32,
     /// Share not cut because the ball does not fit.
@@ -60,6 +86,19 @@ pub(crate) struct Fate {
 impl Fate {
     pub(crate) fn is_cut_by(&self, setup: usize) -> bool {
         self.setups & (1 << setup) != 0
+    }
+
+    /// Whether it is a wall of the setup, on the side of `Su × Sv` or on the other.
+    pub(crate) fn is_wall_of(&self, setup: usize, other_side: bool) -> bool {
+        self.walls[usize::from(other_side)] & (1 << setup) != 0
+    }
+
+    /// The wall of a setup is hidden after all.
+    fn leave_wall(&mut self, setup: usize) {
+        let share = std::mem::take(&mut self.walls_cut[setup]);
+        self.walls.iter_mut().for_each(|bits| *bits &= !(1 << setup));
+        self.cut[setup] -= share;
+        self.hidden += share;
     }
 
     /// The side of the surface that a setup cuts: 1 on that of `Su × Sv`, −1 on the other.
@@ -75,14 +114,9 @@ const PROBES: usize = 4;
 
 /// Decides for every triangle of every face which setups cut it; none does where a face is excluded.
 ///
-/// Probes that keep the ball up by no more than `allowed_mm` along the normal count as reached.
-pub(crate) fn assign(
-    model: &Model,
-    covering: &Covering,
-    views: &Views,
-    regions: &Regions,
-    allowed_mm: f64,
-) -> Vec<Vec<Fate>> {
+/// Probes that keep the ball up by no more than half a scallop height along the normal count as reached.
+pub(crate) fn assign(model: &Model, covering: &Covering, views: &Views, regions: &Regions) -> Vec<Vec<Fate>> {
+    let allowed_mm = ALLOWED * views.scallop_mm;
     let probed = |face: usize| {
         if regions.excluded[face] {
             return Vec::new();
@@ -91,8 +125,10 @@ pub(crate) fn assign(
     };
     let seen: Vec<Vec<[[Seen; PROBES]; 5]>> = (0..model.faces.len()).into_par_iter().map(probed).collect();
     let radius_mm = views.balls.first().map_or(0.0, BallDrop::radius_mm);
-    let leads = lead_setups(covering, &seen, regions.of_face, LEAST_PART_RADII2 * radius_mm.powi(2));
-    seen.par_iter()
+    let least_part_mm2 = LEAST_PART_RADII2 * radius_mm.powi(2);
+    let leads = lead_setups(covering, &seen, regions.of_face, least_part_mm2);
+    let mut fates: Vec<Vec<Fate>> = seen
+        .par_iter()
         .enumerate()
         .map(|(face, triangles)| {
             if regions.excluded[face] {
@@ -101,7 +137,40 @@ pub(crate) fn assign(
             let order = &leads[regions.of_face[face]];
             triangles.iter().map(|t| decide(t, order)).collect()
         })
-        .collect()
+        .collect();
+    leave_small_walls(covering, &mut fates, LEAST_WALL_RADII2 * radius_mm.powi(2), radius_mm);
+    fates
+}
+
+/// A triangle of which some is a setup's wall.
+struct WallTriangle {
+    face: usize,
+    triangle: usize,
+    centre: Point3,
+    area_mm2: f64,
+}
+
+/// Takes from the setups the walls that come to less than `least_mm2` together with those around, up to `near_mm` away.
+fn leave_small_walls(covering: &Covering, fates: &mut [Vec<Fate>], least_mm2: f64, near_mm: f64) {
+    for setup in 0..5 {
+        let of_face = |(face, fates): (usize, &Vec<Fate>)| -> Vec<WallTriangle> {
+            let mesh = &covering.meshes[face];
+            let all = fates.iter().zip(covering.areas_mm2(face)).enumerate();
+            let walls = all.filter(|(_, (fate, _))| fate.walls_cut[setup] > 0.0);
+            let wall = |(triangle, (fate, area_mm2)): (usize, (&Fate, f64))| {
+                let [a, b, c] = mesh.triangles[triangle].map(|i| mesh.points[i as usize].coords);
+                let centre = Point3::from((a + b + c) / 3.0);
+                WallTriangle { face, triangle, centre, area_mm2: area_mm2 * f64::from(fate.walls_cut[setup]) }
+            };
+            walls.map(wall).collect()
+        };
+        let walls: Vec<WallTriangle> = fates.par_iter().enumerate().flat_map_iter(of_face).collect();
+        for group in together(walls, near_mm, |wall| wall.centre) {
+            if group.iter().map(|wall| wall.area_mm2).sum::<f64>() < least_mm2 {
+                group.iter().for_each(|wall| fates[wall.face][wall.triangle].leave_wall(setup));
+            }
+        }
+    }
 }
 
 /// A place that is probed.
@@ -127,6 +196,58 @@ impl Place {
             None => Seen::Reached { facing, done: false },
             Some(Held::Near) => Seen::Tight,
             Some(Held::Far) => Seen::Hidden,
+        }
+    }
+
+    /// What a setup, for which this is [`Seen::Steep`], sees of it as of a wall: whether a ball gets there that keeps a little
+    /// away from it. What looks down into the open is nobody's wall.
+    fn seen_beside(&self, setup: usize, views: &Views, ball: &BallDrop, farther_mm: f64) -> Seen {
+        let (frame, radius_mm) = (&views.frames[setup], ball.radius_mm());
+        let mut seen = Seen::Steep;
+        for other_side in [false, true] {
+            let n = if other_side { -self.normal } else { self.normal };
+            let facing = n.dot(&frame.axis());
+            let aside = (n - frame.axis() * facing).try_normalize(0.0);
+            let Some(aside) = aside.filter(|_| (OVERHANGING..LEAST_FACING).contains(&facing)) else {
+                continue;
+            };
+            let centre = frame.to_setup(&(self.point + n * radius_mm + aside * farther_mm));
+            let away = frame.to_setup(&aside.into()).coords;
+            let touch = Location::touching(centre, away, self.face, self.uv.into());
+            let held = ball.held_from(&touch, farther_mm, radius_mm);
+            if held == Some(Held::Far)
+                || self.depth_mm(frame, ball) > DEEPEST_RADII * radius_mm
+                || views.space.is_underside(&self.point, &n, ROOM_RADII * radius_mm)
+            {
+                continue;
+            }
+            if held.is_none() {
+                return Seen::Wall { other_side, done: false };
+            }
+            seen = Seen::Tight;
+        }
+        seen
+    }
+
+    /// How far the ball comes to rest above this place.
+    fn depth_mm(&self, frame: &Frame, ball: &BallDrop) -> f64 {
+        let at = frame.to_setup(&self.point);
+        ball.drop(at.x, at.y).map_or(0.0, |rest| rest.centre.z - ball.radius_mm() - at.z)
+    }
+}
+
+/// The walls among what a place is to the setups, where none of them reaches it otherwise.
+fn beside_walls(place: &Place, views: &Views, seen: &mut [Seen; 5]) {
+    let farther_mm = FitTolerance::of_scallop(views.scallop_mm).bias_mm;
+    for k in 0..5 {
+        if seen[k] != Seen::Steep {
+            continue;
+        }
+        seen[k] = place.seen_beside(k, views, &views.balls[k], farther_mm);
+        if let Seen::Wall { done, .. } = &mut seen[k] {
+            let before = |ball| place.seen_beside(k, views, ball, farther_mm);
+            *done = views.earlier.get(k).is_some_and(|ball| matches!(before(ball), Seen::Wall { .. }));
+            return;
         }
     }
 }
@@ -159,6 +280,9 @@ fn probe_face(
             // Mostly the same setup tells.
             let mut setups = (k..5).chain(0..k).filter(|&other| side(other) == side(k));
             *done = setups.any(|other| *finished_from[other].get_or_insert_with(|| finished(&place, other)));
+        }
+        if !seen.iter().any(|s| matches!(s, Seen::Reached { .. })) {
+            beside_walls(&place, views, &mut seen);
         }
         seen
     };
@@ -243,6 +367,14 @@ fn decide(seen: &[[Seen; PROBES]; 5], leads: &[usize]) -> Fate {
             fate.setups |= 1 << k;
             fate.other_side |= u8::from(facing < 0.0) << k;
             fate.cut[k] += share;
+            finished &= done;
+        } else if let Some((k, other_side, done)) = (0..5).find_map(|k| match seen[k][probe] {
+            Seen::Wall { other_side, done } => Some((k, other_side, done)),
+            _ => None,
+        }) {
+            fate.walls[usize::from(other_side)] |= 1 << k;
+            fate.cut[k] += share;
+            fate.walls_cut[k] += share;
             finished &= done;
         } else if (0..5).any(|k| seen[k][probe] == Seen::Tight) {
             fate.tight += share;

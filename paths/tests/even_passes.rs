@@ -1,6 +1,6 @@
 //! Passes at a constant scallop height on surfaces where distances and crests are known exactly.
 
-mod one_face;
+mod few_faces;
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,14 +8,15 @@ use claymill_nurbs::analytic::{Frame as Placement, cylinder, plane_patch, sphere
 use claymill_nurbs::{NurbsSurface, Point3, Vector3};
 use claymill_paths::{FitTolerance, PlanOptions, Strategy, flat_mm};
 use claymill_toolpath::MoveKind;
-use one_face::planned;
+use few_faces::planned;
 
 const R: f64 = 10.0;
 const SCALLOP_MM: f64 = 0.1;
 
 /// The ways of the ball's centre along all passes over one face, each as a few of its places.
 fn passes(surface: NurbsSurface) -> Vec<Vec<Point3>> {
-    let plan = planned(surface, R, SCALLOP_MM, |usual| PlanOptions { strategy: Strategy::Scallop, ..usual });
+    let plan =
+        planned([surface], R, SCALLOP_MM, |usual| PlanOptions { strategy: Strategy::Scallop, ..usual });
     let cuts = plan.program.moves.iter().filter(|m| m.kind == MoveKind::Cut);
     let places = cuts.map(|m| {
         let curve = m.curve().unwrap();

@@ -1,6 +1,6 @@
 //! Passes over bodies with sharp round edges: they are close together where the ball goes round an edge, and nowhere else.
 
-mod one_face;
+mod few_faces;
 
 use std::f64::consts::TAU;
 
@@ -8,7 +8,7 @@ use claymill_nurbs::analytic::{Frame as Placement, cylinder, extrusion};
 use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
 use claymill_paths::{FitTolerance, Plan, PlanOptions, Strategy, flat_mm};
 use claymill_toolpath::MoveKind;
-use one_face::planned;
+use few_faces::planned;
 
 const R: f64 = 2.0;
 const SCALLOP_MM: f64 = 0.02;
@@ -37,7 +37,7 @@ fn rows_are_close_only_around_sharp_edges() {
     let placement = Placement::new(Point3::origin(), Vector3::x(), Vector3::y()).unwrap();
     let round = cylinder(&placement, HALF_MM[0], (0.0, TAU), (0.0, LENGTH_MM)).unwrap();
     let bar = round.mapped(|p| Point3::new(p.x, p.y, p.z * HALF_MM[1] / HALF_MM[0]));
-    let plan = planned(bar, R, SCALLOP_MM, |usual| PlanOptions { row_angle_deg: Some(0.0), ..usual });
+    let plan = planned([bar], R, SCALLOP_MM, |usual| PlanOptions { row_angle_deg: Some(0.0), ..usual });
 
     let rows: Vec<f64> = in_the_middle(&plan).iter().map(|p| p.y).collect();
     let apart: Vec<(f64, f64)> = rows.windows(2).map(|w| (0.5 * (w[0] + w[1]), w[1] - w[0])).collect();
@@ -76,7 +76,8 @@ fn sweeps_leave_no_high_crests_beside_a_ridge() {
         let ridge = extrusion(&section, &Vector3::x(), (0.0, 4.0 * LENGTH_MM)).unwrap();
         let on_ridge: Vec<Point3> = (0..=30_000).map(|k| section.point(f64::from(k) / 10_000.0)).collect();
         for strategy in [Strategy::Iso, Strategy::Scallop] {
-            let plan = planned(ridge.clone(), BALL_MM, HEIGHT_MM, |usual| PlanOptions { strategy, ..usual });
+            let plan =
+                planned([ridge.clone()], BALL_MM, HEIGHT_MM, |usual| PlanOptions { strategy, ..usual });
             let centres: Vec<(f64, f64)> =
                 in_the_middle(&plan).iter().map(|p| (p.y, p.z + BALL_MM)).collect();
             assert!(centres.len() > 20, "{strategy}, {width_mm}: {centres:?}");

@@ -38,7 +38,8 @@ pub struct VerifyOptions {
     pub holder: Option<Holder>,
     /// Distance that holders have to keep from model and obstacles, mm; as the job asks if nothing is said here.
     pub holder_clearance_mm: Option<f64>,
-    /// Surfaces steeper than this against a setup's axis count as out of its reach, degrees.
+    /// Surfaces that lean further than this from a setup's axis, degrees, count as within its reach only as walls: where nothing
+    /// stands out over them, down to 19 ball radii, and if they do not look down into the open.
     pub steepest_deg: f64,
 }
 

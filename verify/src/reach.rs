@@ -11,6 +11,18 @@ use crate::scene::Scene;
 
 /// Radius of the line of sight, in tool radii.
 const SIGHT_RADIUS: f64 = 0.01;
+/// A wall may lean over by rounding (`n·axis`).
+const UPRIGHT: f64 = -2e-3;
+/// Down to so many tool radii below where the tool rests over it a wall is within reach.
+const DEEPEST_RADII: f64 = 19.0;
+/// Nothing stands out over a wall by more than this, mm, looked for at heights this far apart, in tool radii.
+const STANDS_OUT_MM: f64 = 2e-3;
+const RISE_RADII: f64 = 0.25;
+/// What looks down by more than this (`−n·up`, 10°), over so many tool radii of room, is no wall.
+const DOWNWARD: f64 = 0.173_648;
+const ROOM_RADII: f64 = 10.0;
+/// The room begins this far from the surface, mm.
+const OFF_SURFACE_MM: f64 = 0.01;
 
 /// Judges whether the tool could have touched a point of the surface, from the model and the setups' axes
 /// alone.
@@ -19,6 +31,7 @@ const SIGHT_RADIUS: f64 = 0.01;
 ///   q = p + R·n   ball there?      exact distance of q from all faces ≥ R − sink
 ///   along axis    shank there?     tool of radius R − sink lowered on the mesh stops below q; flutes and shank of
 ///                                  another thickness enter nothing
+///   a wall?       n·axis ≈ 0       not too deep, no underside, no ceiling
 ///   otherwise     seen at all?     the same with a thin pin at p: yes → too tight, no → hidden
 /// ```
 pub(crate) struct Reach<'a> {
@@ -30,6 +43,7 @@ pub(crate) struct Reach<'a> {
     /// What it may have left where it counts as having been, over the crests of its passes, mm.
     earlier_sink_mm: f64,
     least_cosine: f64,
+    up: Option<Vector3>,
 }
 
 impl<'a> Reach<'a> {
@@ -43,6 +57,7 @@ impl<'a> Reach<'a> {
             earlier: scene.job.request.rest_of,
             earlier_sink_mm: (scene.options.cut_limit - 1.0) * scene.scallop_mm(),
             least_cosine: scene.options.steepest_deg.to_radians().cos(),
+            up: axis(&scene.job.request.up),
         }
     }
 
@@ -83,9 +98,39 @@ impl<'a> Reach<'a> {
         self.side(p, n, sink_mm) == left && (self.earlier.is_none() || self.judge(p, n, sink_mm) == left)
     }
 
+    /// How far the tool comes to rest above a point.
+    fn depth_mm(&self, p: &Point3, view: &DropMesh<'_>) -> f64 {
+        let (at, radius_mm) = (view.in_frame(p), self.tool.radius_mm());
+        view.highest(&at, radius_mm).map_or(0.0, |centre| centre - radius_mm - at.z)
+    }
+
+    /// Whether nothing stands out over a wall: balls one above the other enter no face.
+    fn is_free_above(&self, p: &Point3, n: &Vector3, axis: &Vector3) -> bool {
+        let radius_mm = self.tool.radius_mm();
+        let steps = (DEEPEST_RADII / RISE_RADII) as u32;
+        let above = |k: u32| p + n * radius_mm + axis * (f64::from(k) * RISE_RADII * radius_mm);
+        !(1..=steps).any(|k| self.scene.closest.any_within(&above(k), radius_mm - STANDS_OUT_MM))
+    }
+
+    /// Whether a side of a point is that of an underside or a ceiling.
+    fn is_underside(&self, p: &Point3, n: &Vector3) -> bool {
+        self.up.is_some_and(|up| {
+            let from = p + n * OFF_SURFACE_MM;
+            let room_mm = ROOM_RADII * self.tool.radius_mm();
+            n.dot(&up) < -DOWNWARD && self.scene.closest.crossings(&from, &-up, room_mm).all.is_empty()
+        })
+    }
+
     /// What one side of a point is to the tool.
     fn side(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
-        let mut facing = self.setups.iter().filter(|(axis, _)| n.dot(axis) >= self.least_cosine);
+        let facing = || self.setups.iter().filter(|(axis, _)| n.dot(axis) >= UPRIGHT);
+        let looks_down = std::cell::OnceCell::new();
+        let counts = |axis: &Vector3, view: &DropMesh<'_>| {
+            let is_shallow = || self.depth_mm(p, view) <= DEEPEST_RADII * self.tool.radius_mm();
+            let is_upside = || !*looks_down.get_or_init(|| self.is_underside(p, n));
+            let is_wall = || is_shallow() && is_upside() && self.is_free_above(p, n, axis);
+            n.dot(axis) >= self.least_cosine || is_wall()
+        };
         let fits = |tool: Tool, sink_mm: f64| {
             let radius_mm = tool.radius_mm();
             let (ball, slim) = (p + n * radius_mm, radius_mm - sink_mm);
@@ -94,10 +139,10 @@ impl<'a> Reach<'a> {
                 let tip = centre - Vector3::z() * radius_mm;
                 !view.blocks(&centre, slim) && !sides_enter(view, &tool, &tip)
             };
-            facing.clone().next().is_some()
+            facing().next().is_some()
                 && !self.scene.closest.any_within(&ball, slim)
                 && !self.scene.obstacles.any_within(&ball, slim)
-                && facing.clone().any(|(_, view)| passes(view))
+                && facing().any(|(axis, view)| passes(view) && counts(axis, view))
         };
         if self.earlier.is_some_and(|tool| fits(tool, self.earlier_sink_mm)) {
             return SurfaceState::EarlierTool;
@@ -110,6 +155,26 @@ impl<'a> Reach<'a> {
             let end = p + n * (pin + view.worst_deviation_mm());
             !view.screens(&view.in_frame(&end), pin)
         };
-        if facing.any(|(_, view)| sees(view)) { SurfaceState::TooTight } else { SurfaceState::Hidden }
+        if facing().any(|(axis, view)| sees(view) && counts(axis, view)) {
+            SurfaceState::TooTight
+        } else {
+            SurfaceState::Hidden
+        }
     }
+}
+
+/// The direction of an axis as jobs name it, `+z`.
+fn axis(name: &str) -> Option<Vector3> {
+    let sign = match name.as_bytes().first()? {
+        b'+' => 1.0,
+        b'-' => -1.0,
+        _ => return None,
+    };
+    let unit = match name.get(1..)? {
+        "x" => Vector3::x(),
+        "y" => Vector3::y(),
+        "z" => Vector3::z(),
+        _ => return None,
+    };
+    Some(unit * sign)
 }

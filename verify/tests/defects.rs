@@ -70,6 +70,34 @@ fn a_missing_pass() {
 }
 
 #[test]
+fn a_pass_missing_beside_a_wall() {
+    let frame = Frame::new(Point3::origin(), Vector3::x(), Vector3::y()).unwrap();
+    let wall = || claymill_nurbs::analytic::plane_patch(&frame, (0.0, 60.0), (0.0, 30.0)).unwrap();
+    let level = |k: u32| {
+        let z = STEP * f64::from(k) - 0.5;
+        straight(Cut, k, Point3::new(R, 0.0, z), Point3::new(R, 60.0, z))
+    };
+    let levels = |missing: u32| (0..26).filter(move |&k| k != missing).map(level);
+    let alone = model([wall()]);
+    let v = check(&alone, &job(&alone), &program(levels(99)));
+    assert!(!v.coverage.by_state_mm2.contains_key(&SurfaceState::ReachableLeft), "{:?}", v.verdict);
+
+    let v = check(&alone, &job(&alone), &program(levels(12)));
+    let strip = 2.0 * (STEP - (R * R - (R - 1.5 * H).powi(2)).sqrt());
+    let left = v.coverage.by_state_mm2[&SurfaceState::ReachableLeft];
+    approx::assert_relative_eq!(left, 60.0 * strip, max_relative = 0.05);
+    assert!(has(&v, FindingCode::ReachableLeft) && !v.verdict.passed);
+
+    // Under an eave that stands out by a little nothing of it is in reach.
+    let eave = rectangle((0.0, 60.0), (-0.01, 0.01), 40.0);
+    let eave = eave.mapped(|p| Point3::new(p.y, p.x, p.z));
+    let sheltered = model([wall(), eave]);
+    let v = check(&sheltered, &job(&sheltered), &program(levels(12)));
+    let of_wall = &v.coverage.faces[0].by_state_mm2;
+    assert!(!of_wall.contains_key(&SurfaceState::ReachableLeft), "{:?}", v.coverage);
+}
+
+#[test]
 fn a_pass_too_low() {
     for depth in [0.005, 0.0061] {
         let mut moves = rows();

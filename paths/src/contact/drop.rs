@@ -11,6 +11,7 @@ use super::face::{Pace, Polished, polish};
 use super::flat::{box_height, on_point, on_triangle, plane_height};
 use super::floor::Floor;
 use super::sheet::Sheets;
+use super::tops::Tops;
 use super::tree::DropTree;
 use super::{CONTACT_EPSILON_MM, Location, Support};
 use crate::Frame;
@@ -31,6 +32,7 @@ pub struct BallDrop<'a> {
     pub(super) edges: Vec<EdgePiece>,
     pub(super) tree: DropTree,
     pub(super) sheets: Sheets,
+    tops: OnceLock<Tops>,
     /// What stands out above the ball.
     sides: Vec<Body>,
     widest_mm: f64,
@@ -117,7 +119,19 @@ impl<'a> BallDrop<'a> {
             .collect();
         let (tree, sides) = (DropTree::new(&boxes), Vec::new());
         let sheets = Sheets::new(&covering.beside, &tree.0);
-        BallDrop { radius_mm, covering, faces, triangles, edges, tree, sheets, sides, widest_mm: radius_mm }
+        let tops = OnceLock::new();
+        BallDrop {
+            radius_mm,
+            covering,
+            faces,
+            triangles,
+            edges,
+            tree,
+            sheets,
+            tops,
+            sides,
+            widest_mm: radius_mm,
+        }
     }
 
     /// The same with the taper and the shank above the ball of a tool, which it must not touch with either.
@@ -125,6 +139,11 @@ impl<'a> BallDrop<'a> {
     pub fn of_tool(model: &Model, covering: &'a Covering, frame: &Frame, tool: &Tool) -> Self {
         let ball = BallDrop::new(model, covering, frame, tool.radius_mm());
         BallDrop { sides: Body::sides(tool), widest_mm: tool.widest_mm(), ..ball }
+    }
+
+    /// Corners of the triangles, which lie on the faces.
+    pub(super) fn tops(&self) -> &Tops {
+        self.tops.get_or_init(|| Tops::new(self.triangles.iter().flat_map(|t| &t.p), self.radius_mm))
     }
 
     /// The largest radius of ball, taper and shank.

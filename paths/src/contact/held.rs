@@ -4,6 +4,9 @@ use super::drop::{BallDrop, Search};
 use super::floor::Floor;
 use super::{Location, Support};
 
+/// Corners of triangles are known to this, mm.
+const KNOWN_MM: f64 = 1e-3;
+
 /// What keeps a ball from a place where it would touch the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Held {
@@ -18,6 +21,9 @@ impl BallDrop<'_> {
     /// looked at more closely.
     pub(crate) fn held_from(&self, touch: &Location, by_mm: f64, far_mm: f64) -> Option<Held> {
         let Location { centre, normal, .. } = touch;
+        if self.tops().hold(centre.x, centre.y, self.radius_mm(), centre.z + by_mm.max(far_mm) + KNOWN_MM) {
+            return Some(Held::Far);
+        }
         let mut search = Search::new(self, centre.x, centre.y);
         search.best = Some(*touch);
         search.floor = Floor::under(centre, normal, self.radius_mm(), by_mm);

@@ -20,6 +20,7 @@ mod joint;
 mod march;
 mod sheet;
 mod subdivide;
+mod tops;
 mod tree;
 
 #[cfg(test)]

@@ -8,6 +8,8 @@ const SETTLED_MM: f64 = 1e-7;
 /// Steps of the search for a distance, and for a height; what is returned after the last is still a bound.
 const STEPS: usize = 80;
 const RAISES: usize = 40;
+/// Triangles whose normals point up or down by less than this have the body on either side.
+const UPRIGHT: f64 = 0.2;
 /// Directions that point down by less than this are level.
 const LEVEL: f64 = 1e-12;
 
@@ -52,8 +54,14 @@ impl Prism {
         let size = normal.norm();
         if size > 0.0 {
             let down = normal * (-normal.z.signum() / size);
-            let (nearest, _) = self.support(&-down, offset);
-            if down.dot(&(nearest - body.support(&down, 0.0, f64::INFINITY))) >= distance {
+            // Of an upright triangle rounding tells which side is below.
+            let ceiling = (self.top() - offset).max(body.high) + 1.0;
+            let upright = (normal.z.abs() < UPRIGHT * size).then_some((-down, ceiling));
+            let apart = |(away, ceiling): (Vector3, f64)| {
+                let (nearest, _) = self.support(&-away, offset);
+                away.dot(&(nearest - body.support(&away, 0.0, ceiling))) >= distance
+            };
+            if [(down, f64::INFINITY)].into_iter().chain(upright).any(apart) {
                 return true;
             }
         }

@@ -45,6 +45,10 @@ const FAR_MM: f64 = 10.0;
 /// result does not depend on the number of threads. Few at first, when little is known.
 const ABREAST: [usize; 2] = [16, 256];
 
+/// A shank as thick as the ball runs along walls where the ball has been and was measured: it is in the way where it enters the
+/// model by more than this, mm.
+const ALONGSIDE_MM: f64 = 0.02;
+
 /// Distances that are shorter by less than this are what was asked for, mm.
 const SETTLED_MM: f64 = 1e-4;
 
@@ -180,7 +184,8 @@ pub(crate) fn measure_shank(
     let look = |track: &&Track| {
         let view = reach.setup(track.setup);
         let tool = &scene.job.tools[track.tool].tool;
-        let body = body::of_sides(tool, scene.options.gouge_limit_mm);
+        let sunk_mm = if tool.is_straight() { ALONGSIDE_MM } else { scene.options.gouge_limit_mm };
+        let body = body::of_sides(tool, sunk_mm);
         let sweep = Sweep { patches: Patches { model: scene.model, meshes, view }, body: &body };
         let mut entry = Entry { scene, view, tool, found: None };
         sweep.along(track, &mut entry);

@@ -346,9 +346,7 @@ fn faces_not_cut(job: &Job) -> Markup {
 
 fn why_not_cut(reason: UncutReason) -> (&'static str, Rgb) {
     match reason {
-        UncutReason::Hidden => {
-            ("hidden: no tool direction reaches it, or only at more than 80°", [150, 152, 156])
-        }
+        UncutReason::Hidden => ("hidden: no tool direction reaches it", [150, 152, 156]),
         UncutReason::TooTight => ("too tight for the tool", [205, 62, 0]),
         UncutReason::Excluded => ("left out on request", [230, 190, 120]),
         UncutReason::EarlierTool => ("cut by the earlier tool", [120, 170, 150]),

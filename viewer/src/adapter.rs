@@ -19,14 +19,10 @@ pub struct Gpu {
 /// Longest side of a picture, pixels: what a readback buffer of 256 MiB holds as a square.
 const LARGEST_SIDE_PX: u32 = 8192;
 
-/// Opens the best adapter: `WGPU_BACKEND`, `WGPU_ADAPTER_NAME` and `WGPU_FORCE_FALLBACK_ADAPTER` decide when
-/// set; else a graphics card goes before a software driver, and Vulkan before OpenGL.
+/// Opens the best adapter: `WGPU_BACKEND`, `WGPU_ADAPTER_NAME` and `WGPU_FORCE_FALLBACK_ADAPTER` decide when set;
+/// else a graphics card goes before a software driver.
 pub(crate) fn open() -> Result<Gpu, ViewError> {
-    match Backends::from_env() {
-        Some(asked) => open_on(asked),
-        // OpenGL is asked only when nothing else answers: looking for it alone makes some drivers complain.
-        None => open_on(Backends::PRIMARY).or_else(|_| open_on(Backends::GL)),
-    }
+    open_on(Backends::from_env().unwrap_or(Backends::PRIMARY))
 }
 
 pub(crate) fn open_on(backends: Backends) -> Result<Gpu, ViewError> {
@@ -40,7 +36,7 @@ pub(crate) fn open_on(backends: Backends) -> Result<Gpu, ViewError> {
 impl Gpu {
     /// Opens the best adapter of `backends` that can draw on `surface`, if there is one to draw on:
     /// `WGPU_ADAPTER_NAME` and `WGPU_FORCE_FALLBACK_ADAPTER` decide when set; else a graphics card goes before a
-    /// software driver, and Vulkan before OpenGL.
+    /// software driver.
     ///
     /// # Errors
     /// There is none, or it refuses to work.
@@ -119,16 +115,14 @@ impl Gpu {
     }
 }
 
-fn rank(adapter: &Adapter) -> (u8, u8) {
-    let info = adapter.get_info();
-    let kind = match info.device_type {
+fn rank(adapter: &Adapter) -> u8 {
+    match adapter.get_info().device_type {
         DeviceType::DiscreteGpu => 0,
         DeviceType::IntegratedGpu => 1,
         DeviceType::VirtualGpu => 2,
         DeviceType::Other => 3,
         DeviceType::Cpu => 4,
-    };
-    (kind, u8::from(info.backend == wgpu::Backend::Gl))
+    }
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use thiserror::Error;
 pub enum ViewError {
     /// Neither a graphics card nor a software driver answers.
     #[error(
-        "no graphics adapter was found ({reason}); pictures need a Vulkan or OpenGL driver. Without a graphics \
+        "no graphics adapter was found ({reason}); pictures need a Vulkan driver. Without a graphics \
          card install the software driver: apt-get install mesa-vulkan-drivers libvulkan1"
     )]
     NoAdapter {

@@ -94,8 +94,12 @@ impl Renderer {
     /// There is none, or it refuses to work.
     pub fn new() -> Result<Self, ViewError> {
         let gpu = adapter::open()?;
+        let invalid = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let pipelines = Pipelines::new(&gpu.device);
-        Ok(Renderer { gpu, pipelines })
+        match pollster::block_on(invalid.pop()) {
+            Some(error) => Err(failed(&gpu, &error)),
+            None => Ok(Renderer { gpu, pipelines }),
+        }
     }
 
     /// The adapter's name, for reports.
@@ -139,7 +143,7 @@ impl Renderer {
         let drawn = self.draw(scene, &camera, options, factor);
         let failure = pollster::block_on(memory.pop()).or(pollster::block_on(invalid.pop()));
         let (mut picture, share) = match failure {
-            Some(error) => Err(self.failed(&error)),
+            Some(error) => Err(failed(&self.gpu, &error)),
             None => drawn,
         }?;
         if options.supersampling {
@@ -156,10 +160,6 @@ impl Renderer {
             overlay::annotate(&mut picture, scene, &camera, &model, look, places);
         }
         Ok(picture)
-    }
-
-    fn failed(&self, reason: &dyn std::fmt::Display) -> ViewError {
-        ViewError::Device { adapter: self.gpu.name.clone(), reason: reason.to_string() }
     }
 
     /// The picture, and the least part of a layer's lines that is drawn.
@@ -273,7 +273,7 @@ impl Renderer {
         });
         buffer
             .get_mapped_range_mut(..)
-            .map_err(|e| self.failed(&e))?
+            .map_err(|e| failed(&self.gpu, &e))?
             .slice(..bytes.len())
             .copy_from_slice(bytes);
         buffer.unmap();
@@ -356,6 +356,10 @@ fn frame_constants(scene: &Scene, camera: &Camera, options: &PictureOptions, fac
         occlusion: [reach_px * factor as f32, reach_px * mm_per_px, 0.95, 0.0],
         backdrop,
     }
+}
+
+fn failed(gpu: &Gpu, reason: &dyn std::fmt::Display) -> ViewError {
+    ViewError::Device { adapter: gpu.name.clone(), reason: reason.to_string() }
 }
 
 #[cfg(test)]

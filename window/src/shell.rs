@@ -110,23 +110,16 @@ impl Shell<'_, '_> {
             .with_inner_size(LogicalSize::new(width, height));
         let no_display = |e: &dyn std::fmt::Display| WindowError::NoDisplay { reason: e.to_string() };
         let window = Arc::new(event_loop.create_window(attributes).map_err(|e| no_display(&e))?);
-        let asked = Backends::from_env();
-        let open = |backends: Backends| -> Result<(Gpu, Surface<'static>), WindowError> {
-            let display = Box::new(event_loop.owned_display_handle());
-            let instance = Instance::new(InstanceDescriptor {
-                backends,
-                ..InstanceDescriptor::new_with_display_handle_from_env(display)
-            });
-            let surface = instance
-                .create_surface(Arc::clone(&window))
-                .map_err(|e| ViewError::NoAdapter { reason: e.to_string() })?;
-            let gpu = Gpu::open(&instance, backends, Some(&surface))?;
-            Ok((gpu, surface))
-        };
-        let (gpu, surface) = match asked {
-            Some(backends) => open(backends),
-            None => open(Backends::PRIMARY).or_else(|_| open(Backends::GL)),
-        }?;
+        let backends = Backends::from_env().unwrap_or(Backends::PRIMARY);
+        let display = Box::new(event_loop.owned_display_handle());
+        let instance = Instance::new(InstanceDescriptor {
+            backends,
+            ..InstanceDescriptor::new_with_display_handle_from_env(display)
+        });
+        let surface = instance
+            .create_surface(Arc::clone(&window))
+            .map_err(|e| ViewError::NoAdapter { reason: e.to_string() })?;
+        let gpu = Gpu::open(&instance, backends, Some(&surface))?;
         let formats = surface.get_capabilities(&gpu.adapter).formats;
         // The panels' colours are as shown already.
         let format = formats.iter().copied().find(|f| !f.is_srgb()).or(formats.first().copied());

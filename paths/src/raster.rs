@@ -292,7 +292,7 @@ fn parts_for(need: f32, step: f64) -> u32 {
         return 0;
     }
     let ratio = (step / f64::from(need) - 1e-6).ceil().max(1.0);
-    (ratio as u32).next_power_of_two().min(FINEST)
+    (ratio as u32).min(FINEST).next_power_of_two()
 }
 
 /// The row distance with the least path per advance: `Σ parts / step` over the columns; of equals the widest.
@@ -335,6 +335,12 @@ fn touches(c: &[[f64; 2]; 3], x: f64, y: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_asks_for_no_distance_at_all_is_cut_as_fine_as_any() {
+        assert_eq!([0.0, 1e-12, 0.3].map(|need| parts_for(need, 1.0)), [FINEST, FINEST, 4]);
+        assert_eq!(cheapest_step(&[0.0, 1e-12, 1.0, 1.0], 1.0), 1.0);
+    }
 
     fn rectangle(x: f64, y: f64, need: impl Fn(f64) -> f64) -> Vec<Patch> {
         let mut patches = Vec::new();

@@ -31,6 +31,8 @@ const SAMPLING_MARGIN: f64 = 1.25;
 const ROUNDING_MM: f64 = 1e-6;
 /// Normals on both sides of a knot that differ by more than this (0.1°) make a crease.
 const CREASE_SINE: f64 = 1.7e-3;
+/// What leaves a straight line by less than this share of its length is straight.
+const STRAIGHT: f64 = 1e-9;
 
 /// The model's faces as triangles that know their surface, in model coordinates: made once, used by every
 /// setup.
@@ -139,16 +141,41 @@ fn deviations(face: &Face, mesh: &FaceMesh) -> Vec<f32> {
     mesh.triangles.iter().enumerate().map(of).collect()
 }
 
-/// Marks the triangles with a side on the boundary of a trimmed face.
+/// Marks the triangles with a side on the boundary of a trimmed face, where that is not straight.
 fn rimmed(face: &Face, mesh: &FaceMesh) -> Vec<bool> {
     if face.loops.is_empty() {
         return vec![false; mesh.triangles.len()];
     }
-    let closed = |ring: &Vec<u32>| ring.iter().copied().zip(ring.iter().copied().cycle().skip(1)).collect();
-    let pairs: Vec<Vec<(u32, u32)>> = mesh.rings.iter().map(closed).collect();
-    let rim: HashSet<(u32, u32)> = pairs.into_iter().flatten().map(|(a, b)| (a.min(b), a.max(b))).collect();
+    let straight: Vec<[Point2; 2]> =
+        face.loops.iter().flat_map(|l| &l.edges).filter_map(|e| straight(&e.pcurve)).collect();
+    let ((u0, u1), (v0, v1)) = face.surface.domain();
+    let known = STRAIGHT * (u1 - u0).max(v1 - v0);
+    let runs_straight = |ends: [u32; 2]| {
+        let ends = ends.map(|i| mesh.uv[i as usize]);
+        straight.iter().any(|side| ends.iter().all(|p| distance_from(side, p) <= known))
+    };
+    let sides = |ring: &Vec<u32>| -> Vec<(u32, u32)> {
+        let next = ring.iter().cycle().skip(1);
+        ring.iter().zip(next).map(|(&a, &b)| (a.min(b), a.max(b))).collect()
+    };
+    let rim: HashSet<(u32, u32)> =
+        mesh.rings.iter().flat_map(sides).filter(|&(a, b)| !runs_straight([a, b])).collect();
     let on_rim = |a: u32, b: u32| rim.contains(&(a.min(b), a.max(b)));
     mesh.triangles.iter().map(|&[a, b, c]| on_rim(a, b) || on_rim(b, c) || on_rim(c, a)).collect()
+}
+
+/// The ends of a curve that is a straight line.
+fn straight(curve: &Curve2) -> Option<[Point2; 2]> {
+    let points = curve.points();
+    let ends = [*points.first()?, *points.last()?];
+    let known = STRAIGHT * (ends[1] - ends[0]).norm();
+    points.iter().all(|p| distance_from(&ends, p) <= known).then_some(ends)
+}
+
+fn distance_from([a, b]: &[Point2; 2], p: &Point2) -> f64 {
+    let side = b - a;
+    let along = ((p - a).dot(&side) / side.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    (p - (a + side * along)).norm()
 }
 
 /// Range of normal curvature over each triangle and those around it, from their corners and middles.

@@ -10,6 +10,7 @@ use super::end::{Body, Effort, held_above};
 use super::face::{Pace, Polished, polish};
 use super::flat::{box_height, on_point, on_triangle, plane_height};
 use super::floor::Floor;
+use super::shape::{Flat, OnPlane, Shape};
 use super::sheet::Sheets;
 use super::tops::Tops;
 use super::tree::DropTree;
@@ -46,6 +47,7 @@ pub(super) struct SetupFace {
     /// The trims; `None` where the whole domain belongs to the face.
     pub(super) domain: Option<Domain>,
     pub(super) boundary: Vec<Curve2>,
+    shape: Shape,
     poles: OnceLock<[bool; 4]>,
 }
 
@@ -77,6 +79,7 @@ impl<'a> BallDrop<'a> {
                 let surface = f.surface.mapped(|p| frame.to_setup(&p));
                 SetupFace {
                     poles: OnceLock::new(),
+                    shape: Shape::of(&surface),
                     leaves: Leaves::new(&surface),
                     surface,
                     domain: (!f.loops.is_empty()).then(|| Domain::new(f)),
@@ -294,6 +297,8 @@ pub(super) struct Search<'a> {
     pub(super) triangle: Option<u32>,
     /// Triangles that wait to be subdivided until everything has been met: most then fall below the best contact.
     unproven: Vec<(&'a Triangle, [Point2; 3])>,
+    /// The last flat face that was looked at.
+    flat: Option<u32>,
 }
 
 impl<'a> Search<'a> {
@@ -307,6 +312,7 @@ impl<'a> Search<'a> {
             enough_z: f64::INFINITY,
             triangle: None,
             unproven: Vec::new(),
+            flat: None,
         }
     }
 
@@ -425,6 +431,11 @@ impl<'a> Search<'a> {
     }
 
     fn triangle(&mut self, t: &'a Triangle) {
+        match &self.ball.faces[t.face as usize].shape {
+            Shape::Upright => return,
+            Shape::Flat(flat) => return self.flat(t, flat),
+            Shape::Free => {}
+        }
         let delta = f64::from(t.deviation_mm);
         let (r, floor) = (self.ball.radius_mm, self.floor.z);
         let mesh = &self.ball.covering.meshes[t.face as usize];
@@ -465,6 +476,27 @@ impl<'a> Search<'a> {
         };
         if !proven {
             self.unproven.push((t, uv));
+        }
+    }
+
+    /// Looks at all of a flat face that a triangle is of.
+    fn flat(&mut self, t: &Triangle, flat: &Flat) {
+        if self.flat.replace(t.face) == Some(t.face) {
+            return;
+        }
+        let OnPlane { centre, normal, u, v } = flat.rest(self.x, self.y, self.ball.radius_mm);
+        if self.best.is_some_and(|best| best.centre.z >= centre.z) {
+            return;
+        }
+        let face = &self.ball.faces[t.face as usize];
+        let ((u0, u1), (v0, v1)) = face.leaves.domain();
+        let inside = (u0..=u1).contains(&u) && (v0..=v1).contains(&v);
+        if inside && face.domain.as_ref().is_none_or(|d| d.contains(u, v)) {
+            let number = self.ball.covering.beside.number(t.face, t.index);
+            let triangle = self.ball.walk(number, Point2::new(u, v)).and_then(Result::ok);
+            let certified = triangle.is_some_and(|t| self.ball.is_alone(t));
+            let (face, support) = (t.face as usize, Support::Face { u, v });
+            self.offer(Location { centre, normal, face, support, certified }, triangle);
         }
     }
 

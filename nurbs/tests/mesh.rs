@@ -177,6 +177,17 @@ fn creases_are_edges_of_the_mesh() {
     assert!(mesh.triangles.len() > 10);
 }
 
+/// As where a file's edge curve is a few nanometres off the seam between two arcs of a fillet.
+#[test]
+fn a_loop_that_wavers_along_a_crease_is_refined_on_both_sides_of_it() {
+    let knot = torus(60.0, 20.0).knots_u().breaks()[1];
+    for waver in [1e-6, 1e-9, -1e-6, 1e-15] {
+        let side = (0..=10).map(|k| (knot + waver * f64::from([0, 1, 2, 0, 3][k % 5]), 5.5 - 0.5 * k as f64));
+        let outline: Vec<(f64, f64)> = [(2.8, 0.5), (2.8, 5.5)].into_iter().chain(side).collect();
+        check(&face(torus(60.0, 20.0), vec![polygon(&outline)]), &FINE);
+    }
+}
+
 #[test]
 fn damaged_loops_do_not_panic() {
     let nan_free = [

@@ -1,5 +1,6 @@
 use std::collections::HashMap;
 
+use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Triangulation};
 
 use super::lines::Lines;
@@ -253,7 +254,7 @@ impl Builder<'_> {
             Cdt::try_bulk_load_cdt(vertices.collect(), edges, |e| crossing.push(e)).map_err(refused)?;
         // Loops that cross are cut where they do.
         for [a, b] in crossing {
-            let ends = [a, b].map(spade::handles::FixedVertexHandle::from_index);
+            let ends = [a, b].map(FixedVertexHandle::from_index);
             cdt.add_constraint_and_split(ends[0], ends[1], |place| Vertex { place, index: NEW });
         }
         for handle in cdt.fixed_vertices() {
@@ -272,29 +273,30 @@ impl Builder<'_> {
         for _ in 0..ROUNDS {
             let mut extra = Vec::new();
             for face in cdt.inner_faces() {
-                let ids = face.vertices().map(|v| v.data().index);
+                let (ids, handles) =
+                    (face.vertices().map(|v| v.data().index), face.vertices().map(|v| v.fix()));
                 if !self.is_inside(ids) || !self.is_coarse(ids, self.deviation_mm(ids)) {
                     continue;
                 }
                 // Boundary edges are fine as they are; creases are straight and may be split.
-                let edges = [[ids[0], ids[1]], [ids[1], ids[2]], [ids[2], ids[0]]];
-                let splittable = edges.into_iter().filter(|e| !self.sagitta_mm.contains_key(&sorted(*e)));
-                let worst = splittable.max_by(|a, b| self.coarseness(*a).total_cmp(&self.coarseness(*b)));
+                let edges = [[0, 1], [1, 2], [2, 0]].map(|e| (e.map(|i| ids[i]), e.map(|i| handles[i])));
+                let splittable = edges.into_iter().filter(|e| !self.sagitta_mm.contains_key(&sorted(e.0)));
+                let worst = splittable.max_by(|a, b| self.coarseness(a.0).total_cmp(&self.coarseness(b.0)));
                 let uv = |i: u32| self.mesh.uv[i as usize];
                 extra.push(match worst {
-                    Some([a, b]) => nalgebra::center(&uv(a), &uv(b)),
-                    None => centroid(ids.map(uv)),
+                    Some(([a, b], ends)) => (nalgebra::center(&uv(a), &uv(b)), Some(ends)),
+                    None => (centroid(ids.map(uv)), None),
                 });
             }
             if extra.is_empty() {
                 break;
             }
-            for uv in extra {
+            for (uv, ends) in extra {
                 let before = self.mesh.uv.len();
                 let index = self.vertex(uv);
                 if self.mesh.uv.len() > before {
                     let place = self.place(self.mesh.uv[index as usize]);
-                    cdt.insert(Vertex { place, index }).map_err(refused)?;
+                    insert_between(cdt, Vertex { place, index }, ends)?;
                 }
             }
         }
@@ -354,6 +356,27 @@ impl Builder<'_> {
         }
         Ok(self.mesh)
     }
+}
+
+/// Inserts a vertex in the middle of an edge. Rounding may put it beside the edge, which would then stay if it is part of a
+/// crease: that goes by way of the vertex from now on.
+fn insert_between(
+    cdt: &mut Cdt,
+    vertex: Vertex,
+    ends: Option<[FixedVertexHandle; 2]>,
+) -> Result<(), NurbsError> {
+    let edge = ends.and_then(|[a, b]| cdt.get_edge_from_neighbors(a, b));
+    let crease = edge.filter(|e| e.is_constraint_edge()).map(|e| e.fix().as_undirected());
+    if let Some(edge) = crease {
+        cdt.remove_constraint_edge(edge);
+    }
+    let middle = cdt.insert(vertex).map_err(refused)?;
+    for end in ends.filter(|_| crease.is_some()).into_iter().flatten() {
+        if cdt.can_add_constraint(end, middle) {
+            cdt.add_constraint(end, middle);
+        }
+    }
+    Ok(())
 }
 
 fn sorted([a, b]: [u32; 2]) -> [u32; 2] {

@@ -1,4 +1,4 @@
-use claymill_nurbs::{Point2, Point3, Vector3};
+use claymill_nurbs::{Point2, Point3, Vector2, Vector3};
 
 use super::drop::{Search, Triangle, weighted};
 use super::flat::on_triangle;
@@ -13,6 +13,8 @@ const CORNER_INSET: f64 = 0.02;
 const SLIVER_LEVEL: u32 = 3;
 /// A triangle whose normal leans further from its surface's (60°) stands across it.
 const ALONG_COSINE: f64 = 0.5;
+/// Pieces that turn by more than this, radians, say nothing about where a ball could rest on them.
+const WIDEST_TURNING: f64 = 1.0;
 /// Deepest subdivision of a triangle; its deviation shrinks by 4 at each level.
 const DEEPEST: u32 = 12;
 
@@ -33,6 +35,9 @@ impl Search<'_> {
             return;
         };
         if high.z <= floor {
+            return;
+        }
+        if !self.could_rest(t, &uv, &p, delta) {
             return;
         }
         let low = on_triangle(&p, &n, self.x, self.y, r);
@@ -71,6 +76,28 @@ impl Search<'_> {
         }
     }
 
+    /// Whether the ball could rest inside a piece of a face. It does so beside the point that it touches, by the radius along
+    /// the normal; what that leaves open is as wide as the piece and its turning. Edges are met on their own.
+    fn could_rest(&self, t: &Triangle, uv: &[Point2; 3], p: &[Point3; 3], delta: f64) -> bool {
+        let curvature = self.ball.covering.curvature[t.face as usize][t.index as usize];
+        let most = f64::from(curvature[0].abs().max(curvature[1].abs()));
+        let middle = (uv[0].coords + uv[1].coords + uv[2].coords) / 3.0;
+        let jet = self.ball.faces[t.face as usize].leaves.jet(middle.x, middle.y);
+        let far = p.iter().map(|p| (p - jet.p).norm()).fold(0.0, f64::max) + delta;
+        let turning = most * far;
+        if turning.is_nan() || turning > WIDEST_TURNING {
+            return true;
+        }
+        let Some(normal) = jet.normal() else { return true };
+        let open = delta + turning * self.ball.radius_mm() + CONTACT_EPSILON_MM;
+        let place = Point2::new(self.x, self.y);
+        let outline = p.map(|p| p.xy());
+        [normal, -normal]
+            .into_iter()
+            .filter(|n| n.z >= -turning)
+            .any(|n| distance_from(&outline, &(place - n.xy() * self.ball.radius_mm())) <= open)
+    }
+
     /// Whether a triangle lies along its surface. One whose corners are all on a bent side of the face stands
     /// across it, however small its distance: its surface is the side and not what its chords enclose.
     fn lies_flat(&self, t: &Triangle, uv: &[Point2; 3], n: &Vector3) -> bool {
@@ -93,4 +120,18 @@ impl Search<'_> {
         let places = corners.into_iter().chain([middle, weighted(uv, touch)]);
         places.filter(|p| domain.contains(p.x, p.y)).count() as f64 / 5.0
     }
+}
+
+/// Distance of a place from a triangle in the plane.
+fn distance_from(corners: &[Point2; 3], p: &Point2) -> f64 {
+    let sides = [[0, 1], [1, 2], [2, 0]].map(|[i, j]| (corners[j] - corners[i], p - corners[i]));
+    let turns = sides.map(|(side, arm)| side.perp(&arm));
+    if turns.iter().all(|&t| t >= 0.0) || turns.iter().all(|&t| t <= 0.0) {
+        return 0.0;
+    }
+    let from_side = |(side, arm): (Vector2, Vector2)| {
+        let along = arm.dot(&side) / side.norm_squared().max(f64::MIN_POSITIVE);
+        (arm - side * along.clamp(0.0, 1.0)).norm()
+    };
+    sides.map(from_side).into_iter().fold(f64::INFINITY, f64::min)
 }

@@ -95,6 +95,11 @@ impl Frustum {
         Frustum { low, inner: radius, high: low, outer: radius, slope: 0.0, cosine: 1.0 }
     }
 
+    /// Whether it is as thick everywhere.
+    pub(super) fn is_cylinder(&self) -> bool {
+        self.inner == self.outer
+    }
+
     /// How much higher the body has to be for a point at `height`, `from_axis` away from the axis, to keep `clearance`
     /// below it; -∞ where the point is that far beside the body. It falls with the distance from the axis.
     pub(super) fn raise(&self, height: f64, from_axis: f64, clearance: f64) -> f64 {

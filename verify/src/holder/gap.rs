@@ -65,7 +65,30 @@ impl Prism {
                 return true;
             }
         }
-        self.gap(body, offset, distance).at_least >= distance
+        let is_beside =
+            || body.is_cylinder() && self.from_axis(body.low + offset - distance) >= body.outer + distance;
+        is_beside() || self.gap(body, offset, distance).at_least >= distance
+    }
+
+    /// How far all of the triangle that gets above a height over the tip is from the axis: over the ground, on a stretch that
+    /// climbs a little less.
+    fn from_axis(&self, height: f64) -> f64 {
+        let [a, b, c, onward, ..] = self.corners;
+        let way = a - onward;
+        let height = height + way.z.min(0.0);
+        let mut outline = [Vector2::zeros(); 4];
+        let mut count = 0;
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            if p.z >= height {
+                outline[count] = p.xy();
+                count += 1;
+            }
+            if (p.z < height) != (q.z < height) && count < 4 {
+                outline[count] = p.xy() + (q - p).xy() * ((height - p.z) / (q.z - p.z));
+                count += 1;
+            }
+        }
+        distance_over_ground(&outline[..count], &way.xy())
     }
 
     /// Distance from `body`, raised by `offset`, by Gilbert, Johnson and Keerthi's search (1988): the point nearest to the
@@ -124,6 +147,32 @@ impl Prism {
         let gap = self.gap(body, offset, f64::INFINITY);
         (offset > known).then_some((offset, gap))
     }
+}
+
+/// Distance of the outline of a convex area from the way from the origin to `end`; infinite where there is no area.
+fn distance_over_ground(outline: &[Vector2<f64>], end: &Vector2<f64>) -> f64 {
+    let origin = Vector2::zeros();
+    let sides = || (0..outline.len()).map(|i| (outline[i], outline[(i + 1) % outline.len()]));
+    let turns = || sides().map(|(p, q)| (q - p).perp(&-p));
+    if !outline.is_empty() && (turns().all(|t| t >= 0.0) || turns().all(|t| t <= 0.0)) {
+        return 0.0;
+    }
+    let of_point = |x: &Vector2<f64>, p: &Vector2<f64>, q: &Vector2<f64>| {
+        let side = q - p;
+        let along = (x - p).dot(&side) / side.norm_squared().max(f64::MIN_POSITIVE);
+        (x - p - side * along.clamp(0.0, 1.0)).norm_squared()
+    };
+    let of_side = |(p, q): (Vector2<f64>, Vector2<f64>)| {
+        let beyond = |from: &Vector2<f64>, to: &Vector2<f64>, x: &Vector2<f64>| (to - from).perp(&(x - from));
+        let crosses = beyond(&p, &q, &origin) * beyond(&p, &q, end) < 0.0
+            && beyond(&origin, end, &p) * beyond(&origin, end, &q) < 0.0;
+        if crosses {
+            return 0.0;
+        }
+        let ends = of_point(&origin, &p, &q).min(of_point(end, &p, &q));
+        ends.min(of_point(&p, &origin, end)).min(of_point(&q, &origin, end))
+    };
+    sides().map(of_side).fold(f64::INFINITY, f64::min).sqrt()
 }
 
 /// Up to four points of the difference, and the prism's corners that they come from.

@@ -5,7 +5,8 @@ use claymill_toolpath::{Holder, Move, MoveKind, Tool};
 use proptest::prelude::*;
 
 use super::aims::{Nearest, Raise, SAME_MM};
-use super::body::{Frustum, of_holder};
+use super::body::{Frustum, of_holder, of_sides};
+use super::gap::Prism;
 use super::patch::Patches;
 use super::sweep::Sweep;
 use crate::drop::DropMesh;
@@ -86,5 +87,37 @@ proptest! {
         let brute = nearest(&body, &seen, raised_mm);
         let found = least.distance_mm;
         prop_assert!((found - SAME_MM..found + 0.5).contains(&brute), "{found}, the cloud says {brute}");
+    }
+}
+
+proptest! {
+    /// Triangles and ways of the tip as a cloud of points, half of the triangles upright.
+    #[test]
+    fn a_triangle_keeps_its_distance_from_a_shank_where_its_points_do(
+        corners in prop::collection::vec(-8.0..8.0_f64, 9),
+        way in prop::collection::vec(-3.0..3.0_f64, 3),
+        (upright, level) in (any::<bool>(), any::<bool>()),
+        distance in 0.01..2.0_f64,
+    ) {
+        let mut triangle = [0, 3, 6].map(|k| Point3::new(corners[k], corners[k + 1], 2.0 * corners[k + 2]));
+        if upright {
+            let beside = nalgebra::center(&triangle[0], &triangle[1]);
+            (triangle[2].x, triangle[2].y) = (beside.x, beside.y);
+        }
+        let to = Point3::new(way[0], way[1], if level { 0.0 } else { 0.3 * way[2] });
+        let shank = of_sides(&Tool::ball(2.0), 0.0)[0];
+        let share = |k: i32| f64::from(k) / 40.0;
+        let mut nearest = f64::INFINITY;
+        for (i, j) in (0..=40).flat_map(|i| (0..=40 - i).map(move |j| (i, j))) {
+            let [a, b, c] = triangle.map(|p| p.coords);
+            let point = a * share(i) + b * share(j) + c * share(40 - i - j);
+            for k in 0..=10 {
+                let arm = point - to.coords * (f64::from(k) / 10.0);
+                nearest = nearest.min(shank.distance(arm.z, arm.x.hypot(arm.y)));
+            }
+        }
+        let keeps = Prism::new(&triangle, &Point3::origin(), &to).keeps(&shank, 0.0, distance);
+        prop_assert!(!keeps || nearest >= distance - 1e-9, "{nearest} {distance}");
+        prop_assert!(keeps || nearest < distance + 1.5, "{nearest} {distance}");
     }
 }

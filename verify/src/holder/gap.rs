@@ -66,13 +66,13 @@ impl Prism {
             }
         }
         let is_beside =
-            || body.is_cylinder() && self.from_axis(body.low + offset - distance) >= body.outer + distance;
+            || body.is_cylinder() && self.aside_mm(body.low + offset - distance) >= body.outer + distance;
         is_beside() || self.gap(body, offset, distance).at_least >= distance
     }
 
     /// How far all of the triangle that gets above a height over the tip is from the axis: over the ground, on a stretch that
     /// climbs a little less.
-    fn from_axis(&self, height: f64) -> f64 {
+    fn aside_mm(&self, height: f64) -> f64 {
         let [a, b, c, onward, ..] = self.corners;
         let way = a - onward;
         let height = height + way.z.min(0.0);

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! A pass often ends beside a wall, where no rapid may run down. The rapid then runs down a little aside, where
-//! it is clear, and the lead slants from there.
+//! it is clear, and the lead slants from there. A ball that touches an upright wall goes off it before it goes up.
 
 use claymill_nurbs::Point3;
 use claymill_toolpath::{Move, MoveKind, round_to_written};
@@ -33,14 +33,24 @@ const SHORT_WAY_MM: f64 = 60.0;
 /// Leads are slanted where that saves this much of their height, mm.
 const WORTH_MM: f64 = 2.0 * CLEARANCE_MM;
 
+/// Where the leads of a pass go.
+struct Lead {
+    /// On or above the model, at the end of the pass.
+    end: Point3,
+    /// Off the wall that the ball touches there.
+    off: Option<Point3>,
+    /// Where the rapid takes over.
+    place: Point3,
+}
+
 impl SetupContext<'_> {
     /// Up, across at a proven height, down.
     pub(crate) fn lift_over(&self, from: Point3, to: Point3) -> Vec<Move> {
-        let (a, b) = (self.lead_place(from), self.lead_place(to));
-        let height = self.link_height(a, b);
-        let mut moves = self.up(from, a, height);
-        moves.push(self.rapid(self.at_height(a, height), self.at_height(b, height)));
-        moves.extend(self.down(b, to, height));
+        let (a, b) = (self.lead(from), self.lead(to));
+        let height = self.link_height(a.place, b.place);
+        let mut moves = self.up(&a, height);
+        moves.push(self.rapid(self.at_height(a.place, height), self.at_height(b.place, height)));
+        moves.extend(self.down(&b, height));
         moves
     }
 
@@ -70,28 +80,42 @@ impl SetupContext<'_> {
 
     /// From above everything down to where a pass starts.
     pub(crate) fn approach(&self, to: Point3) -> Vec<Move> {
-        self.down(self.lead_place(to), to, self.safe_height())
+        self.down(&self.lead(to), self.safe_height())
     }
 
     /// Up from the end of a pass, above everything.
     pub(crate) fn retreat(&self, from: Point3) -> Vec<Move> {
-        self.up(from, self.lead_place(from), self.safe_height())
+        self.up(&self.lead(from), self.safe_height())
     }
 
     fn safe_height(&self) -> f64 {
         rounded_up(self.heights.highest() + CLEARANCE_MM)
     }
 
-    fn down(&self, place: Point3, to: Point3, height: f64) -> Vec<Move> {
-        let feed = self.feeds.lead_mm_per_min;
-        let lead = Move::straight(MoveKind::LeadIn, place, to, self.frame.axis(), feed);
-        vec![self.rapid(self.at_height(place, height), place), lead]
+    fn lead(&self, end: Point3) -> Lead {
+        let off = self.off_wall(end);
+        Lead { end, off, place: self.lead_place(off.unwrap_or(end)) }
     }
 
-    fn up(&self, from: Point3, place: Point3, height: f64) -> Vec<Move> {
-        let feed = self.feeds.lead_mm_per_min;
-        let lead = Move::straight(MoveKind::LeadOut, from, place, self.frame.axis(), feed);
-        vec![lead, self.rapid(place, self.at_height(place, height))]
+    fn down(&self, lead: &Lead, height: f64) -> Vec<Move> {
+        let place = lead.place;
+        let mut moves = vec![self.rapid(self.at_height(place, height), place)];
+        let way: Vec<Point3> = [place].into_iter().chain(lead.off).chain([lead.end]).collect();
+        moves.extend(self.leads(MoveKind::LeadIn, &way));
+        moves
+    }
+
+    fn up(&self, lead: &Lead, height: f64) -> Vec<Move> {
+        let place = lead.place;
+        let way: Vec<Point3> = [lead.end].into_iter().chain(lead.off).chain([place]).collect();
+        let mut moves = self.leads(MoveKind::LeadOut, &way);
+        moves.push(self.rapid(place, self.at_height(place, height)));
+        moves
+    }
+
+    fn leads(&self, kind: MoveKind, way: &[Point3]) -> Vec<Move> {
+        let (axis, feed) = (self.frame.axis(), self.feeds.lead_mm_per_min);
+        way.windows(2).map(|ends| Move::straight(kind, ends[0], ends[1], axis, feed)).collect()
     }
 
     /// Where the lead to `p` begins: straight above it, or aside where that is much lower and the slanted way

@@ -27,7 +27,7 @@ use crate::profile::{
     CLOSEST_MM, END_MM, Followed, Profile, SHARPEST_TURN, STRIDE_MM, Sample, angle_between,
 };
 use crate::proofs::Proofs;
-use crate::reach::Fate;
+use crate::reach::{Fate, LEAST_FACING};
 use crate::slopes::Slopes;
 use crate::space::Space;
 use crate::waterline::CentreHeights;
@@ -42,6 +42,8 @@ const BOW: f64 = 0.3;
 const SHORT_MM: f64 = 5e-3;
 /// And this often a ball is dropped on the way, mm.
 const DROPPED_MM: f64 = 0.5;
+/// Before it goes up a ball goes off a wall by the largest of these that there is room for.
+const OFF_WALL_MM: [f64; 4] = [2.0, 1.0, 0.5, 0.2];
 /// A link may be this long, in flat step-overs.
 const LINK_STEPS: f64 = 8.0;
 
@@ -240,6 +242,26 @@ impl SetupContext<'_> {
         is_clear.then(|| vec![Move::along(MoveKind::Link, &curve, self.frame.axis(), feed)])
     }
 
+    /// A place aside of the upright wall that a ball with its tip at `from` touches, for it to go up from there; `None` beside
+    /// no wall and where there is no room.
+    pub(crate) fn off_wall(&self, from: Point3) -> Option<Point3> {
+        let up = Vector3::z() * self.ball.radius_mm();
+        let centre = self.frame.to_setup(&from) + up;
+        let mut beside = self.beside(centre.z);
+        let (foot, away) = beside.nearest(centre)?;
+        if foot.distance_mm > beside.away_mm + HELD_MM || away.z.abs() > LEAST_FACING {
+            return None;
+        }
+        let aside = Vector3::new(away.x, away.y, 0.0).try_normalize(0.0)?;
+        OFF_WALL_MM.iter().find_map(|mm| {
+            let to = self.frame.to_model(&(centre + aside * *mm - up)).map(round_to_written);
+            let knots = KnotVector::new(1, vec![0.0, 0.0, *mm, *mm]).ok()?;
+            let curve = Curve3::new(knots, vec![from, to], None).ok()?;
+            let is_clear = self.is_link_clear(&curve, *mm, &mut beside);
+            (is_clear && self.is_free_at(self.frame.to_setup(&to) + up, &mut beside)).then_some(to)
+        })
+    }
+
     /// Whether the ball enters nothing along a curve of its tip, nor has anything above it.
     fn is_link_clear(&self, curve: &Curve3, length: f64, beside: &mut Beside) -> bool {
         let radius_mm = self.ball.radius_mm();
@@ -259,12 +281,17 @@ impl SetupContext<'_> {
                 open.extend([(t0, middle), (middle, t1)]);
             }
         }
+        // Passes end where something begins to stand above them: at their ends it is known how much.
         let looks = (length / DROPPED_MM).ceil().max(2.0) as u32;
-        let is_free = |at: Point3| match beside.nearest(at) {
+        (1..looks).all(|k| self.is_free_at(centre(length * f64::from(k) / f64::from(looks)), beside))
+    }
+
+    /// Whether nothing holds a ball up that comes down to a place.
+    fn is_free_at(&self, at: Point3, beside: &mut Beside) -> bool {
+        match beside.nearest(at) {
             Some((foot, away)) => self.is_free_above(at, &foot, away),
             None => self.ball.drop(at.x, at.y).is_none_or(|rest| rest.centre.z <= at.z + HELD_MM),
-        };
-        (0..=looks).map(|k| centre(length * f64::from(k) / f64::from(looks))).all(is_free)
+        }
     }
 
     /// Whether nothing holds a ball up that comes down beside the nearest place of the model, which way it is from there.

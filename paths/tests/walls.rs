@@ -76,6 +76,14 @@ fn a_bore_is_cut_round_by_round_from_the_top_down() {
         assert!(levels[0] > HIGH_MM - 0.51 * step_mm && levels[levels.len() - 1] < 0.51 * step_mm);
         let totals = plan.regions.iter().find(|r| r.region == 0).unwrap();
         assert!(totals.retracts <= 1, "{} retracts", totals.retracts);
+
+        let leads =
+            plan.program.moves.iter().filter(|m| matches!(m.kind, MoveKind::LeadIn | MoveKind::LeadOut));
+        let from_top = leads.filter(|m| m.region == 0 && m.axis_start[2] > 0.5);
+        let (level, up): (Vec<_>, Vec<_>) = from_top.partition(|m| m.points[0][2] == m.points[1][2]);
+        let beside_mm = |p: &[f64; 3]| BORE_MM - p[0].hypot(p[1]) - R;
+        assert!(level.len() == up.len() && up.len() >= 2, "{} level, {} up", level.len(), up.len());
+        assert!(up.iter().flat_map(|m| &m.points).all(|p| beside_mm(p) > 1.9), "up along the wall");
     }
 }
 

@@ -24,8 +24,9 @@ const ROOM_RADII: f64 = 10.0;
 const GOOD_FACING: f64 = 0.6;
 /// A setup takes the lead in a region only for an area worth a part of its own, in squares of a ball radius.
 const LEAST_PART_RADII2: f64 = 4.0;
-/// Walls smaller than this are not worth passes of their own.
+/// Walls smaller than this are not worth passes of their own, as long as all of them are no more than this share of what is cut.
 const LEAST_WALL_RADII2: f64 = 1.0;
+const MOST_LEFT: f64 = 2e-4;
 
 /// A probed point of a triangle, as seen from one setup.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -150,9 +151,15 @@ struct WallTriangle {
     area_mm2: f64,
 }
 
-/// Takes from the setups the walls that come to less than `least_mm2` together with those around, up to `near_mm` away.
+/// Takes from the setups the smallest walls that come to less than `least_mm2` together with those around, up to `near_mm`
+/// away, as long as all these are a small share of what is cut.
 fn leave_small_walls(covering: &Covering, fates: &mut [Vec<Fate>], least_mm2: f64, near_mm: f64) {
-    for setup in 0..5 {
+    let cut_mm2 = |(face, fates): (usize, &Vec<Fate>)| -> f64 {
+        let areas = covering.areas_mm2(face).zip(fates);
+        areas.map(|(area_mm2, fate)| area_mm2 * f64::from(fate.cut.iter().sum::<f32>())).sum()
+    };
+    let mut may_be_left_mm2 = MOST_LEFT * fates.iter().enumerate().map(cut_mm2).sum::<f64>();
+    let small_of = |setup: usize| {
         let of_face = |(face, fates): (usize, &Vec<Fate>)| -> Vec<WallTriangle> {
             let mesh = &covering.meshes[face];
             let all = fates.iter().zip(covering.areas_mm2(face)).enumerate();
@@ -165,11 +172,20 @@ fn leave_small_walls(covering: &Covering, fates: &mut [Vec<Fate>], least_mm2: f6
             walls.map(wall).collect()
         };
         let walls: Vec<WallTriangle> = fates.par_iter().enumerate().flat_map_iter(of_face).collect();
-        for group in together(walls, near_mm, |wall| wall.centre) {
-            if group.iter().map(|wall| wall.area_mm2).sum::<f64>() < least_mm2 {
-                group.iter().for_each(|wall| fates[wall.face][wall.triangle].leave_wall(setup));
-            }
+        let groups = together(walls, near_mm, |wall| wall.centre).into_iter().map(move |group| {
+            let area_mm2: f64 = group.iter().map(|wall| wall.area_mm2).sum();
+            (area_mm2, setup, group)
+        });
+        groups.filter(|&(area_mm2, ..)| area_mm2 < least_mm2)
+    };
+    let mut small: Vec<_> = (0..5).flat_map(small_of).collect();
+    small.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for (area_mm2, setup, group) in small {
+        may_be_left_mm2 -= area_mm2;
+        if may_be_left_mm2 < 0.0 {
+            break;
         }
+        group.iter().for_each(|wall| fates[wall.face][wall.triangle].leave_wall(setup));
     }
 }
 

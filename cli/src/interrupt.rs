@@ -16,14 +16,18 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
 /// beside its destination and renamed when whole, so there is nothing else to undo, and nothing to wait for.
 pub(crate) fn install() {
     // Without a handler Ctrl-C still works, but may leave a .partial folder: not worth refusing to run.
-    let _ = ctrlc::set_handler(|| {
-        let paths = unfinished();
-        for path in paths.iter() {
-            remove(path);
-        }
-        // At once: handlers that run at a usual exit take the graphics driver away from under its own threads.
-        signal_hook::low_level::exit(130);
-    });
+    let _ = ctrlc::set_handler(|| end(130, || ()));
+}
+
+/// Ends the process after removing what is half-written and saying why.
+pub(crate) fn end(code: i32, say: impl FnOnce()) {
+    let paths = unfinished();
+    for path in paths.iter() {
+        remove(path);
+    }
+    say();
+    // At once: handlers that run at a usual exit take the graphics driver away from under its own threads.
+    signal_hook::low_level::exit(code);
 }
 
 fn remove(folder: &Path) {

@@ -5,6 +5,7 @@ mod commands;
 mod console;
 mod failure;
 mod interrupt;
+mod memory;
 mod merging;
 mod select;
 
@@ -19,6 +20,7 @@ use failure::Failure;
 fn main() -> ExitCode {
     let cli = Cli::parse();
     interrupt::install();
+    memory::watch();
     match run(&cli) {
         Ok(code) => code,
         Err(failure) => {

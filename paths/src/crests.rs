@@ -98,6 +98,13 @@ struct Crest {
 }
 
 impl Laid {
+    /// How much of what was to be followed is not, mm.
+    pub(crate) fn left_mm(&self) -> f64 {
+        let planned: f64 = self.planned.iter().map(|(a, b)| b - a).sum();
+        let ends = |chain: &Chain| Some(chain.last()?.end().s - chain.first()?.start().s);
+        planned - self.chains.iter().filter_map(ends).sum::<f64>()
+    }
+
     fn there(&self, s: f64) -> Option<There> {
         let planned = || self.planned.iter().any(|&(from, to)| from <= s && s <= to);
         let barred = || planned().then_some(There::Barred { q: self.q, fresh: self.fresh });

@@ -88,20 +88,38 @@ struct Stroke {
     places: Vec<Place>,
 }
 
+/// What was found at a level.
+#[derive(Debug, Clone, Copy, Default)]
+struct Found {
+    /// Passes were laid along it.
+    laid: bool,
+    /// Something holds the ball up where too much is left: what it reaches ends between here and the next level.
+    barred: bool,
+}
+
+impl Found {
+    fn of(laid: &[(Laid, Proofs)], barred: bool) -> Self {
+        Found { laid: laid.iter().any(|(laid, _)| !laid.chains.is_empty()), barred }
+    }
+}
+
 /// A level that was looked at.
 #[derive(Debug, Clone, Copy)]
 struct Level {
     at: f64,
     /// Since the levels halfway were looked at.
     fresh: bool,
-    /// Too much is left there, but something holds the ball up: what it reaches ends between here and the next level.
-    barred: bool,
+    found: Found,
 }
 
-impl Level {
-    fn laid(at: f64) -> Self {
-        Level { at, fresh: true, barred: false }
-    }
+/// A level halfway between two, to be looked at.
+#[derive(Debug, Clone, Copy)]
+struct Halfway {
+    at: f64,
+    /// How far away these are.
+    gap: f64,
+    /// Whether one of them is barred.
+    beside_barred: bool,
 }
 
 /// What the passes laid so far have done for a place.
@@ -114,12 +132,14 @@ enum Done {
     Barred,
 }
 
-/// What was laid at a level halfway: paths, and what their locations are proven by.
-struct Further {
+/// What was laid at a level: paths, and what their locations are proven by.
+struct AtLevel {
     pattern: usize,
     level: f64,
-    found: Vec<(Laid, Proofs)>,
-    barred: bool,
+    laid: Vec<(Laid, Proofs)>,
+    found: Found,
+    /// Whether what lies on both sides has to be looked at.
+    goes_on: bool,
 }
 
 /// Levels of some patterns that passes are laid along, round by round.
@@ -140,8 +160,7 @@ impl LevelRounds<'_> {
 impl SetupContext<'_> {
     /// The first levels of all patterns.
     pub(crate) fn begin_levels<'p>(&self, patterns: Vec<Box<dyn Levels + 'p>>) -> LevelRounds<'p> {
-        let of_pattern = patterns.par_iter().map(|p| self.first_levels(p.as_ref()));
-        let levels = of_pattern.map(|levels| levels.into_iter().map(Level::laid).collect()).collect();
+        let levels = vec![Vec::new(); patterns.len()];
         LevelRounds { patterns, levels, round: 0, more: true }
     }
 
@@ -153,56 +172,70 @@ impl SetupContext<'_> {
         laid: &mut Vec<Laid>,
         ground: &Ground,
     ) -> Proofs {
-        let mut found: Vec<(Laid, Proofs)> = Vec::new();
-        if rounds.round == 0 {
-            let first = of_each(&rounds.levels, |levels| levels.iter().map(|l| l.at).collect());
-            let whole = |(pattern, level): &(usize, f64)| {
-                let on = rounds.patterns[*pattern].as_ref();
-                let strokes = self.strokes(self.runs(on, *level), on.height_mm(*level));
-                strokes.into_iter().map(|k| self.lay_stroke(&k, *level, None, ground)).collect::<Vec<_>>()
-            };
-            found.par_extend(first.par_iter().flat_map_iter(whole));
-        } else {
-            let further = self.further(rounds, laid, ground);
-            rounds.levels.iter_mut().flatten().for_each(|l| l.fresh = false);
-            rounds.more = false;
-            for Further { pattern, level, found: of_level, barred } in further {
-                let is_laid = of_level.iter().any(|f| !f.0.chains.is_empty());
-                if is_laid || barred {
-                    rounds.more = true;
-                    rounds.levels[pattern].push(Level { barred: !is_laid, ..Level::laid(level) });
-                }
-                found.extend(of_level);
+        let found =
+            if rounds.round == 0 { self.first(rounds, ground) } else { self.further(rounds, laid, ground) };
+        rounds.levels.iter_mut().flatten().for_each(|l| l.fresh = false);
+        rounds.more = false;
+        let mut proofs = Proofs::default();
+        for AtLevel { pattern, level, laid: of_level, found, goes_on } in found {
+            if goes_on {
+                rounds.more = true;
+                rounds.levels[pattern].push(Level { at: level, fresh: true, found });
             }
-            rounds.levels.iter_mut().for_each(|l| l.sort_by(|a, b| a.at.total_cmp(&b.at)));
+            proofs += of_level.iter().map(|f| f.1).sum();
+            laid.extend(of_level.into_iter().map(|f| f.0).filter(|l| !l.chains.is_empty()));
         }
-        let proofs = found.iter().map(|f| f.1).sum();
-        laid.extend(found.into_iter().map(|f| f.0).filter(|l| !l.chains.is_empty()));
+        rounds.levels.iter_mut().for_each(|l| l.sort_by(|a, b| a.at.total_cmp(&b.at)));
         rounds.round += 1;
         proofs
     }
 
+    /// What is laid along the first levels of all patterns.
+    fn first(&self, rounds: &LevelRounds, ground: &Ground) -> Vec<AtLevel> {
+        let patterns: Vec<&dyn Levels> = rounds.patterns.iter().map(AsRef::as_ref).collect();
+        let levels: Vec<Vec<f64>> = patterns.par_iter().map(|p| self.first_levels(*p)).collect();
+        let whole = |(pattern, level): (usize, f64)| {
+            let on = patterns[pattern];
+            let strokes = self.strokes(self.runs(on, level), on.height_mm(level));
+            let laid: Vec<_> = strokes.iter().map(|k| self.lay_stroke(k, level, None, ground)).collect();
+            let is_held = |(laid, _): &(Laid, Proofs)| laid.left_mm() > END_OF_REACH * self.flat_step_mm();
+            // Other lines end where others' faces begin.
+            let barred = on.height_mm(level).is_some() && laid.iter().any(is_held);
+            let found = Found::of(&laid, barred);
+            AtLevel {
+                pattern,
+                level,
+                laid,
+                found: Found { barred: barred || !found.laid, ..found },
+                goes_on: true,
+            }
+        };
+        of_each(&levels, Vec::clone).into_par_iter().map(whole).collect()
+    }
+
     /// What is missing halfway between the levels of all patterns.
-    fn further(&self, rounds: &LevelRounds, laid: &[Laid], ground: &Ground) -> Vec<Further> {
+    fn further(&self, rounds: &LevelRounds, laid: &[Laid], ground: &Ground) -> Vec<AtLevel> {
         let LevelRounds { patterns, levels, round, .. } = rounds;
-        let between: Vec<(usize, (f64, f64))> =
+        let between: Vec<(usize, Halfway)> =
             of_each(&levels.iter().zip(patterns).collect::<Vec<_>>(), |(levels, pattern)| {
                 halfway(levels, pattern.range(), *round == 1)
             });
         let near = LaidNear::new(laid, self.flat_step_mm());
-        let of_level = |&(pattern, (level, gap)): &(usize, (f64, f64))| {
+        let of_level = |&(pattern, Halfway { at: level, gap, beside_barred }): &(usize, Halfway)| {
             let (on, so_far) =
                 (patterns[pattern].as_ref(), SoFar { near: [&near, &ground.in_valleys], ground });
             let mut runs = self.runs(on, level);
+            let is_wide = |place: &Place| self.gap_steps(place, gap) >= END_OF_REACH;
+            let goes_on = beside_barred && runs.iter().flatten().any(is_wide);
             runs.retain(|run| !self.is_done(run, gap, &so_far));
-            let mut further = Further { pattern, level, found: Vec::new(), barred: false };
+            let (mut laid, mut barred) = (Vec::new(), false);
             for stroke in &self.strokes(runs, on.height_mm(level)) {
-                let (missing, barred) = self.missing(stroke, gap, &so_far);
-                let lay = |s| self.lay_stroke(stroke, level, Some(s), ground);
-                further.found.extend(missing.into_iter().map(lay));
-                further.barred |= barred;
+                let (missing, barred_here) = self.missing(stroke, gap, &so_far);
+                laid.extend(missing.into_iter().map(|s| self.lay_stroke(stroke, level, Some(s), ground)));
+                barred |= barred_here;
             }
-            further
+            let found = Found::of(&laid, barred);
+            AtLevel { pattern, level, laid, found, goes_on: goes_on || found.laid || found.barred }
         };
         between.par_iter().map(of_level).collect()
     }
@@ -360,7 +393,7 @@ impl SetupContext<'_> {
         for w in at.windows(2) {
             let ((i, s0), (j, s1)) = (w[0], w[1]);
             for (share, place) in self.looked_at(&stroke.places[i], &stroke.places[j], s1 - s0) {
-                let gap_steps = gap * place.spot.per_level_mm / self.flat_step_mm();
+                let gap_steps = self.gap_steps(&place, gap);
                 let s = s0 + (s1 - s0) * share;
                 if gap_steps < CLOSEST {
                     continue;
@@ -388,10 +421,15 @@ impl SetupContext<'_> {
             let along = (w[1].centre - w[0].centre).xy();
             let Some(direction) = along.try_normalize(0.0) else { return true };
             self.looked_at(&w[0], &w[1], along.norm()).all(|(_, place)| {
-                let gap_steps = gap * place.spot.per_level_mm / self.flat_step_mm();
+                let gap_steps = self.gap_steps(&place, gap);
                 gap_steps < CLOSEST || self.done(&place, direction.into(), gap_steps, so_far) == Done::Cut
             })
         })
+    }
+
+    /// How far away the next levels are from a place, in flat step-overs.
+    fn gap_steps(&self, place: &Place, gap: f64) -> f64 {
+        gap * place.spot.per_level_mm / self.flat_step_mm()
     }
 
     /// The places to look at from one to before the next, `apart_mm` away, with the share of the way there.
@@ -445,21 +483,28 @@ impl SetupContext<'_> {
     }
 }
 
-/// Levels halfway between neighbours of which one is new, and how far away these are. Between the first level
-/// and the lowest, and at the other end, too: close to a corner much area can lie within little level. With
-/// `ends` also right beside the lowest and the highest.
-fn halfway(levels: &[Level], (low, high): (f64, f64), ends: bool) -> Vec<(f64, f64)> {
+/// Levels halfway between neighbours of which one is new. Between the first level and the lowest, and at the other end, too:
+/// close to a corner much area can lie within little level. With `ends` also right beside the lowest and the highest.
+fn halfway(levels: &[Level], (low, high): (f64, f64), ends: bool) -> Vec<Halfway> {
     /// Curves at the ends themselves may be points or lie on the border.
     const INSIDE: f64 = 1e-3;
-    let between = |a: f64, b: f64| (0.5 * (a + b), 0.5 * (b - a));
-    let asks = |w: &[Level]| w.iter().any(|l| l.fresh) && w.iter().any(|l| !l.barred);
-    let mut found: Vec<(f64, f64)> =
-        levels.windows(2).filter(|w| asks(w)).map(|w| between(w[0].at, w[1].at)).collect();
-    found.extend(levels.first().filter(|l| asks(&[**l])).map(|l| between(low, l.at)));
-    found.extend(levels.last().filter(|l| asks(&[**l])).map(|l| between(l.at, high)));
+    let between = |a: f64, b: f64, of: &[Level]| {
+        let beside_barred = of.iter().any(|l| l.found.barred);
+        Halfway { at: 0.5 * (a + b), gap: 0.5 * (b - a), beside_barred }
+    };
+    let asks = |of: &[Level]| {
+        let known = of.iter().all(|l| l.found.laid) || of.iter().any(|l| l.found.barred);
+        of.iter().any(|l| l.fresh) && known && !of.iter().all(|l| l.found.barred && !l.found.laid)
+    };
+    let mut found: Vec<Halfway> =
+        levels.windows(2).filter(|w| asks(w)).map(|w| between(w[0].at, w[1].at, w)).collect();
+    let (first, last) = (levels.first().map(std::slice::from_ref), levels.last().map(std::slice::from_ref));
+    found.extend(first.filter(|l| asks(l)).map(|l| between(low, l[0].at, l)));
+    found.extend(last.filter(|l| asks(l)).map(|l| between(l[0].at, high, l)));
     if ends {
         let inside = INSIDE * (high - low);
-        found.extend([low + inside, high - inside].map(|level| (level, f64::INFINITY)));
+        let beside = |at| Halfway { at, gap: f64::INFINITY, beside_barred: false };
+        found.extend([low + inside, high - inside].map(beside));
     }
     found
 }

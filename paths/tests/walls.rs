@@ -88,6 +88,24 @@ fn a_bore_is_cut_round_by_round_from_the_top_down() {
 }
 
 #[test]
+fn the_lowest_round_is_as_low_as_the_ball_gets() {
+    let step_mm = flat_mm(R, FitTolerance::of_scallop(SCALLOP_MM).to_lay_mm(SCALLOP_MM));
+    for k in 0..5 {
+        let high_mm = HIGH_MM + 0.2 * f64::from(k) * step_mm;
+        let bore = cylinder(&placement(), BORE_MM, (0.0, TAU), (0.0, high_mm)).unwrap();
+        let floor = plane_patch(&placement(), (-HALF_MM, HALF_MM), (-HALF_MM, HALF_MM)).unwrap();
+        let faces = [bore, floor].into_iter().chain(sides());
+        let plan = planned(faces, R, SCALLOP_MM, |usual| usual);
+        let levels = passes(&plan, 0).into_iter().map(|round| round[0].z);
+        let lowest_mm = levels.fold(f64::INFINITY, f64::min) - R;
+        assert!(
+            (0.0..0.3 * step_mm).contains(&lowest_mm),
+            "{lowest_mm} mm over the floor, {high_mm} mm deep"
+        );
+    }
+}
+
+#[test]
 fn what_leans_over_is_not_cut_nor_is_the_underside() {
     // A bore that narrows by 0.6 mm upwards.
     let bore = cone(&placement(), BORE_MM, -(0.6f64 / HIGH_MM).atan(), (0.0, TAU), (0.0, HIGH_MM)).unwrap();

@@ -13,6 +13,8 @@ use crate::scene::Scene;
 const SIGHT_RADIUS: f64 = 0.01;
 /// A wall may lean over by rounding (`n·axis`).
 const UPRIGHT: f64 = -2e-3;
+/// Passes keep so far from walls, mm: between two that the tool just fits into, there is no room for any.
+const OFF_WALL_MM: f64 = 4e-3;
 /// Down to so many tool radii below where the tool rests over it a wall is within reach.
 const DEEPEST_RADII: f64 = 19.0;
 /// Nothing stands out over a wall by more than this, mm, looked for at heights this far apart, in tool radii.
@@ -31,7 +33,7 @@ const OFF_SURFACE_MM: f64 = 0.01;
 ///   q = p + R·n   ball there?      exact distance of q from all faces ≥ R − sink
 ///   along axis    shank there?     tool of radius R − sink lowered on the mesh stops below q; flutes and shank of
 ///                                  another thickness enter nothing
-///   a wall?       n·axis ≈ 0       not too deep, no underside, no ceiling
+///   a wall?       n·axis ≈ 0       not too deep, no underside, no ceiling; no sink, so that nothing opposite is in the way
 ///   otherwise     seen at all?     the same with a thin pin at p: yes → too tight, no → hidden
 /// ```
 pub(crate) struct Reach<'a> {
@@ -125,11 +127,12 @@ impl<'a> Reach<'a> {
     fn side(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
         let facing = || self.setups.iter().filter(|(axis, _)| n.dot(axis) >= UPRIGHT);
         let looks_down = std::cell::OnceCell::new();
+        let faces_well = |axis: &Vector3| n.dot(axis) >= self.least_cosine;
         let counts = |axis: &Vector3, view: &DropMesh<'_>| {
             let is_shallow = || self.depth_mm(p, view) <= DEEPEST_RADII * self.tool.radius_mm();
             let is_upside = || !*looks_down.get_or_init(|| self.is_underside(p, n));
             let is_wall = || is_shallow() && is_upside() && self.is_free_above(p, n, axis);
-            n.dot(axis) >= self.least_cosine || is_wall()
+            faces_well(axis) || is_wall()
         };
         let fits = |tool: Tool, sink_mm: f64| {
             let radius_mm = tool.radius_mm();
@@ -139,10 +142,14 @@ impl<'a> Reach<'a> {
                 let tip = centre - Vector3::z() * radius_mm;
                 !view.blocks(&centre, slim) && !sides_enter(view, &tool, &tip)
             };
+            let beside = ball + n * OFF_WALL_MM;
+            let has_room = || !self.scene.closest.any_within(&beside, radius_mm - STANDS_OUT_MM);
             facing().next().is_some()
                 && !self.scene.closest.any_within(&ball, slim)
                 && !self.scene.obstacles.any_within(&ball, slim)
-                && facing().any(|(axis, view)| passes(view) && counts(axis, view))
+                && facing().any(|(axis, view)| {
+                    passes(view) && counts(axis, view) && (faces_well(axis) || has_room())
+                })
         };
         if self.earlier.is_some_and(|tool| fits(tool, self.earlier_sink_mm)) {
             return SurfaceState::EarlierTool;

@@ -98,6 +98,28 @@ fn a_pass_missing_beside_a_wall() {
 }
 
 #[test]
+fn between_walls_that_the_ball_just_fits_into_there_is_no_room() {
+    let side = |x: f64, normal: Vector3| {
+        let frame = Frame::new(Point3::new(x, 0.0, 0.0), normal, Vector3::y()).unwrap();
+        claymill_nurbs::analytic::plane_patch(&frame, (0.0, 60.0), (-30.0, 30.0)).unwrap()
+    };
+    for (room_mm, is_left) in [(0.0, false), (0.02, true)] {
+        let width_mm = 2.0 * R + room_mm;
+        // With others close behind, or their backs would be in reach.
+        let at = [0.0, width_mm, -1.0, width_mm + 1.0];
+        let slot = model(at.map(|x| side(x, Vector3::x())));
+        let v = check(&slot, &job(&slot), &program([]));
+        for of_wall in v.coverage.faces[..2].iter().map(|face| &face.by_state_mm2) {
+            assert_eq!(
+                of_wall.contains_key(&SurfaceState::ReachableLeft),
+                is_left,
+                "{width_mm}: {of_wall:?}"
+            );
+        }
+    }
+}
+
+#[test]
 fn a_pass_too_low() {
     for depth in [0.005, 0.0061] {
         let mut moves = rows();

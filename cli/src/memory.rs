@@ -1,0 +1,84 @@
+use std::time::Duration;
+
+use sysinfo::{MemoryRefreshKind, System};
+
+use crate::console::peak_memory_mb;
+use crate::failure::{Failure, PROBLEM};
+use crate::interrupt;
+
+/// How often one looks: much may be taken in between.
+const EVERY: Duration = Duration::from_millis(50);
+/// So much has to stay free: a share of all there is, and at least so many bytes.
+const RESERVE: f64 = 1.0 / 32.0;
+const LEAST_RESERVE: f64 = 256.0 * MB;
+/// This process is the cause only where it has taken so much of all there is.
+const OWN_SHARE: f64 = 0.5;
+
+const MB: f64 = 1024.0 * 1024.0;
+
+/// What the machine, or the container this runs in, has, bytes.
+#[derive(Debug, Clone, Copy)]
+struct Memory {
+    total: f64,
+    free: f64,
+}
+
+impl Memory {
+    fn now(system: &mut System) -> Self {
+        system.refresh_memory_specifics(MemoryRefreshKind::everything());
+        let swap = system.free_swap() as f64;
+        let machine =
+            Memory { total: system.total_memory() as f64, free: system.available_memory() as f64 + swap };
+        // Of what counts for a container, files that were read give way.
+        let container = system.cgroup_limits().map(|limits| {
+            let total = limits.total_memory as f64;
+            Memory { total, free: total - limits.rss as f64 }
+        });
+        container.filter(|container| container.free < machine.free).unwrap_or(machine)
+    }
+
+    fn is_short(&self, own: f64) -> bool {
+        self.free < (self.total * RESERVE).max(LEAST_RESERVE) && own > OWN_SHARE * self.total
+    }
+}
+
+/// From now on the process ends with a message, and nothing half-written, before the system ends it without either.
+pub(crate) fn watch() {
+    let look = || {
+        let Ok(mut system) = System::new() else { return };
+        loop {
+            std::thread::sleep(EVERY);
+            let memory = Memory::now(&mut system);
+            if memory.is_short(peak_memory_mb() * MB) {
+                interrupt::end(i32::from(PROBLEM), || eprintln!("{}", failure(&memory)));
+            }
+        }
+    };
+    // Without it work goes on as before.
+    let _ = std::thread::Builder::new().name("memory".into()).spawn(look);
+}
+
+fn failure(memory: &Memory) -> Failure {
+    Failure::problem(
+        format!("this needs more memory than there is: {:.1} GB", memory.total / (1024.0 * MB)),
+        "Is the model's unit right? A larger ball or scallop height, some regions at a time (--only) or fewer pixels take \
+         less. Nothing was left behind.",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_is_short_where_little_is_left_and_this_process_has_it() {
+        let gb = 1024.0 * MB;
+        let memory = |free| Memory { total: 16.0 * gb, free };
+        assert!(memory(0.4 * gb).is_short(14.0 * gb));
+        assert!(!memory(0.6 * gb).is_short(14.0 * gb));
+        assert!(!memory(0.4 * gb).is_short(6.0 * gb));
+        assert!(Memory { total: 2.0 * gb, free: 0.2 * gb }.is_short(1.7 * gb));
+        let now = Memory::now(&mut System::new().unwrap());
+        assert!(now.total > 0.0 && now.free > 0.0 && now.free <= now.total * 2.0, "{now:?}");
+    }
+}

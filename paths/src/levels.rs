@@ -29,8 +29,8 @@ use crate::step_over::on_contact_mm;
 const ASKED: usize = 48;
 /// Levels are spread by up to this factor rather than one more laid: crests grow by twice as much.
 const SPREAD: f64 = 1.005;
-/// Rounds of laying levels halfway between levels.
-const LEVEL_ROUNDS: usize = 8;
+/// Rounds of laying levels halfway between levels: on a long arm a field changes by little.
+const LEVEL_ROUNDS: usize = 16;
 /// Gaps in what a setup claims of a line are crossed when they are no longer than this, mm.
 pub(crate) const BRIDGE_MM: f64 = 30.0;
 /// Places between which the model is looked at are at least this share of the flat step-over apart.

@@ -5,9 +5,9 @@ use crate::guide::Guide;
 use crate::proofs::Proofs;
 
 /// Samples along a guide are at most this far apart, mm along the profile; a location halfway between each
-/// two is checked too. A bump of the locations' surface is at least a ball wide at its foot, so one that hides
-/// between checks is lower than (¼ mm)² / 2R. Over a ball that is larger than the usual one, strides are longer and such
-/// bumps no higher.
+/// two is checked too, and, where none of them is certified, those halfway to it. A bump of the locations' surface is at least a
+/// ball wide at its foot, so one that hides between checks is lower than (⅛ mm)² / 2R. Over a ball that is larger than the usual
+/// one, strides are longer and such bumps no higher.
 pub(crate) const STRIDE_MM: f64 = 1.0;
 /// Between samples the profile is a cubic Hermite arc; the exact location halfway may differ by this, mm.
 const HERMITE_MM: f64 = 4e-4;
@@ -43,6 +43,8 @@ pub(crate) struct Sample {
     pub(crate) slope: f64,
     /// The face whose inside carries the ball.
     pub(crate) face: Option<FaceId>,
+    /// Nothing else can carry it close by.
+    pub(crate) certified: bool,
 }
 
 /// A smooth stretch of the exact path of the ball's centre over a guide: heights are exact at the samples and
@@ -113,7 +115,7 @@ impl Profile {
     /// What it comes to at `s`, by its samples.
     fn sampled(&self, s: f64) -> Sample {
         let (z, slope) = self.at(s);
-        Sample { s, z, slope, face: self.face_at(s) }
+        Sample { s, z, slope, face: self.face_at(s), certified: false }
     }
 
     /// The place halfway.
@@ -240,7 +242,7 @@ pub(crate) fn parted(chain: Chain, corners: &[f64]) -> Chain {
                 continue;
             }
             let (z, slope) = rest.at(s);
-            let side = |s: f64| Sample { s, z, slope, face: None };
+            let side = |s: f64| Sample { s, z, slope, ..Sample::default() };
             let (before, after): (Vec<Sample>, Vec<Sample>) = rest.samples.iter().partition(|q| q.s < s);
             let before = before.into_iter().filter(|q| q.s < s - SIDE_MM).chain([side(s - SIDE_MM)]);
             let after = after.into_iter().filter(|q| q.s > s + SIDE_MM);
@@ -283,7 +285,7 @@ impl Walk<'_> {
             // The ball touches nothing there.
             Support::Side => return None,
         };
-        Some(Sample { s, z, slope, face })
+        Some(Sample { s, z, slope, face, certified: location.certified })
     }
 
     /// A bound has a height but no contact point to speak of, and there mostly is a corner beside it: its slope is that
@@ -333,8 +335,10 @@ impl Walk<'_> {
         let uneven = (slopes[2] - 2.0 * slopes[1] + slopes[0]).abs().to_degrees() > CORNER_DEG;
         let resolved = (turn <= SHARPEST_TURN && self.bends_evenly(sa, sb)) || sb - sa <= CLOSEST_MM;
         let gentle = resolved && !uneven;
-        // On one face the slopes are exact and the middle tells all; elsewhere errors could cancel there.
+        // On one face the slopes are exact and the middle tells all; elsewhere errors could cancel there, or something stand
+        // out on both sides of it.
         let one_face = a.face.is_some() && a.face == m.face && a.face == b.face;
+        let one_face = one_face && (a.certified || m.certified || b.certified);
         if gentle
             && agrees(&a, &b, &m)
             && (one_face
@@ -359,7 +363,7 @@ impl Walk<'_> {
             s,
             z: self.guide.at(s)[k],
             slope: self.guide.direction(s)[k],
-            face: None,
+            ..Sample::default()
         };
         let off = |share: f64, k: usize| {
             let s = sa + (sb - sa) * share;

@@ -286,7 +286,7 @@ mod tests {
     }
 
     fn sample(s: f64, z: f64, slope: f64) -> Sample {
-        Sample { s, z, slope, face: None }
+        Sample { s, z, slope, ..Sample::default() }
     }
 
     fn fit_along_x(profile: &Profile) -> Fit {

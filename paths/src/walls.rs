@@ -180,7 +180,7 @@ impl SetupContext<'_> {
             let is_free =
                 foot.distance_mm >= self.ball.radius_mm() && self.is_free_above(centre, &foot, away);
             proofs.locations += u64::from(is_free);
-            is_free.then_some(Sample { s, z: height, slope: 0.0, face: Some(foot.face) })
+            is_free.then_some(Sample { s, z: height, face: Some(foot.face), ..Sample::default() })
         };
         let mut stretches: Vec<Vec<Sample>> = Vec::new();
         let mut here = sample(s0);

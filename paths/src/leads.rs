@@ -28,6 +28,8 @@ const SLANT_MM: f64 = 2.0 * ASIDE_MM;
 const GAP_MM: f64 = 0.1;
 /// A slanted lead starts on the model: rounding may be this much, mm.
 const TOUCHING_MM: f64 = 1e-3;
+/// So far aside an earlier ball is looked for where it did not get down, in its radii.
+const BESIDE: [f64; 2] = [0.5, 0.9];
 /// Ways over up to this length are looked at closely where the map of heights asks for a long way up, mm.
 const SHORT_WAY_MM: f64 = 60.0;
 /// Leads are slanted where that saves this much of their height, mm.
@@ -123,14 +125,15 @@ impl SetupContext<'_> {
     fn lead_place(&self, p: Point3) -> Point3 {
         let at = self.frame.to_setup(&p);
         let above = Point3::new(at.x, at.y, self.clear_height(&at));
-        let worth = |q: &Point3| q.z < above.z - WORTH_MM && self.is_clear(q, &at);
+        let worth =
+            |q: &Point3| q.z < above.z - WORTH_MM && (self.is_clear(q, &at) || self.is_way_clear(p, q));
         let aside = around(at.x, at.y, SLANT_MM).map(|(x, y)| {
             let foot = Point3::new(round_to_written(x), round_to_written(y), at.z);
             Point3::new(foot.x, foot.y, self.clear_height(&foot))
         });
         // Without a wall in sight there is nothing to be saved.
         let low = at.z + CLEARANCE_MM + SLANT_MM;
-        let best = if above.z < low + WORTH_MM || self.earlier.is_some() {
+        let best = if above.z < low + WORTH_MM {
             None
         } else {
             aside.filter(worth).min_by(|a, b| a.z.total_cmp(&b.z))
@@ -146,13 +149,26 @@ impl SetupContext<'_> {
         round_to_written(high + CLEARANCE_MM)
     }
 
-    /// No material that an earlier ball has left within the ball's radius is higher: that ball's tip was there.
+    /// No material that an earlier ball has left within the ball's radius is higher: that ball was there, or so near that its
+    /// side was.
     fn left_by_earlier(&self, foot: &Point3) -> f64 {
         let Some(earlier) = self.earlier else { return f64::NEG_INFINITY };
         let radius_mm = self.ball.radius_mm();
+        let earlier_mm = earlier.radius_mm();
+        let left = |(x, y): (f64, f64)| -> Option<f64> {
+            let over = rest(earlier, x, y)?;
+            if over <= foot.z + WORTH_MM {
+                return Some(over);
+            }
+            let sides = BESIDE.into_iter().flat_map(|share| {
+                let aside_mm = share * earlier_mm;
+                let rise_mm = earlier_mm - (earlier_mm * earlier_mm - aside_mm * aside_mm).sqrt();
+                around(x, y, aside_mm).filter_map(move |(x, y)| Some(rest(earlier, x, y)? + rise_mm))
+            });
+            Some(sides.fold(over, f64::min))
+        };
         let places = [0.5, 1.0].into_iter().flat_map(|share| around(foot.x, foot.y, share * radius_mm));
-        let tips = places.chain([(foot.x, foot.y)]).filter_map(|(x, y)| rest(earlier, x, y));
-        tips.fold(f64::NEG_INFINITY, f64::max)
+        places.chain([(foot.x, foot.y)]).filter_map(left).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Whether the straight way from the location `at` up to `place` stays above the exact path of the ball

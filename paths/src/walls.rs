@@ -255,11 +255,19 @@ impl SetupContext<'_> {
         let aside = Vector3::new(away.x, away.y, 0.0).try_normalize(0.0)?;
         OFF_WALL_MM.iter().find_map(|mm| {
             let to = self.frame.to_model(&(centre + aside * *mm - up)).map(round_to_written);
-            let knots = KnotVector::new(1, vec![0.0, 0.0, *mm, *mm]).ok()?;
-            let curve = Curve3::new(knots, vec![from, to], None).ok()?;
-            let is_clear = self.is_link_clear(&curve, *mm, &mut beside);
+            let is_clear = self.is_way_clear(from, &self.frame.to_setup(&to));
             (is_clear && self.is_free_at(self.frame.to_setup(&to) + up, &mut beside)).then_some(to)
         })
+    }
+
+    /// Whether the straight way of the ball's tip from one place to another, in the setup's frame, is clear.
+    pub(crate) fn is_way_clear(&self, from: Point3, to: &Point3) -> bool {
+        let to = self.frame.to_model(to).map(round_to_written);
+        let length = round_to_written((to - from).norm());
+        let knots = KnotVector::new(1, vec![0.0, 0.0, length, length]);
+        let curve = knots.and_then(|knots| Curve3::new(knots, vec![from, to], None));
+        let mut beside = self.beside(self.frame.to_setup(&from).z);
+        curve.is_ok_and(|curve| self.is_link_clear(&curve, length, &mut beside))
     }
 
     /// Whether the ball enters nothing along a curve of its tip, nor has anything above it.

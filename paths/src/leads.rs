@@ -143,32 +143,40 @@ impl SetupContext<'_> {
 
     /// Tip height a clearance above `foot` and wherever the ball could rest there or a little aside.
     fn clear_height(&self, foot: &Point3) -> f64 {
-        let places = around(foot.x, foot.y, ASIDE_MM).chain([(foot.x, foot.y)]);
-        let rests = places.filter_map(|(x, y)| rest(self.ball, x, y));
-        let high = rests.fold(foot.z, f64::max).max(self.left_by_earlier(foot));
-        round_to_written(high + CLEARANCE_MM)
+        let places = [(foot.x, foot.y)].into_iter().chain(around(foot.x, foot.y, ASIDE_MM));
+        let high = places.fold(foot.z, |high, (x, y)| rest_above(self.ball, x, y, high));
+        round_to_written(self.above_left_by_earlier(foot, high) + CLEARANCE_MM)
     }
 
-    /// No material that an earlier ball has left within the ball's radius is higher: that ball was there, or so near that its
-    /// side was.
-    fn left_by_earlier(&self, foot: &Point3) -> f64 {
-        let Some(earlier) = self.earlier else { return f64::NEG_INFINITY };
+    /// The height, or a larger one below which all is that an earlier ball has left within the ball's radius: that ball was
+    /// there, or so near that its side was.
+    fn above_left_by_earlier(&self, foot: &Point3, height: f64) -> f64 {
+        let Some(earlier) = self.earlier else { return height };
         let radius_mm = self.ball.radius_mm();
         let earlier_mm = earlier.radius_mm();
-        let left = |(x, y): (f64, f64)| -> Option<f64> {
-            let over = rest(earlier, x, y)?;
-            if over <= foot.z + WORTH_MM {
-                return Some(over);
+        let left = |high: f64, (x, y): (f64, f64)| -> f64 {
+            let over = rest_above(earlier, x, y, high);
+            if over <= high.max(foot.z + WORTH_MM) {
+                return over;
             }
-            let sides = BESIDE.into_iter().flat_map(|share| {
+            let mut sides = BESIDE.into_iter().flat_map(|share| {
                 let aside_mm = share * earlier_mm;
                 let rise_mm = earlier_mm - (earlier_mm * earlier_mm - aside_mm * aside_mm).sqrt();
-                around(x, y, aside_mm).filter_map(move |(x, y)| Some(rest(earlier, x, y)? + rise_mm))
+                around(x, y, aside_mm).map(move |at| (at, rise_mm))
             });
-            Some(sides.fold(over, f64::min))
+            let lower = |least: f64, ((x, y), rise_mm): ((f64, f64), f64)| {
+                let side = rest_above(earlier, x, y, high - rise_mm) + rise_mm;
+                // None is below `high`, so that the first one there decides; off the model it need not have been.
+                match side <= high {
+                    true if earlier.drop(x, y).is_some() => Err(high),
+                    true => Ok(least),
+                    false => Ok(least.min(side)),
+                }
+            };
+            sides.try_fold(over, lower).unwrap_or_else(|high| high)
         };
         let places = [0.5, 1.0].into_iter().flat_map(|share| around(foot.x, foot.y, share * radius_mm));
-        places.chain([(foot.x, foot.y)]).filter_map(left).fold(f64::NEG_INFINITY, f64::max)
+        [(foot.x, foot.y)].into_iter().chain(places).fold(height, left)
     }
 
     /// Whether the straight way from the location `at` up to `place` stays above the exact path of the ball
@@ -208,9 +216,9 @@ impl SetupContext<'_> {
     }
 }
 
-/// Tip height at which a ball comes to rest.
-fn rest(ball: &BallDrop, x: f64, y: f64) -> Option<f64> {
-    ball.drop(x, y).map(|l| l.centre.z - ball.radius_mm())
+/// Tip height at which a ball comes to rest, or this one if that is larger.
+fn rest_above(ball: &BallDrop, x: f64, y: f64, height: f64) -> f64 {
+    ball.drop_above(x, y, height + ball.radius_mm()).map_or(height, |l| l.centre.z - ball.radius_mm())
 }
 
 /// A height that is written: not below the one that is proven.

@@ -53,6 +53,18 @@ enum Seen {
     Hidden,
 }
 
+impl Seen {
+    /// Whether it is the same but for how well it faces the setup.
+    fn is_like(self, other: Seen) -> bool {
+        match (self, other) {
+            (Seen::Reached { facing: a, done: before }, Seen::Reached { facing: b, done: after }) => {
+                before == after && a * b > 0.0
+            }
+            _ => self == other,
+        }
+    }
+}
+
 /// What each of the five setups sees.
 pub(crate) struct Views<'a> {
     pub(crate) frames: &'a [Frame],
@@ -110,7 +122,8 @@ impl Fate {
 
 /// An earlier ball that is kept up by no more than this share of what the own ball may be has finished a place.
 const EARLIER_ALLOWED: f64 = 0.5;
-/// A triangle is probed in its middle and at its corners, which it shares with its neighbours.
+/// A triangle is probed at its corners, which it shares with its neighbours, and in its middle; smaller ones than the ball
+/// there only where the corners differ.
 const PROBES: usize = 4;
 
 /// Decides for every triangle of every face which setups cut it; none does where a face is excluded.
@@ -231,8 +244,9 @@ impl Place {
             let away = frame.to_setup(&aside.into()).coords;
             let touch = Location::touching(centre, away, self.face, self.uv.into());
             let held = ball.held_from(&touch, farther_mm, radius_mm);
+            let at = frame.to_setup(&self.point);
             if held == Some(Held::Far)
-                || self.depth_mm(frame, ball) > DEEPEST_RADII * radius_mm
+                || ball.is_held_at(at.x, at.y, at.z + (1.0 + DEEPEST_RADII) * radius_mm)
                 || views.space.is_underside(&self.point, &n, ROOM_RADII * radius_mm)
             {
                 continue;
@@ -243,12 +257,6 @@ impl Place {
             seen = Seen::Tight;
         }
         seen
-    }
-
-    /// How far the ball comes to rest above this place.
-    fn depth_mm(&self, frame: &Frame, ball: &BallDrop) -> f64 {
-        let at = frame.to_setup(&self.point);
-        ball.drop(at.x, at.y).map_or(0.0, |rest| rest.centre.z - ball.radius_mm() - at.z)
     }
 }
 
@@ -303,16 +311,28 @@ fn probe_face(
         seen
     };
     let corners: Vec<[Seen; 5]> = mesh.uv.iter().map(|&uv| probe(uv)).collect();
+    let radius_mm = views.balls.first().map_or(0.0, BallDrop::radius_mm);
     mesh.triangles
         .iter()
         .map(|t| {
-            let uv = t.map(|i| mesh.uv[i as usize].coords);
-            let middle = probe(Point2::from((uv[0] + uv[1] + uv[2]) / 3.0));
-            let at: [&[Seen; 5]; PROBES] =
-                [&middle, &corners[t[0] as usize], &corners[t[1] as usize], &corners[t[2] as usize]];
+            let at = t.map(|i| &corners[i as usize]);
+            let places = t.map(|i| mesh.points[i as usize]);
+            let longest_mm = (0..3).map(|i| (places[i] - places[(i + 1) % 3]).norm()).fold(0.0, f64::max);
+            let middle = if longest_mm < radius_mm && agree(at) {
+                *at[0]
+            } else {
+                let uv = t.map(|i| mesh.uv[i as usize].coords);
+                probe(Point2::from((uv[0] + uv[1] + uv[2]) / 3.0))
+            };
+            let at: [&[Seen; 5]; PROBES] = [&middle, at[0], at[1], at[2]];
             std::array::from_fn(|setup| at.map(|seen| seen[setup]))
         })
         .collect()
+}
+
+/// Whether the setups see the same at three places.
+fn agree([a, b, c]: [&[Seen; 5]; 3]) -> bool {
+    (0..5).all(|setup| a[setup].is_like(b[setup]) && a[setup].is_like(c[setup]))
 }
 
 /// For each region, the setups in the order in which they may claim its triangles: whichever faces the

@@ -198,6 +198,14 @@ impl<'a> BallDrop<'a> {
         search.finish()
     }
 
+    /// The same where the centre comes to rest above this height; `None` where it does not.
+    pub(crate) fn drop_above(&self, x: f64, y: f64, height: f64) -> Option<Location> {
+        let mut search = Search::new(self, x, y);
+        search.floor.z = height;
+        search.descend();
+        search.finish().filter(|rest| rest.centre.z > height)
+    }
+
     /// The point of the model that a ball touches.
     pub(super) fn touched(&self, location: &Location) -> Point3 {
         location.centre - location.normal * self.radius_mm

@@ -37,6 +37,18 @@ impl BallDrop<'_> {
         Some(if is_far { Held::Far } else { Held::Near })
     }
 
+    /// Whether something holds a ball over `(x, y)` up with its centre above this height.
+    pub(crate) fn is_held_at(&self, x: f64, y: f64, height: f64) -> bool {
+        if self.tops().hold(x, y, self.radius_mm(), height + KNOWN_MM) {
+            return true;
+        }
+        let mut search = Search::new(self, x, y);
+        search.floor.z = height;
+        search.enough_z = height;
+        search.descend();
+        search.finish().is_some_and(|rest| rest.centre.z > height)
+    }
+
     /// Whether something holds a ball up by more than `by_mm` that would touch the model in `touch`.
     pub(crate) fn is_held_from(&self, touch: &Location, by_mm: f64) -> bool {
         self.held_from(touch, by_mm, by_mm).is_some()

@@ -1,3 +1,7 @@
+use std::ops::Range;
+
+use rayon::prelude::*;
+
 use crate::{Chain, Track};
 
 /// When a machine passes the places of a track that begins and ends at rest.
@@ -16,29 +20,24 @@ impl Schedule {
     #[must_use]
     pub fn new(track: &Track, places: bool) -> Self {
         let all = track.places();
-        let mut schedule = Schedule { ends_s: Vec::new(), places_s: Vec::new(), stops: 0 };
-        let (mut begin, mut time_s) = (0, 0.0);
-        let mut ends = track.ends().iter().copied().peekable();
+        let mut chains = Vec::new();
+        let mut begin = 0;
         while begin < all.len() {
             let stop = |p: &(crate::Joint, crate::Place)| p.0.speed <= 0.0;
             let end = all[begin + 1..].iter().position(stop).map_or(all.len(), |i| begin + 1 + i);
-            let chain = Chain::plan(all[begin..end].to_vec(), track.limits());
-            let mut at = 0.0;
-            for i in begin..end {
-                while ends.next_if_eq(&i).is_some() {
-                    schedule.ends_s.push(time_s + chain.time_of(at));
-                }
-                at += all[i].1.length_mm;
-                if places {
-                    schedule
-                        .places_s
-                        .push(time_s + if i + 1 == end { chain.time_s() } else { chain.time_of(at) });
-                }
-            }
-            time_s += chain.time_s();
-            schedule.stops += 1;
+            chains.push(begin..end);
             begin = end;
         }
+        // From rest to rest, so that none depends on another.
+        let runs: Vec<Run> = chains.par_iter().map(|chain| Run::new(track, chain.clone(), places)).collect();
+        let mut schedule = Schedule { ends_s: Vec::new(), places_s: Vec::new(), stops: runs.len() as u64 };
+        let mut time_s = 0.0;
+        for run in runs {
+            schedule.ends_s.extend(run.ends_s.iter().map(|t| time_s + t));
+            schedule.places_s.extend(run.places_s.iter().map(|t| time_s + t));
+            time_s += run.time_s;
+        }
+        let ends = track.ends().iter().skip(schedule.ends_s.len());
         schedule.ends_s.extend(ends.map(|_| time_s));
         schedule
     }
@@ -47,5 +46,33 @@ impl Schedule {
     #[must_use]
     pub fn time_s(&self) -> f64 {
         self.ends_s.last().copied().unwrap_or(0.0)
+    }
+}
+
+/// A chain of places from rest to rest, with times from its beginning.
+struct Run {
+    ends_s: Vec<f64>,
+    places_s: Vec<f64>,
+    time_s: f64,
+}
+
+impl Run {
+    fn new(track: &Track, range: Range<usize>, places: bool) -> Self {
+        let places_of = &track.places()[range.clone()];
+        let chain = Chain::plan(places_of.to_vec(), track.limits());
+        let first = track.ends().partition_point(|&end| end < range.start);
+        let mut ends = track.ends()[first..].iter().copied().peekable();
+        let mut run = Run { ends_s: Vec::new(), places_s: Vec::new(), time_s: chain.time_s() };
+        let mut at = 0.0;
+        for (i, (_, place)) in range.clone().zip(places_of) {
+            while ends.next_if_eq(&i).is_some() {
+                run.ends_s.push(chain.time_of(at));
+            }
+            at += place.length_mm;
+            if places {
+                run.places_s.push(if i + 1 == range.end { chain.time_s() } else { chain.time_of(at) });
+            }
+        }
+        run
     }
 }

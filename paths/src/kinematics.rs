@@ -2,6 +2,10 @@
 
 use claymill_motion::{JointRule, Limits, Looks, Rail, Schedule, Track};
 use claymill_toolpath::{MachineLimits, Move};
+use rayon::prelude::*;
+
+/// Moves that are looked at side by side.
+const MOVES_AT_ONCE: usize = 4096;
 
 /// Time of each move of a program that begins and ends at rest, s.
 #[must_use]
@@ -12,11 +16,12 @@ pub fn times_s(moves: &[Move], machine: &MachineLimits) -> Vec<f64> {
     };
     let mut track = Track::new(limits, JointRule::Within { mm: machine.corner_mm, stop_deg: 180.0 });
     let mut known = Vec::with_capacity(moves.len());
-    for m in moves {
-        let curve = m.curve().ok();
-        known.push(curve.is_some());
-        if let Some(curve) = curve {
-            track.add(&Rail::new(curve, Looks::COARSE), m.feed);
+    for some in moves.chunks(MOVES_AT_ONCE) {
+        let rail = |m: &Move| m.curve().ok().map(|curve| Rail::new(curve, Looks::COARSE));
+        let rails: Vec<Option<Rail>> = some.par_iter().map(rail).collect();
+        for (m, rail) in some.iter().zip(&rails) {
+            known.push(rail.is_some());
+            rail.iter().for_each(|rail| track.add(rail, m.feed));
         }
     }
     let mut ends = Schedule::new(&track, false).ends_s.into_iter();

@@ -22,6 +22,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod account;
 mod banded;
 mod between;
 mod breaks;
@@ -52,6 +53,7 @@ mod pencil;
 mod plan;
 mod plan_curve;
 mod profile;
+mod program;
 mod proofs;
 mod raster;
 mod reach;

@@ -4,19 +4,18 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use claymill_nurbs::{Aabb, FaceId, Model, NurbsError};
 use claymill_surface_merge::{Merge, RegionMesh};
 use claymill_toolpath::{
-    Area, FaceAccount, LengthByKind, LinkStyle, MachineLimits, Move, Program, RegionTotals, Setup, Tool,
-    Totals, UncutReason,
+    Area, FaceAccount, LinkStyle, MachineLimits, Program, RegionTotals, Setup, Tool, Totals,
 };
 use rayon::prelude::*;
 use thiserror::Error;
 
+use crate::account::Account;
 use crate::claims::Claims;
 use crate::contact::{BallDrop, CONTACT_EPSILON_MM, Covering};
 use crate::field_levels::mesh_edge_mm;
 use crate::heights::Heights;
-use crate::kinematics::times_s;
-use crate::order::{Ends, order_parts};
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
+use crate::program::Output;
 use crate::reach::{Fate, Views, assign};
 use crate::sides::Sides;
 use crate::slopes::Slopes;
@@ -244,25 +243,23 @@ pub fn plan(
     let sweeps: Vec<Option<Sweeps>> = (meshes.iter().zip(&faces_of))
         .map(|(mesh, faces)| mesh.as_ref().map(|mesh| Sweeps::new(mesh, faces, &sides)))
         .collect();
-    let jobs: usize = frames.len() * faces_of.len();
-    let done = AtomicUsize::new(0);
-    let mut out = Output::default();
-    for (index, frame) in frames.iter().enumerate() {
-        let heights = Heights::new(&balls[index]);
-        let claims = Claims::new(&covering, &fates, |fate| fate.is_cut_by(index));
-        let walls = Walls::new(&covering, &fates, index, &space, &regions.merged.joints);
-        let context = SetupContext {
+    let views_of: Vec<View> = (0..frames.len())
+        .into_par_iter()
+        .map(|k| View::new(&covering, &fates, k, &balls[k], &space, regions))
+        .collect();
+    let contexts: Vec<SetupContext> = (views_of.iter().zip(&frames).enumerate())
+        .map(|(index, (view, frame))| SetupContext {
             model,
             covering: &covering,
             frame: *frame,
             index,
             fates: &fates,
-            claims: &claims,
-            walls: &walls,
+            claims: &view.claims,
+            walls: &view.walls,
             beside_walls: None,
             ball: &balls[index],
             earlier: earlier.get(index),
-            heights: &heights,
+            heights: &view.heights,
             strategy: options.strategy,
             slopes: Slopes::All,
             steep_deg: options.steep_deg,
@@ -272,17 +269,33 @@ pub fn plan(
             tolerance,
             link: options.link,
             feeds: options.feeds,
-        };
-        // A part has stages of its own that are not parallel: meanwhile others go on.
-        let part = |(region, faces): (usize, &Vec<usize>)| {
-            progress("paths", done.fetch_add(1, Ordering::Relaxed) as f64 / jobs as f64);
-            let area_mm2 = account.region_setup_mm2[region][index];
-            let part = || context.part(faces, area_mm2, sweeps[region].as_ref());
-            Some((region, (area_mm2 > 0.0).then(part)??))
-        };
-        let parts: Vec<(usize, Part)> =
-            faces_of.par_iter().enumerate().with_max_len(1).filter_map(part).collect();
-        out.setup(&context, &account, parts, &options.machine);
+        })
+        .collect();
+    // A part has stages of its own that are not parallel: meanwhile others go on, and the largest ones begin.
+    let area_mm2 = |&(index, region): &(usize, usize)| account.region_setup_mm2[region][index];
+    let mut jobs: Vec<(usize, usize)> =
+        (0..frames.len()).flat_map(|index| (0..faces_of.len()).map(move |region| (index, region))).collect();
+    jobs.retain(|job| area_mm2(job) > 0.0);
+    jobs.sort_by(|a, b| area_mm2(b).total_cmp(&area_mm2(a)).then(a.cmp(b)));
+    let done = AtomicUsize::new(0);
+    let part = |job: &(usize, usize)| {
+        progress("paths", done.fetch_add(1, Ordering::Relaxed) as f64 / jobs.len() as f64);
+        let &(index, region) = job;
+        let part = contexts[index].part(&faces_of[region], area_mm2(job), sweeps[region].as_ref())?;
+        Some((index, region, part))
+    };
+    let mut parts: Vec<(usize, usize, Part)> = jobs.par_iter().with_max_len(1).filter_map(part).collect();
+    parts.sort_by_key(|&(index, region, _)| (index, region));
+    let mut out = Output::default();
+    let mut parts = parts.into_iter().peekable();
+    for context in &contexts {
+        let of_setup = std::iter::from_fn(|| parts.next_if(|(index, ..)| *index == context.index));
+        out.setup(
+            context,
+            &account,
+            of_setup.map(|(_, region, part)| (region, part)).collect(),
+            &options.machine,
+        );
     }
     if out.program.moves.is_empty() {
         return Err(if earlier.is_empty() { PlanError::NothingToCut } else { PlanError::NoRest });
@@ -310,6 +323,30 @@ pub fn plan(
         .map(|(name, value)| (name.to_owned(), value))
         .into(),
     })
+}
+
+/// The model as one setup sees it.
+struct View<'a> {
+    claims: Claims,
+    walls: Walls<'a>,
+    heights: Heights,
+}
+
+impl<'a> View<'a> {
+    fn new(
+        covering: &Covering,
+        fates: &[Vec<Fate>],
+        setup: usize,
+        ball: &BallDrop,
+        space: &'a Space<'_>,
+        regions: &Regions<'a>,
+    ) -> Self {
+        View {
+            claims: Claims::new(covering, fates, |fate| fate.is_cut_by(setup)),
+            walls: Walls::new(covering, fates, setup, space, &regions.merged.joints),
+            heights: Heights::new(ball),
+        }
+    }
 }
 
 /// Whether passes can be laid for a tool, for the rest of an earlier one if there is one, at a scallop height: all that can be
@@ -350,197 +387,4 @@ fn group(region_of_face: &[usize]) -> Vec<Vec<usize>> {
         faces[region].push(face);
     }
     faces
-}
-
-/// Where the area of a face goes, mm².
-struct FaceSums {
-    /// Cut by each setup.
-    cut: [f64; 5],
-    uncut: [(UncutReason, f64); 3],
-}
-
-impl FaceSums {
-    fn new() -> Self {
-        let uncut = [UncutReason::Hidden, UncutReason::TooTight, UncutReason::EarlierTool].map(|r| (r, 0.0));
-        FaceSums { cut: [0.0; 5], uncut }
-    }
-
-    fn add(&mut self, fate: &Fate, area_mm2: f64) {
-        for (sum, share) in self.cut.iter_mut().zip(fate.cut) {
-            *sum += area_mm2 * f64::from(share);
-        }
-        for ((_, sum), share) in self.uncut.iter_mut().zip([fate.hidden, fate.tight, fate.done]) {
-            *sum += area_mm2 * f64::from(share);
-        }
-    }
-
-    fn scale(&mut self, by: f64) {
-        self.cut.iter_mut().chain(self.uncut.iter_mut().map(|u| &mut u.1)).for_each(|sum| *sum *= by);
-    }
-}
-
-/// Where the area goes, by face: shares of the triangles, scaled to the face's exact area.
-struct Account {
-    faces: Vec<FaceSums>,
-    region_setup_mm2: Vec<[f64; 5]>,
-}
-
-impl Account {
-    fn new(covering: &Covering, fates: &[Vec<Fate>], regions: &Regions) -> Self {
-        let count = regions.of_face.iter().max().map_or(0, |m| m + 1);
-        let mut region_setup_mm2 = vec![[0.0; 5]; count];
-        let mut faces = Vec::with_capacity(fates.len());
-        for (face, fate) in fates.iter().enumerate() {
-            let mut sums = FaceSums::new();
-            let mut total = 0.0;
-            for (area, f) in covering.areas_mm2(face).zip(fate) {
-                total += area;
-                sums.add(f, area);
-            }
-            sums.scale(if total > 0.0 { regions.face_area_mm2[face] / total } else { 0.0 });
-            for (sum, cut) in region_setup_mm2[regions.of_face[face]].iter_mut().zip(sums.cut) {
-                *sum += cut;
-            }
-            faces.push(sums);
-        }
-        Account { faces, region_setup_mm2 }
-    }
-
-    /// The account by face and in total. What the shares leave over by rounding goes to the largest entry,
-    /// so that the sum is the face's area.
-    fn faces(&self, model: &Model, regions: &Regions) -> (Area, Vec<FaceAccount>) {
-        let mut all = Area::default();
-        let mut rows = Vec::with_capacity(self.faces.len());
-        for (face, sums) in self.faces.iter().enumerate() {
-            let total_mm2 = regions.face_area_mm2[face];
-            let mut area = Area { total_mm2, cut_mm2: sums.cut.iter().sum(), uncut_mm2: BTreeMap::new() };
-            if regions.excluded[face] {
-                area.uncut_mm2.insert(UncutReason::Excluded, total_mm2);
-            } else {
-                for (reason, value) in sums.uncut {
-                    if value > 0.0 {
-                        area.uncut_mm2.insert(reason, value);
-                    }
-                }
-                let rest = total_mm2 - area.cut_mm2 - area.uncut_mm2.values().sum::<f64>();
-                match area.uncut_mm2.values_mut().max_by(|a, b| a.total_cmp(b)) {
-                    Some(most) if *most > area.cut_mm2 => *most += rest,
-                    _ => area.cut_mm2 += rest,
-                }
-            }
-            all.total_mm2 += area.total_mm2;
-            all.cut_mm2 += area.cut_mm2;
-            for (reason, value) in &area.uncut_mm2 {
-                *all.uncut_mm2.entry(*reason).or_default() += value;
-            }
-            let entity = model.faces[face].source.entity.clone();
-            rows.push(FaceAccount { face, entity, region: regions.of_face[face], area });
-        }
-        (all, rows)
-    }
-}
-
-#[derive(Default)]
-struct Output {
-    program: Program,
-    setups: Vec<Setup>,
-    regions: Vec<RegionTotals>,
-    totals: Totals,
-}
-
-impl Output {
-    /// Appends a setup: its parts with the ways between them.
-    fn setup(
-        &mut self,
-        context: &SetupContext,
-        account: &Account,
-        parts: Vec<(usize, Part)>,
-        machine: &MachineLimits,
-    ) {
-        let name = context.frame.name;
-        let first_move = self.program.moves.len();
-        let first_region = self.regions.len();
-        for (region, part) in in_order(parts) {
-            let Some(start) = part.moves.first().map(Move::start) else { continue };
-            let mut retracts = part.retracts;
-            let way = match self.program.moves[first_move..].last() {
-                Some(before) => {
-                    retracts += 1;
-                    context.lift_over(before.end(), start)
-                }
-                None => context.approach(start),
-            };
-            let moves = way.into_iter().chain(part.moves);
-            self.program.moves.extend(moves.map(|m| Move { region, ..m }));
-            self.regions.push(RegionTotals {
-                region,
-                setup: name.to_owned(),
-                strategy: part.strategy.to_string(),
-                considered: part.considered,
-                area_mm2: account.region_setup_mm2[region][context.index],
-                pass_direction: part.along.map(|along| context.frame.direction(along).into()),
-                passes: part.passes,
-                retracts,
-                length: LengthByKind::default(),
-                control_points: 0,
-                time_s: 0.0,
-            });
-            self.totals.locations += part.proofs.locations;
-            self.totals.certified_locations += part.proofs.certified;
-            self.totals.lifted_locations += part.proofs.lifted;
-        }
-        if let Some((end, region, pass)) =
-            self.program.moves[first_move..].last().map(|m| (m.end(), m.region, m.pass))
-        {
-            let up = context.retreat(end);
-            self.program.moves.extend(up.into_iter().map(|m| Move { region, pass, ..m }));
-        }
-        let regions = &mut self.regions[first_region..];
-        let times_s = times_s(&self.program.moves[first_move..], machine);
-        for ((seq, m), time_s) in self.program.moves.iter_mut().enumerate().skip(first_move).zip(times_s) {
-            m.seq = seq as u64;
-            name.clone_into(&mut m.setup);
-            TOOL_ID.clone_into(&mut m.tool);
-            if let Some(totals) = regions.iter_mut().find(|r| r.region == m.region) {
-                totals.length.add(m.kind, m.length_mm());
-                totals.control_points += m.points.len() as u64;
-                totals.time_s += time_s;
-            }
-        }
-        if regions.is_empty() {
-            return;
-        }
-        let sum = |f: fn(&RegionTotals) -> f64| regions.iter().map(f).sum();
-        self.setups.push(Setup {
-            name: name.to_owned(),
-            axis: context.frame.axis().into(),
-            clearance_mm: context.heights.highest() + CLEARANCE_MM,
-            area_mm2: sum(|r| r.area_mm2),
-            time_s: sum(|r| r.time_s),
-        });
-    }
-
-    fn add_up(&mut self) {
-        let totals = &mut self.totals;
-        totals.moves = self.program.moves.len() as u64;
-        for r in &self.regions {
-            totals.passes += r.passes;
-            totals.retracts += r.retracts;
-            totals.control_points += r.control_points;
-            totals.time_s += r.time_s;
-            totals.length += r.length;
-        }
-    }
-}
-
-/// The regions in an order with short ways between them.
-fn in_order(parts: Vec<(usize, Part)>) -> impl Iterator<Item = (usize, Part)> {
-    let ends: Vec<Ends> = parts
-        .iter()
-        .filter_map(|(_, part)| {
-            Some(Ends { start: part.moves.first()?.start(), end: part.moves.last()?.end() })
-        })
-        .collect();
-    let mut parts: Vec<Option<(usize, Part)>> = parts.into_iter().map(Some).collect();
-    order_parts(&ends).into_iter().filter_map(move |k| parts[k].take())
 }

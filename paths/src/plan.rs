@@ -160,6 +160,8 @@ pub enum PlanError {
 pub struct Plan {
     /// All moves, in machining order.
     pub program: Program,
+    /// Time of each, s.
+    pub seconds: Vec<f64>,
     /// Setups that cut something.
     pub setups: Vec<Setup>,
     /// Totals by region and setup.
@@ -309,6 +311,7 @@ pub fn plan(
     Ok(Plan {
         region_setup_area_mm2: (0..faces_of.len()).map(name_areas).collect(),
         program: out.program,
+        seconds: out.seconds,
         setups: out.setups,
         regions: out.regions,
         totals: out.totals,

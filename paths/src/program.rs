@@ -11,6 +11,8 @@ use crate::plan::TOOL_ID;
 #[derive(Default)]
 pub(crate) struct Output {
     pub(crate) program: Program,
+    /// Time of each move, s.
+    pub(crate) seconds: Vec<f64>,
     pub(crate) setups: Vec<Setup>,
     pub(crate) regions: Vec<RegionTotals>,
     pub(crate) totals: Totals,
@@ -65,7 +67,7 @@ impl Output {
         }
         let regions = &mut self.regions[first_region..];
         let times_s = times_s(&self.program.moves[first_move..], machine);
-        for ((seq, m), time_s) in self.program.moves.iter_mut().enumerate().skip(first_move).zip(times_s) {
+        for ((seq, m), time_s) in self.program.moves.iter_mut().enumerate().skip(first_move).zip(&times_s) {
             m.seq = seq as u64;
             name.clone_into(&mut m.setup);
             TOOL_ID.clone_into(&mut m.tool);
@@ -75,6 +77,7 @@ impl Output {
                 totals.time_s += time_s;
             }
         }
+        self.seconds.extend(times_s);
         if regions.is_empty() {
             return;
         }

@@ -258,7 +258,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     plan_summary::warn_of_much(console, &plan_options, &to_cut);
     let (check, triangles) = obstacles(console, &request.options)?;
     let at = |stage: &str, share: f64| console.at(stage, share);
-    let plan = plan_around(model, &to_cut, &triangles, &plan_options, &at)?;
+    let mut plan = plan_around(model, &to_cut, &triangles, &plan_options, &at)?;
     for (record, areas) in regions.regions.iter_mut().zip(&plan.region_setup_area_mm2) {
         record.setup_area_mm2.clone_from(areas);
     }
@@ -266,6 +266,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
 
     console.stage("writing");
     folder.moves(&plan.program)?;
+    let seconds = std::mem::take(&mut plan.seconds);
     let mut job = job(request, &loaded, sha256, &plan_options, plan);
     job.request.check = check;
 
@@ -295,6 +296,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         regions: &regions,
         region_of_face: &merged.region_of_face,
         program: &program,
+        seconds: &seconds,
         found: &found,
         crests: &crests,
         orientation,

@@ -16,6 +16,7 @@ use crate::contact::Location;
 use crate::contour::contour;
 use crate::crests::Laid;
 use crate::ground::Ground;
+use crate::halfway::{Found, Halfway, Level, halfway};
 use crate::near::{LaidNear, Touch};
 use crate::part::{SetupContext, TOO_HIGH};
 use crate::plan_curve::{Drawn, through};
@@ -86,40 +87,6 @@ pub(crate) struct Place {
 struct Stroke {
     drawn: Drawn,
     places: Vec<Place>,
-}
-
-/// What was found at a level.
-#[derive(Debug, Clone, Copy, Default)]
-struct Found {
-    /// Passes were laid along it.
-    laid: bool,
-    /// Something holds the ball up where too much is left: what it reaches ends between here and the next level.
-    barred: bool,
-}
-
-impl Found {
-    fn of(laid: &[(Laid, Proofs)], barred: bool) -> Self {
-        Found { laid: laid.iter().any(|(laid, _)| !laid.chains.is_empty()), barred }
-    }
-}
-
-/// A level that was looked at.
-#[derive(Debug, Clone, Copy)]
-struct Level {
-    at: f64,
-    /// Since the levels halfway were looked at.
-    fresh: bool,
-    found: Found,
-}
-
-/// A level halfway between two, to be looked at.
-#[derive(Debug, Clone, Copy)]
-struct Halfway {
-    at: f64,
-    /// How far away these are.
-    gap: f64,
-    /// Whether one of them is barred.
-    beside_barred: bool,
 }
 
 /// What the passes laid so far have done for a place.
@@ -196,12 +163,12 @@ impl SetupContext<'_> {
         let levels: Vec<Vec<f64>> = patterns.par_iter().map(|p| self.first_levels(*p)).collect();
         let whole = |(pattern, level): (usize, f64)| {
             let on = patterns[pattern];
-            let strokes = self.strokes(self.runs(on, level), on.height_mm(level));
+            let (runs, leans) = self.runs(on, level);
+            let strokes = self.strokes(runs, on.height_mm(level));
             let laid: Vec<_> = strokes.iter().map(|k| self.lay_stroke(k, level, None, ground)).collect();
             let is_held = |(laid, _): &(Laid, Proofs)| laid.left_mm() > END_OF_REACH * self.flat_step_mm();
-            // Other lines end where others' faces begin.
-            let barred = on.height_mm(level).is_some() && laid.iter().any(is_held);
-            let found = Found::of(&laid, barred);
+            let barred = leans || on.height_mm(level).is_some() && laid.iter().any(is_held);
+            let found = found(&laid, barred);
             AtLevel {
                 pattern,
                 level,
@@ -224,17 +191,17 @@ impl SetupContext<'_> {
         let of_level = |&(pattern, Halfway { at: level, gap, beside_barred }): &(usize, Halfway)| {
             let (on, so_far) =
                 (patterns[pattern].as_ref(), SoFar { near: [&near, &ground.in_valleys], ground });
-            let mut runs = self.runs(on, level);
+            let (mut runs, leans) = self.runs(on, level);
             let is_wide = |place: &Place| self.gap_steps(place, gap) >= END_OF_REACH;
             let goes_on = beside_barred && runs.iter().flatten().any(is_wide);
             runs.retain(|run| !self.is_done(run, gap, &so_far));
-            let (mut laid, mut barred) = (Vec::new(), false);
+            let (mut laid, mut barred) = (Vec::new(), leans);
             for stroke in &self.strokes(runs, on.height_mm(level)) {
                 let (missing, barred_here) = self.missing(stroke, gap, &so_far);
                 laid.extend(missing.into_iter().map(|s| self.lay_stroke(stroke, level, Some(s), ground)));
                 barred |= barred_here;
             }
-            let found = Found::of(&laid, barred);
+            let found = found(&laid, barred);
             AtLevel { pattern, level, laid, found, goes_on: goes_on || found.laid || found.barred }
         };
         between.par_iter().map(of_level).collect()
@@ -343,9 +310,27 @@ impl SetupContext<'_> {
         })
     }
 
-    /// Claimed stretches of the lines at a level.
-    fn runs(&self, pattern: &dyn Levels, level: f64) -> Vec<Vec<Place>> {
-        pattern.lines(level).iter().flat_map(|line| runs(&self.places(line))).collect()
+    /// Claimed stretches of the lines at a level, and whether one of these ends where the ball cannot touch any more: such a
+    /// wall leans over. Other lines than those at a height end where others' faces begin.
+    fn runs(&self, pattern: &dyn Levels, level: f64) -> (Vec<Vec<Place>>, bool) {
+        let (mut all, mut leans) = (Vec::new(), false);
+        for line in pattern.lines(level) {
+            let places = self.places(&line);
+            leans |= pattern.height_mm(level).is_some() && self.leans(&places, &line);
+            all.extend(runs(&places));
+        }
+        (all, leans)
+    }
+
+    /// Whether claimed places of a line lean too far, or end at one that does.
+    fn leans(&self, places: &[Option<Place>], line: &[Spot]) -> bool {
+        let is_claimed = |k: usize| match places[k] {
+            Some(place) => place.claimed,
+            None => self.claims_at(line[k].face, line[k].u, line[k].v),
+        };
+        let leans =
+            |k: usize| places[k].is_none() && (k.saturating_sub(1)..line.len().min(k + 2)).any(is_claimed);
+        (0..line.len()).any(leans)
     }
 
     fn strokes(&self, runs: Vec<Vec<Place>>, height_mm: Option<f64>) -> Vec<Stroke> {
@@ -483,32 +468,6 @@ impl SetupContext<'_> {
     }
 }
 
-/// Levels halfway between neighbours of which one is new. Between the first level and the lowest, and at the other end, too:
-/// close to a corner much area can lie within little level. With `ends` also right beside the lowest and the highest.
-fn halfway(levels: &[Level], (low, high): (f64, f64), ends: bool) -> Vec<Halfway> {
-    /// Curves at the ends themselves may be points or lie on the border.
-    const INSIDE: f64 = 1e-3;
-    let between = |a: f64, b: f64, of: &[Level]| {
-        let beside_barred = of.iter().any(|l| l.found.barred);
-        Halfway { at: 0.5 * (a + b), gap: 0.5 * (b - a), beside_barred }
-    };
-    let asks = |of: &[Level]| {
-        let known = of.iter().all(|l| l.found.laid) || of.iter().any(|l| l.found.barred);
-        of.iter().any(|l| l.fresh) && known && !of.iter().all(|l| l.found.barred && !l.found.laid)
-    };
-    let mut found: Vec<Halfway> =
-        levels.windows(2).filter(|w| asks(w)).map(|w| between(w[0].at, w[1].at, w)).collect();
-    let (first, last) = (levels.first().map(std::slice::from_ref), levels.last().map(std::slice::from_ref));
-    found.extend(first.filter(|l| asks(l)).map(|l| between(low, l[0].at, l)));
-    found.extend(last.filter(|l| asks(l)).map(|l| between(l[0].at, high, l)));
-    if ends {
-        let inside = INSIDE * (high - low);
-        let beside = |at| Halfway { at, gap: f64::INFINITY, beside_barred: false };
-        found.extend([low + inside, high - inside].map(beside));
-    }
-    found
-}
-
 /// The median of some distances.
 fn middle(mut needs: Vec<f32>) -> f64 {
     let half = needs.len() / 2;
@@ -537,4 +496,9 @@ fn runs(places: &[Option<Place>]) -> Vec<Vec<Place>> {
         runs.extend(claimed.into_iter().map(beyond).filter(|run| run.len() > 1));
     }
     runs
+}
+
+/// What was found where this was laid.
+fn found(laid: &[(Laid, Proofs)], barred: bool) -> Found {
+    Found { laid: laid.iter().any(|(laid, _)| !laid.chains.is_empty()), barred }
 }

@@ -38,6 +38,7 @@ mod fit_tolerance;
 mod frame;
 mod ground;
 mod guide;
+mod halfway;
 mod heights;
 mod kinematics;
 mod layout;

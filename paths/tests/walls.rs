@@ -2,9 +2,9 @@
 
 mod few_faces;
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
-use claymill_nurbs::analytic::{Frame as Placement, cone, cylinder, plane_patch};
+use claymill_nurbs::analytic::{Frame as Placement, cone, cylinder, plane_patch, torus};
 use claymill_nurbs::{NurbsSurface, Point3, Vector3};
 use claymill_paths::{FitTolerance, Plan, Strategy, flat_mm};
 use claymill_toolpath::{LinkStyle, MoveKind};
@@ -103,6 +103,35 @@ fn the_lowest_round_is_as_low_as_the_ball_gets() {
             "{lowest_mm} mm over the floor, {high_mm} mm deep"
         );
     }
+}
+
+#[test]
+fn rounds_go_on_to_where_the_wall_begins_to_lean_over() {
+    // A bore with a waist, which is inclined: every round beside it is part of one.
+    const TUBE_MM: f64 = 30.0;
+    let axis = Vector3::new(0.1, 0.0, 1.0).normalize();
+    let placement = Placement::new(Point3::origin(), axis, Vector3::y()).unwrap();
+    let (ring_mm, open) = (BORE_MM + TUBE_MM, (0.85 * PI, 1.15 * PI));
+    let waist = torus(&placement, ring_mm, TUBE_MM, (0.0, TAU), open).unwrap();
+    let shield = cylinder(&placement, BORE_MM + 5.0, (0.0, TAU), (-15.0, 15.0)).unwrap();
+    let plan = planned([waist, shield], R, SCALLOP_MM, |usual| usual);
+
+    let step_mm = flat_mm(R, FitTolerance::of_scallop(SCALLOP_MM).to_lay_mm(SCALLOP_MM));
+    let mut lowest_mm = [f64::INFINITY; 144];
+    for centre in passes(&plan, 0).concat() {
+        let (high, across) = (centre.coords.dot(&axis), centre.coords - axis * centre.coords.dot(&axis));
+        let out = across.normalize();
+        // The tube is met at this angle above its inner side, and upright at that one.
+        let met = high.atan2(ring_mm - across.norm());
+        let upright = out.z.atan2(axis.z);
+        let turn = (across.y.atan2(across.x) + PI) / TAU * 144.0;
+        let lowest_mm = &mut lowest_mm[turn as usize % 144];
+        *lowest_mm = lowest_mm.min(TUBE_MM * (met - upright));
+    }
+    assert!(lowest_mm.iter().all(|mm| (-0.1..step_mm).contains(mm)), "{lowest_mm:?}");
+    // Where one round takes over from the next there may be a gap.
+    let high = lowest_mm.iter().filter(|mm| **mm > 0.55 * step_mm).count();
+    assert!(high <= 2, "{high} of {lowest_mm:?} mm above the waist");
 }
 
 #[test]

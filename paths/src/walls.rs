@@ -40,7 +40,7 @@ const HELD_MM: f64 = 1e-3;
 const BOW: f64 = 0.3;
 /// Parts of a link as short as this count as clear when their middle is, mm.
 const SHORT_MM: f64 = 5e-3;
-/// And this often a ball is dropped on the way, mm.
+/// And this often a ball is dropped on the way across, mm.
 const DROPPED_MM: f64 = 0.5;
 /// Before it goes up a ball goes off a wall by the largest of these that there is room for.
 const OFF_WALL_MM: [f64; 4] = [2.0, 1.0, 0.5, 0.2];
@@ -289,8 +289,11 @@ impl SetupContext<'_> {
                 open.extend([(t0, middle), (middle, t1)]);
             }
         }
-        // Passes end where something begins to stand above them: at their ends it is known how much.
-        let looks = (length / DROPPED_MM).ceil().max(2.0) as u32;
+        // Passes end where something begins to stand above them: at their ends it is known how much. What stands above a ball
+        // stands above it farther down, too: only the way across counts.
+        let plan: Vec<Point2> = curve.points().iter().map(|p| self.frame.to_setup(p).xy()).collect();
+        let across_mm: f64 = plan.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
+        let looks = (across_mm / DROPPED_MM).ceil().max(2.0) as u32;
         (1..looks).all(|k| self.is_free_at(centre(length * f64::from(k) / f64::from(looks)), beside))
     }
 

@@ -171,24 +171,21 @@ impl SetupContext<'_> {
     }
 
     fn link_passes(&self, passes: &[Pass], part: &mut Part) {
-        // Links are independent of each other, so they are proven in parallel.
-        let link = |w: &[Pass]| {
+        // Ways are independent of each other, so they are proven in parallel.
+        let way = |w: &[Pass]| {
             let (from, to) = (w[0].end(), w[1].start());
             let beside_walls = w.iter().any(|pass| pass.beside_walls);
-            if beside_walls { self.link_beside(from, to) } else { self.stay_down(from, to) }
+            let link = if beside_walls { self.link_beside(from, to) } else { self.stay_down(from, to) };
+            link.map_or_else(|| (self.lift_over(from, to), 1), |link| (link, 0))
         };
-        let links: Vec<Option<Vec<Move>>> = passes.par_windows(2).map(link).collect();
+        let ways: Vec<(Vec<Move>, u32)> = passes.par_windows(2).map(way).collect();
         let axis = self.frame.axis();
         for (k, pass) in passes.iter().enumerate() {
             let number = k as u32;
             let first = part.moves.len();
-            match k.checked_sub(1).map(|before| &links[before]) {
-                None => {}
-                Some(Some(link)) => part.moves.extend(link.iter().cloned()),
-                Some(None) => {
-                    part.retracts += 1;
-                    part.moves.extend(self.lift_over(passes[k - 1].end(), pass.start()));
-                }
+            if let Some((way, retracts)) = k.checked_sub(1).map(|before| &ways[before]) {
+                part.retracts += retracts;
+                part.moves.extend(way.iter().cloned());
             }
             for curve in &pass.curves {
                 part.moves.push(Move::along(MoveKind::Cut, curve, axis, self.feeds.cut_mm_per_min));

@@ -2,6 +2,8 @@
 
 use claymill_toolpath::{LengthByKind, MachineLimits, Move, Program, RegionTotals, Setup, Totals};
 
+use rayon::prelude::*;
+
 use crate::account::Account;
 use crate::kinematics::times_s;
 use crate::order::{Ends, order_parts};
@@ -30,16 +32,17 @@ impl Output {
         let name = context.frame.name;
         let first_move = self.program.moves.len();
         let first_region = self.regions.len();
-        for (region, part) in in_order(parts) {
-            let Some(start) = part.moves.first().map(Move::start) else { continue };
-            let mut retracts = part.retracts;
-            let way = match self.program.moves[first_move..].last() {
-                Some(before) => {
-                    retracts += 1;
-                    context.lift_over(before.end(), start)
-                }
-                None => context.approach(start),
-            };
+        let parts: Vec<(usize, Part)> = in_order(parts).filter(|(_, part)| !part.moves.is_empty()).collect();
+        let over = |w: &[(usize, Part)]| -> Vec<Move> {
+            let ends = w[0].1.moves.last().zip(w[1].1.moves.first());
+            ends.map_or_else(Vec::new, |(before, next)| context.lift_over(before.end(), next.start()))
+        };
+        let approach =
+            parts.first().and_then(|(_, part)| Some(context.approach(part.moves.first()?.start())));
+        let ways: Vec<Vec<Move>> =
+            approach.into_iter().chain(parts.par_windows(2).map(over).collect::<Vec<_>>()).collect();
+        for (k, ((region, part), way)) in parts.into_iter().zip(ways).enumerate() {
+            let retracts = part.retracts + u32::from(k > 0);
             let moves = way.into_iter().chain(part.moves);
             self.program.moves.extend(moves.map(|m| Move { region, ..m }));
             self.regions.push(RegionTotals {

@@ -125,8 +125,11 @@ impl SetupContext<'_> {
     fn lead_place(&self, p: Point3) -> Point3 {
         let at = self.frame.to_setup(&p);
         let above = Point3::new(at.x, at.y, self.clear_height(&at));
-        let worth =
-            |q: &Point3| q.z < above.z - WORTH_MM && (self.is_clear(q, &at) || self.is_way_clear(p, q));
+        let worth = |q: &Point3| {
+            q.z < above.z - WORTH_MM
+                && (self.is_clear(q, &at)
+                    || self.is_way_clear(p, self.frame.to_model(q).map(round_to_written)))
+        };
         let aside = around(at.x, at.y, SLANT_MM).map(|(x, y)| {
             let foot = Point3::new(round_to_written(x), round_to_written(y), at.z);
             Point3::new(foot.x, foot.y, self.clear_height(&foot))

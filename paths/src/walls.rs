@@ -255,14 +255,13 @@ impl SetupContext<'_> {
         let aside = Vector3::new(away.x, away.y, 0.0).try_normalize(0.0)?;
         OFF_WALL_MM.iter().find_map(|mm| {
             let to = self.frame.to_model(&(centre + aside * *mm - up)).map(round_to_written);
-            let is_clear = self.is_way_clear(from, &self.frame.to_setup(&to));
+            let is_clear = self.is_way_clear(from, to);
             (is_clear && self.is_free_at(self.frame.to_setup(&to) + up, &mut beside)).then_some(to)
         })
     }
 
-    /// Whether the straight way of the ball's tip from one place to another, in the setup's frame, is clear.
-    pub(crate) fn is_way_clear(&self, from: Point3, to: &Point3) -> bool {
-        let to = self.frame.to_model(to).map(round_to_written);
+    /// Whether the straight way of the ball's tip from one place to another, as written, is clear.
+    pub(crate) fn is_way_clear(&self, from: Point3, to: Point3) -> bool {
         let length = round_to_written((to - from).norm());
         let knots = KnotVector::new(1, vec![0.0, 0.0, length, length]);
         let curve = knots.and_then(|knots| Curve3::new(knots, vec![from, to], None));

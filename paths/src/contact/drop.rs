@@ -200,8 +200,14 @@ impl<'a> BallDrop<'a> {
 
     /// The same where the centre comes to rest above this height; `None` where it does not.
     pub(crate) fn drop_above(&self, x: f64, y: f64, height: f64) -> Option<Location> {
+        self.drop_between(x, y, [height, f64::INFINITY])
+    }
+
+    /// The same, but what carries the centre as high as the second of these heights need not be the highest.
+    pub(super) fn drop_between(&self, x: f64, y: f64, [height, enough]: [f64; 2]) -> Option<Location> {
         let mut search = Search::new(self, x, y);
         search.floor.z = height;
+        search.enough_z = enough;
         search.descend();
         search.finish().filter(|rest| rest.centre.z > height)
     }

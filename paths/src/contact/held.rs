@@ -39,14 +39,8 @@ impl BallDrop<'_> {
 
     /// Whether something holds a ball over `(x, y)` up with its centre above this height.
     pub(crate) fn is_held_at(&self, x: f64, y: f64, height: f64) -> bool {
-        if self.tops().hold(x, y, self.radius_mm(), height + KNOWN_MM) {
-            return true;
-        }
-        let mut search = Search::new(self, x, y);
-        search.floor.z = height;
-        search.enough_z = height;
-        search.descend();
-        search.finish().is_some_and(|rest| rest.centre.z > height)
+        self.tops().hold(x, y, self.radius_mm(), height + KNOWN_MM)
+            || self.drop_between(x, y, [height, height]).is_some()
     }
 
     /// Whether something holds a ball up by more than `by_mm` that would touch the model in `touch`.

@@ -14,7 +14,7 @@ use claymill_surface_merge::{Joint, RegionMesh};
 use claymill_toolpath::{Move, MoveKind, round_to_written};
 
 use crate::claims::Claims;
-use crate::contact::{Covering, Location};
+use crate::contact::{Covering, Location, Support};
 use crate::contour::{FLATTEST, Hill, Seen, contour_of};
 use crate::crests::Laid;
 use crate::field_levels::mesh_edge_mm;
@@ -27,7 +27,7 @@ use crate::profile::{
     CLOSEST_MM, END_MM, Followed, Profile, SHARPEST_TURN, STRIDE_MM, Sample, angle_between,
 };
 use crate::proofs::Proofs;
-use crate::reach::{Fate, LEAST_FACING};
+use crate::reach::{Fate, LEAST_FACING, OVERHANGING};
 use crate::slopes::Slopes;
 use crate::space::Space;
 use crate::waterline::CentreHeights;
@@ -40,8 +40,8 @@ const HELD_MM: f64 = 1e-3;
 const BOW: f64 = 0.3;
 /// Parts of a link as short as this count as clear when their middle is, mm.
 const SHORT_MM: f64 = 5e-3;
-/// And this often a ball is dropped on the way across, mm.
-const DROPPED_MM: f64 = 0.5;
+/// On the way across a ball is dropped so often that what stands between two drops enters by no more than this, mm.
+const BETWEEN_MM: f64 = 5e-3;
 /// Before it goes up a ball goes off a wall by the largest of these that there is room for.
 const OFF_WALL_MM: [f64; 4] = [2.0, 1.0, 0.5, 0.2];
 /// A link may be this long, in flat step-overs.
@@ -292,7 +292,11 @@ impl SetupContext<'_> {
         // stands above it farther down, too: only the way across counts.
         let plan: Vec<Point2> = curve.points().iter().map(|p| self.frame.to_setup(p).xy()).collect();
         let across_mm: f64 = plan.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
-        let looks = (across_mm / DROPPED_MM).ceil().max(2.0) as u32;
+        // The sagitta of the ball, and that of the curve: its second derivative is that of its polygon at most.
+        let bend_mm = plan.windows(3).map(|w| (w[2] - w[1] - (w[1] - w[0])).norm()).fold(0.0, f64::max);
+        let of_ball = across_mm / (8.0 * radius_mm * BETWEEN_MM).sqrt();
+        let of_curve = (6.0 * bend_mm / (8.0 * BETWEEN_MM)).sqrt();
+        let looks = of_ball.max(of_curve).ceil().max(2.0) as u32;
         (1..looks).all(|k| self.is_free_at(centre(length * f64::from(k) / f64::from(looks)), beside))
     }
 
@@ -308,6 +312,10 @@ impl SetupContext<'_> {
     fn is_free_above(&self, centre: Point3, foot: &Foot, away: Vector3) -> bool {
         let aside = Vector3::new(away.x, away.y, 0.0).try_normalize(0.0).unwrap_or(away);
         let touch = Location::touching(centre, aside, foot.face, [foot.u, foot.v]);
+        // A face that is not touched, or leans over, may come nearer farther up.
+        let touched_mm = self.ball.radius_mm() + self.tolerance.bias_mm + HELD_MM;
+        let speaks_for_face = foot.distance_mm <= touched_mm && away.z >= OVERHANGING;
+        let touch = if speaks_for_face { touch } else { Location { support: Support::Edge, ..touch } };
         !self.ball.is_held_from(&touch, HELD_MM)
     }
 }

@@ -49,6 +49,7 @@ impl BallDrop<'_> {
                 joint.is_sound = false;
                 return joint;
             };
+            let along = along.try_normalize(0.0).unwrap_or_default();
             let Some(out) = along.cross(&n).try_normalize(0.0).map(|c| c * -c.dot(&inward).signum()) else {
                 joint.is_sound = false;
                 return joint;
@@ -86,10 +87,12 @@ impl BallDrop<'_> {
                 let middle = (p[0].coords + p[1].coords + p[2].coords) / 3.0 - foot.coords;
                 let rise = (foot - a).dot(&n) - apart * apart / (2.0 * self.radius_mm());
                 let slope = -normal.dot(&out) / normal.dot(&n);
+                // What crosses the rim instead of going on from it rises to one side of the crossing.
+                let slope_along = (normal.dot(&along) / normal.dot(&n)).abs();
                 joint.is_sound &= middle.dot(&out) > 0.0
                     && rise <= RISE_MM
                     && normal.dot(&n) > TURNED_COSINE
-                    && slope <= self.steepest_joint();
+                    && slope.max(slope_along) <= self.steepest_joint();
                 if !joint.onward.iter().any(|(known, _)| *known == other) {
                     joint.onward.push((other, uv));
                 }

@@ -143,6 +143,31 @@ fn a_sheet_goes_on_over_a_joint_without_a_step() {
     }
 }
 
+/// A slope of two faces, and one that crosses their joint: it goes on from neither.
+#[test]
+fn a_face_that_crosses_a_joint_is_no_part_of_the_sheet() {
+    let slope = wave(0.0, (-80.0, 80.0)).mapped(|p| p + Vector3::new(0.0, 0.0, 0.8 * p.x));
+    let (near, far) = slope.split_v(0.5).unwrap();
+    let mut crossings = 0;
+    for k in 0..40 {
+        let across = wave(0.3 * f64::from(k), (-80.0, 80.0));
+        let across = across.mapped(|p| p + Vector3::new(0.0, 0.0, 0.3 * p.y));
+        let model = model_of([near.clone(), far.clone(), across]);
+        let covering = covered(&model, R);
+        let ball = BallDrop::new(&model, &covering, &top(), R);
+        for (triangle, of) in ball.triangles.iter().enumerate().filter(|(_, t)| t.face < 2) {
+            for side in 0..3 {
+                let Some(joint) = ball.joint(triangle as u32, side) else { continue };
+                if joint.onward.iter().any(|(other, _)| ball.triangles[*other as usize].face == 2) {
+                    crossings += 1;
+                    assert!(!joint.is_sound, "{k}: face {} goes on in what crosses it", of.face);
+                }
+            }
+        }
+    }
+    assert!(crossings > 20, "{crossings}");
+}
+
 /// Two faces of a ship's bow hang together; beside that a crack of a quarter of a millimetre is between them, and one lip
 /// stands above the other.
 #[test]

@@ -23,6 +23,8 @@ pub struct Port {
     dropped: Mutex<BTreeSet<u64>>,
     /// Counts orders to drop what waits: a stream that sees it change ends.
     drops: AtomicU64,
+    /// Whether the machine has left; held from an order until its answer is on the way.
+    closed: Mutex<bool>,
 }
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -34,7 +36,18 @@ impl Port {
     /// A port into `queue`, with orders to `panel`.
     #[must_use]
     pub fn new(queue: Producer, panel: Arc<Panel>) -> Self {
-        Port { queue: Mutex::new(queue), panel, dropped: Mutex::default(), drops: AtomicU64::new(0) }
+        Port {
+            queue: Mutex::new(queue),
+            panel,
+            dropped: Mutex::default(),
+            drops: AtomicU64::new(0),
+            closed: Mutex::default(),
+        }
+    }
+
+    /// Takes no more orders; waits until the one that ended the machine, if one did, has been answered.
+    pub fn close(&self) {
+        *locked(&self.closed) = true;
     }
 
     /// Serves one connection until the peer has gone: a stream, or orders.
@@ -65,10 +78,16 @@ impl Port {
                 Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => return Ok(()),
                 other => other?,
             }
-            match Order::of_byte(byte[0]).ok_or(WireError::Format("no order"))? {
-                Some(Order::Discard) => self.discard()?,
-                Some(order) => self.panel.tell(order),
-                None => {}
+            let order = Order::of_byte(byte[0]).ok_or(WireError::Format("no order"))?;
+            if order == Some(Order::Discard) {
+                self.discard()?;
+            }
+            let closed = locked(&self.closed);
+            if *closed {
+                return Ok(());
+            }
+            if let Some(order) = order.filter(|o| *o != Order::Discard) {
+                self.panel.tell(order);
             }
             stream.write_all(&self.panel.status().encode())?;
         }

@@ -39,6 +39,8 @@ const STILL_FULL: u64 = u64::MAX;
 const DROPPED: u64 = u64::MAX - 1;
 const NONCE: usize = 32;
 const PROOF: usize = 32;
+/// What a machine answers to a wrong proof, in place of its own: silence would look like a machine that has left.
+const REFUSED: [u8; PROOF] = [0; PROOF];
 
 /// HMAC with SHA-256 (RFC 2104).
 fn proof(secret: &[u8], parts: &[&[u8]]) -> [u8; PROOF] {
@@ -94,6 +96,7 @@ pub(crate) fn answer(stream: &mut TcpStream, secret: &[u8]) -> Result<u64, WireE
     stream.read_exact(&mut theirs)?;
     stream.read_exact(&mut claim)?;
     if !same(&claim, &proof(secret, &[b"sender", &mine, &theirs])) {
+        stream.write_all(&REFUSED)?;
         return Err(WireError::Secret);
     }
     stream.write_all(&proof(secret, &[b"machine", &theirs, &mine]))?;
@@ -180,7 +183,7 @@ pub(crate) fn call(address: &str, secret: &[u8], name: u64) -> Result<TcpStream,
     stream.write_all(&mine)?;
     stream.write_all(&proof(secret, &[b"sender", &theirs, &mine]))?;
     let mut claim = [0; PROOF];
-    stream.read_exact(&mut claim).map_err(|_| WireError::Secret)?;
+    stream.read_exact(&mut claim)?;
     if !same(&claim, &proof(secret, &[b"machine", &mine, &theirs])) {
         return Err(WireError::Secret);
     }
@@ -271,6 +274,21 @@ mod tests {
             hex(proof(&[0xaa; 131], &[b"Test Using Larger Than Block-Size Key - Hash Key First"])),
             "60e431591ee0b67f0d8a26aacbf5b77f8e0bc6213728c5140546040f0ee37f54"
         );
+    }
+
+    #[test]
+    fn a_machine_that_leaves_is_not_taken_for_one_with_another_secret() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap().to_string();
+        let machine = std::thread::spawn(move || {
+            // It leaves after its greeting and everything that the caller says.
+            let (mut stream, _) = listener.accept().unwrap();
+            stream.write_all(HELLO).unwrap();
+            stream.write_all(&[7; NONCE]).unwrap();
+            stream.read_exact(&mut [0; NONCE + PROOF]).unwrap();
+        });
+        assert!(matches!(call(&address, b"right", 1), Err(WireError::Io(_))));
+        machine.join().unwrap();
     }
 
     #[test]

@@ -26,13 +26,15 @@ impl From<ReferenceError> for Failure {
 pub(crate) fn control(context: &Context, args: &ControlArgs) -> Result<ExitCode, Failure> {
     let machine = post::machine(args.machine.as_deref())?;
     let panel = Arc::new(Panel::new(if args.hold { Order::Hold } else { Order::Run }, args.step));
-    if let Some(address) = &args.listen {
+    let port = if let Some(address) = &args.listen {
         if !args.remote && !is_local(address) {
             let advice = "Say --remote if other machines may connect.";
             return Err(Failure::usage(format!("{address} can be reached from elsewhere"), advice));
         }
-        listen(context, args, address, &panel)?;
-    }
+        Some(listen(context, args, address, &panel)?)
+    } else {
+        None
+    };
     let told = Arc::clone(&panel);
     std::thread::spawn(move || orders(&told));
     let mut queue = Consumer::open(&args.queue, QUEUE_BYTES)?;
@@ -59,7 +61,11 @@ pub(crate) fn control(context: &Context, args: &ControlArgs) -> Result<ExitCode,
             _ => {}
         }
     };
-    let (ended, tally) = reference.run(&mut queue, &mut order, &mut report)?;
+    let ran = reference.run(&mut queue, &mut order, &mut report);
+    if let Some(port) = port {
+        port.close();
+    }
+    let (ended, tally) = ran?;
     let _ = std::io::stdout().flush();
     let how = if ended == Ended::Done { "the stream has ended" } else { "aborted" };
     context.console.say(format!(
@@ -83,7 +89,12 @@ fn orders(panel: &Panel) {
 }
 
 /// Takes connections: one stream at a time into the queue, and orders.
-fn listen(context: &Context, args: &ControlArgs, address: &str, panel: &Arc<Panel>) -> Result<(), Failure> {
+fn listen(
+    context: &Context,
+    args: &ControlArgs,
+    address: &str,
+    panel: &Arc<Panel>,
+) -> Result<Arc<Port>, Failure> {
     let secret = secret(args.secret.as_deref())?;
     let listener =
         TcpListener::bind(address).map_err(|e| Failure::problem(format!("{address}: {e}"), advice_on(&e)))?;
@@ -91,9 +102,10 @@ fn listen(context: &Context, args: &ControlArgs, address: &str, panel: &Arc<Pane
     let place = listener.local_addr().map_or_else(|_| address.to_owned(), |a| a.to_string());
     context.console.say(format!("listening {place}"));
     let secret: Arc<[u8]> = secret.into();
+    let served = Arc::clone(&port);
     std::thread::spawn(move || {
         for stream in listener.incoming().flatten() {
-            let (port, secret) = (Arc::clone(&port), Arc::clone(&secret));
+            let (port, secret) = (Arc::clone(&served), Arc::clone(&secret));
             std::thread::spawn(move || {
                 if let Err(error) = port.serve(stream, &secret) {
                     eprintln!("{error}");
@@ -101,5 +113,5 @@ fn listen(context: &Context, args: &ControlArgs, address: &str, panel: &Arc<Pane
             });
         }
     });
-    Ok(())
+    Ok(port)
 }

@@ -6,8 +6,10 @@ use std::sync::atomic::Ordering;
 use claymill_nurbs::analytic::{self, Frame as Placement};
 use claymill_nurbs::{Face, KnotVector, Model, NurbsSurface, Point3, Vector3};
 use claymill_tests::model_of;
+use rayon::prelude::*;
 
-use super::sheet::SHARED;
+use super::drop::{Triangle, weighted};
+use super::sheet::{SHARED, upward};
 use super::{BallDrop, CONTACT_EPSILON_MM, Covering, March};
 use crate::{Frame, Orientation};
 
@@ -226,5 +228,63 @@ fn certified_locations_are_those_of_the_search() {
             }
         }
         assert!(f64::from(certified) > least * f64::from(all), "{name}: {certified} of {all}");
+    }
+}
+
+/// Places in a triangle: close to its corners and in its middle.
+const PLACES: [[f64; 3]; 4] = [[0.9, 0.05, 0.05], [0.05, 0.9, 0.05], [0.05, 0.05, 0.9], [1.0 / 3.0; 3]];
+
+/// How many contacts inside of certified triangles were looked at from five directions, how much higher the search finds a
+/// ball held than there, at most, and where.
+fn worst_of_certified(model: &Model, radius_mm: f64) -> (u64, f64, Point3) {
+    let covering = covered(model, radius_mm);
+    let nothing = || (0u64, 0.0f64, Point3::origin());
+    let join = |a: (u64, f64, Point3), b: (u64, f64, Point3)| {
+        let (_, higher_mm, at) = if b.1 > a.1 { b } else { a };
+        (a.0 + b.0, higher_mm, at)
+    };
+    let of_frame = |frame: Frame| {
+        let ball = BallDrop::new(model, &covering, &frame, radius_mm);
+        let searching = BallDrop::new(model, &covering, &frame, radius_mm).searching();
+        let of_place = |t: &Triangle, at: [f64; 3]| {
+            let (mesh, face) = (&covering.meshes[t.face as usize], &ball.faces[t.face as usize]);
+            let uv = weighted(&mesh.triangles[t.index as usize].map(|i| mesh.uv[i as usize]), at);
+            let jet = face.leaves.jet(uv.x, uv.y);
+            let Some(normal) = jet.normal().map(upward) else { return nothing() };
+            if face.domain.as_ref().is_some_and(|d| !d.contains(uv.x, uv.y)) {
+                return nothing();
+            }
+            let centre = jet.p + normal * radius_mm;
+            let higher = searching.drop_above(centre.x, centre.y, centre.z + CONTACT_EPSILON_MM);
+            (1, higher.map_or(0.0, |rest| rest.centre.z - centre.z), centre)
+        };
+        let of_triangle = |index: usize| {
+            let t = &ball.triangles[index];
+            let places = PLACES.iter().filter(|_| ball.is_alone(index as u32));
+            places.map(|at| of_place(t, *at)).fold(nothing(), join)
+        };
+        (0..ball.triangles.len()).into_par_iter().map(of_triangle).reduce(nothing, join)
+    };
+    let frames = Frame::five(Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap());
+    frames.map(of_frame).into_iter().fold(nothing(), join)
+}
+
+#[test]
+fn nothing_rises_beside_a_certified_contact_of_real_models() {
+    let Some(folder) = claymill_tests::corpus() else { return };
+    let balls = [
+        ("helmet_928.igs", 3.0),
+        ("perfume_bottle.3dm", 3.0),
+        ("prismatic_ctc05_inch.stp", 3.0),
+        ("race_car_nose_141.stp", 10.0),
+        ("ship_hull_55.iges", 10.0),
+    ];
+    for (name, radius_mm) in balls {
+        let model = claymill_exchange::read(&folder.join(name)).unwrap().model;
+        let (places, higher_mm, at) = worst_of_certified(&model, radius_mm);
+        println!("{name}, ball of {radius_mm} mm: {places} places, none higher by more than {higher_mm} mm");
+        assert!(places > 5_000, "{name}: {places}");
+        // What a location may be too low by anyway, as much again for cracks that a ball hardly sinks into.
+        assert!(higher_mm <= CONTACT_EPSILON_MM, "{name}: {higher_mm} mm at {at}");
     }
 }

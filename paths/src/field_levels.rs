@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use claymill_nurbs::{FaceId, Vector3};
+use claymill_nurbs::{FaceId, Point2, Vector3};
 use claymill_surface_merge::{Field, FieldError, IsoPoint, Polyline, RegionMesh};
 
 use crate::claimed_mesh::ClaimedMesh;
@@ -51,19 +51,18 @@ impl<'a, 'm> Sweep<'a, 'm> {
     ) -> Result<Self, FieldError> {
         let radius_mm = context.ball.radius_mm();
         let flat = flat_mm(radius_mm, context.scallop_mm);
-        let steps = |vertex: u32, along: &Vector3| {
-            let at = &mesh.vertices()[vertex as usize];
-            let jet = context.model.faces[at.face].surface.jet(at.uv.x, at.uv.y);
+        let steps = |face: FaceId, at: Point2, along: &Vector3| {
+            let jet = context.model.faces[face].surface.jet(at.x, at.y);
             let step = jet
                 .normal()
-                .and_then(|n| on_contact_mm(&jet, along, &up(at.face, n), radius_mm, context.scallop_mm));
+                .and_then(|n| on_contact_mm(&jet, along, &up(face, n), radius_mm, context.scallop_mm));
             // Where patches shrink to a point curvature has no bounds; but the surface turns by no more than half a turn
             // on the way to a neighbour, and that many steps are enough for it.
             let length_mm = along.norm();
             let closest = flat / (1.0 + PI * radius_mm / length_mm).sqrt();
             length_mm / step.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(flat).max(closest)
         };
-        Ok(Sweep { field: mesh.distance_in(&mesh.guides().from, steps)?, in_steps: true })
+        Ok(Sweep { field: mesh.distance_in(&mesh.distance_guide(), steps)?, in_steps: true })
     }
 
     /// Faces on which the field has values.

@@ -210,7 +210,7 @@ fn distances_are_those_of_plane_cylinder_and_sphere() {
     let corner = where_(&mesh, |p| p.coords.norm() < 1e-9);
     let point = worst(&mesh, mesh.distance(&corner).unwrap().values(), |p| p.coords.norm());
     // A quarter of a pass for each mm: the distance counts passes.
-    let passes = mesh.distance_in(&side, |_, along| 0.25 * along.norm()).unwrap();
+    let passes = mesh.distance_in(&side, |_, _, along| 0.25 * along.norm()).unwrap();
     assert!(worst(&mesh, passes.values(), |p| 0.25 * p.x) < 3e-3);
 
     let (model, merged) = sewn(quarter_cylinder());
@@ -454,7 +454,7 @@ fn what_makes_no_sense_is_refused() {
     let mesh = RegionMesh::of_region(&model, &merged, 0, 5.0).unwrap();
     assert!(matches!(mesh.harmonic(&[], &[0]), Err(FieldError::NoGuide { .. })));
     assert!(matches!(mesh.distance(&[1_000_000]), Err(FieldError::NoGuide { .. })));
-    assert!(matches!(mesh.distance_in(&[0], |_, _| -1.0), Err(FieldError::Metric { .. })));
+    assert!(matches!(mesh.distance_in(&[0], |_, _, _| -1.0), Err(FieldError::Metric { .. })));
     assert!(mesh.distance(&[0]).unwrap().iso_line(1e9).is_empty());
     assert!(mesh.distance(&[0]).unwrap().iso_line(f64::NAN).is_empty());
 }

@@ -35,6 +35,7 @@ pub(crate) fn account(scene: &Scene<'_>, faces: &[FaceSamples]) -> Coverage {
         total_mm2: faces.iter().map(|f| f.area_mm2).sum(),
         planner_difference_mm2: difference(&scene.job.area, &by_state),
         by_state_mm2: by_state,
+        least_length_mm: by_face.iter().map(|f| f.least_length_mm).sum(),
         reachable_left_at,
         faces: by_face,
     }
@@ -50,9 +51,11 @@ fn face_coverage(face: usize, samples: &FaceSamples) -> FaceCoverage {
     }
     let all: usize = counts.values().sum();
     let area = |count: usize| samples.area_mm2 * count as f64 / all as f64;
+    let cut = samples.samples.iter().filter(|s| s.state == SurfaceState::Cut);
     FaceCoverage {
         face,
         area_mm2: samples.area_mm2,
+        least_length_mm: cut.filter_map(|s| Some(s.area_mm2 / s.step_over_mm?)).sum(),
         by_state_mm2: counts.into_iter().map(|(s, n)| (s, area(n))).collect(),
     }
 }

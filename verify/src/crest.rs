@@ -25,11 +25,19 @@ const SAME_LINE_MM: f64 = 1e-3;
 /// Crests within these shares of the height asked for count as even.
 const EVEN: (f64, f64) = (0.90, 1.05);
 
+/// A crest beside a pass.
+struct Standing {
+    crest: CrestSample,
+    /// Length of the pass that it stands for.
+    length_mm: f32,
+    /// Whether two passes of one region and setup run on either side of it.
+    inside: bool,
+}
+
 /// The crests along one pass.
 #[derive(Default)]
 struct Along {
-    /// With the length of the pass that each stands for, mm.
-    crests: Vec<(CrestSample, f32)>,
+    crests: Vec<Standing>,
     highest: Option<(f64, Place)>,
     /// Higher than the limit where the ball does not fit: what is left there is no scallop.
     out_of_reach: u64,
@@ -61,7 +69,7 @@ pub(crate) fn measure(
         })
         .collect();
 
-    let mut heights = Distribution::default();
+    let (mut heights, mut inside) = (Distribution::default(), Distribution::default());
     let mut by_region: BTreeMap<usize, Distribution> = BTreeMap::new();
     let mut highest: Option<(f64, Place)> = None;
     let mut samples = Vec::with_capacity(found.iter().map(|f| f.crests.len()).sum());
@@ -69,9 +77,12 @@ pub(crate) fn measure(
     for (track, along) in passes.iter().zip(found) {
         out_of_reach += along.out_of_reach;
         let regional = by_region.entry(track.region).or_default();
-        for (crest, weight) in along.crests {
-            heights.add(crest.height_mm, f64::from(weight));
-            regional.add(crest.height_mm, f64::from(weight));
+        for Standing { crest, length_mm, inside: is_inside } in along.crests {
+            heights.add(crest.height_mm, f64::from(length_mm));
+            regional.add(crest.height_mm, f64::from(length_mm));
+            if is_inside {
+                inside.add(crest.height_mm, f64::from(length_mm));
+            }
             samples.push(crest);
         }
         if let Some(h) = along.highest
@@ -82,6 +93,7 @@ pub(crate) fn measure(
     }
     let asked = scene.scallop_mm();
     let bin = |v: f64| ((v.max(0.0) / (HISTOGRAM_BIN * asked)) as usize).min(HISTOGRAM_BINS - 1);
+    let is_even = |v: f64| (EVEN.0 * asked..=EVEN.1 * asked).contains(&v);
     let regional = |(region, heights): (usize, Distribution)| RegionCrests {
         region,
         max_mm: heights.max(),
@@ -96,7 +108,9 @@ pub(crate) fn measure(
         p99_mm: heights.percentile(0.99),
         p95_mm: heights.percentile(0.95),
         mean_mm: heights.mean(),
-        even_share: heights.share(|v| (EVEN.0 * asked..=EVEN.1 * asked).contains(&v)),
+        even_share: heights.share(is_even),
+        inside_share: if heights.weight() > 0.0 { inside.weight() / heights.weight() } else { 0.0 },
+        even_inside_share: inside.share(is_even),
         histogram: heights.shares(HISTOGRAM_BINS, bin),
         out_of_reach,
         by_region: by_region.into_iter().filter(|r| r.1.count() > 0).map(regional).collect(),
@@ -126,8 +140,15 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
         };
         let up = (c - contact.point) / contact.distance_mm.max(1e-9);
         let sides = neighbours(swept, track, &c, &feed, &up, REACH_STEPS * step_over);
-        for (piece, hint) in sides.into_iter().zip(&mut at_crest) {
-            let Some(piece) = piece else { continue };
+        let own = |piece: Option<Piece>| {
+            piece.is_some_and(|p| {
+                let other = swept.track(&p);
+                (other.region, other.setup) == (track.region, track.setup)
+            })
+        };
+        let beside = sides.map(|[nearest, beyond]| [own(nearest), own(beyond)]);
+        for (side, hint) in at_crest.iter_mut().enumerate() {
+            let Some(piece) = sides[side][0] else { continue };
             let other = swept.track(&piece);
             let (through, direction) = crossing(other, piece.parameters, &c, &feed);
             let Some(top) = cusp(&c, radius, &feed, &up, (&through, &direction, other.radius_mm)) else {
@@ -157,8 +178,11 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
                 along.out_of_reach += 1;
                 continue;
             }
-            let weight = (pair[1] - pair[0]) as f32;
-            along.crests.push((CrestSample { foot: foot.point, height_mm }, weight));
+            along.crests.push(Standing {
+                crest: CrestSample { foot: foot.point, height_mm },
+                length_mm: (pair[1] - pair[0]) as f32,
+                inside: beside[side] == [true; 2] && beside[1 - side][0],
+            });
             if along.highest.as_ref().is_none_or(|highest| height_mm > highest.0) {
                 let place = Place {
                     move_seq: Some(track.seq),
@@ -172,7 +196,8 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
     along
 }
 
-/// The nearest other pass on either side of `c`, where it crosses the plane perpendicular to the feed.
+/// The nearest other pass on either side of `c`, where it crosses the plane perpendicular to the feed, and the nearest but
+/// one.
 fn neighbours(
     swept: &Swept<'_>,
     track: &Track,
@@ -180,9 +205,9 @@ fn neighbours(
     feed: &Vector3,
     up: &Vector3,
     reach_mm: f64,
-) -> [Option<Piece>; 2] {
+) -> [[Option<Piece>; 2]; 2] {
     let aside = feed.cross(up);
-    let mut nearest: [Option<(Piece, f64)>; 2] = [None, None];
+    let mut nearest: [[Option<(Piece, f64)>; 2]; 2] = [[None; 2]; 2];
     swept.visit_near(c, reach_mm, |piece| {
         let other = swept.track(piece);
         if other.kind != MoveKind::Cut || other.pass == track.pass {
@@ -198,13 +223,21 @@ fn neighbours(
         if distance > reach_mm || beside.abs() < SAME_LINE_MM {
             return ControlFlow::Continue(());
         }
-        let side = &mut nearest[usize::from(beside > 0.0)];
-        if side.as_ref().is_none_or(|(_, best)| distance < *best) {
-            *side = Some((*piece, distance));
+        let [first, second] = &mut nearest[usize::from(beside > 0.0)];
+        let found = Some((*piece, distance));
+        let is_nearer = |than: &Option<(Piece, f64)>| than.is_none_or(|(_, best)| distance < best);
+        let is_same = |pass: &Option<(Piece, f64)>| pass.is_some_and(|(p, _)| swept.track(&p).pass == other.pass);
+        if is_nearer(first) {
+            if !is_same(first) {
+                *second = *first;
+            }
+            *first = found;
+        } else if !is_same(first) && is_nearer(second) {
+            *second = found;
         }
         ControlFlow::Continue(())
     });
-    nearest.map(|side| side.map(|(piece, _)| piece))
+    nearest.map(|side| side.map(|found| found.map(|(piece, _)| piece)))
 }
 
 /// Where exactly a track crosses the plane through `c` perpendicular to `feed`, and its direction there; the

@@ -22,6 +22,11 @@ impl Distribution {
         self.samples.len() as u64
     }
 
+    /// Sum of the weights.
+    pub(crate) fn weight(&self) -> f64 {
+        self.samples.iter().map(|s| f64::from(s.1)).sum()
+    }
+
     /// Mean; 0 without values.
     pub(crate) fn mean(&self) -> f64 {
         let (sum, weight) = self
@@ -87,7 +92,7 @@ mod tests {
         assert_eq!(d.percentile(0.99), 99.0);
         assert_eq!(d.mean(), 50.5);
         assert_eq!(d.share(|v| v > 90.0), 0.1);
-        assert_eq!(d.max(), 100.0);
+        assert_eq!((d.max(), d.weight()), (100.0, 100.0));
         assert_eq!(d.shares(2, |v| usize::from(v > 90.0)), [0.9, 0.1]);
         d.add(1000.0, 100.0);
         assert_eq!(d.percentile(0.99), 1000.0);

@@ -148,6 +148,13 @@ pub struct Crests {
     /// Share that lies between 0.90 and 1.05 of the height asked for: how evenly the passes are spread.
     #[serde(default)]
     pub even_share: f64,
+    /// Share that stands inside of regions: between four passes of one region and setup, two on either side. Elsewhere what
+    /// lies next is another region's, another setup's, or nobody's, and evenness is not the passes' to choose.
+    #[serde(default)]
+    pub inside_share: f64,
+    /// Share of those that lies between 0.90 and 1.05 of the height asked for.
+    #[serde(default)]
+    pub even_inside_share: f64,
     /// How the heights are spread: shares of the length with heights in bins of [`HISTOGRAM_BIN`] of the height
     /// asked for, from 0; the last bin holds all that is higher.
     #[serde(default)]
@@ -223,6 +230,9 @@ pub struct Coverage {
     pub reachable_left_at: Vec<AreaAt>,
     /// The same, face by face.
     pub faces: Vec<FaceCoverage>,
+    /// The least length of passes that leaves the scallop height on what is cut, mm (see [`FaceCoverage`]).
+    #[serde(default)]
+    pub least_length_mm: f64,
     /// The planner's account in `job.json` minus this one, mm², by state; `cut` includes what the
     /// planner counts as cut.
     pub planner_difference_mm2: BTreeMap<SurfaceState, f64>,
@@ -246,6 +256,10 @@ pub struct FaceCoverage {
     pub area_mm2: f64,
     /// Area by state, mm²; states without area are left out.
     pub by_state_mm2: BTreeMap<SurfaceState, f64>,
+    /// What is cut of it, divided at each place by how far apart passes of the direction that they have there may be,
+    /// mm: the least length of passes that leaves the scallop height.
+    #[serde(default)]
+    pub least_length_mm: f64,
 }
 
 /// A place on a scallop crest: what a scallop map is coloured by.
@@ -281,6 +295,8 @@ pub struct ResidualSample {
     pub area_mm2: f64,
     /// Height of the material left along the normal, mm; `None` when it is beyond measure.
     pub residual_mm: Option<f64>,
+    /// How far apart passes may be that run as the one beside it does, by curvature and scallop height, mm.
+    pub step_over_mm: Option<f64>,
     /// What became of the surface there.
     pub state: SurfaceState,
 }

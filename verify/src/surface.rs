@@ -1,10 +1,13 @@
-use claymill_nurbs::{Face, FaceId, FaceMesh, Point2};
+use claymill_nurbs::{Face, FaceId, FaceMesh, Jet, Point2, Vector3};
 use rayon::prelude::*;
 
 use crate::reach::Reach;
 use crate::report::{ResidualSample, SurfaceState};
 use crate::scene::{Scene, Stage};
 use crate::swept::Swept;
+
+/// However well a valley fits the ball, passes are no further apart than flat step-overs divided by the root of this.
+const LEAST_BEND: f64 = 0.05;
 
 /// Heights up to this many scallop heights are measured; beyond it, a place is simply not cut.
 const MEASURED_UP_TO: f64 = 5.0;
@@ -65,13 +68,15 @@ fn sample(
     reach: &Reach<'_>,
 ) -> ResidualSample {
     let surface = &scene.model.faces[face].surface;
-    let point = surface.point(uv.x, uv.y);
+    let jet = surface.jet(uv.x, uv.y);
+    let point = jet.p;
     let mut sample = ResidualSample {
         point,
-        normal: nalgebra::Vector3::zeros(),
+        normal: Vector3::zeros(),
         face,
         area_mm2,
         residual_mm: None,
+        step_over_mm: None,
         state: SurfaceState::NotMeasured,
     };
     let Some((normal, _)) = surface.normal(uv.x, uv.y) else {
@@ -79,9 +84,10 @@ fn sample(
     };
     sample.normal = normal;
     let h = scene.scallop_mm();
-    if let Some((height, side)) = swept.residual(&point, &normal, MEASURED_UP_TO * h) {
-        sample.residual_mm = Some(height);
-        sample.normal = normal * side;
+    if let Some(left) = swept.residual(&point, &normal, MEASURED_UP_TO * h) {
+        sample.residual_mm = Some(left.height_mm);
+        sample.normal = normal * left.side;
+        sample.step_over_mm = step_over_mm(&jet, &left.way, &sample.normal, scene.job.request.tool.radius_mm(), h);
     }
     let limit = scene.options.cut_limit * h;
     sample.state = if sample.residual_mm.is_some_and(|height| height <= limit) {
@@ -92,6 +98,14 @@ fn sample(
         reach.judge(&point, &normal, limit - h)
     };
     sample
+}
+
+/// How far apart passes that run this `way` may be on the surface, mm: `s = 2 √((2 R h − h²) / (1 − κ⁺R))`, `κ⁺` across them
+/// (geometry.md §5.1, whose table it meets to a thousandth).
+fn step_over_mm(jet: &Jet, way: &Vector3, normal: &Vector3, radius_mm: f64, scallop_mm: f64) -> Option<f64> {
+    let across = normal.cross(way).try_normalize(0.0)?;
+    let bend = 1.0 - jet.normal_curvature(&across, normal)? * radius_mm;
+    Some(2.0 * ((2.0 * radius_mm * scallop_mm - scallop_mm * scallop_mm) / bend.max(LEAST_BEND)).sqrt())
 }
 
 /// Faces left out on request: `--only` and `--skip` choose whole faces, the planner's account names them.
@@ -132,4 +146,38 @@ fn spread(face: &Face, mesh: &FaceMesh, count: usize) -> Vec<Point2> {
         }
     }
     spots
+}
+
+#[cfg(test)]
+mod tests {
+    use claymill_nurbs::Point3;
+
+    use super::*;
+
+    #[test]
+    fn step_overs_are_those_of_the_reference_table() {
+        // geometry.md §5.1, R = 10, h = 0.02: the plane, cylinders of radius 1000, 100 and 25, convex and concave.
+        let table = [
+            (0.0, 1.264_278),
+            (-1e-3, 1.257_992),
+            (1e-3, 1.270_660),
+            (-1e-2, 1.205_324),
+            (1e-2, 1.332_802),
+            (-0.04, 1.068_103),
+            (0.04, 1.632_902),
+        ];
+        for (bend, exact) in table {
+            let zero = Vector3::zeros();
+            let jet = Jet {
+                p: Point3::origin(),
+                su: Vector3::x() * 3.0,
+                sv: Vector3::y() * 2.0,
+                suu: zero,
+                suv: zero,
+                svv: Vector3::z() * (4.0 * bend),
+            };
+            let found = step_over_mm(&jet, &(Vector3::x() * 7.0), &Vector3::z(), 10.0, 0.02).unwrap();
+            approx::assert_relative_eq!(found, exact, max_relative = 1e-3);
+        }
+    }
 }

@@ -29,6 +29,17 @@ pub(crate) struct Piece {
     pub(crate) parameters: (f64, f64),
 }
 
+/// What is left on a point of the surface.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Residual {
+    /// Height along the normal, mm.
+    pub(crate) height_mm: f64,
+    /// +1 on the side of the normal, −1 on the other.
+    pub(crate) side: f64,
+    /// The way of the ball that cut lowest, of any length.
+    pub(crate) way: Vector3,
+}
+
 impl<'a> Swept<'a> {
     /// Flattens all paths within `chord_mm`.
     pub(crate) fn new(tracks: &'a [Track], chord_mm: f64) -> Self {
@@ -85,19 +96,18 @@ impl<'a> Swept<'a> {
     }
 
     /// Height of the material that all balls together leave on the surface point `p` with normal `±n`, mm,
-    /// if it is no higher than `cap_mm`; a sheet may be cut from either side, the lower height counts. The
-    /// second value is +1 when that is the side of `n`, −1 for the other.
-    pub(crate) fn residual(&self, p: &Point3, n: &Vector3, cap_mm: f64) -> Option<(f64, f64)> {
-        let mut lowest: Option<(f64, f64)> = None;
+    /// if it is no higher than `cap_mm`; a sheet may be cut from either side, the lower height counts.
+    pub(crate) fn residual(&self, p: &Point3, n: &Vector3, cap_mm: f64) -> Option<Residual> {
+        let mut lowest: Option<Residual> = None;
         self.visit_near(p, self.largest_radius_mm + cap_mm, |piece| {
             let capsule = &piece.capsule;
             let side = (nalgebra::center(&capsule.a, &capsule.b) - p).dot(n).signum();
             if let Some(t) = capsule.entry(p, &(n * side))
                 && t <= cap_mm
                 && t > -FAR_SIDE * capsule.radius
-                && lowest.is_none_or(|(low, _)| t < low)
+                && lowest.as_ref().is_none_or(|low| t < low.height_mm)
             {
-                lowest = Some((t, side));
+                lowest = Some(Residual { height_mm: t, side, way: capsule.b - capsule.a });
             }
             ControlFlow::Continue(())
         });

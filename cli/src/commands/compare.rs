@@ -48,6 +48,8 @@ pub(super) struct Entry {
     pub(super) gouge_mm: f64,
     /// Share of the crests between 0.90 and 1.05 of the scallop height.
     pub(super) even_share: f64,
+    /// The same of the crests inside of regions.
+    pub(super) even_inside_share: f64,
     /// Straight moves that would follow the cuts at the same tolerance, and how many that is for one control point of
     /// theirs.
     pub(super) straight_moves: u64,
@@ -69,8 +71,12 @@ pub(super) struct RegionEntry {
 pub(super) struct Figures {
     pub(super) area_mm2: f64,
     pub(super) length: LengthByKind,
-    /// Area ÷ flat step-over ÷ length of the cuts.
+    /// The least length of passes that leaves the scallop height, by the surface's curvature across them, in mm, and as a
+    /// share of the length of the cuts.
+    pub(super) least_length_mm: f64,
     pub(super) efficiency: f64,
+    /// The same by the step-over on a plane: area ÷ flat step-over ÷ length of the cuts.
+    pub(super) flat_efficiency: f64,
     pub(super) passes: u32,
     pub(super) retracts: u32,
     /// Share of the whole way that does not cut.
@@ -225,6 +231,7 @@ impl Entry {
         let totals = &job.totals;
         let all = Figures {
             area_mm2: cut,
+            least_length_mm: found.coverage.least_length_mm,
             length: totals.length,
             passes: totals.passes,
             retracts: totals.retracts,
@@ -247,6 +254,7 @@ impl Entry {
             never_cut_share: if cut + left > 0.0 { left / (cut + left) } else { 0.0 },
             gouge_mm: found.gouge.deepest_mm,
             even_share: crests.even_share,
+            even_inside_share: crests.even_inside_share,
             straight_moves,
             straight_per_point: straight_moves as f64 / points.max(1) as f64,
             histogram: crests.histogram.clone(),
@@ -259,7 +267,8 @@ impl Figures {
     fn with_shares(mut self, step_mm: f64) -> Self {
         let all_mm = self.length.total_mm();
         if self.length.cut_mm > 0.0 {
-            self.efficiency = self.area_mm2 / step_mm / self.length.cut_mm;
+            self.efficiency = self.least_length_mm / self.length.cut_mm;
+            self.flat_efficiency = self.area_mm2 / step_mm / self.length.cut_mm;
         }
         if all_mm > 0.0 {
             self.non_cutting_share = 1.0 - self.length.cut_mm / all_mm;
@@ -279,6 +288,11 @@ fn regions(job: &Job, found: &Verification, step_mm: f64) -> Vec<RegionEntry> {
         f.retracts += r.retracts;
         f.time_s += r.time_s;
         f.control_points += r.control_points;
+    }
+    for (account, face) in job.faces.iter().zip(&found.coverage.faces) {
+        if let Some(f) = by_region.get_mut(&account.region) {
+            f.least_length_mm += face.least_length_mm;
+        }
     }
     for c in &found.scallop.crests.by_region {
         if let Some(f) = by_region.get_mut(&c.region) {
@@ -304,16 +318,16 @@ fn points_and_straight_moves(program: &Program, scallop_mm: f64) -> (u64, u64) {
 
 fn csv(comparison: &Comparison) -> String {
     let mut out =
-        "name,strategy,tool,scallop_mm,region,passed,area_m2,cut_km,link_km,lead_km,rapid_km,efficiency,\
+        "name,strategy,tool,scallop_mm,region,passed,area_m2,cut_km,link_km,lead_km,rapid_km,efficiency,flat_efficiency,\
                    passes,retracts,non_cutting_share,time_h,control_points,straight_moves,scallop_max_mm,\
-                   scallop_p99_mm,scallop_p95_mm,scallop_mean_mm,even_share,never_cut_share,gouge_mm\n"
+                   scallop_p99_mm,scallop_p95_mm,scallop_mean_mm,even_share,even_inside_share,never_cut_share,gouge_mm\n"
             .to_owned();
     for e in &comparison.entries {
         let head = format!("{},{},{},{}", e.name, e.strategy, e.tool, e.scallop_mm);
-        let tail = format!("{:.4},{:.6},{:.6}", e.even_share, e.never_cut_share, e.gouge_mm);
+        let tail = format!("{:.4},{:.4},{:.6},{:.6}", e.even_share, e.even_inside_share, e.never_cut_share, e.gouge_mm);
         out += &row(&head, "all", &e.passed.to_string(), &e.all, &e.straight_moves.to_string(), &tail);
         for r in &e.regions {
-            out += &row(&head, &r.region.to_string(), "", &r.figures, "", ",,");
+            out += &row(&head, &r.region.to_string(), "", &r.figures, "", ",,,");
         }
     }
     out
@@ -321,13 +335,14 @@ fn csv(comparison: &Comparison) -> String {
 
 fn row(head: &str, region: &str, passed: &str, f: &Figures, straight: &str, tail: &str) -> String {
     format!(
-        "{head},{region},{passed},{:.6},{:.6},{:.6},{:.6},{:.6},{:.4},{},{},{:.4},{:.4},{},{straight},{:.5},{:.5},{:.5},{:.5},{tail}\n",
+        "{head},{region},{passed},{:.6},{:.6},{:.6},{:.6},{:.6},{:.4},{:.4},{},{},{:.4},{:.4},{},{straight},{:.5},{:.5},{:.5},{:.5},{tail}\n",
         f.area_mm2 * 1e-6,
         f.length.cut_mm * 1e-6,
         f.length.link_mm * 1e-6,
         f.length.lead_mm * 1e-6,
         f.length.rapid_mm * 1e-6,
         f.efficiency,
+        f.flat_efficiency,
         f.passes,
         f.retracts,
         f.non_cutting_share,

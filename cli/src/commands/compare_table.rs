@@ -9,9 +9,10 @@ const GAP: usize = 2;
 /// A figure by its name.
 type Row = (&'static str, fn(&Entry) -> String);
 
-const ROWS: [Row; 15] = [
+const ROWS: [Row; 17] = [
     ("cutting length km", |e| format!("{:.3}", e.all.length.cut_mm * 1e-6)),
     ("efficiency", |e| format!("{:.3}", e.all.efficiency)),
+    ("by flat step-over", |e| format!("{:.3}", e.all.flat_efficiency)),
     ("passes", |e| e.all.passes.to_string()),
     ("retracts", |e| e.all.retracts.to_string()),
     ("way not cutting", |e| format!("{:.1} %", 100.0 * e.all.non_cutting_share)),
@@ -22,6 +23,7 @@ const ROWS: [Row; 15] = [
     ("scallop 99 % µm", |e| format!("{:.0}", 1e3 * e.all.scallop_p99_mm)),
     ("scallop mean µm", |e| format!("{:.0}", 1e3 * e.all.scallop_mean_mm)),
     ("even", |e| format!("{:.0} %", 100.0 * e.even_share)),
+    ("inside of regions", |e| format!("{:.1} %", 100.0 * e.even_inside_share)),
     ("left in reach", |e| format!("{:.3} %", 100.0 * e.never_cut_share)),
     ("gouge µm", |e| format!("{:.2}", 1e3 * e.gouge_mm)),
     ("verification", |e| if e.passed { "passed" } else { "NOT PASSED" }.to_owned()),
@@ -98,6 +100,7 @@ mod tests {
             never_cut_share: 0.0,
             gouge_mm: 0.0,
             even_share: 0.64,
+            even_inside_share: 0.71,
             straight_moves: 9_876_543,
             straight_per_point: 8.1,
             histogram: Vec::new(),

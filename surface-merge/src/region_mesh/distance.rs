@@ -1,8 +1,9 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use claymill_nurbs::Vector3;
+use claymill_nurbs::{FaceId, Point2, Vector3};
 
+use super::connectivity::NONE;
 use super::intrinsic::Intrinsic;
 use super::sparse::System;
 use super::{Field, FieldError, RegionMesh};
@@ -19,12 +20,13 @@ impl<'m> RegionMesh<'m> {
     /// # Errors
     /// The same as [`RegionMesh::distance_in`].
     pub fn distance(&self, from: &[u32]) -> Result<Field<'_, 'm>, FieldError> {
-        self.distance_in(from, |_, along| along.norm())
+        self.distance_in(from, |_, _, along| along.norm())
     }
 
-    /// The distance from the vertices `from` in a metric of one's own: `metric(vertex, along)` is how much the way
-    /// `along` to a neighbour (mm) counts, going by what is known at the vertex. With length / step-over, the distance
-    /// counts passes.
+    /// The distance from the vertices `from` in a metric of one's own: `metric(face, uv, along)` is how much the way
+    /// `along` (mm) counts, going by what is known at these parameters of the face. With length / step-over, the distance
+    /// counts passes. Along each side of a triangle the metric of its own face is integrated by Simpson's rule; over
+    /// joints, where curvature may jump, both sides count half.
     ///
     /// Heat method (Crane, Weischedel, Wardetzky, "Geodesics in heat", 2013) on intrinsic Delaunay triangles of
     /// the metric's lengths, then a few times the same with the distance's own directions; the field is
@@ -38,7 +40,7 @@ impl<'m> RegionMesh<'m> {
     pub fn distance_in(
         &self,
         from: &[u32],
-        metric: impl Fn(u32, &Vector3) -> f64,
+        metric: impl Fn(FaceId, Point2, &Vector3) -> f64,
     ) -> Result<Field<'_, 'm>, FieldError> {
         let count = self.vertices.len();
         let sources: Vec<usize> = from.iter().map(|&v| v as usize).filter(|&v| v < count).collect();
@@ -78,25 +80,37 @@ impl<'m> RegionMesh<'m> {
     }
 
     /// Lengths of the sides of each triangle in a metric.
-    fn lengths(&self, metric: impl Fn(u32, &Vector3) -> f64) -> Result<Vec<[f64; 3]>, FieldError> {
-        let length = |a: u32, b: u32| {
+    fn lengths(
+        &self,
+        metric: impl Fn(FaceId, Point2, &Vector3) -> f64,
+    ) -> Result<Vec<[f64; 3]>, FieldError> {
+        let on_face = |t: usize, k: usize| {
             // Always the same way round, so that both triangles of a side agree to the last bit.
-            let (a, b) = (a.min(b), a.max(b));
-            let along = self.point(b) - self.point(a);
+            let next = (k + 1) % 3;
+            let (a, b) = if self.triangles[t][k] < self.triangles[t][next] { (k, next) } else { (next, k) };
+            let vertices = [a, b].map(|corner| self.triangles[t][corner]);
+            let along = self.point(vertices[1]) - self.point(vertices[0]);
             if along.norm() == 0.0 {
                 return Ok(0.0);
             }
+            let uv = [a, b].map(|corner| self.corners[t][corner]);
             let mut sum = 0.0;
-            for vertex in [a, b] {
-                let value = metric(vertex, &along);
+            for (weight, at) in [(1.0, uv[0]), (4.0, nalgebra::center(&uv[0], &uv[1])), (1.0, uv[1])] {
+                let value = metric(self.face_of[t], at, &along);
                 if !(value > 0.0 && value.is_finite()) {
-                    return Err(FieldError::Metric { vertex, value });
+                    return Err(FieldError::Metric { vertex: vertices[0], value });
                 }
-                sum += value;
+                sum += weight * value;
             }
-            Ok(0.5 * sum)
+            Ok(sum / 6.0)
         };
-        self.triangles.iter().map(|&[a, b, c]| Ok([length(a, b)?, length(b, c)?, length(c, a)?])).collect()
+        let own = |t| Ok([on_face(t, 0)?, on_face(t, 1)?, on_face(t, 2)?]);
+        let own: Vec<[f64; 3]> = (0..self.triangles.len()).map(own).collect::<Result<_, _>>()?;
+        let both = |t: usize, k: usize| match self.twins[3 * t + k] {
+            NONE => own[t][k],
+            twin => 0.5 * (own[t][k] + own[twin as usize / 3][twin as usize % 3]),
+        };
+        Ok((0..own.len()).map(|t| [both(t, 0), both(t, 1), both(t, 2)]).collect())
     }
 }
 

@@ -34,6 +34,9 @@ const HOLE: f64 = 0.25;
 /// that loop but an arm that begins there. A field between two halves of the loop fades along an arm, to a tenth by
 /// this length (by exp(−2π) within each circumference).
 const ARM: f64 = 4.0;
+/// A sheet is compact with at least this share of the area of the disc that its longest loop could enclose: an oval twice as
+/// long as wide has 0.85 (isoperimetric quotient).
+const COMPACT: f64 = 0.8;
 /// A loop this near the far end of an arm, in its length, is that end.
 const AT_END: f64 = 0.3;
 /// A corner turns by more than this, degrees.
@@ -71,6 +74,21 @@ impl RegionMesh<'_> {
             [outer, others @ ..] if self.is_arm(outer) => self.arm(outer, others),
             [outer, ..] => self.sides(outer),
         }
+    }
+
+    /// Where distances over the region are measured from: the first of its guides, or the whole border where that is one
+    /// loop without a corner around something compact, so that lines at a distance follow each other inwards. From a part of
+    /// such a border they would run on around its ends and meet head on along a seam.
+    #[must_use]
+    pub fn distance_guide(&self) -> Vec<u32> {
+        if let [outer, holes @ ..] = self.loops()
+            && holes.iter().all(|l| l.length_mm <= HOLE * outer.length_mm)
+            && self.area_mm2() > COMPACT * outer.length_mm.powi(2) / (4.0 * PI)
+            && Ring::new(self, outer).corners().is_empty()
+        {
+            return outer.vertices.clone();
+        }
+        self.guides().from
     }
 
     fn is_arm(&self, outer: &BoundaryLoop) -> bool {

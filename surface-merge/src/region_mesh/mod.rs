@@ -115,9 +115,9 @@ pub enum FieldError {
         what: &'static str,
     },
     /// The metric gives a weight that is no positive number.
-    #[error("the metric is {value} at vertex {vertex}: it must be positive")]
+    #[error("the metric is {value} beside vertex {vertex}: it must be positive")]
     Metric {
-        /// The vertex.
+        /// A vertex beside.
         vertex: u32,
         /// The value.
         value: f64,

@@ -110,6 +110,7 @@ fn rows() -> Vec<Row> {
         row("Scallop, 99 %", Neither, |c| c.found.scallop.crests.p99_mm, deviation),
         row("Scallop, mean", Neither, |c| c.found.scallop.crests.mean_mm, deviation),
         row("Even crests", More, |c| c.found.scallop.crests.even_share, percent),
+        row("Even crests inside of regions", More, |c| c.found.scallop.crests.even_inside_share, percent),
         row("Deepest gouge", Less, |c| c.found.gouge.deepest_mm, deviation),
         row("Computing time", Neither, |c| c.job.timings.iter().map(|t| t.seconds).sum(), duration),
     ]

@@ -57,7 +57,7 @@ pub(crate) struct Spot {
 pub(crate) trait Levels: Sync {
     /// Lowest and highest level.
     fn range(&self) -> (f64, f64);
-    /// Whether a unit of level is a step-over everywhere, more or less.
+    /// Whether a unit of level is a step-over.
     fn in_steps(&self) -> bool {
         false
     }
@@ -208,24 +208,20 @@ impl SetupContext<'_> {
     }
 
     /// Levels at a distance that wastes least: their density is asked for all over the range. Where levels count
-    /// step-overs what they ask for differs by accident alone, and the middle is right: the cheapest distance would
-    /// follow the closest few.
+    /// step-overs they are one apart: what single places ask for differs from that by accident.
     fn first_levels(&self, pattern: &dyn Levels) -> Vec<f64> {
         let (low, high) = pattern.range();
-        let asked = if pattern.in_steps() { ((high - low).ceil() as usize).clamp(1, ASKED) } else { ASKED };
+        let asked = if pattern.in_steps() { 1 } else { ASKED };
         let width = (high - low) / asked as f64;
         let density = |k: usize| {
+            if pattern.in_steps() {
+                return 1.0;
+            }
             let level = low + (k as f64 + 0.5) * width;
             let needs: Vec<f32> =
                 pattern.whole_lines(level).iter().flat_map(|line| self.needs(line)).collect();
             let widest = f64::from(needs.iter().copied().fold(0.0f32, f32::max));
-            if widest <= 0.0 {
-                0.0
-            } else if pattern.in_steps() {
-                1.0 / middle(needs)
-            } else {
-                1.0 / cheapest_step(&needs, widest)
-            }
+            if widest <= 0.0 { 0.0 } else { 1.0 / cheapest_step(&needs, widest) }
         };
         let density: Vec<f64> = (0..asked).map(density).collect();
         let mut sums = vec![0.0];
@@ -469,11 +465,6 @@ impl SetupContext<'_> {
 }
 
 /// The median of some distances.
-fn middle(mut needs: Vec<f32>) -> f64 {
-    let half = needs.len() / 2;
-    f64::from(*needs.select_nth_unstable_by(half, f32::total_cmp).1)
-}
-
 fn of_each<T, L>(all: &[T], levels: impl Fn(&T) -> Vec<L>) -> Vec<(usize, L)> {
     all.iter().enumerate().flat_map(|(k, t)| levels(t).into_iter().map(move |l| (k, l))).collect()
 }

@@ -226,7 +226,8 @@ fn neighbours(
         let [first, second] = &mut nearest[usize::from(beside > 0.0)];
         let found = Some((*piece, distance));
         let is_nearer = |than: &Option<(Piece, f64)>| than.is_none_or(|(_, best)| distance < best);
-        let is_same = |pass: &Option<(Piece, f64)>| pass.is_some_and(|(p, _)| swept.track(&p).pass == other.pass);
+        let is_same =
+            |pass: &Option<(Piece, f64)>| pass.is_some_and(|(p, _)| swept.track(&p).pass == other.pass);
         if is_nearer(first) {
             if !is_same(first) {
                 *second = *first;

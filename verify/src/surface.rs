@@ -87,7 +87,8 @@ fn sample(
     if let Some(left) = swept.residual(&point, &normal, MEASURED_UP_TO * h) {
         sample.residual_mm = Some(left.height_mm);
         sample.normal = normal * left.side;
-        sample.step_over_mm = step_over_mm(&jet, &left.way, &sample.normal, scene.job.request.tool.radius_mm(), h);
+        sample.step_over_mm =
+            step_over_mm(&jet, &left.way, &sample.normal, scene.job.request.tool.radius_mm(), h);
     }
     let limit = scene.options.cut_limit * h;
     sample.state = if sample.residual_mm.is_some_and(|height| height <= limit) {

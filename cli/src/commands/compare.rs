@@ -324,7 +324,10 @@ fn csv(comparison: &Comparison) -> String {
             .to_owned();
     for e in &comparison.entries {
         let head = format!("{},{},{},{}", e.name, e.strategy, e.tool, e.scallop_mm);
-        let tail = format!("{:.4},{:.4},{:.6},{:.6}", e.even_share, e.even_inside_share, e.never_cut_share, e.gouge_mm);
+        let tail = format!(
+            "{:.4},{:.4},{:.6},{:.6}",
+            e.even_share, e.even_inside_share, e.never_cut_share, e.gouge_mm
+        );
         out += &row(&head, "all", &e.passed.to_string(), &e.all, &e.straight_moves.to_string(), &tail);
         for r in &e.regions {
             out += &row(&head, &r.region.to_string(), "", &r.figures, "", ",,,");

@@ -20,7 +20,7 @@ impl RegionMesh<'_> {
         let lengths = self.triangles.iter();
         let lengths = lengths.map(|t| std::array::from_fn(|k| self.distance_mm(t[k], t[(k + 1) % 3])));
         let intrinsic = Intrinsic::new(&self.triangles, &self.twins, lengths.collect());
-        let (weights, _) = intrinsic.weights(count);
+        let weights = intrinsic.weights();
         let mut diagonal = vec![0.0; 2 * count];
         let mut couplings = Vec::with_capacity(2 * weights.len());
         let y = |i: u32| i + count as u32;

@@ -33,13 +33,7 @@ impl<'m> RegionMesh<'m> {
         let lengths = self.triangles.iter();
         let lengths = lengths.map(|t| std::array::from_fn(|k| self.distance_mm(t[k], t[(k + 1) % 3])));
         let intrinsic = Intrinsic::new(&self.triangles, &self.twins, lengths.collect());
-        let (weights, areas) = intrinsic.weights(self.vertices.len());
-        let mut diagonal = vec![0.0; areas.len()];
-        for &(i, j, w) in &weights {
-            diagonal[i as usize] += w;
-            diagonal[j as usize] += w;
-        }
-        let values = System::new(&diagonal, &weights, &fixed)?.solve(|_| 0.0);
+        let values = System::laplace(&intrinsic.weights(), &fixed)?.solve(|_| 0.0);
         Ok(Field::new(self, values))
     }
 }

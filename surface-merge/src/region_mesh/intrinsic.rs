@@ -142,7 +142,7 @@ impl Intrinsic {
     }
 
     /// Mean length of all sides.
-    pub(super) fn mean_length(&self) -> f64 {
+    fn mean_length(&self) -> f64 {
         let sum: f64 = self.lengths.iter().flatten().sum();
         sum / (3 * self.lengths.len()) as f64
     }
@@ -153,17 +153,13 @@ impl Intrinsic {
         [[0.0; 2], [l0, 0.0], place(l0, l2, l1)]
     }
 
-    /// The cotangent weights: for each pair of vertices joined by a side, half the cotangents of the angles
-    /// across it, and for each vertex a third of the area around it.
-    pub(super) fn weights(&self, vertices: usize) -> (Vec<(u32, u32, f64)>, Vec<f64>) {
+    /// The cotangent weights: for each pair of vertices joined by a side, half the cotangents of the angles across it.
+    pub(super) fn weights(&self) -> Vec<(u32, u32, f64)> {
         let mut weights = Vec::with_capacity(self.twins.len());
-        let mut areas = vec![0.0; vertices];
         for (triangle, lengths) in self.triangles.iter().zip(&self.lengths) {
             let cotangents = cotangents(lengths);
-            let third = area(lengths) / 3.0;
             for k in 0..3 {
                 let (i, j) = (triangle[k], triangle[(k + 1) % 3]);
-                areas[i as usize] += third;
                 if i != j {
                     weights.push((i.min(j), i.max(j), 0.5 * cotangents[k]));
                 }
@@ -177,7 +173,7 @@ impl Intrinsic {
             }
             same
         });
-        (weights, areas)
+        weights
     }
 }
 
@@ -235,12 +231,11 @@ mod tests {
         }
         // Linear functions are harmonic on the plane at inner vertices; here all vertices are on the border,
         // so the weights are tested by their row sums against the gradient energy of x: its area.
-        let (weights, areas) = found.weights(places.len());
+        let weights = found.weights();
         let energy: f64 = weights
             .iter()
             .map(|&(i, j, w)| w * (places[i as usize][0] - places[j as usize][0]).powi(2))
             .sum();
         approx::assert_relative_eq!(energy, 8.0, epsilon = 1e-6);
-        approx::assert_relative_eq!(areas.iter().sum::<f64>(), 8.0, epsilon = 1e-6);
     }
 }

@@ -36,6 +36,7 @@
 //! # Ok::<(), claymill_surface_merge::FieldError>(())
 //! ```
 
+mod arrival;
 mod build;
 mod connectivity;
 mod distance;

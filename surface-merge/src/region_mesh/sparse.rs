@@ -20,6 +20,16 @@ pub(super) struct System {
 }
 
 impl System {
+    /// That of a function on vertices that pull on each other by `weights`, each pair once.
+    pub(super) fn laplace(weights: &[(u32, u32, f64)], fixed: &[Option<f64>]) -> Result<Self, FieldError> {
+        let mut diagonal = vec![0.0; fixed.len()];
+        for &(i, j, w) in weights {
+            diagonal[i as usize] += w;
+            diagonal[j as usize] += w;
+        }
+        System::new(&diagonal, weights, fixed)
+    }
+
     /// `couplings` are the `w_ij`, each pair once.
     pub(super) fn new(
         diagonal: &[f64],

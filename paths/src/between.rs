@@ -14,10 +14,10 @@ use claymill_nurbs::{Point2, Point3, Vector3};
 use crate::contact::Support;
 use crate::crests::WORTH_A_PASS;
 use crate::ground::Ground;
-use crate::levels::{Place, Spot};
 use crate::near::{LaidNear, Touch, cut_to_mm};
 use crate::part::SetupContext;
 use crate::reach::LEAST_FACING;
+use crate::strokes::{Place, Spot};
 
 /// Between passes whose balls are no further apart than this, in flat step-overs, no crest is too high but in a valley.
 const FAR_APART: f64 = 1.02;
@@ -32,7 +32,7 @@ const HALVINGS: usize = 4;
 
 /// What is laid of a part so far.
 pub(crate) struct SoFar<'s, 'b, 'a, 'm> {
-    pub(crate) near: [&'s LaidNear<'s>; 2],
+    pub(crate) near: [&'s LaidNear<'s>; 3],
     pub(crate) ground: &'s Ground<'b, 'a, 'm>,
 }
 

@@ -8,23 +8,24 @@
 //! A pattern only says where passes run. Halfway between neighbouring levels the model is looked at again:
 //! where the passes laid so far leave too much, the level halfway is laid over that stretch, and so on.
 
-use claymill_nurbs::{FaceId, Point2, Point3, Vector3};
+use std::collections::BTreeSet;
+
+use claymill_nurbs::Vector3;
 use rayon::prelude::*;
 
 use crate::between::SoFar;
 use crate::contact::Location;
-use crate::contour::contour;
 use crate::crests::Laid;
 use crate::ground::Ground;
 use crate::halfway::{Found, Halfway, Level, halfway};
 use crate::near::{LaidNear, Touch};
 use crate::part::{SetupContext, TOO_HIGH};
-use crate::plan_curve::{Drawn, through};
-use crate::profile::{follow, parted};
+use crate::plan_curve::within;
 use crate::proofs::Proofs;
 use crate::raster::cheapest_step;
-use crate::reach::{LEAST_FACING, OVERHANGING};
+use crate::spines::{Asking, in_plan, spines};
 use crate::step_over::on_contact_mm;
+use crate::strokes::{Place, Spot, Stroke};
 
 /// Levels, at most, at which the step-over is asked for before the first passes are laid.
 const ASKED: usize = 48;
@@ -43,15 +44,17 @@ const CLOSEST: f64 = 0.08;
 /// And where what the ball reaches ends is not looked for more closely than to this share.
 const END_OF_REACH: f64 = 0.25;
 
-/// A place on a level curve.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Spot {
-    pub(crate) face: FaceId,
-    pub(crate) u: f64,
-    pub(crate) v: f64,
-    /// How far the curves lie apart here for a unit of level, mm on the surface.
-    pub(crate) per_level_mm: f64,
-}
+/// Levels are next to each other when they are no further apart than this times what lies between them and their neighbours.
+const NEXT: f64 = 1.1;
+/// Stretches no longer than this may be cut by a pass across, which has one of them at most so far from the next, in flat
+/// step-overs; and it runs by this share of one beside their middles at most.
+const SHORT_STEPS: f64 = 8.0;
+const SEAM_STEPS: f64 = 4.0;
+/// Stretches of one level no further apart than this are one to them.
+const SAME_STEPS: f64 = 2.0;
+const SPINE_ASIDE: f64 = 0.3;
+/// Ranks of lines that are no neighbours are so far apart.
+const APART: usize = 10;
 
 /// A function on faces, by its level curves.
 pub(crate) trait Levels: Sync {
@@ -73,22 +76,6 @@ pub(crate) trait Levels: Sync {
     }
 }
 
-/// A place where the ball should touch.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Place {
-    pub(crate) spot: Spot,
-    point: Point3,
-    pub(crate) normal: Vector3,
-    pub(crate) centre: Point3,
-    claimed: bool,
-}
-
-/// A guide with the places that it is made of.
-struct Stroke {
-    drawn: Drawn,
-    places: Vec<Place>,
-}
-
 /// What the passes laid so far have done for a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Done {
@@ -107,6 +94,16 @@ struct AtLevel {
     found: Found,
     /// Whether what lies on both sides has to be looked at.
     goes_on: bool,
+}
+
+/// What is left along the lines at a level halfway between two.
+struct Look {
+    pattern: usize,
+    halfway: Halfway,
+    goes_on: bool,
+    barred: bool,
+    /// With the stretches on which too much is left.
+    strokes: Vec<(Stroke, Vec<(f64, f64)>)>,
 }
 
 /// Levels of some patterns that passes are laid along, round by round.
@@ -187,24 +184,103 @@ impl SetupContext<'_> {
             of_each(&levels.iter().zip(patterns).collect::<Vec<_>>(), |(levels, pattern)| {
                 halfway(levels, pattern.range(), *round == 1)
             });
-        let near = LaidNear::new(laid, self.flat_step_mm());
-        let of_level = |&(pattern, Halfway { at: level, gap, beside_barred }): &(usize, Halfway)| {
-            let (on, so_far) =
-                (patterns[pattern].as_ref(), SoFar { near: [&near, &ground.in_valleys], ground });
-            let (mut runs, leans) = self.runs(on, level);
-            let is_wide = |place: &Place| self.gap_steps(place, gap) >= END_OF_REACH;
-            let goes_on = beside_barred && runs.iter().flatten().any(is_wide);
-            runs.retain(|run| !self.is_done(run, gap, &so_far));
-            let (mut laid, mut barred) = (Vec::new(), leans);
-            for stroke in &self.strokes(runs, on.height_mm(level)) {
-                let (missing, barred_here) = self.missing(stroke, gap, &so_far);
-                laid.extend(missing.into_iter().map(|s| self.lay_stroke(stroke, level, Some(s), ground)));
-                barred |= barred_here;
-            }
-            let found = found(&laid, barred);
-            AtLevel { pattern, level, laid, found, goes_on: goes_on || found.laid || found.barred }
+        let (near, none) = (LaidNear::new(laid, self.flat_step_mm()), LaidNear::new(&[], 1.0));
+        let look = |&(pattern, halfway): &(usize, Halfway)| {
+            let so_far = SoFar { near: [&near, &ground.in_valleys, &none], ground };
+            self.look(patterns[pattern].as_ref(), pattern, halfway, &so_far)
         };
-        between.par_iter().map(of_level).collect()
+        let mut looks: Vec<Look> = between.par_iter().map(look).collect();
+        let mut found = self.lay_spines(&mut looks, patterns, [&near, &ground.in_valleys], ground);
+        let of_level = |look: Look| {
+            let stretches = |(stroke, missing): &(Stroke, Vec<(f64, f64)>)| -> Vec<(Laid, Proofs)> {
+                let bridged = bridged(missing).into_iter();
+                bridged.map(|s| self.lay_stroke(stroke, look.halfway.at, Some(s), ground)).collect()
+            };
+            let laid: Vec<(Laid, Proofs)> = look.strokes.iter().flat_map(stretches).collect();
+            let found = self::found(&laid, look.barred);
+            let goes_on = look.goes_on || found.laid || found.barred;
+            AtLevel { pattern: look.pattern, level: look.halfway.at, laid, found, goes_on }
+        };
+        found.par_extend(looks.into_par_iter().map(of_level));
+        found
+    }
+
+    /// Where too much is left along the lines at a level halfway between two.
+    fn look(&self, on: &dyn Levels, pattern: usize, halfway: Halfway, so_far: &SoFar) -> Look {
+        let Halfway { at: level, gap, beside_barred } = halfway;
+        let (mut runs, leans) = self.runs(on, level);
+        let is_wide = |place: &Place| self.gap_steps(place, gap) >= END_OF_REACH;
+        let goes_on = beside_barred && runs.iter().flatten().any(is_wide);
+        runs.retain(|run| !self.is_done(run, gap, so_far));
+        let mut look = Look { pattern, halfway, goes_on, barred: leans, strokes: Vec::new() };
+        for stroke in self.strokes(runs, on.height_mm(level)) {
+            let (missing, barred) = self.missing(&stroke, gap, so_far);
+            look.barred |= barred;
+            look.strokes.push((stroke, missing));
+        }
+        look
+    }
+
+    /// Lays a spine wherever short stretches are missing side by side on neighbouring lines, and looks again at these.
+    fn lay_spines(
+        &self,
+        looks: &mut [Look],
+        patterns: &[Box<dyn Levels + '_>],
+        near: [&LaidNear; 2],
+        ground: &Ground,
+    ) -> Vec<AtLevel> {
+        let step_mm = self.flat_step_mm();
+        let (mut asking, mut rank): (Vec<Asking>, usize) = (Vec::new(), 0);
+        let mut asked_by: Vec<Vec<(usize, usize)>> = Vec::new();
+        for (k, look) in looks.iter().enumerate() {
+            let follows = k > 0 && looks[k - 1].pattern == look.pattern && {
+                let (before, here) = (looks[k - 1].halfway, look.halfway);
+                here.at - before.at <= NEXT * (before.gap + here.gap)
+            };
+            rank += if follows { 1 } else { APART };
+            if patterns[look.pattern].height_mm(look.halfway.at).is_some() || self.beside_walls.is_some() {
+                continue;
+            }
+            for (s, (stroke, missing)) in look.strokes.iter().enumerate() {
+                for &(from, to) in missing.iter().filter(|(from, to)| to - from <= SHORT_STEPS * step_mm) {
+                    let centre = stroke.centre(0.5 * (from + to));
+                    let same =
+                        |a: &Asking| a.rank == rank && (a.centre - centre).norm() <= SAME_STEPS * step_mm;
+                    // A line that turns sharply is two strokes, and asks on both sides of its corner.
+                    if let Some(other) = asking.iter().rposition(same) {
+                        asking[other].centre = nalgebra::center(&asking[other].centre, &centre);
+                        asked_by[other].push((k, s));
+                    } else {
+                        asking.push(Asking { rank, centre });
+                        asked_by.push(vec![(k, s)]);
+                    }
+                }
+            }
+        }
+        let spines = spines(&asking, SEAM_STEPS * step_mm);
+        let lay = |spine: &Vec<usize>| -> Vec<AtLevel> {
+            let look = &looks[asked_by[spine[0]][0].0];
+            let (pattern, level) = (look.pattern, look.halfway.at);
+            let drawn = within(&in_plan(spine, &asking), SPINE_ASIDE * step_mm).into_iter();
+            let laid = drawn
+                .map(|drawn| self.lay_stroke(&Stroke { drawn, places: Vec::new() }, level, None, ground));
+            let laid = laid.collect();
+            vec![AtLevel { pattern, level, laid, found: Found::default(), goes_on: false }]
+        };
+        let laid: Vec<AtLevel> = spines.par_iter().flat_map_iter(lay).collect();
+        let of_spines: Vec<Laid> = laid.iter().flat_map(|at| at.laid.iter().map(|l| l.0.clone())).collect();
+        let with_spines = LaidNear::new(&of_spines, step_mm);
+        let so_far = SoFar { near: [near[0], near[1], &with_spines], ground };
+        let crossed: BTreeSet<(usize, usize)> =
+            spines.iter().flatten().flat_map(|&k| asked_by[k].iter().copied()).collect();
+        let again: Vec<((usize, usize), Vec<(f64, f64)>)> = crossed
+            .into_par_iter()
+            .map(|(k, s)| ((k, s), self.missing(&looks[k].strokes[s].0, looks[k].halfway.gap, &so_far).0))
+            .collect();
+        for ((k, s), missing) in again {
+            looks[k].strokes[s].1 = missing;
+        }
+        laid
     }
 
     /// Levels at a distance that wastes least: their density is asked for all over the range. Where levels count
@@ -260,111 +336,6 @@ impl SetupContext<'_> {
         if needs.is_empty() { unclaimed } else { needs }
     }
 
-    /// Where the ball is when it touches the spots, `None` where they lean too far. What is claimed within half a step
-    /// beside a line counts as well: it is for this line to cut.
-    fn places(&self, line: &[Spot]) -> Vec<Option<Place>> {
-        let mut places: Vec<Option<Place>> = line.iter().map(|&spot| self.place(spot)).collect();
-        for w in 1..places.len() {
-            let [Some(a), Some(b)] = [places[w - 1], places[w]] else { continue };
-            let beside = |p: &Place| self.is_claimed_beside(p, b.point - a.point);
-            let claimed = [a, b].map(|p| p.claimed || beside(&p));
-            for (place, claimed) in places[w - 1..=w].iter_mut().flatten().zip(claimed) {
-                place.claimed = claimed;
-            }
-        }
-        places
-    }
-
-    /// Whether the setup cuts what is half a step away from a place on its face, across a line.
-    fn is_claimed_beside(&self, place: &Place, along: Vector3) -> bool {
-        let Spot { face, u, v, .. } = place.spot;
-        if !self.claims.any(face) {
-            return false;
-        }
-        let jet = self.ball.surface(face).jet(u, v);
-        let Some(across) = place.normal.cross(&along).try_normalize(0.0) else { return false };
-        [0.5, -0.5].into_iter().any(|steps| {
-            let aside = jet.tangent_coordinates(&(across * (steps * self.flat_step_mm())));
-            aside.is_some_and(|d| self.claims_at(face, u + d.x, v + d.y))
-        })
-    }
-
-    fn place(&self, spot: Spot) -> Option<Place> {
-        let surface = self.ball.surface(spot.face);
-        let (n, _) = surface.normal(spot.u, spot.v)?;
-        let (normal, least_facing) = match self.beside_walls {
-            Some(sides) => (n * sides[spot.face], OVERHANGING),
-            None => (if n.z < 0.0 { -n } else { n }, LEAST_FACING),
-        };
-        let point = surface.point(spot.u, spot.v);
-        (normal.z >= least_facing).then(|| Place {
-            spot,
-            point,
-            normal,
-            centre: point + normal * self.ball.radius_mm(),
-            claimed: self.claims_at(spot.face, spot.u, spot.v),
-        })
-    }
-
-    /// Claimed stretches of the lines at a level, and whether one of these ends where the ball cannot touch any more: such a
-    /// wall leans over. Other lines than those at a height end where others' faces begin.
-    fn runs(&self, pattern: &dyn Levels, level: f64) -> (Vec<Vec<Place>>, bool) {
-        let (mut all, mut leans) = (Vec::new(), false);
-        for line in pattern.lines(level) {
-            let places = self.places(&line);
-            leans |= pattern.height_mm(level).is_some() && self.leans(&places, &line);
-            all.extend(runs(&places));
-        }
-        (all, leans)
-    }
-
-    /// Whether claimed places of a line lean too far, or end at one that does.
-    fn leans(&self, places: &[Option<Place>], line: &[Spot]) -> bool {
-        let is_claimed = |k: usize| match places[k] {
-            Some(place) => place.claimed,
-            None => self.claims_at(line[k].face, line[k].u, line[k].v),
-        };
-        let leans =
-            |k: usize| places[k].is_none() && (k.saturating_sub(1)..line.len().min(k + 2)).any(is_claimed);
-        (0..line.len()).any(leans)
-    }
-
-    fn strokes(&self, runs: Vec<Vec<Place>>, height_mm: Option<f64>) -> Vec<Stroke> {
-        let mut strokes = Vec::new();
-        for run in runs {
-            let plan: Vec<Point2> = run.iter().map(|p| p.centre.xy()).collect();
-            let drawn = match height_mm {
-                Some(height) if self.beside_walls.is_some() => self.wall_contour(&plan, height),
-                Some(height) => contour(self.ball, &plan, height, ASIDE * self.flat_step_mm()),
-                None => through(&plan),
-            };
-            strokes.extend(drawn.into_iter().map(|drawn| Stroke { drawn, places: run.clone() }));
-        }
-        strokes
-    }
-
-    /// Follows a stroke, or one stretch of it.
-    fn lay_stroke(
-        &self,
-        stroke: &Stroke,
-        level: f64,
-        stretch: Option<(f64, f64)>,
-        ground: &Ground,
-    ) -> (Laid, Proofs) {
-        let at = &stroke.drawn.at;
-        let (s0, s1) = stretch.unwrap_or((at[0].1, at[at.len() - 1].1));
-        let guide = &stroke.drawn.guide;
-        let followed = match self.beside_walls {
-            Some(_) => self.follow_beside(guide, level, [s0, s1]),
-            None => follow(self.ball, guide, s0, s1),
-        };
-        let proofs = followed.proofs;
-        let corners = &stroke.drawn.corners;
-        let passes = followed.passes(|face| ground.owns(face));
-        let chains = passes.into_iter().map(|chain| parted(chain, corners)).collect();
-        (Laid { q: level, guide: guide.clone(), planned: vec![(s0, s1)], chains, fresh: true }, proofs)
-    }
-
     /// Stretches of a stroke on which the passes laid so far leave too much that the ball could cut, the next
     /// ones being `gap` away in level, and whether they leave anything that it could not.
     fn missing(&self, stroke: &Stroke, gap: f64, so_far: &SoFar) -> (Vec<(f64, f64)>, bool) {
@@ -385,7 +356,7 @@ impl SetupContext<'_> {
                     Done::Left => {
                         let (a, b) = (s - reach_mm, s + reach_mm);
                         match found.last_mut() {
-                            Some(open) if a - open.1 <= BRIDGE_MM => open.1 = b,
+                            Some(open) if a <= open.1 => open.1 = b,
                             _ => found.push((a, b)),
                         }
                     }
@@ -469,24 +440,16 @@ fn of_each<T, L>(all: &[T], levels: impl Fn(&T) -> Vec<L>) -> Vec<(usize, L)> {
     all.iter().enumerate().flat_map(|(k, t)| levels(t).into_iter().map(move |l| (k, l))).collect()
 }
 
-/// Claimed stretches of a line, over short gaps and with one place more at either end: what is claimed ends
-/// somewhere between two places.
-fn runs(places: &[Option<Place>]) -> Vec<Vec<Place>> {
-    let mut runs = Vec::new();
-    for part in places.split(Option::is_none) {
-        let part: Vec<Place> = part.iter().flatten().copied().collect();
-        let mut claimed: Vec<(usize, usize)> = Vec::new();
-        for i in (0..part.len()).filter(|&i| part[i].claimed) {
-            match claimed.last_mut() {
-                Some(open) if (part[i].point - part[open.1].point).norm() <= BRIDGE_MM => open.1 = i,
-                _ => claimed.push((i, i)),
-            }
+/// Stretches over short gaps.
+fn bridged(stretches: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut bridged: Vec<(f64, f64)> = Vec::new();
+    for &(from, to) in stretches {
+        match bridged.last_mut() {
+            Some(open) if from - open.1 <= BRIDGE_MM => open.1 = to,
+            _ => bridged.push((from, to)),
         }
-        let beyond =
-            |(from, to): (usize, usize)| part[from.saturating_sub(1)..part.len().min(to + 2)].to_vec();
-        runs.extend(claimed.into_iter().map(beyond).filter(|run| run.len() > 1));
     }
-    runs
+    bridged
 }
 
 /// What was found where this was laid.

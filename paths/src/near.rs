@@ -8,8 +8,9 @@ use crate::crests::Laid;
 
 /// Passes are looked for within this many cells.
 const REACH_CELLS: i32 = 2;
-/// A pass that runs less along the feed than this crosses it, as a cosine.
-const CROSSING: f64 = 0.2;
+/// A pass that runs less along the feed than this crosses it, as a cosine, and of two beside a place.
+const CROSSING: f64 = 0.9;
+const CROSSING_BESIDE: f64 = 0.2;
 const NEWTON_STEPS: usize = 4;
 /// A pass comes by where its ball is no further along the feed than this many cells.
 const COMES_BY: f64 = 0.1;
@@ -99,7 +100,8 @@ impl<'a> LaidNear<'a> {
     pub(crate) fn is_cut(&self, touch: &Touch, radius_mm: f64, most_mm: f64) -> bool {
         let Touch { point, normal, centre, .. } = touch;
         let mut passes: Vec<&At> = self.around(centre).collect();
-        let cuts = |at: &At| cut_to_mm(point, normal, &self.crossing(at, touch), radius_mm) <= most_mm;
+        let cuts =
+            |at: &At| cut_to_mm(point, normal, &self.crossing(at, touch, CROSSING), radius_mm) <= most_mm;
         // Nearly always the nearest one has, and no other needs to be looked at.
         match passes.iter().min_by(|a, b| a.away(centre).total_cmp(&b.away(centre))) {
             None => return false,
@@ -129,7 +131,7 @@ impl<'a> LaidNear<'a> {
         }
         sides.map(|mut passes| {
             while let Some((_, nearest)) = passes.iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
-                let (ball, profile) = (self.crossing(nearest, touch), nearest.profile());
+                let (ball, profile) = (self.crossing(nearest, touch, CROSSING_BESIDE), nearest.profile());
                 if (ball - centre).dot(feed).abs() <= COMES_BY * self.cell_mm {
                     return Some(ball);
                 }
@@ -149,7 +151,7 @@ impl<'a> LaidNear<'a> {
     }
 
     /// The ball on the pass where it comes past.
-    fn crossing(&self, at: &At, Touch { centre, feed, .. }: &Touch) -> Point3 {
+    fn crossing(&self, at: &At, Touch { centre, feed, .. }: &Touch, crossing: f64) -> Point3 {
         let row = &self.laid[at.laid as usize];
         let profile = &row.chains[at.chain as usize][at.profile as usize];
         let (s0, s1) = (profile.start().s, profile.end().s);
@@ -161,7 +163,7 @@ impl<'a> LaidNear<'a> {
             ball = Point3::new(x, y, z);
             let along = Vector3::new(dx, dy, slope);
             // A pass that crosses comes nearest where it is nearest.
-            let crosses = along.normalize().dot(feed).abs() < CROSSING;
+            let crosses = along.normalize().dot(feed).abs() < crossing;
             let feed = if crosses { along.normalize() } else { *feed };
             let next = (s - (ball - centre).dot(&feed) / along.dot(&feed)).clamp(s0, s1);
             if next == s {

@@ -2,7 +2,8 @@
 
 use claymill_nurbs::{Domain, Face, FaceId, NurbsSurface, Point2};
 
-use crate::levels::{Levels, Spot};
+use crate::levels::Levels;
+use crate::strokes::Spot;
 
 /// Places along a parameter line are about this far apart, mm.
 const APART_MM: f64 = 1.5;

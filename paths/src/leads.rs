@@ -31,7 +31,7 @@ const TOUCHING_MM: f64 = 1e-3;
 /// So far aside an earlier ball is looked for where it did not get down, in its radii.
 const BESIDE: [f64; 2] = [0.5, 0.9];
 /// Ways over up to this length are looked at closely where the map of heights asks for a long way up, mm.
-const SHORT_WAY_MM: f64 = 60.0;
+const SHORT_WAY_MM: f64 = 600.0;
 /// Leads are slanted where that saves this much of their height, mm.
 const WORTH_MM: f64 = 2.0 * CLEARANCE_MM;
 

@@ -2,7 +2,7 @@
 
 SHELL := /bin/bash
 CARGO ?= cargo
-BIN := target/release/claymill
+BIN := target/dist/claymill
 # Mesa complains on stderr when this is unset.
 export XDG_RUNTIME_DIR ?= $(shell mktemp -d)
 
@@ -22,7 +22,7 @@ lint:
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --release --workspace --no-deps
 
 build: setup
-	$(CARGO) build --release -p claymill-cli
+	$(CARGO) build --profile dist -p claymill-cli
 
 bench: setup
 	$(CARGO) bench --workspace

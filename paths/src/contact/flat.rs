@@ -67,7 +67,11 @@ pub(crate) fn on_segment(a: &Point3, b: &Point3, x: f64, y: f64, r: f64) -> Opti
 }
 
 /// The ball on a triangle with upward or downward normal `n` (not normalised).
+///
+/// How high a ball is that touches the plane in some place is a concave function of that place: where its top lies
+/// outside of the triangle, the highest place of the triangle is on a side that is seen from there.
 pub(crate) fn on_triangle(t: &[Point3; 3], n: &Vector3, x: f64, y: f64, r: f64) -> Option<Rest> {
+    let mut seen = [true; 3];
     if let Some((z, nz)) = plane_height(&t[0], n, x, y, r) {
         let size = n.norm() * nz.signum();
         let c = Point3::new(x, y, z) - n * (r / size);
@@ -75,9 +79,10 @@ pub(crate) fn on_triangle(t: &[Point3; 3], n: &Vector3, x: f64, y: f64, r: f64) 
         if at.iter().all(|&w| w >= 0.0) {
             return Some(Rest { z, at });
         }
+        seen = at.map(|w| w.is_nan() || w < 0.0);
     }
     let mut best: Option<Rest> = None;
-    for i in 0..3 {
+    for i in (0..3).filter(|i| seen[(i + 2) % 3]) {
         let j = (i + 1) % 3;
         if let Some((z, s)) = on_segment(&t[i], &t[j], x, y, r)
             && best.is_none_or(|b| z > b.z)

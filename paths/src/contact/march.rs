@@ -13,6 +13,8 @@ use super::floor::{Floor, Hulls};
 pub struct March<'a> {
     ball: &'a BallDrop<'a>,
     last: Option<Location>,
+    /// The ball has found nothing since.
+    lost: bool,
     /// The triangle that its contact lies in, if it is known.
     triangle: Option<u32>,
     /// Of the contact on the face where the last ball rested, there and at the place before.
@@ -42,7 +44,15 @@ impl<'a> March<'a> {
     /// Begins anywhere.
     #[must_use]
     pub fn new(ball: &'a BallDrop<'a>) -> Self {
-        March { ball, last: None, triangle: None, pace: None, pace_before: None, around: Around::default() }
+        March {
+            ball,
+            last: None,
+            lost: false,
+            triangle: None,
+            pace: None,
+            pace_before: None,
+            around: Around::default(),
+        }
     }
 
     /// [`BallDrop::drop`] at `(x, y)`.
@@ -53,7 +63,9 @@ impl<'a> March<'a> {
             (Some(pace), Some(before)) => pace.onward(&before),
             (pace, _) => pace.unwrap_or_default(),
         };
-        let pace = self.last.and_then(|last| search.start_from(&last, self.triangle, &likely));
+        // Where the ball found nothing a moment ago it has left that face, and what it touched is far away.
+        let near = self.last.filter(|_| !self.lost);
+        let pace = near.and_then(|last| search.start_from(&last, self.triangle, &likely));
         self.pace_before = std::mem::replace(&mut self.pace, pace);
         if !search.is_certified() {
             self.look(&mut search);
@@ -64,6 +76,7 @@ impl<'a> March<'a> {
         }
         self.triangle = search.triangle;
         self.last = found.or(self.last);
+        self.lost = found.is_none();
         found
     }
 

@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use claymill_toolpath::{Area, UncutReason};
 
 use crate::distribution::Distribution;
-use crate::report::{AreaAt, Coverage, FaceCoverage, SurfaceResidual, SurfaceState};
+use crate::report::{AreaAt, Coverage, FaceCoverage, SurfaceResidual, SurfaceState, TooTight};
 use crate::scene::Scene;
 use crate::surface::FaceSamples;
 
@@ -11,7 +11,7 @@ use crate::surface::FaceSamples;
 const NAMED_PLACES: usize = 20;
 
 /// Sums up areas by state and compares them with the planner's account.
-pub(crate) fn account(scene: &Scene<'_>, faces: &[FaceSamples]) -> Coverage {
+pub(crate) fn account(scene: &Scene<'_>, faces: &[FaceSamples], too_tight: Option<TooTight>) -> Coverage {
     let by_face: Vec<FaceCoverage> = faces.iter().enumerate().map(|(i, f)| face_coverage(i, f)).collect();
     let mut by_state = BTreeMap::new();
     for face in &by_face {
@@ -37,6 +37,7 @@ pub(crate) fn account(scene: &Scene<'_>, faces: &[FaceSamples]) -> Coverage {
         by_state_mm2: by_state,
         least_length_mm: by_face.iter().map(|f| f.least_length_mm).sum(),
         reachable_left_at,
+        too_tight,
         faces: by_face,
     }
 }

@@ -41,6 +41,7 @@ mod report;
 mod scene;
 mod surface;
 mod swept;
+mod tight;
 mod track;
 mod verdict;
 
@@ -54,9 +55,9 @@ pub use error::VerifyError;
 pub use holder::{HolderClearance, RegionStickOut, ShankContact};
 pub use options::{Progress, USUAL_RADIUS_MM, USUAL_SCALLOP_MM, VerifyOptions};
 pub use report::{
-    AreaAt, Contact, Coverage, CrestSample, Crests, FaceCoverage, Gouge, GougeSample, HISTOGRAM_BIN,
-    HISTOGRAM_BINS, Obstacles, Place, Rapids, RegionCrests, ResidualSample, Scallop, SurfaceResidual,
-    SurfaceState, Verification,
+    AreaAt, BallShare, Contact, Coverage, CrestSample, Crests, FaceCoverage, Gouge, GougeSample,
+    HISTOGRAM_BIN, HISTOGRAM_BINS, Obstacles, Place, Rapids, RegionCrests, ResidualSample, Scallop,
+    SurfaceResidual, SurfaceState, TooTight, Verification,
 };
 pub use verdict::{Finding, FindingCode, Severity, Verdict};
 
@@ -162,7 +163,7 @@ pub fn verify_with_crests(
     let holder = holder::measure(scene, &bench.meshes, &reach, &stage("holder"));
     let (crests, samples) = crest::measure(scene, &swept, &reach, &stage("scallop crests"));
     let faces = surface::measure(scene, &bench.meshes, &swept, &reach, &stage("coverage"));
-    let coverage = coverage::account(scene, &faces);
+    let coverage = coverage::account(scene, &faces, tight::measure(scene, &reach, &faces));
     let scallop = Scallop { crests, surface: coverage::residual_on_cut_area(scene, &faces) };
     let verdict = verdict::conclude(
         job,

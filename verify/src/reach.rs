@@ -94,6 +94,26 @@ impl<'a> Reach<'a> {
         }
     }
 
+    /// The one of `±n` that faces a setup best.
+    pub(crate) fn best_facing(&self, n: &Vector3) -> Vector3 {
+        let facing = |n: &Vector3| self.setups.iter().map(|(axis, _)| n.dot(axis)).fold(-1.0, f64::max);
+        if facing(&-n) > facing(n) { -n } else { *n }
+    }
+
+    /// Where the ball's centre comes to rest over a point, in every setup that it faces.
+    pub(crate) fn lowered_over<'s>(
+        &'s self,
+        p: &'s Point3,
+        n: &'s Vector3,
+    ) -> impl Iterator<Item = Point3> + 's {
+        let facing = self.setups.iter().filter(|(axis, _)| n.dot(axis) >= self.least_cosine);
+        facing.filter_map(|(_, view)| {
+            let at = view.in_frame(p);
+            let height = view.highest(&at, self.tool.radius_mm())?;
+            Some(view.in_model(&Point3::new(at.x, at.y, height)))
+        })
+    }
+
     /// Whether what is left over this side of a point is the tool's to cut, and no earlier one's on the other side.
     pub(crate) fn is_left(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> bool {
         let left = SurfaceState::ReachableLeft;

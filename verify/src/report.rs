@@ -230,12 +230,41 @@ pub struct Coverage {
     pub reachable_left_at: Vec<AreaAt>,
     /// The same, face by face.
     pub faces: Vec<FaceCoverage>,
+    /// What is known of where it is too tight for the tool, if it is anywhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub too_tight: Option<TooTight>,
     /// The least length of passes that leaves the scallop height on what is cut, mm (see [`FaceCoverage`]).
     #[serde(default)]
     pub least_length_mm: f64,
     /// The planner's account in `job.json` minus this one, mm², by state; `cut` includes what the
     /// planner counts as cut.
     pub planner_difference_mm2: BTreeMap<SurfaceState, f64>,
+}
+
+/// Where the surface is seen, and the ball does not fit: what remains there for a smaller one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TooTight {
+    /// Area, mm².
+    pub area_mm2: f64,
+    /// Width of the strips that the ball bridges, half of the area in narrower ones, mm.
+    pub width_median_mm: f64,
+    /// The same for 95 % of the area, mm.
+    pub width_p95_mm: f64,
+    /// The widest, mm.
+    pub width_max_mm: f64,
+    /// Where that is.
+    pub width_max_at: Option<Place>,
+    /// Smaller balls, and the share of the area where they fit.
+    pub balls: Vec<BallShare>,
+}
+
+/// A ball, and where it fits.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct BallShare {
+    /// Its radius, mm.
+    pub radius_mm: f64,
+    /// Share of the area where it touches without entering another face.
+    pub share: f64,
 }
 
 /// Some area with one point of it.

@@ -3,7 +3,7 @@
 mod synthetic;
 
 use claymill_nurbs::analytic::{Frame, cylinder, sphere};
-use claymill_nurbs::{NurbsSurface, Point3, Vector3};
+use claymill_nurbs::{KnotVector, NurbsSurface, Point3, Vector3};
 use claymill_toolpath::MoveKind::{Cut, LeadOut, Rapid};
 use claymill_toolpath::{Move, UncutReason};
 use claymill_verify::{FindingCode, SurfaceState, Verification};
@@ -218,6 +218,33 @@ fn reasons_for_what_is_not_cut() {
     let sum: f64 = v.coverage.by_state_mm2.values().sum();
     approx::assert_relative_eq!(sum, v.coverage.total_mm2, max_relative = 1e-9);
     assert!(has(&v, FindingCode::NothingCut) && has(&v, FindingCode::PlannerAccount));
+}
+
+#[test]
+fn a_groove_says_how_wide_it_is_and_which_balls_fit() {
+    // Walls rise by 30° on both sides of x = 0: the ball of 10 mm touches them 5 mm from there in plan, and one that touches a
+    // wall at a distance s from the bottom fits if it is no larger than s·tan 60°.
+    let rise = 30f64.to_radians().tan();
+    let wall = |x: f64| {
+        let knots = || KnotVector::clamped_uniform(1, 2);
+        let corners = [(0.0, 0.0), (0.0, 60.0), (x, 0.0), (x, 60.0)];
+        let points = corners.map(|(x, y)| Point3::new(x, y, x.abs() * rise)).to_vec();
+        NurbsSurface::new(knots(), knots(), points, None).unwrap()
+    };
+    let model = model([wall(-30.0), wall(30.0)]);
+    let v = check(&model, &job(&model), &program([]));
+    let tight = v.coverage.too_tight.unwrap();
+    let strip_mm = 2.0 * 5.0 / 30f64.to_radians().cos();
+    // At the very bottom no pin is thin enough to see it.
+    let unseen_mm2 = v.coverage.by_state_mm2[&SurfaceState::Hidden];
+    approx::assert_relative_eq!(tight.area_mm2 + unseen_mm2, strip_mm * 60.0, max_relative = 0.01);
+    assert!(unseen_mm2 < 0.1 * tight.area_mm2);
+    for width_mm in [tight.width_median_mm, tight.width_p95_mm, tight.width_max_mm] {
+        approx::assert_relative_eq!(width_mm, strip_mm, max_relative = 1e-6);
+    }
+    for ball in &tight.balls {
+        approx::assert_abs_diff_eq!(ball.share, 1.0 - ball.radius_mm / R, epsilon = 0.03);
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use claymill_toolpath::{Holder, read_job};
-use claymill_verify::{HolderClearance, Severity, Verification, VerifyOptions};
+use claymill_verify::{BallShare, HolderClearance, Severity, TooTight, Verification, VerifyOptions};
 
 use super::{Context, plan, post};
 use crate::args::VerifyArgs;
@@ -103,6 +103,18 @@ fn say_holder(holder: &HolderClearance) -> String {
     format!("holder: {clear}; stick-out that keeps {} mm: {}", holder.asked_mm, least.join(", "))
 }
 
+/// What a smaller ball would find.
+fn say_tight(tight: &TooTight) -> String {
+    let fitting = |ball: &BallShare| format!("{} mm {:.0} %", ball.radius_mm, 100.0 * ball.share);
+    let balls: Vec<String> = tight.balls.iter().map(fitting).collect();
+    format!(
+        "too tight: strips {:.1} mm wide (median; 95 % up to {:.1}); balls that fit: {}",
+        tight.width_median_mm,
+        tight.width_p95_mm,
+        balls.join(", ")
+    )
+}
+
 /// The measurement on a few lines.
 pub(crate) fn say(context: &Context, found: &Verification) {
     let (gouge, contact, crests) = (&found.gouge, &found.contact, &found.scallop.crests);
@@ -138,6 +150,9 @@ pub(crate) fn say(context: &Context, found: &Verification) {
     }
     if let Some(holder) = &found.holder {
         console.say_long("", &say_holder(holder));
+    }
+    if let Some(tight) = &found.coverage.too_tight {
+        console.say_long("", &say_tight(tight));
     }
     let findings = &found.verdict.findings;
     for f in findings.iter().take(FINDINGS_SAID) {

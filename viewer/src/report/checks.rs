@@ -1,4 +1,6 @@
-use claymill_verify::{Coverage, Finding, HISTOGRAM_BIN, Place, Severity, SurfaceState, Verification};
+use claymill_verify::{
+    Coverage, Finding, HISTOGRAM_BIN, Place, Severity, SurfaceState, TooTight, Verification,
+};
 use maud::{Markup, html};
 
 use super::figures::{area, area_of, count, deviation, plural, point, share};
@@ -208,6 +210,21 @@ fn state_words(state: SurfaceState) -> (&'static str, Rgb) {
     }
 }
 
+fn too_tight(tight: &TooTight) -> Markup {
+    html! {
+        p { "Where it is too tight, the ball bridges strips " b { (format!("{:.1} mm", tight.width_median_mm)) }
+            (format!(" wide at the median, 95 % of them up to {:.1} mm, the widest {:.1} mm", tight.width_p95_mm, tight.width_max_mm))
+            @if let Some(at) = &tight.width_max_at { " (" (place(at)) ")" } "." }
+        div.wide { table {
+            caption { "Rest milling: smaller balls, and how much of it they reach" }
+            thead { tr { th.n scope="col" { "Ball radius" } th.n scope="col" { "Share" } th.n scope="col" { "Area" } } }
+            tbody { @for ball in &tight.balls {
+                tr { td.n { (format!("{} mm", ball.radius_mm)) } td.n { (share(ball.share, 1.0)) } td.n { (area(ball.share * tight.area_mm2)) } }
+            } }
+        } }
+    }
+}
+
 fn coverage(c: &Coverage) -> Markup {
     let parts: Vec<Part> = c
         .by_state_mm2
@@ -225,6 +242,7 @@ fn coverage(c: &Coverage) -> Markup {
     html! {
         h3 { "Coverage, as measured" }
         (stacked_bar("Area by what became of it", &parts))
+        @if let Some(tight) = &c.too_tight { (too_tight(tight)) }
         @if !c.reachable_left_at.is_empty() {
             div.wide { table {
                 caption { "Largest reachable areas that were left" }

@@ -1,0 +1,114 @@
+use claymill_nurbs::{Point3, Vector3};
+use rayon::prelude::*;
+
+use crate::distribution::Distribution;
+use crate::reach::Reach;
+use crate::report::{BallShare, ResidualSample, SurfaceState, TooTight};
+use crate::scene::Scene;
+use crate::surface::FaceSamples;
+
+/// Smaller balls that are asked about, as shares of the tool's radius.
+const SMALLER: [f64; 4] = [0.75, 0.5, 0.25, 0.1];
+/// A ball that enters a face by no more than this fits, mm.
+const FITS_MM: f64 = 1e-3;
+/// Steps of shrinking a ball, and the smallest share of the tool's radius that is looked at.
+const SHRINKINGS: usize = 40;
+const SMALLEST: f64 = 0.01;
+
+/// A place that is too tight for the tool.
+struct Place<'a> {
+    sample: &'a ResidualSample,
+    /// Of the strip that the ball bridges, mm.
+    width_mm: Option<f64>,
+    /// Radius of the largest ball that touches here and enters no face.
+    fits_mm: f64,
+}
+
+impl<'a> Place<'a> {
+    fn new(scene: &Scene<'_>, reach: &Reach<'_>, sample: &'a ResidualSample) -> Self {
+        let normal = reach.best_facing(&sample.normal);
+        let radius_mm = scene.job.request.tool.radius_mm();
+        Place {
+            sample,
+            width_mm: bridged_mm(scene, reach, &sample.point, &normal, radius_mm),
+            fits_mm: largest_mm(scene, &sample.point, &normal, radius_mm),
+        }
+    }
+}
+
+/// How wide the strips are that the tool bridges, and which smaller balls get there; `None` where nothing is too tight.
+///
+/// ```text
+///      ╲  ●  ╱      the ball over p touches in q: half of what it bridges is |p − q|
+///       q╲ ╱        the ball that touches p shrinks until it enters nothing
+///         p
+/// ```
+pub(crate) fn measure(scene: &Scene<'_>, reach: &Reach<'_>, faces: &[FaceSamples]) -> Option<TooTight> {
+    let samples: Vec<&ResidualSample> =
+        faces.iter().flat_map(|f| &f.samples).filter(|s| s.state == SurfaceState::TooTight).collect();
+    let radius_mm = scene.job.request.tool.radius_mm();
+    let places: Vec<Place<'_>> = samples.into_par_iter().map(|s| Place::new(scene, reach, s)).collect();
+    let area_mm2: f64 = places.iter().map(|p| p.sample.area_mm2).sum();
+    let (mut widths, mut fitting) = (Distribution::default(), Distribution::default());
+    for place in &places {
+        fitting.add(place.fits_mm, place.sample.area_mm2);
+        place.width_mm.into_iter().for_each(|mm| widths.add(mm, place.sample.area_mm2));
+    }
+    let widest = places.iter().filter_map(|p| Some((p.width_mm?, p.sample)));
+    let widest = widest.fold(
+        None,
+        |most: Option<(f64, &ResidualSample)>, one| {
+            if most.is_none_or(|m| one.0 > m.0) { Some(one) } else { most }
+        },
+    );
+    let share = |part: f64| {
+        let ball_mm = (100.0 * part * radius_mm).round() / 100.0;
+        BallShare { radius_mm: ball_mm, share: fitting.share(|mm| mm >= ball_mm * (1.0 - 1e-6)) }
+    };
+    (area_mm2 > 0.0).then(|| TooTight {
+        area_mm2,
+        width_median_mm: widths.percentile(0.5),
+        width_p95_mm: widths.percentile(0.95),
+        width_max_mm: widths.max(),
+        width_max_at: widest.map(|(_, sample)| scene.place(sample.point, Some(sample.face))),
+        balls: SMALLER.map(share).to_vec(),
+    })
+}
+
+/// What the ball bridges that hangs over `p`, across, in the setup where that is least; `None` where none hangs closely over
+/// it: beside walls, and where the shank does not get past.
+fn bridged_mm(
+    scene: &Scene<'_>,
+    reach: &Reach<'_>,
+    p: &Point3,
+    normal: &Vector3,
+    radius_mm: f64,
+) -> Option<f64> {
+    let touched = |centre: Point3| scene.closest.closest(&centre, 1.1 * radius_mm);
+    let half_mm = reach.lowered_over(p, normal).filter_map(touched).map(|q| (q.point - p).norm());
+    half_mm.min_by(f64::total_cmp).filter(|mm| *mm <= 2.0 * radius_mm).map(|mm| 2.0 * mm)
+}
+
+/// Radius of the largest ball that touches `p` on the side of `normal` and enters no face, at most this one: it shrinks to
+/// the one through `p` and the nearest point that it enters, until there is none (Ma, Bae and Choi, "3D medial axis point
+/// approximation using nearest neighbors and the normal field", 2012).
+fn largest_mm(scene: &Scene<'_>, p: &Point3, normal: &Vector3, radius_mm: f64) -> f64 {
+    let mut fits_mm = radius_mm;
+    for _ in 0..SHRINKINGS {
+        let Some(entered) = scene.closest.closest(&(p + normal * fits_mm), fits_mm - FITS_MM) else {
+            return fits_mm;
+        };
+        let to = entered.point - p;
+        let rise = to.dot(normal);
+        let smaller_mm = 0.5 * to.norm_squared() / rise;
+        // What is entered right beside `p` is curved as tightly as the ball.
+        if rise <= 0.0 || smaller_mm >= fits_mm {
+            return fits_mm;
+        }
+        fits_mm = smaller_mm;
+        if fits_mm < SMALLEST * radius_mm {
+            return fits_mm;
+        }
+    }
+    fits_mm
+}

@@ -11,6 +11,7 @@
 use std::collections::BTreeSet;
 
 use claymill_nurbs::Vector3;
+use claymill_toolpath::LinkStyle;
 use rayon::prelude::*;
 
 use crate::between::SoFar;
@@ -20,10 +21,11 @@ use crate::ground::Ground;
 use crate::halfway::{Found, Halfway, Level, halfway};
 use crate::near::{LaidNear, Touch};
 use crate::part::{SetupContext, TOO_HIGH};
-use crate::plan_curve::within;
+use crate::plan_curve::{Drawn, through, within};
 use crate::proofs::Proofs;
 use crate::raster::cheapest_step;
 use crate::spines::{Asking, in_plan, spines};
+use crate::spiral;
 use crate::step_over::on_contact_mm;
 use crate::strokes::{Place, Spot, Stroke};
 
@@ -53,6 +55,8 @@ const SEAM_STEPS: f64 = 4.0;
 /// Stretches of one level no further apart than this are one to them.
 const SAME_STEPS: f64 = 2.0;
 const SPINE_ASIDE: f64 = 0.3;
+/// A long pass is fitted in stretches of at most this length, mm.
+const STRETCH_MM: f64 = 1000.0;
 /// Ranks of lines that are no neighbours are so far apart.
 const APART: usize = 10;
 
@@ -94,6 +98,15 @@ struct AtLevel {
     found: Found,
     /// Whether what lies on both sides has to be looked at.
     goes_on: bool,
+}
+
+/// What a setup claims of the lines at a level.
+struct Line {
+    pattern: usize,
+    level: f64,
+    runs: Vec<Vec<Place>>,
+    /// Some of it leans too far.
+    leans: bool,
 }
 
 /// What is left along the lines at a level halfway between two.
@@ -158,23 +171,70 @@ impl SetupContext<'_> {
     fn first(&self, rounds: &LevelRounds, ground: &Ground) -> Vec<AtLevel> {
         let patterns: Vec<&dyn Levels> = rounds.patterns.iter().map(AsRef::as_ref).collect();
         let levels: Vec<Vec<f64>> = patterns.par_iter().map(|p| self.first_levels(*p)).collect();
-        let whole = |(pattern, level): (usize, f64)| {
-            let on = patterns[pattern];
-            let (runs, leans) = self.runs(on, level);
-            let strokes = self.strokes(runs, on.height_mm(level));
-            let laid: Vec<_> = strokes.iter().map(|k| self.lay_stroke(k, level, None, ground)).collect();
-            let is_held = |(laid, _): &(Laid, Proofs)| laid.left_mm() > END_OF_REACH * self.flat_step_mm();
-            let barred = leans || on.height_mm(level).is_some() && laid.iter().any(is_held);
-            let found = found(&laid, barred);
-            AtLevel {
-                pattern,
-                level,
-                laid,
-                found: Found { barred: barred || !found.laid, ..found },
-                goes_on: true,
-            }
+        let look = |(pattern, level): (usize, f64)| {
+            let (runs, leans) = self.runs(patterns[pattern], level);
+            Line { pattern, level, runs, leans }
         };
-        of_each(&levels, Vec::clone).into_par_iter().map(whole).collect()
+        let lines: Vec<Line> = of_each(&levels, Vec::clone).into_par_iter().map(look).collect();
+        let goes_round = |line: &Line| match &line.runs[..] {
+            [run] => patterns[line.pattern].height_mm(line.level).is_none() && is_closed(run),
+            _ => false,
+        };
+        let together = |a: &Line, b: &Line| a.pattern == b.pattern && goes_round(a) && goes_round(b);
+        let groups: Vec<&[Line]> = lines.chunk_by(together).collect();
+        groups.par_iter().flat_map_iter(|lines| self.at_firsts(lines, &patterns, ground)).collect()
+    }
+
+    /// What is laid along first levels of one pattern: where they lie in each other, a spiral, or else spirals over parts of
+    /// them.
+    fn at_firsts(&self, lines: &[Line], patterns: &[&dyn Levels], ground: &Ground) -> Vec<AtLevel> {
+        if let Some(spiral) = self.round_and_round(lines, ground) {
+            return spiral;
+        }
+        if lines.len() < 2 * spiral::FEWEST {
+            let lay = |line: &Line| self.at_first(line, patterns[line.pattern], ground);
+            return lines.iter().map(lay).collect();
+        }
+        let halves = lines.split_at(lines.len() / 2);
+        [halves.0, halves.1].into_iter().flat_map(|half| self.at_firsts(half, patterns, ground)).collect()
+    }
+
+    /// What is laid along a first level.
+    fn at_first(&self, line: &Line, on: &dyn Levels, ground: &Ground) -> AtLevel {
+        let &Line { pattern, level, ref runs, leans } = line;
+        let strokes = self.strokes(runs.clone(), on.height_mm(level));
+        let laid: Vec<_> = strokes.iter().map(|k| self.lay_stroke(k, level, None, ground)).collect();
+        let is_held = |(laid, _): &(Laid, Proofs)| laid.left_mm() > END_OF_REACH * self.flat_step_mm();
+        let barred = leans || on.height_mm(level).is_some() && laid.iter().any(is_held);
+        let found = found(&laid, barred);
+        let found = Found { barred: barred || !found.laid, ..found };
+        AtLevel { pattern, level, laid, found, goes_on: true }
+    }
+
+    /// One spiral over closed lines that lie in each other, if these are such.
+    fn round_and_round(&self, lines: &[Line], ground: &Ground) -> Option<Vec<AtLevel>> {
+        if lines.len() < spiral::FEWEST || self.link == LinkStyle::Box {
+            return None;
+        }
+        let plan = |line: &Line| line.runs[0].iter().map(|p| p.centre.xy()).collect::<Vec<_>>();
+        let way = spiral::spiral(&lines.iter().map(plan).collect::<Vec<_>>(), self.flat_step_mm())?;
+        let lay = |drawn: Drawn| {
+            let end_mm = drawn.at[drawn.at.len() - 1].1;
+            let stretches = (end_mm / STRETCH_MM).ceil() as usize;
+            let corners = (1..stretches).map(|k| end_mm * k as f64 / stretches as f64).collect();
+            let stroke = Stroke { drawn: Drawn { corners, ..drawn }, places: Vec::new() };
+            self.lay_stroke(&stroke, lines[0].level, None, ground)
+        };
+        // Where lines turn sharply it is parted, as they are.
+        let mut laid: Vec<_> = through(&way).into_iter().map(lay).collect();
+        let at_level = |line: &Line| AtLevel {
+            pattern: line.pattern,
+            level: line.level,
+            laid: std::mem::take(&mut laid),
+            found: Found { laid: true, barred: line.leans },
+            goes_on: true,
+        };
+        Some(lines.iter().map(at_level).collect())
     }
 
     /// What is missing halfway between the levels of all patterns.
@@ -450,6 +510,11 @@ fn bridged(stretches: &[(f64, f64)]) -> Vec<(f64, f64)> {
         }
     }
     bridged
+}
+
+/// Whether a run leads back to where it began.
+fn is_closed(run: &[Place]) -> bool {
+    run.len() > 3 && run[0].point == run[run.len() - 1].point
 }
 
 /// What was found where this was laid.

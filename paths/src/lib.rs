@@ -64,6 +64,7 @@ mod sides;
 mod slopes;
 mod space;
 mod spines;
+mod spiral;
 mod spline;
 mod step_over;
 mod strategy;

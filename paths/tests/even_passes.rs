@@ -7,24 +7,31 @@ use std::f64::consts::{PI, TAU};
 use claymill_nurbs::analytic::{Frame as Placement, cylinder, plane_patch, sphere, torus};
 use claymill_nurbs::{NurbsSurface, Point3, Vector3};
 use claymill_paths::{FitTolerance, PlanOptions, Strategy, flat_mm};
-use claymill_toolpath::MoveKind;
+use claymill_toolpath::{LinkStyle, MoveKind};
 use few_faces::planned;
 
 const R: f64 = 10.0;
 const SCALLOP_MM: f64 = 0.1;
 
-/// The ways of the ball's centre along all passes over one face, each as a few of its places.
-fn passes(surface: NurbsSurface) -> Vec<Vec<Point3>> {
-    let plan =
-        planned([surface], R, SCALLOP_MM, |usual| PlanOptions { strategy: Strategy::Scallop, ..usual });
+/// A number of the pass, and its way, cut by cut, as so many places of the ball's centre and one more.
+fn cuts(surface: NurbsSurface, link: LinkStyle, parts: u32) -> Vec<(u32, Vec<Point3>)> {
+    let options = |usual| PlanOptions { strategy: Strategy::Scallop, link, ..usual };
+    let plan = planned([surface], R, SCALLOP_MM, options);
     let cuts = plan.program.moves.iter().filter(|m| m.kind == MoveKind::Cut);
     let places = cuts.map(|m| {
         let curve = m.curve().unwrap();
         let (a, b) = curve.domain();
         // Moves are those of the tool's tip.
-        (0..=20).map(|k| curve.point(a + (b - a) * f64::from(k) / 20.0) + Vector3::z() * R).collect()
+        let at = |k| curve.point(a + (b - a) * f64::from(k) / f64::from(parts)) + Vector3::z() * R;
+        (m.pass, (0..=parts).map(at).collect())
     });
     places.collect()
+}
+
+/// The ways of the ball's centre along all passes over one face, each as a few of its places. Cut one way, closed passes are
+/// no spiral.
+fn passes(surface: NurbsSurface) -> Vec<Vec<Point3>> {
+    cuts(surface, LinkStyle::Box, 20).into_iter().map(|cut| cut.1).collect()
 }
 
 /// Holds passes against the truth: `across` tells how far along the surface, across the passes, the ball touches, from
@@ -106,4 +113,38 @@ fn a_zone_of_a_sphere_and_a_torus_have_rings_at_equal_distances() {
         let v = p.z.atan2(p.x.hypot(p.y) - 200.0);
         TUBE * (v - 0.8)
     });
+}
+
+#[test]
+fn rings_are_one_spiral_with_turns_a_step_apart() {
+    const REACH: f64 = 120.0;
+    let (low, high) = (45f64.to_radians(), 75.7f64.to_radians());
+    let zone = sphere(&upright(Point3::origin()), REACH, (0.0, TAU), (low, high)).unwrap();
+    let cuts = cuts(zone, LinkStyle::Lace, 400);
+    assert!(cuts.iter().all(|cut| cut.0 == cuts[0].0), "more than one pass");
+    // From cut to cut it goes on where it was, in the same direction.
+    for w in cuts.windows(2) {
+        let (before, after) = (&w[0].1, &w[1].1);
+        let last = before.len() - 1;
+        assert!((before[last] - after[0]).norm() < 1e-3);
+        let turn = |a: &Point3, b: &Point3, c: &Point3| (b - a).angle(&(c - b));
+        let bend = turn(&before[last - 2], &before[last - 1], &before[last]);
+        assert!((turn(&before[last - 1], &before[last], &after[1]) - bend).abs() < 0.005);
+    }
+    // Where it crosses half a plane through the axis, it is a step further up each time but the first and the last.
+    let way: Vec<Point3> = cuts.into_iter().flat_map(|cut| cut.1).collect();
+    let across = |p: &Point3| REACH * (p.z.atan2(p.x.hypot(p.y)) - low);
+    let step =
+        flat_mm(R, FitTolerance::of_scallop(SCALLOP_MM).to_lay_mm(SCALLOP_MM)) / (1.0 + R / REACH).sqrt();
+    for turned in [0.3f64, 1.7, 4.0] {
+        let beside = |p: &Point3| p.y * turned.cos() - p.x * turned.sin();
+        let ahead = |p: &Point3| p.x * turned.cos() + p.y * turned.sin() > 0.0;
+        let crosses = |w: &&[Point3]| (beside(&w[0]) < 0.0) != (beside(&w[1]) < 0.0) && ahead(&w[0]);
+        let mut at: Vec<f64> = way.windows(2).filter(crosses).map(|w| across(&w[0])).collect();
+        at.sort_by(f64::total_cmp);
+        let apart: Vec<f64> = at.windows(2).map(|w| w[1] - w[0]).collect();
+        let inner = &apart[1..apart.len() - 1];
+        assert!(inner.iter().all(|d| (d / step - 1.0).abs() < 0.04), "{step} mm asked for, {inner:?}");
+        assert!(apart.iter().all(|d| *d < 1.04 * step), "{apart:?}");
+    }
 }

@@ -8,15 +8,16 @@
 //!   wall │●═══════ pass ═══ … ═══ next pass ════●
 //! ```
 //!
-//! A pass often ends beside a wall, where no rapid may run down. The rapid then runs down a little aside, where
+//! A lead leaves its pass without a corner, on an arc in the upright plane through it, if nothing is in the way: a tool that stops
+//! on the surface leaves a mark there. A pass often ends beside a wall, where no rapid may run down. The rapid then runs down a little aside, where
 //! it is clear, and the lead slants from there. A ball that touches an upright wall goes off it before it goes up.
 
-use claymill_nurbs::Point3;
+use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
 use claymill_toolpath::{Move, MoveKind, round_to_written};
 
 use crate::contact::BallDrop;
 use crate::guide::{Guide, Line};
-use crate::part::{CLEARANCE_MM, SetupContext};
+use crate::part::{CLEARANCE_MM, SetupContext, reversed_from_zero};
 use crate::profile::follow;
 
 /// Rapids up and down keep this far away from walls, seen in so many directions, mm.
@@ -35,10 +36,36 @@ const SHORT_WAY_MM: f64 = 600.0;
 /// Leads are slanted where that saves this much of their height, mm.
 const WORTH_MM: f64 = 2.0 * CLEARANCE_MM;
 
+/// Radius of the arcs on which passes are left, in ball radii.
+const ARC_RADII: f64 = 0.5;
+/// A pass that goes down more steeply than this is not left on an arc, which would be most of a circle (cosine, 120°).
+const LEFT_ON_ARC: f64 = -0.5;
+
+/// An end of a pass, and the direction that leads on from there.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct End {
+    pub(crate) at: Point3,
+    pub(crate) onward: Vector3,
+}
+
+impl End {
+    /// Where a curve begins.
+    pub(crate) fn before(curve: &Curve3) -> Self {
+        End { at: curve.start(), onward: -curve.derivatives(curve.domain().0)[1] }
+    }
+
+    /// Where it ends.
+    pub(crate) fn behind(curve: &Curve3) -> Self {
+        End { at: curve.end(), onward: curve.derivatives(curve.domain().1)[1] }
+    }
+}
+
 /// Where the leads of a pass go.
 struct Lead {
     /// On or above the model, at the end of the pass.
     end: Point3,
+    /// Up from there.
+    arc: Option<Curve3>,
     /// Off the wall that the ball touches there.
     off: Option<Point3>,
     /// Where the rapid takes over.
@@ -47,7 +74,7 @@ struct Lead {
 
 impl SetupContext<'_> {
     /// Up, across at a proven height, down.
-    pub(crate) fn lift_over(&self, from: Point3, to: Point3) -> Vec<Move> {
+    pub(crate) fn lift_over(&self, from: End, to: End) -> Vec<Move> {
         let (a, b) = (self.lead(from), self.lead(to));
         let height = self.link_height(a.place, b.place);
         let mut moves = self.up(&a, height);
@@ -81,12 +108,12 @@ impl SetupContext<'_> {
     }
 
     /// From above everything down to where a pass starts.
-    pub(crate) fn approach(&self, to: Point3) -> Vec<Move> {
+    pub(crate) fn approach(&self, to: End) -> Vec<Move> {
         self.down(&self.lead(to), self.safe_height())
     }
 
     /// Up from the end of a pass, above everything.
-    pub(crate) fn retreat(&self, from: Point3) -> Vec<Move> {
+    pub(crate) fn retreat(&self, from: End) -> Vec<Move> {
         self.up(&self.lead(from), self.safe_height())
     }
 
@@ -94,14 +121,41 @@ impl SetupContext<'_> {
         rounded_up(self.heights.highest() + CLEARANCE_MM)
     }
 
-    fn lead(&self, end: Point3) -> Lead {
+    fn lead(&self, End { at: end, onward }: End) -> Lead {
         let off = self.off_wall(end);
-        Lead { end, off, place: self.lead_place(off.unwrap_or(end)) }
+        let arc = if off.is_none() { self.arc_up(end, onward) } else { None };
+        let foot = off.or(arc.as_ref().map(Curve3::end)).unwrap_or(end);
+        Lead { end, arc, off, place: self.lead_place(foot) }
+    }
+
+    /// The arc that goes on from the end of a pass and turns upwards, if it is clear and leads over nothing that an earlier ball
+    /// may have left.
+    fn arc_up(&self, end: Point3, onward: Vector3) -> Option<Curve3> {
+        let (axis, radius_mm) = (self.frame.axis(), ARC_RADII * self.ball.radius_mm());
+        let way = onward.try_normalize(0.0)?;
+        let inward = (axis - way * axis.dot(&way)).try_normalize(0.0)?;
+        if axis.dot(&way) < LEFT_ON_ARC || self.earlier.is_some() {
+            return None;
+        }
+        let turn = way.angle(&axis);
+        let top = end + (way * turn.sin() + inward * (1.0 - turn.cos())) * radius_mm;
+        // The cubic that comes nearest to an arc.
+        let arm = 4.0 / 3.0 * (0.25 * turn).tan() * radius_mm;
+        let points = [end, end + way * arm, top - axis * arm, top].map(|p| p.map(round_to_written));
+        let length = round_to_written(radius_mm * turn);
+        let knots = KnotVector::new(3, [[0.0; 4], [length; 4]].concat()).ok()?;
+        let arc = Curve3::new(knots, points.to_vec(), None).ok()?;
+        self.is_curve_clear(&arc).then_some(arc)
     }
 
     fn down(&self, lead: &Lead, height: f64) -> Vec<Move> {
         let place = lead.place;
         let mut moves = vec![self.rapid(self.at_height(place, height), place)];
+        if let Some(arc) = &lead.arc {
+            moves.extend(self.leads(MoveKind::LeadIn, &[place, arc.end()]));
+            moves.push(self.lead_along(MoveKind::LeadIn, &reversed_from_zero(arc)));
+            return moves;
+        }
         let way: Vec<Point3> = [place].into_iter().chain(lead.off).chain([lead.end]).collect();
         moves.extend(self.leads(MoveKind::LeadIn, &way));
         moves
@@ -109,10 +163,20 @@ impl SetupContext<'_> {
 
     fn up(&self, lead: &Lead, height: f64) -> Vec<Move> {
         let place = lead.place;
-        let way: Vec<Point3> = [lead.end].into_iter().chain(lead.off).chain([place]).collect();
-        let mut moves = self.leads(MoveKind::LeadOut, &way);
+        let mut moves = Vec::new();
+        if let Some(arc) = &lead.arc {
+            moves.push(self.lead_along(MoveKind::LeadOut, arc));
+            moves.extend(self.leads(MoveKind::LeadOut, &[arc.end(), place]));
+        } else {
+            let way: Vec<Point3> = [lead.end].into_iter().chain(lead.off).chain([place]).collect();
+            moves.extend(self.leads(MoveKind::LeadOut, &way));
+        }
         moves.push(self.rapid(place, self.at_height(place, height)));
         moves
+    }
+
+    fn lead_along(&self, kind: MoveKind, curve: &Curve3) -> Move {
+        Move::along(kind, curve, self.frame.axis(), self.feeds.lead_mm_per_min)
     }
 
     fn leads(&self, kind: MoveKind, way: &[Point3]) -> Vec<Move> {

@@ -10,6 +10,7 @@ use crate::crests::Laid;
 use crate::ground::Ground;
 use crate::guide::{Guide, Line};
 use crate::heights::Heights;
+use crate::leads::End;
 use crate::near::LaidNear;
 use crate::order::{Ends, Turn, order};
 use crate::profile::{Chain, Profile, follow};
@@ -176,7 +177,7 @@ impl SetupContext<'_> {
             let (from, to) = (w[0].end(), w[1].start());
             let beside_walls = w.iter().any(|pass| pass.beside_walls);
             let link = if beside_walls { self.link_beside(from, to) } else { self.stay_down(from, to) };
-            link.map_or_else(|| (self.lift_over(from, to), 1), |link| (link, 0))
+            link.map_or_else(|| (self.lift_over(w[0].behind(), w[1].before()), 1), |link| (link, 0))
         };
         let ways: Vec<(Vec<Move>, u32)> = passes.par_windows(2).map(way).collect();
         let axis = self.frame.axis();
@@ -253,6 +254,15 @@ impl Pass {
         points[points.len() - 1]
     }
 
+    /// Where leads take over.
+    fn before(&self) -> End {
+        End::before(&self.curves[0])
+    }
+
+    fn behind(&self) -> End {
+        End::behind(&self.curves[self.curves.len() - 1])
+    }
+
     fn reverse(&mut self) {
         self.curves.reverse();
         for c in &mut self.curves {
@@ -262,7 +272,7 @@ impl Pass {
 }
 
 /// Reversing mirrors the knots; rounding them again keeps the written digits.
-fn reversed_from_zero(curve: &Curve3) -> Curve3 {
+pub(crate) fn reversed_from_zero(curve: &Curve3) -> Curve3 {
     let back = curve.reversed();
     let knots = back.knots().as_slice().iter().map(|&k| round_to_written(k)).collect();
     let rounded = claymill_nurbs::KnotVector::new(back.knots().degree(), knots)

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::account::Account;
 use crate::kinematics::times_s;
+use crate::leads::End;
 use crate::order::{Ends, order_parts};
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
 use crate::plan::TOOL_ID;
@@ -34,11 +35,11 @@ impl Output {
         let first_region = self.regions.len();
         let parts: Vec<(usize, Part)> = in_order(parts).filter(|(_, part)| !part.moves.is_empty()).collect();
         let over = |w: &[(usize, Part)]| -> Vec<Move> {
-            let ends = w[0].1.moves.last().zip(w[1].1.moves.first());
-            ends.map_or_else(Vec::new, |(before, next)| context.lift_over(before.end(), next.start()))
+            let ends = w[0].1.moves.last().and_then(behind).zip(w[1].1.moves.first().and_then(before));
+            ends.map_or_else(Vec::new, |(from, to)| context.lift_over(from, to))
         };
         let approach =
-            parts.first().and_then(|(_, part)| Some(context.approach(part.moves.first()?.start())));
+            parts.first().and_then(|(_, part)| Some(context.approach(before(part.moves.first()?)?)));
         let ways: Vec<Vec<Move>> =
             approach.into_iter().chain(parts.par_windows(2).map(over).collect::<Vec<_>>()).collect();
         for (k, ((region, part), way)) in parts.into_iter().zip(ways).enumerate() {
@@ -63,7 +64,7 @@ impl Output {
             self.totals.lifted_locations += part.proofs.lifted;
         }
         if let Some((end, region, pass)) =
-            self.program.moves[first_move..].last().map(|m| (m.end(), m.region, m.pass))
+            self.program.moves[first_move..].last().and_then(|m| Some((behind(m)?, m.region, m.pass)))
         {
             let up = context.retreat(end);
             self.program.moves.extend(up.into_iter().map(|m| Move { region, pass, ..m }));
@@ -105,6 +106,14 @@ impl Output {
             totals.length += r.length;
         }
     }
+}
+
+fn before(first: &Move) -> Option<End> {
+    Some(End::before(&first.curve().ok()?))
+}
+
+fn behind(last: &Move) -> Option<End> {
+    Some(End::behind(&last.curve().ok()?))
 }
 
 /// The regions in an order with short ways between them.

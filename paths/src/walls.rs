@@ -269,6 +269,12 @@ impl SetupContext<'_> {
         curve.is_ok_and(|curve| self.is_link_clear(&curve, length, &mut beside))
     }
 
+    /// Whether the way of the ball's tip along a curve from the end of a pass is clear; the parameter is about arc length.
+    pub(crate) fn is_curve_clear(&self, curve: &Curve3) -> bool {
+        let length = curve.domain().1;
+        self.is_link_clear(curve, length, &mut self.beside(self.frame.to_setup(&curve.start()).z))
+    }
+
     /// Whether the ball enters nothing along a curve of its tip, nor has anything above it.
     fn is_link_clear(&self, curve: &Curve3, length: f64, beside: &mut Beside) -> bool {
         let radius_mm = self.ball.radius_mm();

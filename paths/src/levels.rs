@@ -333,11 +333,10 @@ impl SetupContext<'_> {
         let so_far = SoFar { near: [near[0], near[1], &with_spines], ground };
         let crossed: BTreeSet<(usize, usize)> =
             spines.iter().flatten().flat_map(|&k| asked_by[k].iter().copied()).collect();
-        let again: Vec<((usize, usize), Vec<(f64, f64)>)> = crossed
-            .into_par_iter()
-            .map(|(k, s)| ((k, s), self.missing(&looks[k].strokes[s].0, looks[k].halfway.gap, &so_far).0))
-            .collect();
-        for ((k, s), missing) in again {
+        let again =
+            |&(k, s): &(usize, usize)| self.missing(&looks[k].strokes[s].0, looks[k].halfway.gap, &so_far).0;
+        let again: Vec<_> = crossed.iter().collect::<Vec<_>>().into_par_iter().map(again).collect();
+        for (&(k, s), missing) in crossed.iter().zip(again) {
             looks[k].strokes[s].1 = missing;
         }
         laid

@@ -141,6 +141,12 @@ impl From<claymill_paths::PlanError> for Failure {
             E::EarlierTool { .. } => {
                 return Failure::usage(error, "Give --rest-of the larger tool and --tool the smaller one.");
             }
+            E::NoSide { .. } => {
+                "Give --guide a place beside a region that is cut, in the model's millimetres: where you click in `claymill view`."
+            }
+            E::Sides { .. } | E::TooManySides { .. } => {
+                "One --guide says where a region is swept from, a second one beside another side where to."
+            }
             E::NoRest => "There is nothing to do: no valley is tighter than the earlier tool.",
             E::NothingToCut => "Check --only, --skip, --up and --length.",
         };

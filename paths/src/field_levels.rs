@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use claymill_nurbs::{FaceId, Point2, Vector3};
-use claymill_surface_merge::{Field, FieldError, IsoPoint, Polyline, RegionMesh};
+use claymill_surface_merge::{Field, FieldError, Guides, IsoPoint, Polyline, RegionMesh};
 
 use crate::claimed_mesh::ClaimedMesh;
 use crate::levels::Levels;
@@ -37,16 +37,16 @@ pub(crate) struct FieldLevels<'a, 'm> {
 }
 
 impl<'a, 'm> Sweep<'a, 'm> {
-    /// A harmonic field between the region's two guides: lines sweep from the one to the other.
-    pub(crate) fn harmonic(mesh: &'a RegionMesh<'m>) -> Result<Self, FieldError> {
-        let guides = mesh.guides();
+    /// A harmonic field between two guides: lines sweep from the one to the other.
+    pub(crate) fn harmonic(mesh: &'a RegionMesh<'m>, guides: &Guides) -> Result<Self, FieldError> {
         Ok(Sweep { field: mesh.harmonic(&guides.from, &guides.to)?, in_steps: false })
     }
 
-    /// The distance from one guide, counted in step-overs: lines keep the scallop height (geometry.md §5.4) on the side
+    /// The distance from a guide, counted in step-overs: lines keep the scallop height (geometry.md §5.4) on the side
     /// that is `up`, which turns a face's normal there.
     pub(crate) fn scallop(
         mesh: &'a RegionMesh<'m>,
+        from: &[u32],
         context: &SetupContext,
         up: impl Fn(FaceId, Vector3) -> Vector3,
     ) -> Result<Self, FieldError> {
@@ -63,7 +63,7 @@ impl<'a, 'm> Sweep<'a, 'm> {
             let closest = flat / (1.0 + PI * radius_mm / length_mm).sqrt();
             length_mm / step.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(flat).max(closest)
         };
-        Ok(Sweep { field: mesh.distance_in(&mesh.distance_guide(), steps)?, in_steps: true })
+        Ok(Sweep { field: mesh.distance_in(from, steps)?, in_steps: true })
     }
 
     /// Faces on which the field has values.

@@ -152,6 +152,10 @@ impl SetupContext<'_> {
             Rest::Nothing => Proofs::default(),
             Rest::Rows(rounds) if rounds.go_on() => self.lay_rows(rounds, laid, ground),
             Rest::Levels(rounds) if rounds.go_on() => self.lay_levels(rounds, laid, ground),
+            Rest::Levels(_) if self.lines.is_some() => {
+                layout.rest = Rest::Nothing;
+                Proofs::default()
+            }
             Rest::Rows(_) | Rest::Levels(_) => {
                 layout.rest = Rest::Nothing;
                 let (rows, proofs) = self.mend(laid, ground);
@@ -170,7 +174,7 @@ impl SetupContext<'_> {
     ) -> Vec<Box<dyn Levels + 'b>> {
         let alone = faces.iter().filter(|&&f| self.claims.any(f) && !covered.contains(&f));
         let mut patterns: Vec<Box<dyn Levels + 'b>> =
-            alone.map(|&f| Box::new(PatchLevels::new(f, &self.model.faces[f])) as _).collect();
+            alone.map(|&f| Box::new(PatchLevels::new(f, &self.model.faces[f], self.lines)) as _).collect();
         patterns.extend(fields.into_iter().map(|f| Box::new(f) as _));
         patterns
     }

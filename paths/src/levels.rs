@@ -68,6 +68,10 @@ pub(crate) trait Levels: Sync {
     fn in_steps(&self) -> bool {
         false
     }
+    /// How many levels there are, where that does not depend on what they leave.
+    fn count(&self) -> Option<usize> {
+        None
+    }
     /// The curves at a level, each as places that follow each other closely.
     fn whole_lines(&self, level: f64) -> Vec<Vec<Spot>>;
     /// The same, but for what is far from anything that the setup cuts.
@@ -242,7 +246,10 @@ impl SetupContext<'_> {
         let LevelRounds { patterns, levels, round, .. } = rounds;
         let between: Vec<(usize, Halfway)> =
             of_each(&levels.iter().zip(patterns).collect::<Vec<_>>(), |(levels, pattern)| {
-                halfway(levels, pattern.range(), *round == 1)
+                match pattern.count() {
+                    Some(_) => Vec::new(),
+                    None => halfway(levels, pattern.range(), *round == 1),
+                }
             });
         let (near, none) = (LaidNear::new(laid, self.flat_step_mm()), LaidNear::new(&[], 1.0));
         let look = |&(pattern, halfway): &(usize, Halfway)| {
@@ -346,6 +353,9 @@ impl SetupContext<'_> {
     /// step-overs they are one apart: what single places ask for differs from that by accident.
     fn first_levels(&self, pattern: &dyn Levels) -> Vec<f64> {
         let (low, high) = pattern.range();
+        if let Some(count) = pattern.count() {
+            return (0..count).map(|k| low + (high - low) * (k as f64 + 0.5) / count as f64).collect();
+        }
         let asked = if pattern.in_steps() { 1 } else { ASKED };
         let width = (high - low) / asked as f64;
         let density = |k: usize| {

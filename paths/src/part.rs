@@ -62,6 +62,8 @@ pub(crate) struct SetupContext<'a> {
     pub(crate) slopes: Slopes,
     /// Slope above which there are waterlines instead of rows (steep-shallow), degrees.
     pub(crate) steep_deg: f64,
+    /// How many parameter lines a patch has; as many as it takes by itself.
+    pub(crate) lines: Option<usize>,
     /// Whether passes along the valleys come last.
     pub(crate) pencil: bool,
     /// Direction of straight rows; chosen by region when not asked for.

@@ -21,16 +21,19 @@ pub(crate) struct PatchLevels<'a> {
     domain: Option<Domain>,
     /// Lines run along `v`, the level is `u`.
     along_v: bool,
+    count: Option<usize>,
 }
 
 impl<'a> PatchLevels<'a> {
-    /// Lines run along whichever parameter gives the longer ones.
-    pub(crate) fn new(id: FaceId, face: &'a Face) -> Self {
+    /// Lines run along whichever parameter gives the longer ones: `count` of them, evenly over the patch, or as many as it
+    /// takes.
+    pub(crate) fn new(id: FaceId, face: &'a Face, count: Option<usize>) -> Self {
         let mut lines = PatchLevels {
             face: id,
             surface: &face.surface,
             domain: (!face.loops.is_empty()).then(|| Domain::new(face)),
             along_v: true,
+            count,
         };
         let mean_mm = |lines: &Self| {
             let ((low, high), (a, b)) = (lines.levels(), lines.run());
@@ -95,6 +98,10 @@ impl<'a> PatchLevels<'a> {
 impl Levels for PatchLevels<'_> {
     fn range(&self) -> (f64, f64) {
         self.levels()
+    }
+
+    fn count(&self) -> Option<usize> {
+        self.count
     }
 
     fn whole_lines(&self, level: f64) -> Vec<Vec<Spot>> {

@@ -1,8 +1,8 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use claymill_nurbs::{Aabb, FaceId, Model, NurbsError};
-use claymill_surface_merge::{Merge, RegionMesh};
+use claymill_nurbs::{Aabb, FaceId, Model, NurbsError, Point3};
+use claymill_surface_merge::{FieldError, Guides, Merge, RegionMesh};
 use claymill_toolpath::{
     Area, FaceAccount, LinkStyle, MachineLimits, Program, RegionTotals, Setup, Tool, Totals,
 };
@@ -37,6 +37,12 @@ pub struct PlanOptions {
     pub strategy: Strategy,
     /// Slope above which [`Strategy::SteepShallow`] has waterlines instead of rows, degrees; see [`STEEP_DEG`].
     pub steep_deg: f64,
+    /// Parameter lines of every patch for [`Strategy::IsoPatch`]; as many as the scallop height takes if `None`.
+    pub lines: Option<usize>,
+    /// Places beside sides of regions, mm, in the model's coordinates: where [`Strategy::Iso`] and [`Strategy::Scallop`] sweep
+    /// a region from, and with a second place beside the same region, where to. By itself a region has the two of
+    /// [`RegionMesh::guides`].
+    pub guides: Vec<Point3>,
     /// Whether passes along the valleys in which the ball touches on both sides come last in every region.
     pub pencil: bool,
     /// Direction of planar rows, degrees from each setup's `x` to its `y`; the cheapest one by region if `None`.
@@ -61,6 +67,8 @@ impl PlanOptions {
             scallop_mm,
             strategy: Strategy::Planar,
             steep_deg: STEEP_DEG,
+            lines: None,
+            guides: Vec::new(),
             pencil: false,
             row_angle_deg: None,
             link: LinkStyle::Lace,
@@ -147,6 +155,28 @@ pub enum PlanError {
         /// What is wrong.
         source: NurbsError,
     },
+    /// No region's side can be meant by a place.
+    #[error("no region that is cut has a border within {FARTHEST_GUIDE_MM} mm of {}, {}, {}{}", at.x, at.y, at.z, nearest(*nearest_mm))]
+    NoSide {
+        /// The place.
+        at: Point3,
+        /// Distance of the nearest border, mm, if there is one.
+        nearest_mm: Option<f64>,
+    },
+    /// Places that do not choose sides of a region.
+    #[error("the sides chosen for region {region}: {source}")]
+    Sides {
+        /// The region.
+        region: usize,
+        /// What is wrong.
+        source: FieldError,
+    },
+    /// More places than a region can be swept between.
+    #[error("three places or more choose sides of region {region}: it is swept from one to another")]
+    TooManySides {
+        /// The region.
+        region: usize,
+    },
     /// There is nothing to cut.
     #[error("no setup reaches any face that is to be cut")]
     NothingToCut,
@@ -188,6 +218,9 @@ const REST_FINENESS: f64 = 0.5;
 /// level, those across a steeper one soon half as far apart and less; waterlines come together the same way as the
 /// surface flattens. In the middle neither has to be refined.
 pub const STEEP_DEG: f64 = 45.0;
+
+/// A place chooses a side of a region this far from it at most, mm.
+const FARTHEST_GUIDE_MM: f64 = 50.0;
 
 /// Identity of the only tool.
 pub const TOOL_ID: &str = "T1";
@@ -241,9 +274,12 @@ pub fn plan(
         .into_par_iter()
         .map(|r| if wanted(r) { RegionMesh::of_region(model, regions.merged, r, edge_mm).ok() } else { None })
         .collect();
+    let mut chosen = chosen(&meshes, &options.guides)?;
     let sides = Sides::new(&covering, &fates, &frames);
-    let sweeps: Vec<Option<Sweeps>> = (meshes.iter().zip(&faces_of))
-        .map(|(mesh, faces)| mesh.as_ref().map(|mesh| Sweeps::new(mesh, faces, &sides)))
+    let sweeps: Vec<Option<Sweeps>> = (meshes.iter().zip(&faces_of).enumerate())
+        .map(|(r, (mesh, faces))| {
+            mesh.as_ref().map(|mesh| Sweeps::new(mesh, faces, &sides, chosen.remove(&r)))
+        })
         .collect();
     let views_of: Vec<View> = (0..frames.len())
         .into_par_iter()
@@ -265,6 +301,7 @@ pub fn plan(
             strategy: options.strategy,
             slopes: Slopes::All,
             steep_deg: options.steep_deg,
+            lines: options.lines.filter(|_| options.strategy == Strategy::IsoPatch),
             pencil: options.pencil,
             rows_along: options.row_angle_deg.map(RowsAlong::at_deg),
             scallop_mm: tolerance.to_lay_mm(options.scallop_mm),
@@ -326,6 +363,32 @@ pub fn plan(
         .map(|(name, value)| (name.to_owned(), value))
         .into(),
     })
+}
+
+/// The sides that regions are to be swept between.
+fn chosen(meshes: &[Option<RegionMesh>], places: &[Point3]) -> Result<BTreeMap<usize, Guides>, PlanError> {
+    let mut of_region: BTreeMap<usize, Vec<Point3>> = BTreeMap::new();
+    for &at in places {
+        let from_mm = |mesh: &Option<RegionMesh>| mesh.as_ref().and_then(|mesh| mesh.from_border_mm(&at));
+        let distances = meshes.iter().enumerate().filter_map(|(r, mesh)| Some((r, from_mm(mesh)?)));
+        match distances.min_by(|a, b| a.1.total_cmp(&b.1)) {
+            Some((region, mm)) if mm <= FARTHEST_GUIDE_MM => of_region.entry(region).or_default().push(at),
+            nearest => return Err(PlanError::NoSide { at, nearest_mm: nearest.map(|n| n.1) }),
+        }
+    }
+    let guides = |(region, places): (usize, Vec<Point3>)| {
+        match (&places[..], &meshes[region]) {
+            ([from], Some(mesh)) => Ok(mesh.guides_near(from, None)),
+            ([from, to], Some(mesh)) => Ok(mesh.guides_near(from, Some(to))),
+            _ => Err(PlanError::TooManySides { region }),
+        }
+        .and_then(|guides| Ok((region, guides.map_err(|source| PlanError::Sides { region, source })?)))
+    };
+    of_region.into_iter().map(guides).collect()
+}
+
+fn nearest(mm: Option<f64>) -> String {
+    mm.map_or_else(String::new, |mm| format!(": the nearest is {mm:.1} mm away"))
 }
 
 /// The model as one setup sees it.

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use claymill_nurbs::{FaceId, Vector3};
-use claymill_surface_merge::RegionMesh;
+use claymill_surface_merge::{Guides, RegionMesh};
 
 use crate::Strategy;
 use crate::field_levels::Sweep;
@@ -15,24 +15,33 @@ pub(crate) struct Sweeps<'a, 'm> {
     pub(crate) mesh: &'a RegionMesh<'m>,
     faces: &'a [FaceId],
     sides: &'a Sides,
+    /// The sides that lines run between, where somebody chose them.
+    chosen: Option<Guides>,
     harmonic: OnceLock<Option<Arc<Sweep<'a, 'm>>>>,
     scallop: OnceLock<Option<Arc<Sweep<'a, 'm>>>>,
 }
 
 impl<'a, 'm> Sweeps<'a, 'm> {
-    pub(crate) fn new(mesh: &'a RegionMesh<'m>, faces: &'a [FaceId], sides: &'a Sides) -> Self {
-        Sweeps { mesh, faces, sides, harmonic: OnceLock::new(), scallop: OnceLock::new() }
+    pub(crate) fn new(
+        mesh: &'a RegionMesh<'m>,
+        faces: &'a [FaceId],
+        sides: &'a Sides,
+        chosen: Option<Guides>,
+    ) -> Self {
+        Sweeps { mesh, faces, sides, chosen, harmonic: OnceLock::new(), scallop: OnceLock::new() }
     }
 
     /// The sweep that a strategy follows, if there is one.
     pub(crate) fn of(&self, strategy: Strategy, context: &SetupContext) -> Option<Arc<Sweep<'a, 'm>>> {
         let in_steps = |up: &dyn Fn(FaceId, Vector3) -> Vector3| {
-            Sweep::scallop(self.mesh, context, up).ok().map(Arc::new)
+            let from = self.chosen.as_ref().map_or_else(|| self.mesh.distance_guide(), |g| g.from.clone());
+            Sweep::scallop(self.mesh, &from, context, up).ok().map(Arc::new)
         };
         match strategy {
             Strategy::Iso => {
-                let made = self.harmonic.get_or_init(|| Sweep::harmonic(self.mesh).ok().map(Arc::new));
-                made.clone()
+                let between = || self.chosen.clone().unwrap_or_else(|| self.mesh.guides());
+                let make = || Sweep::harmonic(self.mesh, &between()).ok().map(Arc::new);
+                self.harmonic.get_or_init(make).clone()
             }
             Strategy::Scallop if self.sides.suit(self.faces, context.index) => {
                 self.scallop.get_or_init(|| in_steps(&|face, n| self.sides.up(face, n))).clone()

@@ -266,12 +266,43 @@ fn an_arm_is_swept_from_its_border_to_its_far_end() {
 }
 
 #[test]
+fn sides_are_chosen_by_places_beside_them() {
+    let (model, merged) = sewn(plates());
+    let mesh = RegionMesh::of_region(&model, &merged, 0, 6.0).unwrap();
+    let (left, lower) = (Point3::new(-3.0, 31.0, 1.0), Point3::new(50.0, -2.0, 0.0));
+    approx::assert_relative_eq!(mesh.from_border_mm(&lower).unwrap(), 2.0, max_relative = 0.3);
+    let all = |vertices: &[u32], is: &dyn Fn(&Point3) -> bool| {
+        vertices.len() > 5 && vertices.iter().all(|&v| is(&mesh.vertices()[v as usize].point))
+    };
+    // Its own choice would be the two long sides.
+    let across = mesh.guides_near(&left, None).unwrap();
+    assert_eq!(across.kind, GuideKind::Chosen);
+    assert!(all(&across.from, &|p| p.x < 1e-9) && all(&across.to, &|p| p.x > 120.0 - 1e-9));
+    // Two sides with a common corner: it belongs to the first.
+    let beside = mesh.guides_near(&left, Some(&lower)).unwrap();
+    assert!(all(&beside.from, &|p| p.x < 1e-9) && all(&beside.to, &|p| p.y < 1e-9 && p.x > 0.0));
+    assert!(mesh.harmonic(&beside.from, &beside.to).is_ok());
+    let twice = mesh.guides_near(&left, Some(&Point3::new(0.0, 12.0, 0.0)));
+    assert!(matches!(twice, Err(FieldError::NoGuide { .. })));
+
+    // A loop without corners is one side, and the pole lies across from it.
+    let (model, merged) = sewn(hemisphere());
+    let mesh = RegionMesh::of_region(&model, &merged, 0, 6.0).unwrap();
+    let inwards = mesh.guides_near(&Point3::new(100.0, 0.0, 0.0), None).unwrap();
+    let height = |v: &u32| mesh.vertices()[*v as usize].point.z;
+    assert!(inwards.from.iter().all(|v| height(v) < 1e-6) && inwards.to.iter().all(|v| height(v) > 98.0));
+    assert_eq!(inwards.from.len(), mesh.loops()[0].vertices.len());
+}
+
+#[test]
 fn closed_surfaces_have_ends_and_parts_without_guides_no_values() {
     let z = frame([3.0, -2.0, 5.0], Vector3::z(), Vector3::x());
     let whole = sphere(&z, 25.0, (0.0, 2.0 * PI), (-FRAC_PI_2, FRAC_PI_2)).unwrap();
     let (model, merged) = sewn(vec![whole]);
     let mesh = RegionMesh::of_region(&model, &merged, 0, 3.0).unwrap();
     assert!(mesh.loops().is_empty());
+    assert!(mesh.from_border_mm(&Point3::origin()).is_none());
+    assert!(mesh.guides_near(&Point3::origin(), None).is_err());
     let guides = mesh.guides();
     assert_eq!(guides.kind, GuideKind::Ends);
     let field = mesh.harmonic(&guides.from, &guides.to).unwrap();

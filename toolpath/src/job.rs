@@ -90,6 +90,12 @@ pub struct Request {
     pub scallop_mm: f64,
     /// Strategy.
     pub strategy: String,
+    /// Parameter lines of every patch, where their number was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lines: Option<usize>,
+    /// Places beside the sides that regions are swept between, mm.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub guides: Vec<[f64; 3]>,
     /// Whether valleys have passes of their own.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub pencil: bool,

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use claymill_nurbs::Point3;
 use claymill_paths::STEEP_DEG;
 use serde::{Deserialize, Serialize};
 
@@ -92,6 +93,14 @@ pub(crate) struct JobOptions {
     /// Slope above which steep-shallow has waterlines instead of rows, degrees [default: 45].
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub(crate) steep: Option<f64>,
+    /// Parameter lines of every patch for iso-patch, evenly over it, whatever scallop they leave [default: as many as the
+    /// scallop height takes].
+    #[arg(long, value_name = "COUNT")]
+    pub(crate) lines: Option<usize>,
+    /// Place beside the side of a region that iso, scallop or auto start from, mm, in the model's coordinates (where you click in
+    /// `claymill view`); a second place beside the same region says which side they run to. May be repeated.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub(crate) guide: Vec<String>,
     /// Pencil passes: last in every region along the valleys in which the ball touches on both sides.
     #[arg(long)]
     #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -131,10 +140,45 @@ pub(crate) struct JobOptions {
     pub(crate) axes: AxisArgs,
 }
 
+/// More parameter lines than this on one patch are a slip of the keyboard.
+const MOST_LINES: usize = 10_000;
 /// There are no waterlines on ground shallower than the first, and nothing steeper than the second is cut, degrees.
 const STEEP_LIMITS_DEG: (f64, f64) = (15.0, 80.0);
 
 impl JobOptions {
+    /// How many parameter lines each patch has.
+    pub(crate) fn lines(&self, strategy: StrategyName) -> Result<Option<usize>, Failure> {
+        match self.lines {
+            Some(_) if strategy != StrategyName::IsoPatch => Err(Failure::usage(
+                "only iso-patch has a number of lines",
+                "For example: --strategy iso-patch --lines 20.",
+            )),
+            Some(count) if !(1..=MOST_LINES).contains(&count) => Err(Failure::usage(
+                format!("a patch has between 1 and {MOST_LINES} lines, not {count}"),
+                "For example: --strategy iso-patch --lines 20.",
+            )),
+            asked => Ok(asked),
+        }
+    }
+
+    /// The places beside the sides of regions that passes run between.
+    pub(crate) fn guides(&self, strategy: StrategyName) -> Result<Vec<Point3>, Failure> {
+        const EXAMPLE: &str = "For example: --strategy iso --guide 1200,-300,450.";
+        let follows = [StrategyName::Iso, StrategyName::Scallop, StrategyName::Auto].contains(&strategy);
+        if !self.guide.is_empty() && !follows {
+            return Err(Failure::usage("only iso, scallop and auto start from a side of a region", EXAMPLE));
+        }
+        let place = |text: &String| {
+            let numbers: Option<Vec<f64>> =
+                text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect();
+            match numbers.as_deref() {
+                Some(&[x, y, z]) => Ok(Point3::new(x, y, z)),
+                _ => Err(Failure::usage(format!("guide {text:?} is not three coordinates"), EXAMPLE)),
+            }
+        };
+        self.guide.iter().map(place).collect()
+    }
+
     /// The slope between rows and waterlines, degrees.
     pub(crate) fn steep_deg(&self) -> Result<f64, Failure> {
         let (least, most) = STEEP_LIMITS_DEG;

@@ -44,6 +44,8 @@ pub(crate) struct Request {
     scallop_mm: f64,
     strategy: StrategyName,
     steep_deg: f64,
+    lines: Option<usize>,
+    guides: Vec<Point3>,
     link: LinkStyle,
     preset: PresetName,
     feeds: Feeds,
@@ -93,6 +95,8 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
         scallop: first.scallop.or(second.scallop),
         strategy: first.strategy.or(second.strategy),
         steep: first.steep.or(second.steep),
+        lines: first.lines.or(second.lines),
+        guide: list(first.guide, second.guide),
         angle: first.angle.or(second.angle),
         link: first.link.or(second.link),
         preset: first.preset.or(second.preset),
@@ -132,6 +136,7 @@ impl Request {
         if options.angle.is_some_and(|angle| !angle.is_finite()) {
             return Err(Failure::usage("the angle of the rows must be a number", "For example: --angle 45."));
         }
+        let strategy = options.strategy.unwrap_or(StrategyName::Planar);
         Ok(Request {
             model: model.to_owned(),
             tool,
@@ -140,8 +145,10 @@ impl Request {
             holder_clearance_mm: holder_clearance_mm.unwrap_or(HOLDER_CLEARANCE_MM),
             rest_of,
             scallop_mm,
-            strategy: options.strategy.unwrap_or(StrategyName::Planar),
+            strategy,
             steep_deg: options.steep_deg()?,
+            lines: options.lines(strategy)?,
+            guides: options.guides(strategy)?,
             link: match options.link {
                 Some(LinkName::Box) => LinkStyle::Box,
                 Some(LinkName::Lace) | None => LinkStyle::Lace,
@@ -242,6 +249,8 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         scallop_mm: request.scallop_mm,
         strategy: request.strategy.into(),
         steep_deg: request.steep_deg,
+        lines: request.lines,
+        guides: request.guides.clone(),
         pencil: request.options.pencil,
         row_angle_deg: request.options.angle,
         link: request.link,
@@ -395,6 +404,8 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
         request: claymill_toolpath::Request {
             tool: request.tool,
             rest_of: request.rest_of,
+            lines: request.lines,
+            guides: request.guides.iter().map(|at| (*at).into()).collect(),
             pencil: request.options.pencil,
             scallop_mm: request.scallop_mm,
             strategy: options.strategy.to_string(),

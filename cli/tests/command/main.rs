@@ -22,6 +22,7 @@ mod rest;
 mod roadster;
 mod run;
 mod shank;
+mod sides;
 mod steep;
 mod times;
 #[cfg(feature = "window")]

@@ -26,10 +26,12 @@ pub enum GuideKind {
     Rings,
     /// The two ends that are farthest from each other: of a closed surface, or of one that is open at one end alone.
     Ends,
+    /// Sides that somebody chose.
+    Chosen,
 }
 
 /// A second loop shorter than this part of the longest is a hole in a sheet, not the other end of a ring.
-const HOLE: f64 = 0.25;
+pub(super) const HOLE: f64 = 0.25;
 /// A surface with more than this times the area of the disc that its longest loop could enclose is no sheet spanned over
 /// that loop but an arm that begins there. A field between two halves of the loop fades along an arm, to a tenth by
 /// this length (by exp(−2π) within each circumference).
@@ -48,9 +50,9 @@ const CORNERS_APART: f64 = 0.06;
 /// Corners looked at; a region may have more.
 const MOST_CORNERS: usize = 14;
 /// Where a side is missing, this part of the loop on each side of the tip stands for it.
-const TIP: f64 = 0.04;
+pub(super) const TIP: f64 = 0.04;
 /// The same for loops without tips.
-const ROUND_END: f64 = 0.125;
+pub(super) const ROUND_END: f64 = 0.125;
 /// Two tips cut a loop into halves when none is shorter than this part of it.
 const SHORT_HALF: f64 = 0.3;
 
@@ -130,7 +132,7 @@ impl RegionMesh<'_> {
         Guides { from: self.vertices_near(&a), to: self.vertices_near(&b), kind: GuideKind::Ends }
     }
 
-    fn vertices_near(&self, p: &Point3) -> Vec<u32> {
+    pub(super) fn vertices_near(&self, p: &Point3) -> Vec<u32> {
         let near = |i: &u32| (self.point(*i) - p).norm() <= 2.0 * self.edge_mm;
         (0..self.vertices.len() as u32).filter(near).collect()
     }
@@ -158,7 +160,7 @@ fn farthest_from(points: impl Iterator<Item = Point3>, from: &Point3) -> Point3 
 }
 
 /// A loop with its arc length and its turning.
-struct Ring {
+pub(super) struct Ring {
     vertices: Vec<u32>,
     points: Vec<Point3>,
     /// Arc length up to each vertex, mm.
@@ -169,7 +171,7 @@ struct Ring {
 }
 
 impl Ring {
-    fn new(mesh: &RegionMesh<'_>, ring: &BoundaryLoop) -> Self {
+    pub(super) fn new(mesh: &RegionMesh<'_>, ring: &BoundaryLoop) -> Self {
         let sums = mesh.angle_sums();
         let points: Vec<Point3> = ring.vertices.iter().map(|&v| mesh.point(v)).collect();
         let mut s = Vec::with_capacity(points.len());
@@ -182,7 +184,7 @@ impl Ring {
         Ring { vertices: ring.vertices.clone(), points, s, length, turn }
     }
 
-    fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.vertices.len()
     }
 
@@ -192,13 +194,13 @@ impl Ring {
     }
 
     /// The vertices from one to another, both included.
-    fn stretch(&self, from: usize, to: usize) -> Vec<u32> {
+    pub(super) fn stretch(&self, from: usize, to: usize) -> Vec<u32> {
         let count = (to + self.len() - from) % self.len();
         (0..=count).map(|k| self.vertices[(from + k) % self.len()]).collect()
     }
 
     /// The vertices a part of the loop's length before and after one.
-    fn around(&self, vertex: usize, part: f64) -> [usize; 2] {
+    pub(super) fn around(&self, vertex: usize, part: f64) -> [usize; 2] {
         [-part, part].map(|p| {
             let s = (self.s[vertex] + p * self.length).rem_euclid(self.length);
             self.s.partition_point(|&x| x < s) % self.len()
@@ -206,7 +208,7 @@ impl Ring {
     }
 
     /// The corners with their turn in degrees, by turn, in order around the loop.
-    fn corners(&self) -> Vec<(usize, f64)> {
+    pub(super) fn corners(&self) -> Vec<(usize, f64)> {
         let reach = CORNER_REACH * self.length;
         let turn = |i: usize| -> f64 {
             let mut sum = self.turn[i];

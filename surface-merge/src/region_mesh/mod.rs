@@ -38,6 +38,7 @@
 
 mod arrival;
 mod build;
+mod chosen;
 mod connectivity;
 mod distance;
 mod drive;

@@ -20,7 +20,7 @@ use crate::crests::Laid;
 use crate::ground::Ground;
 use crate::halfway::{Found, Halfway, Level, halfway};
 use crate::near::{LaidNear, Touch};
-use crate::part::{SetupContext, TOO_HIGH};
+use crate::part::SetupContext;
 use crate::plan_curve::{Drawn, through, within};
 use crate::proofs::Proofs;
 use crate::raster::cheapest_step;
@@ -485,7 +485,7 @@ impl SetupContext<'_> {
             if self.beside_walls.is_some() { 0.0 } else { -(normal.x * ex + normal.y * ey) / normal.z };
         let feed = Vector3::new(ex, ey, slope).normalize();
         let touch = Touch { point, normal, centre, feed };
-        let most_mm = TOO_HIGH * self.scallop_mm;
+        let most_mm = self.too_high_mm(so_far.ground.area_mm2);
         if so_far.is_cut(&touch, self.ball.radius_mm(), most_mm) {
             let beside_mm = gap_steps * self.flat_step_mm();
             return if self.is_crest_cut(place, &touch, beside_mm, so_far) { Done::Cut } else { Done::Left };

@@ -35,8 +35,13 @@ const STOPS_MM: f64 = 40.0;
 /// What a turn between two passes costs, as path length, when a direction is chosen.
 pub(crate) const TURN_MM: f64 = 60.0;
 
-/// A crest higher than this share of the scallop height is worth a further row.
-pub(crate) const TOO_HIGH: f64 = 1.045;
+/// A crest higher than this share of the scallop height is worth a further row. Written passes lie up to
+/// [`FitTolerance::fit_mm`] higher than they are laid, which a hundredth of all crests make use of: in a large part those are
+/// not the ones that are high already, in a small one a single place counts for a hundredth.
+const TOO_HIGH: f64 = 1.04;
+const TOO_HIGH_IN_SMALL: f64 = 1.03;
+/// A part is small up to this area, in flat step-overs squared.
+const SMALL_STEPS2: f64 = 2500.0;
 /// Between corners this near to each other a pass goes straight, mm.
 const TINY_MM: f64 = 0.05;
 /// Rounds of laying rows between rows: each halves their distance.
@@ -134,6 +139,12 @@ impl SetupContext<'_> {
     /// The step-over on a plane, mm.
     pub(crate) fn flat_step_mm(&self) -> f64 {
         flat_mm(self.ball.radius_mm(), self.scallop_mm)
+    }
+
+    /// A crest higher than this is worth a further row in a part of `area_mm2`, mm.
+    pub(crate) fn too_high_mm(&self, area_mm2: f64) -> f64 {
+        let is_small = area_mm2 < SMALL_STEPS2 * self.flat_step_mm().powi(2);
+        self.scallop_mm * if is_small { TOO_HIGH_IN_SMALL } else { TOO_HIGH }
     }
 
     /// Whether the setup cuts the face at these parameters with these passes.

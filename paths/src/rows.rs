@@ -8,7 +8,7 @@ use crate::crests::{Laid, missing_rows};
 use crate::cuts::Cut;
 use crate::ground::Ground;
 use crate::guide::{Guide, Line};
-use crate::part::{ROUNDS, SetupContext, TOO_HIGH, TURN_MM};
+use crate::part::{ROUNDS, SetupContext, TURN_MM};
 use crate::profile::{STEEPEST_NZ, follow};
 use crate::proofs::Proofs;
 use crate::raster::{Patch, Raster, Row};
@@ -107,7 +107,7 @@ impl SetupContext<'_> {
                 &rounds.raster,
                 laid,
                 &ground.in_valleys,
-                TOO_HIGH * self.scallop_mm,
+                self.too_high_mm(ground.area_mm2),
                 |q| row_guide(along, q),
                 |face, at| {
                     ground.owns(face)

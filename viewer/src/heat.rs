@@ -33,15 +33,19 @@ impl HeatScale {
     }
 }
 
+/// What a cell counts whose middle is a side away: enough where there is no other.
+const LEAST_WEIGHT: f64 = 1e-6;
+
 /// Steps of the scale, as shares of the height asked for, with their colours: from blue (more passes than needed)
-/// over green (as asked) to red (too high). Lightness falls towards both ends, so that the map can be read
+/// over green (as asked, to the most that is allowed) to red (too high). Lightness falls towards both ends, so that the map can be read
 /// without colours too.
-const STEPS: [(f64, Rgb); 6] = [
+const STEPS: [(f64, Rgb); 7] = [
     (0.0, [44, 62, 140]),
     (0.4, [86, 140, 200]),
     (0.8, [150, 206, 190]),
     (1.0, [196, 226, 140]),
-    (1.05, [250, 180, 60]),
+    (1.05, [224, 232, 128]),
+    (1.15, [250, 180, 60]),
     (1.5, [190, 30, 40]),
 ];
 
@@ -61,6 +65,8 @@ pub fn heat_legend(asked_mm: f64) -> impl Iterator<Item = (Rgb, String)> {
         let mm = share * asked_mm;
         let more = if share == 1.0 {
             ", as asked"
+        } else if share == 1.05 {
+            ", the bar"
         } else if i == last {
             " or more"
         } else {
@@ -70,7 +76,7 @@ pub fn heat_legend(asked_mm: f64) -> impl Iterator<Item = (Rgb, String)> {
     })
 }
 
-/// Heights by place: the highest near a point.
+/// Heights by place: the highest of each cell.
 pub(crate) struct HighestNear {
     cell_mm: f64,
     highest: HashMap<[i32; 3], f64>,
@@ -91,12 +97,20 @@ impl HighestNear {
         [0, 1, 2].map(|k: usize| (p[k] / self.cell_mm).floor() as i32)
     }
 
-    /// The highest in the cells within half a cell's side.
+    /// Between the highest of the cells around: where a cell has its middle, its own.
     pub(crate) fn at(&self, p: &Point3) -> Option<f64> {
         let around = Vector3::repeat(0.5 * self.cell_mm);
         let ([i0, j0, k0], [i1, j1, k1]) = (self.cell(&(p - around)), self.cell(&(p + around)));
         let cells = (i0..=i1).flat_map(|i| (j0..=j1).flat_map(move |j| (k0..=k1).map(move |k| [i, j, k])));
-        cells.filter_map(|c| self.highest.get(&c)).copied().reduce(f64::max)
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for cell in cells {
+            let Some(height) = self.highest.get(&cell) else { continue };
+            let aside = [0, 1, 2].map(|k| p[k] / self.cell_mm - f64::from(cell[k]) - 0.5);
+            let weight: f64 = aside.iter().map(|a| (1.0 - a.abs()).max(LEAST_WEIGHT)).product();
+            sum += weight * height;
+            weights += weight;
+        }
+        (weights > 0.0).then(|| sum / weights)
     }
 }
 
@@ -126,7 +140,7 @@ mod tests {
     use crate::scene::SurfaceVertex;
 
     #[test]
-    fn vertices_take_the_colour_of_the_highest_sample_near_them() {
+    fn vertices_take_the_colour_of_the_highest_sample_in_the_cells_around_them() {
         let mut scene = Scene::new(Point3::new(100.0, 0.0, 0.0));
         let vertex =
             |x: f32| SurfaceVertex { position: [x, 0.0, 0.0], normal: [0.0, 0.0, 1.0], colour: [0; 4] };
@@ -144,6 +158,6 @@ mod tests {
         let everywhere = |k: u32| Point3::new(f64::from(k % 97) * 7.1, f64::from(k / 97) * 4.5, 0.0);
         assert!((0..97 * 97).all(|k| near.at(&everywhere(k)).is_some()), "no gaps between coarse passes");
         assert_eq!(heat_colour(-1.0), STEPS[0].1);
-        assert_eq!(heat_colour(9.0), STEPS[5].1);
+        assert_eq!(heat_colour(9.0), STEPS[6].1);
     }
 }

@@ -145,7 +145,9 @@ impl SetupContext<'_> {
         let length = round_to_written(radius_mm * turn);
         let knots = KnotVector::new(3, [[0.0; 4], [length; 4]].concat()).ok()?;
         let arc = Curve3::new(knots, points.to_vec(), None).ok()?;
-        self.is_curve_clear(&arc).then_some(arc)
+        let foot = self.frame.to_setup(&arc.end());
+        let is_free_above = || rest_above(self.ball, foot.x, foot.y, foot.z) <= foot.z;
+        (self.is_curve_clear(&arc) && is_free_above()).then_some(arc)
     }
 
     fn down(&self, lead: &Lead, height: f64) -> Vec<Move> {

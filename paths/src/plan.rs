@@ -20,6 +20,7 @@ use crate::reach::{Fate, Views, assign};
 use crate::sides::Sides;
 use crate::slopes::Slopes;
 use crate::space::Space;
+use crate::step_over::flat_mm;
 use crate::sweeps::Sweeps;
 use crate::walls::Walls;
 use crate::{FitTolerance, Frame, Orientation, RowsAlong, Strategy};
@@ -211,8 +212,12 @@ pub struct Plan {
 /// Tells how far a stage has come: its name and a share from 0 to 1.
 pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
 
-/// Rest strips are narrow: they are looked for on triangles with sides of this many ball radii by two.
-const REST_FINENESS: f64 = 0.5;
+/// What each setup cuts is decided on triangles with sides of a ball radius; of half of one for rest strips, which are
+/// narrow, and where that makes no more squares than this in all. But what two setups cut has to overlap by more than a
+/// step-over, and overlaps by a triangle.
+const FINEST: f64 = 0.5;
+const MANY_SQUARES: f64 = 2e5;
+const FINEST_STEPS: f64 = 1.5;
 
 /// Usual limit between shallow and steep, degrees. Rows across a slope of 45° are 1.4 times closer in plan than on the
 /// level, those across a steeper one soon half as far apart and less; waterlines come together the same way as the
@@ -239,8 +244,8 @@ pub fn plan(
     check_tools(&options.tool, options.rest_of.as_ref(), options.scallop_mm)?;
     check_size(model, radius_mm)?;
     progress("setups", 0.0);
-    let area_mm2 = regions.face_area_mm2.iter().sum();
-    let fineness_mm = if options.rest_of.is_some() { REST_FINENESS * radius_mm } else { radius_mm };
+    let area_mm2: f64 = regions.face_area_mm2.iter().sum();
+    let fineness_mm = fineness_mm(options, area_mm2);
     let covering =
         Covering::new(model, regions.excluded, area_mm2, fineness_mm).map_err(|(face, source)| {
             PlanError::Face { face, entity: model.faces[face].source.entity.clone(), source }
@@ -432,6 +437,17 @@ pub fn check_tools(tool: &Tool, rest_of: Option<&Tool>, scallop_mm: f64) -> Resu
         Some(earlier_mm) => Err(PlanError::EarlierTool { radius_mm, earlier_mm }),
         None => Ok(()),
     }
+}
+
+/// Sides of the triangles on which it is decided what a setup cuts, mm.
+fn fineness_mm(options: &PlanOptions, area_mm2: f64) -> f64 {
+    let radius_mm = options.tool.radius_mm();
+    if options.rest_of.is_some() {
+        return FINEST * radius_mm;
+    }
+    let step_mm = flat_mm(radius_mm, options.scallop_mm);
+    let finest_mm = (FINEST * radius_mm).max(FINEST_STEPS * step_mm).min(radius_mm);
+    (area_mm2 / MANY_SQUARES).sqrt().clamp(finest_mm, radius_mm)
 }
 
 fn check_size(model: &Model, radius_mm: f64) -> Result<(), PlanError> {

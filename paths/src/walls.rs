@@ -41,7 +41,7 @@ const BOW: f64 = 0.3;
 /// Parts of a link as short as this count as clear when their middle is, mm.
 const SHORT_MM: f64 = 5e-3;
 /// On the way across a ball is dropped so often that what stands between two drops enters by no more than this, mm.
-const BETWEEN_MM: f64 = 5e-3;
+const BETWEEN_MM: f64 = 2e-3;
 /// Before it goes up a ball goes off a wall by the largest of these that there is room for.
 const OFF_WALL_MM: [f64; 4] = [2.0, 1.0, 0.5, 0.2];
 /// A link may be this long, in flat step-overs.

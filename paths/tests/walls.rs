@@ -88,18 +88,19 @@ fn a_bore_is_cut_round_by_round_from_the_top_down() {
 }
 
 #[test]
-fn the_lowest_round_is_as_low_as_the_ball_gets() {
+fn the_lowest_round_leaves_nothing_down_to_where_the_ball_gets() {
     let step_mm = flat_mm(R, FitTolerance::of_scallop(SCALLOP_MM).to_lay_mm(SCALLOP_MM));
-    for k in 0..5 {
-        let high_mm = HIGH_MM + 0.2 * f64::from(k) * step_mm;
+    for k in 0..10 {
+        let high_mm = HIGH_MM + 0.1 * f64::from(k) * step_mm;
         let bore = cylinder(&placement(), BORE_MM, (0.0, TAU), (0.0, high_mm)).unwrap();
         let floor = plane_patch(&placement(), (-HALF_MM, HALF_MM), (-HALF_MM, HALF_MM)).unwrap();
         let faces = [bore, floor].into_iter().chain(sides());
         let plan = planned(faces, R, SCALLOP_MM, |usual| usual);
         let levels = passes(&plan, 0).into_iter().map(|round| round[0].z);
         let lowest_mm = levels.fold(f64::INFINITY, f64::min) - R;
+        // From half a step above where it gets, a ball leaves no more there than what was asked for.
         assert!(
-            (0.0..0.3 * step_mm).contains(&lowest_mm),
+            (0.0..0.5 * step_mm).contains(&lowest_mm),
             "{lowest_mm} mm over the floor, {high_mm} mm deep"
         );
     }

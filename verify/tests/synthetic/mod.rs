@@ -53,6 +53,8 @@ pub(crate) fn job(model: &Model) -> Job {
         },
         request: Request {
             rest_of: None,
+            lines: None,
+            guides: Vec::new(),
             pencil: false,
             tool,
             scallop_mm: H,

@@ -3,7 +3,7 @@ use claymill_verify::{
 };
 use maud::{Markup, html};
 
-use super::figures::{area, area_of, count, deviation, plural, point, share};
+use super::figures::{area, area_of, count, crest, deviation, plural, point, share};
 use super::plots::{Part, Tick, against_limit, histogram, stacked_bar};
 use crate::palette::Rgb;
 
@@ -42,8 +42,8 @@ fn summary(v: &Verification) -> String {
     format!(
         "Deepest gouge {}, scallop {} at the 99th percentile ({} asked), {} of the model's area cut.",
         deviation(v.gouge.deepest_mm),
-        deviation(v.scallop.crests.p99_mm),
-        deviation(v.scallop_mm),
+        crest(v.scallop.crests.p99_mm),
+        crest(v.scallop_mm),
         share(cut, v.coverage.total_mm2)
     )
 }
@@ -77,8 +77,8 @@ fn place_or_dash(p: Option<&Place>) -> String {
 pub(super) fn section(verification: Option<&Verification>) -> Markup {
     let Some(v) = verification else { return html! {} };
     let crests = &v.scallop.crests;
-    let asked = Tick { label: "asked", value: v.scallop_mm, figure: deviation(v.scallop_mm) };
-    let tick = |label, value| Tick { label, value, figure: deviation(value) };
+    let asked = Tick { label: "asked", value: v.scallop_mm, figure: crest(v.scallop_mm) };
+    let tick = |label, value| Tick { label, value, figure: crest(value) };
     let heights = [tick("mean", crests.mean_mm), tick("99 %", crests.p99_mm), tick("max", crests.max_mm)];
     html! {
         h2 id="checks" { "Verification" }
@@ -95,7 +95,7 @@ pub(super) fn section(verification: Option<&Verification>) -> Markup {
                 v.scallop_mm,
             ))
             p { "Even, between 0.90 and 1.05 of the height asked for: " b { (share(crests.even_share, 1.0)) } "; 95 % are lower than "
-                b { (deviation(crests.p95_mm)) } "." }
+                b { (crest(crests.p95_mm)) } "." }
         }
         (measurements(v))
         (coverage(&v.coverage))
@@ -137,19 +137,19 @@ fn measurements(v: &Verification) -> Markup {
         ("Rapids that touch", count(r.touching), String::new(), r.moves),
         (
             "Highest scallop crest",
-            deviation(s.crests.max_mm),
+            crest(s.crests.max_mm),
             place_or_dash(s.crests.max_at.as_ref()),
             s.crests.samples,
         ),
         (
             "Scallop crests, 99 % and mean",
-            format!("{}, {}", deviation(s.crests.p99_mm), deviation(s.crests.mean_mm)),
+            format!("{}, {}", crest(s.crests.p99_mm), crest(s.crests.mean_mm)),
             format!("{} out of the ball's reach left out", count(s.crests.out_of_reach)),
             s.crests.samples,
         ),
         (
             "Material left on the surface, 99 % and mean",
-            format!("{}, {}", deviation(s.surface.p99_mm), deviation(s.surface.mean_mm)),
+            format!("{}, {}", crest(s.surface.p99_mm), crest(s.surface.mean_mm)),
             format!("{} of the cut area above the bar", share(s.surface.above_limit_share, 1.0)),
             s.surface.samples,
         ),

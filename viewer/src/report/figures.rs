@@ -68,6 +68,11 @@ pub(super) fn deviation(mm: f64) -> String {
     if mm.abs() < 0.1 { three_digits(mm * 1e3, "µm") } else { three_digits(mm, "mm") }
 }
 
+/// Height of a scallop, in one unit and with as many digits whatever it is: such heights stand below each other.
+pub(super) fn crest(mm: f64) -> String {
+    format!("{mm:.4}{THIN}mm")
+}
+
 /// A share of a whole in percent; small shares do not vanish.
 pub(super) fn share(part: f64, whole: f64) -> String {
     if whole <= 0.0 {
@@ -131,6 +136,7 @@ mod tests {
         assert_eq!(spaces(&deviation(0.000_42)), "0.420 µm");
         assert_eq!(spaces(&deviation(0.25)), "0.250 mm");
         assert_eq!(spaces(&deviation(0.0)), "0 µm");
+        assert_eq!(spaces(&crest(0.09953)), "0.0995 mm");
         assert_eq!(spaces(&share(1.0, 3.0)), "33.3 %");
         assert_eq!(spaces(&share(1e-9, 3.0)), "< 0.01 %");
         assert_eq!(spaces(&share(3.0 - 1e-9, 3.0)), "> 99.99 %");

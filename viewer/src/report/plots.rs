@@ -1,6 +1,6 @@
 use maud::{Markup, html};
 
-use super::figures::{deviation, share};
+use super::figures::{crest, share};
 
 use crate::Rgb;
 
@@ -51,19 +51,21 @@ pub(super) fn stacked_bar(title: &str, parts: &[Part]) -> Markup {
     }
 }
 
-/// Shares in bins of a height, over the height; bins up to what was asked for are filled, those above striped, so
-/// that they are told apart without colours.
+/// Higher crests than this, as a share of the height asked for, are above the bar.
+const BAR: f64 = 1.05;
+
+/// Shares in bins of a height, over the height; bins up to the bar are filled, those above striped, so that they are told
+/// apart without colours.
 pub(super) fn histogram(title: &str, shares: &[f64], bin: f64, asked_mm: f64) -> Markup {
     const BASE: f64 = 190.0;
     const TALL: f64 = 160.0;
     let most = shares.iter().copied().fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     let width = 940.0 / shares.len() as f64;
     let left = |k: f64| 30.0 + k * width;
-    let asked = left(1.0 / bin);
-    let below: f64 = shares.iter().take((1.0 / bin).round() as usize).sum();
+    let below: f64 = shares.iter().take((BAR / bin).round() as usize).sum();
     let percent = |x: f64| share(x, 1.0);
     let spoken = format!(
-        "{title}: {} up to the height asked for, {} above; the fullest bin holds {}",
+        "{title}: {} up to the bar, 1.05 of the height asked for, {} above; the fullest bin holds {}",
         percent(below),
         percent((1.0 - below).max(0.0)),
         percent(most)
@@ -78,18 +80,20 @@ pub(super) fn histogram(title: &str, shares: &[f64], bin: f64, asked_mm: f64) ->
                 } }
                 @for (k, &part) in shares.iter().enumerate().filter(|s| *s.1 > 0.0) {
                     @let tall = (TALL * part / most).max(1.0);
-                    rect class=(if (k as f64 + 0.5) * bin < 1.0 { "value" } else { "above" })
+                    rect class=(if (k as f64 + 0.5) * bin < BAR { "value" } else { "above" })
                         x=(format!("{:.1}", left(k as f64) + 1.0)) y=(format!("{:.1}", BASE - tall))
                         width=(format!("{:.1}", width - 2.0)) height=(format!("{tall:.1}")) {}
                 }
                 line.base x1="30" y1="190" x2="970" y2="190" {}
-                line.limit x1=(format!("{asked:.1}")) y1="10" x2=(format!("{asked:.1}")) y2="190" {}
-                text x=(format!("{:.1}", asked + 8.0)) y="22" { "asked" }
+                @for (x, side, name) in [(left(1.0 / bin), -8.0, "asked"), (left(BAR / bin), 8.0, "bar")] {
+                    line.limit x1=(format!("{x:.1}")) y1="10" x2=(format!("{x:.1}")) y2="190" {}
+                    text x=(format!("{:.1}", x + side)) y="22" text-anchor=(if side < 0.0 { "end" } else { "start" }) { (name) }
+                }
                 @for (i, (x, mm)) in ticks.iter().enumerate() {
                     @let last = i + 1 == ticks.len();
-                    text x=(format!("{:.1}", if last { 998.0 } else { *x })) y="210"
-                        text-anchor=(if last { "end" } else { "middle" }) {
-                        (deviation(*mm)) @if last { "+" }
+                    @let (x, anchor) = if last { (998.0, "end") } else if i == 0 { (2.0, "start") } else { (*x, "middle") };
+                    text x=(format!("{x:.1}")) y="210" text-anchor=(anchor) {
+                        (crest(*mm)) @if last { "+" }
                     }
                 }
                 text x="34" y="22" { (percent(most)) " in the fullest bin" }

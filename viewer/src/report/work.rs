@@ -9,7 +9,7 @@ use claymill_toolpath::{
 use maud::{Markup, html};
 
 use super::ReportInput;
-use super::figures::{area, area_of, count, deviation, duration, length, plural, share};
+use super::figures::{area, area_of, count, crest, duration, length, plural, share};
 use super::plots::{Part, stacked_bar, swatch};
 use crate::palette::{CLAY, Rgb};
 use crate::strokes::kind_colour;
@@ -228,7 +228,7 @@ fn region_row(input: &ReportInput<'_>, index: usize, sum: &Sum) -> Markup {
     let colour = input.region_colours.get(id).copied().unwrap_or(CLAY);
     html! { tr {
         @if let Some(t) = input.thumbnails.get(id) {
-            td.thumb { img width="144" height="84" loading="lazy" alt=(format!("Region {id} on the model, from {}", t.seen_from))
+            td.thumb { img width="108" height="63" loading="lazy" alt=(format!("Region {id} on the model, from {}", t.seen_from))
                 src=(format!("data:image/png;base64,{}", STANDARD.encode(&t.png))); }
         }
         th scope="row" {
@@ -243,7 +243,7 @@ fn region_row(input: &ReportInput<'_>, index: usize, sum: &Sum) -> Markup {
             td.n { @if stick_outs.is_empty() { "–" } @else { (stick_outs.join(", ")) } }
         }
         @match crests {
-            Some(c) => { td.n { (deviation(c.p99_mm)) br; small.soft { "max " (deviation(c.max_mm)) } } }
+            Some(c) => { td.n { (crest(c.p99_mm)) br; small.soft { "max " (crest(c.max_mm)) } } }
             None => { td.n { "–" } }
         }
     } }

@@ -34,6 +34,7 @@ mod crests;
 mod cubics;
 mod cuts;
 mod field_levels;
+mod first_levels;
 mod fit_tolerance;
 mod frame;
 mod ground;

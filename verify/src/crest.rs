@@ -21,6 +21,12 @@ const CUT_AWAY_SHARE: f64 = 0.01;
 const CUT_AWAY_MM: f64 = 1e-3;
 /// Neighbours nearer than this run on the same line, mm.
 const SAME_LINE_MM: f64 = 1e-3;
+/// The next turn of a spiral is a neighbour of its own pass: it lies aside, by this share of its distance at least, and leads the
+/// same way or back (cosine, 60°). What the pass comes to over a hump lies below.
+const ASIDE: f64 = 0.5;
+const ALONG: f64 = 0.5;
+/// Of one pass, pieces that cross at distances nearer to each other than by this share are parts of one line.
+const SAME_TURN: f64 = 0.5;
 
 /// Crests within these shares of the height asked for count as even.
 const EVEN: (f64, f64) = (0.90, 1.05);
@@ -196,8 +202,8 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
     along
 }
 
-/// The nearest other pass on either side of `c`, where it crosses the plane perpendicular to the feed, and the nearest but
-/// one.
+/// The nearest other pass, or other turn of its own, on either side of `c`, where it crosses the plane perpendicular to the feed,
+/// and the nearest but one.
 fn neighbours(
     swept: &Swept<'_>,
     track: &Track,
@@ -210,7 +216,7 @@ fn neighbours(
     let mut nearest: [[Option<(Piece, f64)>; 2]; 2] = [[None; 2]; 2];
     swept.visit_near(c, reach_mm, |piece| {
         let other = swept.track(piece);
-        if other.kind != MoveKind::Cut || other.pass == track.pass {
+        if other.kind != MoveKind::Cut {
             return ControlFlow::Continue(());
         }
         let (a, b) = (piece.capsule.a - c, piece.capsule.b - c);
@@ -223,11 +229,19 @@ fn neighbours(
         if distance > reach_mm || beside.abs() < SAME_LINE_MM {
             return ControlFlow::Continue(());
         }
+        let leads_along = || (b - a).dot(feed).abs() > ALONG * (b - a).norm();
+        if is_of_pass(other, track) && !(beside.abs() > ASIDE * distance && leads_along()) {
+            return ControlFlow::Continue(());
+        }
         let [first, second] = &mut nearest[usize::from(beside > 0.0)];
         let found = Some((*piece, distance));
         let is_nearer = |than: &Option<(Piece, f64)>| than.is_none_or(|(_, best)| distance < best);
-        let is_same =
-            |pass: &Option<(Piece, f64)>| pass.is_some_and(|(p, _)| swept.track(&p).pass == other.pass);
+        let is_same = |found: &Option<(Piece, f64)>| {
+            found.is_some_and(|(p, at)| {
+                let apart = (distance - at).abs() > SAME_TURN * distance.min(at);
+                is_of_pass(swept.track(&p), other) && !apart
+            })
+        };
         if is_nearer(first) {
             if !is_same(first) {
                 *second = *first;
@@ -239,6 +253,10 @@ fn neighbours(
         ControlFlow::Continue(())
     });
     nearest.map(|side| side.map(|found| found.map(|(piece, _)| piece)))
+}
+
+fn is_of_pass(a: &Track, b: &Track) -> bool {
+    (a.region, a.pass) == (b.region, b.pass) && a.setup == b.setup
 }
 
 /// Where exactly a track crosses the plane through `c` perpendicular to `feed`, and its direction there; the

@@ -95,6 +95,32 @@ fn parallels_of_a_sphere() {
 }
 
 #[test]
+fn the_turns_of_a_spiral_are_neighbours() {
+    // A square one, inwards: each turn a step-over inside of the one before, all of it one pass.
+    let model = model([rectangle((0.0, 40.0), (0.0, 40.0), 0.0)]);
+    let (mut at, mut side_mm, mut moves) = (Point3::new(0.0, 0.0, R), 40.0, Vec::new());
+    let ways = [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y()];
+    for k in 0.. {
+        let to = at + ways[k % 4] * side_mm;
+        moves.push((at, to));
+        at = to;
+        // Three sides are whole, then each second one is shorter.
+        if k >= 2 && k % 2 == 0 {
+            side_mm -= PLANE_STEP;
+        }
+        if side_mm < PLANE_STEP {
+            break;
+        }
+    }
+    let v = check(&model, &job(&model), &program(moves.into_iter().map(|(a, b)| straight(Cut, 0, a, b))));
+    let crests = &v.scallop.crests;
+    assert!(crests.samples > 500, "{crests:?}");
+    approx::assert_abs_diff_eq!(crests.p95_mm, H, epsilon = 1e-6);
+    approx::assert_relative_eq!(crests.mean_mm, H, max_relative = 0.01);
+    assert!(crests.inside_share > 0.7 && crests.even_inside_share > 0.98, "{crests:?}");
+}
+
+#[test]
 fn crossing_passes_only_lower_the_crests() {
     let model = model([rectangle((0.0, 30.0), (0.0, 30.0), 0.0)]);
     let along_x = (0..26).map(|k| {

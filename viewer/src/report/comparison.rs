@@ -2,7 +2,7 @@ use claymill_toolpath::Job;
 use claymill_verify::{SurfaceState, Verification};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::figures::{area, count, deviation, duration, length, share};
+use super::figures::{area, count, crest, deviation, duration, length, share};
 use super::plots::against_each_other;
 use super::{ReportPicture, head, image};
 
@@ -105,10 +105,10 @@ fn rows() -> Vec<Row> {
             percent,
         ),
         row("Control points", Less, |c| c.job.totals.control_points as f64, whole),
-        row("Scallop asked", Neither, |c| c.job.request.scallop_mm, deviation),
-        row("Scallop, highest", Less, |c| c.found.scallop.crests.max_mm, deviation),
-        row("Scallop, 99 %", Neither, |c| c.found.scallop.crests.p99_mm, deviation),
-        row("Scallop, mean", Neither, |c| c.found.scallop.crests.mean_mm, deviation),
+        row("Scallop asked", Neither, |c| c.job.request.scallop_mm, crest),
+        row("Scallop, highest", Less, |c| c.found.scallop.crests.max_mm, crest),
+        row("Scallop, 99 %", Neither, |c| c.found.scallop.crests.p99_mm, crest),
+        row("Scallop, mean", Neither, |c| c.found.scallop.crests.mean_mm, crest),
         row("Even crests", More, |c| c.found.scallop.crests.even_share, percent),
         row("Even crests inside of regions", More, |c| c.found.scallop.crests.even_inside_share, percent),
         row("Deepest gouge", Less, |c| c.found.gouge.deepest_mm, deviation),

@@ -152,12 +152,12 @@ impl SetupContext<'_> {
             Rest::Nothing => Proofs::default(),
             Rest::Rows(rounds) if rounds.go_on() => self.lay_rows(rounds, laid, ground),
             Rest::Levels(rounds) if rounds.go_on() => self.lay_levels(rounds, laid, ground),
-            Rest::Levels(_) if self.lines.is_some() => {
-                layout.rest = Rest::Nothing;
-                Proofs::default()
-            }
             Rest::Rows(_) | Rest::Levels(_) => {
                 layout.rest = Rest::Nothing;
+                // So many lines were asked for, whatever they leave.
+                if self.lines.is_some() {
+                    return;
+                }
                 let (rows, proofs) = self.mend(laid, ground);
                 layout.groups.push(rows);
                 proofs

@@ -64,12 +64,28 @@ impl End {
 struct Lead {
     /// On or above the model, at the end of the pass.
     end: Point3,
-    /// Up from there.
-    arc: Option<Curve3>,
-    /// Off the wall that the ball touches there.
-    off: Option<Point3>,
+    off: Option<Off>,
     /// Where the rapid takes over.
     place: Point3,
+}
+
+/// The way off the surface, before a lead goes up.
+enum Off {
+    /// From a wall that the ball touches.
+    Wall(Point3),
+    /// In the open.
+    Arc(Curve3),
+}
+
+impl Lead {
+    /// Where it goes up from.
+    fn foot(&self) -> Point3 {
+        match &self.off {
+            Some(Off::Wall(to)) => *to,
+            Some(Off::Arc(arc)) => arc.end(),
+            None => self.end,
+        }
+    }
 }
 
 impl SetupContext<'_> {
@@ -122,10 +138,10 @@ impl SetupContext<'_> {
     }
 
     fn lead(&self, End { at: end, onward }: End) -> Lead {
-        let off = self.off_wall(end);
-        let arc = if off.is_none() { self.arc_up(end, onward) } else { None };
-        let foot = off.or(arc.as_ref().map(Curve3::end)).unwrap_or(end);
-        Lead { end, arc, off, place: self.lead_place(foot) }
+        let off_wall = self.off_wall(end).map(Off::Wall);
+        let off = off_wall.or_else(|| self.arc_up(end, onward).map(Off::Arc));
+        let lead = Lead { end, off, place: end };
+        Lead { place: self.lead_place(lead.foot()), ..lead }
     }
 
     /// The arc that goes on from the end of a pass and turns upwards, if it is clear and leads over nothing that an earlier ball
@@ -152,38 +168,36 @@ impl SetupContext<'_> {
 
     fn down(&self, lead: &Lead, height: f64) -> Vec<Move> {
         let place = lead.place;
-        let mut moves = vec![self.rapid(self.at_height(place, height), place)];
-        if let Some(arc) = &lead.arc {
-            moves.extend(self.leads(MoveKind::LeadIn, &[place, arc.end()]));
-            moves.push(self.lead_along(MoveKind::LeadIn, &reversed_from_zero(arc)));
-            return moves;
-        }
-        let way: Vec<Point3> = [place].into_iter().chain(lead.off).chain([lead.end]).collect();
-        moves.extend(self.leads(MoveKind::LeadIn, &way));
-        moves
+        let onto = lead.off.as_ref().map(|off| match off {
+            Off::Wall(from) => self.straight_lead(MoveKind::LeadIn, *from, lead.end),
+            Off::Arc(arc) => self.lead_along(MoveKind::LeadIn, &reversed_from_zero(arc)),
+        });
+        let down = [
+            self.rapid(self.at_height(place, height), place),
+            self.straight_lead(MoveKind::LeadIn, place, lead.foot()),
+        ];
+        down.into_iter().chain(onto).collect()
     }
 
     fn up(&self, lead: &Lead, height: f64) -> Vec<Move> {
         let place = lead.place;
-        let mut moves = Vec::new();
-        if let Some(arc) = &lead.arc {
-            moves.push(self.lead_along(MoveKind::LeadOut, arc));
-            moves.extend(self.leads(MoveKind::LeadOut, &[arc.end(), place]));
-        } else {
-            let way: Vec<Point3> = [lead.end].into_iter().chain(lead.off).chain([place]).collect();
-            moves.extend(self.leads(MoveKind::LeadOut, &way));
-        }
-        moves.push(self.rapid(place, self.at_height(place, height)));
-        moves
+        let off = lead.off.as_ref().map(|off| match off {
+            Off::Wall(to) => self.straight_lead(MoveKind::LeadOut, lead.end, *to),
+            Off::Arc(arc) => self.lead_along(MoveKind::LeadOut, arc),
+        });
+        let up = [
+            self.straight_lead(MoveKind::LeadOut, lead.foot(), place),
+            self.rapid(place, self.at_height(place, height)),
+        ];
+        off.into_iter().chain(up).collect()
     }
 
     fn lead_along(&self, kind: MoveKind, curve: &Curve3) -> Move {
         Move::along(kind, curve, self.frame.axis(), self.feeds.lead_mm_per_min)
     }
 
-    fn leads(&self, kind: MoveKind, way: &[Point3]) -> Vec<Move> {
-        let (axis, feed) = (self.frame.axis(), self.feeds.lead_mm_per_min);
-        way.windows(2).map(|ends| Move::straight(kind, ends[0], ends[1], axis, feed)).collect()
+    fn straight_lead(&self, kind: MoveKind, from: Point3, to: Point3) -> Move {
+        Move::straight(kind, from, to, self.frame.axis(), self.feeds.lead_mm_per_min)
     }
 
     /// Where the lead to `p` begins: straight above it, or aside where that is much lower and the slanted way

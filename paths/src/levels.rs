@@ -336,7 +336,7 @@ impl SetupContext<'_> {
             spines.iter().flatten().flat_map(|&k| asked_by[k].iter().copied()).collect();
         let again =
             |&(k, s): &(usize, usize)| self.missing(&looks[k].strokes[s].0, looks[k].halfway.gap, &so_far).0;
-        let again: Vec<_> = crossed.iter().collect::<Vec<_>>().into_par_iter().map(again).collect();
+        let again: Vec<_> = crossed.par_iter().map(again).collect();
         for (&(k, s), missing) in crossed.iter().zip(again) {
             looks[k].strokes[s].1 = missing;
         }

@@ -372,22 +372,24 @@ pub fn plan(
 
 /// The sides that regions are to be swept between.
 fn chosen(meshes: &[Option<RegionMesh>], places: &[Point3]) -> Result<BTreeMap<usize, Guides>, PlanError> {
-    let mut of_region: BTreeMap<usize, Vec<Point3>> = BTreeMap::new();
+    let mut of_region: BTreeMap<usize, (&RegionMesh, Vec<Point3>)> = BTreeMap::new();
     for &at in places {
-        let from_mm = |mesh: &Option<RegionMesh>| mesh.as_ref().and_then(|mesh| mesh.from_border_mm(&at));
-        let distances = meshes.iter().enumerate().filter_map(|(r, mesh)| Some((r, from_mm(mesh)?)));
-        match distances.min_by(|a, b| a.1.total_cmp(&b.1)) {
-            Some((region, mm)) if mm <= FARTHEST_GUIDE_MM => of_region.entry(region).or_default().push(at),
-            nearest => return Err(PlanError::NoSide { at, nearest_mm: nearest.map(|n| n.1) }),
+        let meshes = meshes.iter().enumerate().filter_map(|(r, mesh)| Some((r, mesh.as_ref()?)));
+        let distances = meshes.filter_map(|(r, mesh)| Some((r, mesh, mesh.from_border_mm(&at)?)));
+        match distances.min_by(|a, b| a.2.total_cmp(&b.2)) {
+            Some((region, mesh, mm)) if mm <= FARTHEST_GUIDE_MM => {
+                of_region.entry(region).or_insert((mesh, Vec::new())).1.push(at);
+            }
+            nearest => return Err(PlanError::NoSide { at, nearest_mm: nearest.map(|n| n.2) }),
         }
     }
-    let guides = |(region, places): (usize, Vec<Point3>)| {
-        match (&places[..], &meshes[region]) {
-            ([from], Some(mesh)) => Ok(mesh.guides_near(from, None)),
-            ([from, to], Some(mesh)) => Ok(mesh.guides_near(from, Some(to))),
-            _ => Err(PlanError::TooManySides { region }),
-        }
-        .and_then(|guides| Ok((region, guides.map_err(|source| PlanError::Sides { region, source })?)))
+    let guides = |(region, (mesh, places)): (usize, (&RegionMesh, Vec<Point3>))| {
+        let guides = match &places[..] {
+            [from] => mesh.guides_near(from, None),
+            [from, to] => mesh.guides_near(from, Some(to)),
+            _ => return Err(PlanError::TooManySides { region }),
+        };
+        Ok((region, guides.map_err(|source| PlanError::Sides { region, source })?))
     };
     of_region.into_iter().map(guides).collect()
 }

@@ -265,8 +265,7 @@ impl SetupContext<'_> {
         let length = round_to_written((to - from).norm());
         let knots = KnotVector::new(1, vec![0.0, 0.0, length, length]);
         let curve = knots.and_then(|knots| Curve3::new(knots, vec![from, to], None));
-        let mut beside = self.beside(self.frame.to_setup(&from).z);
-        curve.is_ok_and(|curve| self.is_link_clear(&curve, length, &mut beside))
+        curve.is_ok_and(|curve| self.is_curve_clear(&curve))
     }
 
     /// Whether the way of the ball's tip along a curve from the end of a pass is clear; the parameter is about arc length.

@@ -6,6 +6,7 @@ use claymill_toolpath::MoveKind;
 use rayon::prelude::*;
 
 use crate::distribution::Distribution;
+use crate::options::SCALLOP_BAR;
 use crate::reach::Reach;
 use crate::report::{CrestSample, Crests, HISTOGRAM_BIN, HISTOGRAM_BINS, Place, RegionCrests};
 use crate::scene::{Scene, Stage};
@@ -29,7 +30,7 @@ const ALONG: f64 = 0.5;
 const SAME_TURN: f64 = 0.5;
 
 /// Crests within these shares of the height asked for count as even.
-const EVEN: (f64, f64) = (0.90, 1.05);
+const EVEN: (f64, f64) = (0.90, SCALLOP_BAR);
 
 /// A crest beside a pass.
 struct Standing {

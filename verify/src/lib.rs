@@ -53,7 +53,7 @@ use claymill_toolpath::{FORMAT_VERSION, JOB_FILE, Job, Program, read_job, read_m
 pub use crest_file::{CRESTS_FILE, read_crests, write_crests};
 pub use error::VerifyError;
 pub use holder::{HolderClearance, RegionStickOut, ShankContact};
-pub use options::{Progress, USUAL_RADIUS_MM, USUAL_SCALLOP_MM, VerifyOptions};
+pub use options::{Progress, SCALLOP_BAR, USUAL_RADIUS_MM, USUAL_SCALLOP_MM, VerifyOptions};
 pub use report::{
     AreaAt, BallShare, Contact, Coverage, CrestSample, Crests, FaceCoverage, Gouge, GougeSample,
     HISTOGRAM_BIN, HISTOGRAM_BINS, Obstacles, Place, Rapids, RegionCrests, ResidualSample, Scallop,

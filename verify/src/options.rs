@@ -56,7 +56,7 @@ impl Default for VerifyOptions {
             mesh_deviation_mm: 0.1,
             mesh_edge_mm: 40.0,
             cut_limit: 1.5,
-            scallop_limit: 1.05,
+            scallop_limit: SCALLOP_BAR,
             gouge_limit_mm: 5e-3,
             excess_limit_mm: 5e-3,
             holder: None,
@@ -66,6 +66,8 @@ impl Default for VerifyOptions {
     }
 }
 
+/// Usual bar for scallop crests, in the height asked for.
+pub const SCALLOP_BAR: f64 = 1.05;
 /// The ball and the scallop height whose spacings the options tell, mm.
 pub const USUAL_RADIUS_MM: f64 = 10.0;
 /// See [`USUAL_RADIUS_MM`].

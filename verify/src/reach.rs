@@ -74,8 +74,7 @@ impl<'a> Reach<'a> {
     pub(crate) fn judge(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
         let mut sides = [*n, -n].map(|n| (self.side(p, &n, sink_mm), n));
         // Of a sheet without thickness the side counts that faces a setup best, and of equal ones that which is done.
-        let facing = |n: &Vector3| self.setups.iter().map(|(axis, _)| n.dot(axis)).fold(-1.0, f64::max);
-        let second_counts = match facing(&sides[1].1).total_cmp(&facing(&sides[0].1)) {
+        let second_counts = match self.facing(&sides[1].1).total_cmp(&self.facing(&sides[0].1)) {
             Ordering::Less => false,
             Ordering::Equal => sides[1].0 == SurfaceState::EarlierTool,
             Ordering::Greater => true,
@@ -96,8 +95,12 @@ impl<'a> Reach<'a> {
 
     /// The one of `±n` that faces a setup best.
     pub(crate) fn best_facing(&self, n: &Vector3) -> Vector3 {
-        let facing = |n: &Vector3| self.setups.iter().map(|(axis, _)| n.dot(axis)).fold(-1.0, f64::max);
-        if facing(&-n) > facing(n) { -n } else { *n }
+        if self.facing(&-n) > self.facing(n) { -n } else { *n }
+    }
+
+    /// How well a normal faces the setup that it faces best (cosine).
+    fn facing(&self, n: &Vector3) -> f64 {
+        self.setups.iter().map(|(axis, _)| n.dot(axis)).fold(-1.0, f64::max)
     }
 
     /// Where the ball's centre comes to rest over a point, in every setup that it faces.

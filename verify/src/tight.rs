@@ -54,13 +54,9 @@ pub(crate) fn measure(scene: &Scene<'_>, reach: &Reach<'_>, faces: &[FaceSamples
         fitting.add(place.fits_mm, place.sample.area_mm2);
         place.width_mm.into_iter().for_each(|mm| widths.add(mm, place.sample.area_mm2));
     }
-    let widest = places.iter().filter_map(|p| Some((p.width_mm?, p.sample)));
-    let widest = widest.fold(
-        None,
-        |most: Option<(f64, &ResidualSample)>, one| {
-            if most.is_none_or(|m| one.0 > m.0) { Some(one) } else { most }
-        },
-    );
+    let bridged = places.iter().filter_map(|p| Some((p.width_mm?, p.sample)));
+    // Of equally wide ones the first.
+    let widest = bridged.rev().max_by(|a, b| a.0.total_cmp(&b.0));
     let share = |part: f64| {
         let ball_mm = (100.0 * part * radius_mm).round() / 100.0;
         BallShare { radius_mm: ball_mm, share: fitting.share(|mm| mm >= ball_mm * (1.0 - 1e-6)) }

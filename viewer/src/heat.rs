@@ -2,6 +2,7 @@ use std::collections::HashMap;
 
 use claymill_nurbs::{Point3, Vector3};
 use claymill_toolpath::Request;
+use claymill_verify::SCALLOP_BAR;
 use rayon::prelude::*;
 
 use crate::browser::step_over_mm;
@@ -44,7 +45,7 @@ const STEPS: [(f64, Rgb); 7] = [
     (0.4, [86, 140, 200]),
     (0.8, [150, 206, 190]),
     (1.0, [196, 226, 140]),
-    (1.05, [224, 232, 128]),
+    (SCALLOP_BAR, [224, 232, 128]),
     (1.15, [250, 180, 60]),
     (1.5, [190, 30, 40]),
 ];
@@ -65,7 +66,7 @@ pub fn heat_legend(asked_mm: f64) -> impl Iterator<Item = (Rgb, String)> {
         let mm = share * asked_mm;
         let more = if share == 1.0 {
             ", as asked"
-        } else if share == 1.05 {
+        } else if share == SCALLOP_BAR {
             ", the bar"
         } else if i == last {
             " or more"

@@ -184,7 +184,7 @@ impl Ring {
         Ring { vertices: ring.vertices.clone(), points, s, length, turn }
     }
 
-    pub(super) fn len(&self) -> usize {
+    fn len(&self) -> usize {
         self.vertices.len()
     }
 

@@ -1,3 +1,4 @@
+use claymill_verify::SCALLOP_BAR;
 use maud::{Markup, html};
 
 use super::figures::{crest, share};
@@ -51,9 +52,6 @@ pub(super) fn stacked_bar(title: &str, parts: &[Part]) -> Markup {
     }
 }
 
-/// Higher crests than this, as a share of the height asked for, are above the bar.
-const BAR: f64 = 1.05;
-
 /// Shares in bins of a height, over the height; bins up to the bar are filled, those above striped, so that they are told
 /// apart without colours.
 pub(super) fn histogram(title: &str, shares: &[f64], bin: f64, asked_mm: f64) -> Markup {
@@ -62,10 +60,10 @@ pub(super) fn histogram(title: &str, shares: &[f64], bin: f64, asked_mm: f64) ->
     let most = shares.iter().copied().fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     let width = 940.0 / shares.len() as f64;
     let left = |k: f64| 30.0 + k * width;
-    let below: f64 = shares.iter().take((BAR / bin).round() as usize).sum();
+    let below: f64 = shares.iter().take((SCALLOP_BAR / bin).round() as usize).sum();
     let percent = |x: f64| share(x, 1.0);
     let spoken = format!(
-        "{title}: {} up to the bar, 1.05 of the height asked for, {} above; the fullest bin holds {}",
+        "{title}: {} up to the bar, {SCALLOP_BAR} of the height asked for, {} above; the fullest bin holds {}",
         percent(below),
         percent((1.0 - below).max(0.0)),
         percent(most)
@@ -80,12 +78,12 @@ pub(super) fn histogram(title: &str, shares: &[f64], bin: f64, asked_mm: f64) ->
                 } }
                 @for (k, &part) in shares.iter().enumerate().filter(|s| *s.1 > 0.0) {
                     @let tall = (TALL * part / most).max(1.0);
-                    rect class=(if (k as f64 + 0.5) * bin < BAR { "value" } else { "above" })
+                    rect class=(if (k as f64 + 0.5) * bin < SCALLOP_BAR { "value" } else { "above" })
                         x=(format!("{:.1}", left(k as f64) + 1.0)) y=(format!("{:.1}", BASE - tall))
                         width=(format!("{:.1}", width - 2.0)) height=(format!("{tall:.1}")) {}
                 }
                 line.base x1="30" y1="190" x2="970" y2="190" {}
-                @for (x, side, name) in [(left(1.0 / bin), -8.0, "asked"), (left(BAR / bin), 8.0, "bar")] {
+                @for (x, side, name) in [(left(1.0 / bin), -8.0, "asked"), (left(SCALLOP_BAR / bin), 8.0, "bar")] {
                     line.limit x1=(format!("{x:.1}")) y1="10" x2=(format!("{x:.1}")) y2="190" {}
                     text x=(format!("{:.1}", x + side)) y="22" text-anchor=(if side < 0.0 { "end" } else { "start" }) { (name) }
                 }

@@ -246,16 +246,17 @@ impl Builder<'_> {
     }
 
     fn triangulate(&mut self, edges: Vec<[u32; 2]>) -> Result<Cdt, NurbsError> {
-        let vertices =
-            (0..self.mesh.uv.len()).map(|i| Vertex { place: self.place(self.mesh.uv[i]), index: i as u32 });
-        let edges = edges.into_iter().map(|e| e.map(|i| i as usize)).collect();
-        let mut crossing = Vec::new();
-        let mut cdt =
-            Cdt::try_bulk_load_cdt(vertices.collect(), edges, |e| crossing.push(e)).map_err(refused)?;
+        let vertex = |i: usize| Vertex { place: self.place(self.mesh.uv[i]), index: i as u32 };
+        // Vertices and edges in one go would be quicker, but spade then adds what it puts off in the order of a hash set,
+        // which is another one in every run.
+        let mut cdt = Cdt::bulk_load((0..self.mesh.uv.len()).map(vertex).collect()).map_err(refused)?;
+        let mut handles = vec![FixedVertexHandle::from_index(0); self.mesh.uv.len()];
+        cdt.vertices().for_each(|v| handles[v.data().index as usize] = v.fix());
+        let edges = edges.into_iter().map(|e| e.map(|i| handles[i as usize]));
+        let crossing: Vec<_> = edges.filter(|&[a, b]| cdt.try_add_constraint(a, b).is_empty()).collect();
         // Loops that cross are cut where they do.
         for [a, b] in crossing {
-            let ends = [a, b].map(FixedVertexHandle::from_index);
-            cdt.add_constraint_and_split(ends[0], ends[1], |place| Vertex { place, index: NEW });
+            cdt.add_constraint_and_split(a, b, |place| Vertex { place, index: NEW });
         }
         for handle in cdt.fixed_vertices() {
             let Vertex { place, index } = *cdt.vertex(handle).data();

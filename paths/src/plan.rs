@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use claymill_nurbs::{Aabb, FaceId, Model, NurbsError, Point3};
 use claymill_surface_merge::{FieldError, Guides, Merge, RegionMesh};
 use claymill_toolpath::{
-    Area, FaceAccount, LinkStyle, MachineLimits, Program, RegionTotals, Setup, Tool, Totals,
+    Area, Bounds, FaceAccount, LinkStyle, MachineLimits, Program, RegionTotals, Setup, Tool, Totals,
 };
 use rayon::prelude::*;
 use thiserror::Error;
@@ -48,6 +48,8 @@ pub struct PlanOptions {
     pub pencil: bool,
     /// Direction of planar rows, degrees from each setup's `x` to its `y`; the cheapest one by region if `None`.
     pub row_angle_deg: Option<f64>,
+    /// Where the tool is kept.
+    pub bounds: Bounds,
     /// How passes are joined.
     pub link: LinkStyle,
     /// How the vehicle lies in its file.
@@ -72,6 +74,7 @@ impl PlanOptions {
             guides: Vec::new(),
             pencil: false,
             row_angle_deg: None,
+            bounds: Bounds::default(),
             link: LinkStyle::Lace,
             orientation,
             feeds: Feeds::default(),

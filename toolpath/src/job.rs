@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Holder, MoveKind, Tool};
+use crate::{Bounds, Holder, MoveKind, Tool};
 
 /// Version of the job folder's format; raised when a reader of the old one would misread the new one.
 pub const FORMAT_VERSION: u32 = 1;
@@ -111,6 +111,9 @@ pub struct Request {
     pub only: Vec<String>,
     /// All but these.
     pub skip: Vec<String>,
+    /// Where the tool is kept.
+    #[serde(default, skip_serializing_if = "Bounds::is_none")]
+    pub bounds: Bounds,
     /// Meshes that no move may touch.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub check: Vec<Obstacle>,
@@ -296,6 +299,8 @@ pub enum UncutReason {
     Excluded,
     /// The earlier tool, whose rest is cut, finished it.
     EarlierTool,
+    /// The tool is kept away, by boxes, borders or faces to be avoided.
+    OutOfBounds,
 }
 
 /// Where the model's area went: `cut + Σ uncut = total`.

@@ -23,6 +23,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod bounds;
 mod folder;
 mod holder;
 mod job;
@@ -31,6 +32,7 @@ mod regions;
 mod tool;
 mod whole;
 
+pub use bounds::{Bounds, Contain};
 pub use folder::{
     FolderError, FolderWriter, JOB_FILE, REGIONS_FILE, REPORT_FILE, TOOLPATHS_FILE, VERIFY_FILE, read_job,
     read_moves, read_regions, sha256_of,

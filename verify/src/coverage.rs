@@ -71,6 +71,7 @@ fn difference(planner: &Area, measured: &BTreeMap<SurfaceState, f64>) -> BTreeMa
             UncutReason::TooTight => SurfaceState::TooTight,
             UncutReason::Excluded => SurfaceState::Excluded,
             UncutReason::EarlierTool => SurfaceState::EarlierTool,
+            UncutReason::OutOfBounds => SurfaceState::OutOfBounds,
         };
         *result.entry(state).or_insert(0.0) += area;
     }

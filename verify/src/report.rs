@@ -215,6 +215,8 @@ pub enum SurfaceState {
     ReachableLeft,
     /// The earlier tool, whose rest this job cuts, fits there.
     EarlierTool,
+    /// The tool is kept away from there, as asked.
+    OutOfBounds,
     /// The verifier could not put samples on the face.
     NotMeasured,
 }

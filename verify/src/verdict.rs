@@ -262,6 +262,7 @@ fn words(state: SurfaceState) -> &'static str {
         SurfaceState::ReachableLeft => "within reach but left",
         SurfaceState::Excluded => "excluded",
         SurfaceState::EarlierTool => "left to the earlier tool",
+        SurfaceState::OutOfBounds => "out of bounds",
         SurfaceState::NotMeasured => "not measured",
     }
 }

@@ -75,6 +75,7 @@ fn surface_facts(ui: &mut Ui, s: &SurfaceFacts) {
             claymill_toolpath::UncutReason::TooTight => "Too tight",
             claymill_toolpath::UncutReason::Excluded => "Left out",
             claymill_toolpath::UncutReason::EarlierTool => "Earlier tool",
+            claymill_toolpath::UncutReason::OutOfBounds => "Out of bounds",
         };
         fact(ui, why, &facts::area(*area));
     }

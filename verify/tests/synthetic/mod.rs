@@ -65,6 +65,7 @@ pub(crate) fn job(model: &Model) -> Job {
             length: "-x".into(),
             only: Vec::new(),
             skip: Vec::new(),
+            bounds: Default::default(),
             check: Vec::new(),
             holder_clearance_mm: 1.0,
             feed_mm_per_min: 6000.0,

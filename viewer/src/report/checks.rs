@@ -206,6 +206,7 @@ fn state_words(state: SurfaceState) -> (&'static str, Rgb) {
         SurfaceState::TooTight => ("too tight for the tool", [205, 62, 0]),
         SurfaceState::ReachableLeft => ("reachable but left", [180, 30, 120]),
         SurfaceState::EarlierTool => ("cut by the earlier tool", [120, 170, 150]),
+        SurfaceState::OutOfBounds => ("out of the tool's bounds, as asked", [196, 196, 150]),
         SurfaceState::NotMeasured => ("not measured", [60, 60, 64]),
     }
 }

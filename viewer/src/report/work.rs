@@ -350,5 +350,6 @@ fn why_not_cut(reason: UncutReason) -> (&'static str, Rgb) {
         UncutReason::TooTight => ("too tight for the tool", [205, 62, 0]),
         UncutReason::Excluded => ("left out on request", [230, 190, 120]),
         UncutReason::EarlierTool => ("cut by the earlier tool", [120, 170, 150]),
+        UncutReason::OutOfBounds => ("out of the tool's bounds, as asked", [196, 196, 150]),
     }
 }

@@ -98,18 +98,20 @@ pub(crate) fn faces(model: &Model, what: &str) -> Result<Vec<bool>, Failure> {
     Ok((0..model.faces.len()).map(named).collect())
 }
 
-/// Which faces are left out, given `--only` (everything when empty) and `--skip`.
-pub(crate) fn excluded(
+/// Which faces are left out, given `--only` (everything when empty), `--skip` and `--avoid`; and the numbers of those that the
+/// last one names.
+pub(crate) fn left_out(
     model: &Model,
     region_of_face: &[usize],
     only: &[String],
     skip: &[String],
-) -> Result<Vec<bool>, Failure> {
+    avoid: &[String],
+) -> Result<(Vec<bool>, Vec<usize>), Failure> {
     let regions = region_of_face.iter().max().map_or(0, |m| m + 1);
     let parse_all = |texts: &[String]| {
         texts.iter().map(|t| parse(t, Some(regions), model)).collect::<Result<Vec<_>, _>>()
     };
-    let (only, skip) = (parse_all(only)?, parse_all(skip)?);
+    let (only, skip, avoid) = (parse_all(only)?, parse_all(skip)?, parse_all(avoid)?);
     let named = |choices: &[Choice], face: usize| {
         choices.iter().any(|c| match c {
             Choice::Region(r) => region_of_face[face] == *r,
@@ -117,6 +119,8 @@ pub(crate) fn excluded(
             _ => c.is(&model.faces[face]),
         })
     };
-    let out = |face| (!only.is_empty() && !named(&only, face)) || named(&skip, face);
-    Ok((0..model.faces.len()).map(out).collect())
+    let faces = 0..model.faces.len();
+    let avoided: Vec<usize> = faces.clone().filter(|&face| named(&avoid, face)).collect();
+    let out = |face| (!only.is_empty() && !named(&only, face)) || named(&skip, face) || named(&avoid, face);
+    Ok((faces.map(out).collect(), avoided))
 }

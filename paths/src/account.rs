@@ -13,20 +13,22 @@ use crate::reach::Fate;
 struct FaceSums {
     /// Cut by each setup.
     cut: [f64; 5],
-    uncut: [(UncutReason, f64); 3],
+    uncut: [(UncutReason, f64); 4],
 }
 
 impl FaceSums {
     fn new() -> Self {
-        let uncut = [UncutReason::Hidden, UncutReason::TooTight, UncutReason::EarlierTool].map(|r| (r, 0.0));
-        FaceSums { cut: [0.0; 5], uncut }
+        use UncutReason::{EarlierTool, Hidden, OutOfBounds, TooTight};
+        FaceSums { cut: [0.0; 5], uncut: [Hidden, TooTight, EarlierTool, OutOfBounds].map(|r| (r, 0.0)) }
     }
 
     fn add(&mut self, fate: &Fate, area_mm2: f64) {
         for (sum, share) in self.cut.iter_mut().zip(fate.cut) {
             *sum += area_mm2 * f64::from(share);
         }
-        for ((_, sum), share) in self.uncut.iter_mut().zip([fate.hidden, fate.tight, fate.done]) {
+        for ((_, sum), share) in
+            self.uncut.iter_mut().zip([fate.hidden, fate.tight, fate.done, fate.out_of_bounds])
+        {
             *sum += area_mm2 * f64::from(share);
         }
     }

@@ -33,6 +33,8 @@ const TOUCHING_MM: f64 = 1e-3;
 const BESIDE: [f64; 2] = [0.5, 0.9];
 /// Ways over up to this length are looked at closely where the map of heights asks for a long way up, mm.
 const SHORT_WAY_MM: f64 = 600.0;
+/// Whether a slanted lead is in its bounds is looked at in so many places.
+const LOOKS: u32 = 8;
 /// Leads are slanted where that saves this much of their height, mm.
 const WORTH_MM: f64 = 2.0 * CLEARANCE_MM;
 
@@ -205,8 +207,15 @@ impl SetupContext<'_> {
     fn lead_place(&self, p: Point3) -> Point3 {
         let at = self.frame.to_setup(&p);
         let above = Point3::new(at.x, at.y, self.clear_height(&at));
+        let is_kept = |q: &Point3| {
+            let up = Vector3::z() * self.ball.radius_mm();
+            let way: Vec<Point3> =
+                (0..=LOOKS).map(|k| at + (q - at) * (f64::from(k) / f64::from(LOOKS)) + up).collect();
+            self.keep.is_none_or(|keep| keep.allows_way(&way))
+        };
         let worth = |q: &Point3| {
             q.z < above.z - WORTH_MM
+                && is_kept(q)
                 && (self.is_clear(q, &at)
                     || self.is_way_clear(p, self.frame.to_model(q).map(round_to_written)))
         };

@@ -10,6 +10,7 @@ use crate::crests::Laid;
 use crate::ground::Ground;
 use crate::guide::{Guide, Line};
 use crate::heights::Heights;
+use crate::keep::Keep;
 use crate::leads::End;
 use crate::near::LaidNear;
 use crate::order::{Ends, Turn, order};
@@ -27,9 +28,9 @@ use crate::{Feeds, FitTolerance, Frame, RowsAlong, Strategy};
 /// end this far above the ball's location, mm.
 pub const CLEARANCE_MM: f64 = 5.0;
 /// A stay-down link may be this long in lace, mm; it must also be quicker than lifting over.
-const LONGEST_LINK_MM: f64 = 250.0;
+pub(crate) const LONGEST_LINK_MM: f64 = 250.0;
 /// One-way passes are linked down on the model only over this many flat step-overs.
-const LINK_STEPS: f64 = 8.0;
+pub(crate) const LINK_STEPS: f64 = 8.0;
 /// What the stops of a retract cost, as path length.
 const STOPS_MM: f64 = 40.0;
 /// What a turn between two passes costs, as path length, when a direction is chosen.
@@ -62,6 +63,12 @@ pub(crate) struct SetupContext<'a> {
     /// The tool whose rest is cut.
     pub(crate) earlier: Option<&'a BallDrop<'a>>,
     pub(crate) heights: &'a Heights,
+    /// What keeps the tool in its bounds, if it may not be anywhere.
+    pub(crate) keep: Option<&'a Keep<'a>>,
+    /// Faces that are not cut.
+    pub(crate) excluded: &'a [bool],
+    /// How far passes run out over open borders, mm.
+    pub(crate) extend_mm: f64,
     pub(crate) strategy: Strategy,
     /// Which slopes of what the setup cuts the passes are for.
     pub(crate) slopes: Slopes,
@@ -151,6 +158,7 @@ impl SetupContext<'_> {
     pub(crate) fn claims_at(&self, face: FaceId, u: f64, v: f64) -> bool {
         self.claims.holds(face, Point2::new(u, v))
             && (self.slopes == Slopes::All || self.slopes.hold(&self.ball.surface(face).jet(u, v)))
+            && self.keep.is_none_or(|keep| self.may_touch(keep, face, u, v))
     }
 
     fn fit_row(&self, row: &Laid) -> Vec<Pass> {
@@ -185,15 +193,29 @@ impl SetupContext<'_> {
     }
 
     fn link_passes(&self, passes: &[Pass], part: &mut Part) {
-        // Ways are independent of each other, so they are proven in parallel.
-        let way = |w: &[Pass]| {
-            let (from, to) = (w[0].end(), w[1].start());
-            let beside_walls = w.iter().any(|pass| pass.beside_walls);
-            let link = if beside_walls { self.link_beside(from, to) } else { self.stay_down(from, to) };
-            link.map_or_else(|| (self.lift_over(w[0].behind(), w[1].before()), 1), |link| (link, 0))
+        let run_outs: Vec<[Option<Point3>; 2]> = passes
+            .par_iter()
+            .map(|pass| [pass.before(), pass.behind()].map(|end| self.run_out(end)))
+            .collect();
+        let ends = |k: usize| {
+            let ends = [passes[k].before(), passes[k].behind()];
+            [0, 1].map(|side| End { at: run_outs[k][side].unwrap_or(ends[side].at), ..ends[side] })
         };
-        let ways: Vec<(Vec<Move>, u32)> = passes.par_windows(2).map(way).collect();
-        let axis = self.frame.axis();
+        // Ways are independent of each other, so they are proven in parallel.
+        let way = |k: usize| {
+            let ([_, from], [to, _]) = (ends(k), ends(k + 1));
+            let beside_walls = passes[k..k + 2].iter().any(|pass| pass.beside_walls);
+            let in_the_open = run_outs[k][1].is_some() && run_outs[k + 1][0].is_some();
+            let link = match () {
+                () if in_the_open => self.link_in_the_open(from, to),
+                () if beside_walls => self.link_beside(from.at, to.at),
+                () => self.stay_down(from.at, to.at),
+            };
+            link.map_or_else(|| (self.lift_over(from, to), 1), |link| (link, 0))
+        };
+        let ways: Vec<(Vec<Move>, u32)> =
+            (0..passes.len().saturating_sub(1)).into_par_iter().map(way).collect();
+        let (axis, feed) = (self.frame.axis(), self.feeds.cut_mm_per_min);
         for (k, pass) in passes.iter().enumerate() {
             let number = k as u32;
             let first = part.moves.len();
@@ -201,9 +223,12 @@ impl SetupContext<'_> {
                 part.retracts += retracts;
                 part.moves.extend(way.iter().cloned());
             }
-            for curve in &pass.curves {
-                part.moves.push(Move::along(MoveKind::Cut, curve, axis, self.feeds.cut_mm_per_min));
-            }
+            let [run_in, run_out] = run_outs[k];
+            let run_in = run_in.map(|from| Move::straight(MoveKind::LeadIn, from, pass.start(), axis, feed));
+            let run_out = run_out.map(|to| Move::straight(MoveKind::LeadOut, pass.end(), to, axis, feed));
+            part.moves.extend(run_in);
+            part.moves.extend(pass.curves.iter().map(|curve| Move::along(MoveKind::Cut, curve, axis, feed)));
+            part.moves.extend(run_out);
             for m in &mut part.moves[first..] {
                 m.pass = number;
             }
@@ -231,7 +256,8 @@ impl SetupContext<'_> {
         }
         let guide = Guide::Straight(Line { origin: [a.x, a.y], direction: [dx / length, dy / length] });
         let followed = follow(self.ball, &guide, 0.0, length);
-        let [chain] = followed.chains.as_slice() else {
+        let chains = self.kept_of_link(followed.chains, &guide);
+        let [chain] = chains.as_slice() else {
             return None;
         };
         let whole = chain[0].start().s == 0.0 && chain[chain.len() - 1].end().s == length;

@@ -14,6 +14,7 @@ use crate::claims::Claims;
 use crate::contact::{BallDrop, CONTACT_EPSILON_MM, Covering};
 use crate::field_levels::mesh_edge_mm;
 use crate::heights::Heights;
+use crate::keep::{Avoided, Keep};
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
 use crate::program::Output;
 use crate::reach::{Fate, Views, assign};
@@ -261,7 +262,15 @@ pub fn plan(
     let earlier = options.rest_of.map_or_else(Vec::new, |tool| of_tool(&tool));
     progress("setups", 0.5);
     let space = Space::new(model, frames[0].axis());
+    let avoided = Avoided::new(model, &options.bounds, radius_mm).map_err(|(face, source)| {
+        PlanError::Face { face, entity: model.faces[face].source.entity.clone(), source }
+    })?;
+    let keeps: Vec<Option<Keep>> = frames
+        .par_iter()
+        .map(|f| Keep::new(&options.bounds, f, radius_mm, &covering, regions.excluded, avoided.as_ref()))
+        .collect();
     let views = Views {
+        keeps: &keeps,
         frames: &frames,
         balls: &balls,
         earlier: &earlier,
@@ -306,6 +315,9 @@ pub fn plan(
             ball: &balls[index],
             earlier: earlier.get(index),
             heights: &view.heights,
+            keep: keeps[index].as_ref(),
+            excluded: regions.excluded,
+            extend_mm: options.bounds.extend_mm,
             strategy: options.strategy,
             slopes: Slopes::All,
             steep_deg: options.steep_deg,

@@ -4,6 +4,7 @@ use claymill_nurbs::{Model, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::contact::{BallDrop, Covering, Held, Location};
+use crate::keep::{INSIDE_MM, Keep};
 use crate::plan::Regions;
 use crate::space::Space;
 use crate::together::together;
@@ -22,6 +23,8 @@ const ALLOWED: f64 = 0.5;
 const ROOM_RADII: f64 = 10.0;
 /// From a direction that faces this well, a region is cut as a whole as far as possible (53°).
 const GOOD_FACING: f64 = 0.6;
+/// Bounds may cross triangles of which no probe is inside: no triangle is larger than this, in ball radii.
+const NEAR_RADII: f64 = 2.0;
 /// A setup takes the lead in a region only for an area worth a part of its own, in squares of a ball radius.
 const LEAST_PART_RADII2: f64 = 4.0;
 /// Walls smaller than this are not worth passes of their own, as long as all of them are no more than this share of what is cut.
@@ -37,6 +40,8 @@ enum Seen {
         facing: f64,
         /// An earlier tool has been on this side.
         done: bool,
+        /// The tool may be there, not only close by.
+        in_bounds: bool,
     },
     /// The ball gets there beside a wall.
     Wall {
@@ -45,6 +50,8 @@ enum Seen {
         /// An earlier tool has been on this side.
         done: bool,
     },
+    /// The ball gets there, but is to be kept away.
+    OutOfBounds,
     /// Leans too far or faces away.
     Steep,
     /// The ball is held up by less than its radius, or by what is above it.
@@ -57,9 +64,10 @@ impl Seen {
     /// Whether it is the same but for how well it faces the setup.
     fn is_like(self, other: Seen) -> bool {
         match (self, other) {
-            (Seen::Reached { facing: a, done: before }, Seen::Reached { facing: b, done: after }) => {
-                before == after && a * b > 0.0
-            }
+            (
+                Seen::Reached { facing: a, done: before, in_bounds: here },
+                Seen::Reached { facing: b, done: after, in_bounds: there },
+            ) => before == after && here == there && a * b > 0.0,
             _ => self == other,
         }
     }
@@ -72,6 +80,8 @@ pub(crate) struct Views<'a> {
     /// The tool whose rest is cut, if any.
     pub(crate) earlier: &'a [BallDrop<'a>],
     pub(crate) space: &'a Space<'a>,
+    /// What keeps the tool in its bounds.
+    pub(crate) keeps: &'a [Option<Keep<'a>>],
     pub(crate) scallop_mm: f64,
 }
 
@@ -94,6 +104,8 @@ pub(crate) struct Fate {
     pub(crate) tight: f32,
     /// Share that an earlier tool has finished.
     pub(crate) done: f32,
+    /// Share that the tool is kept away from.
+    pub(crate) out_of_bounds: f32,
 }
 
 impl Fate {
@@ -212,7 +224,7 @@ struct Place {
 
 impl Place {
     /// What a setup sees there, if the ball may be kept up by `allowed_mm` along the normal.
-    fn seen(&self, frame: &Frame, ball: &BallDrop, allowed_mm: f64) -> Seen {
+    fn seen(&self, frame: &Frame, ball: &BallDrop, keep: Option<&Keep>, allowed_mm: f64) -> Seen {
         let facing = self.normal.dot(&frame.axis());
         if facing.abs() < LEAST_FACING {
             return Seen::Steep;
@@ -222,7 +234,15 @@ impl Place {
         let normal = frame.to_setup(&n.into()).coords;
         let touch = Location::touching(centre, normal, self.face, self.uv.into());
         match ball.held_from(&touch, allowed_mm / facing.abs(), ball.radius_mm()) {
-            None => Seen::Reached { facing, done: false },
+            None => {
+                let at = frame.to_setup(&self.point);
+                let in_bounds = keep.is_none_or(|keep| keep.allows(&centre, &at, INSIDE_MM));
+                let near_mm = NEAR_RADII * ball.radius_mm();
+                match in_bounds || keep.is_some_and(|keep| keep.allows_near(&centre, &at, near_mm)) {
+                    true => Seen::Reached { facing, done: false, in_bounds },
+                    false => Seen::OutOfBounds,
+                }
+            }
             Some(Held::Near) => Seen::Tight,
             Some(Held::Far) => Seen::Hidden,
         }
@@ -230,7 +250,14 @@ impl Place {
 
     /// What a setup, for which this is [`Seen::Steep`], sees of it as of a wall: whether a ball gets there that keeps a little
     /// away from it. What looks down into the open is nobody's wall.
-    fn seen_beside(&self, setup: usize, views: &Views, ball: &BallDrop, farther_mm: f64) -> Seen {
+    fn seen_beside(
+        &self,
+        setup: usize,
+        views: &Views,
+        ball: &BallDrop,
+        keep: Option<&Keep>,
+        farther_mm: f64,
+    ) -> Seen {
         let (frame, radius_mm) = (&views.frames[setup], ball.radius_mm());
         let mut seen = Seen::Steep;
         for other_side in [false, true] {
@@ -252,7 +279,8 @@ impl Place {
                 continue;
             }
             if held.is_none() {
-                return Seen::Wall { other_side, done: false };
+                let is_kept_out = keep.is_some_and(|keep| !keep.allows(&centre, &at, INSIDE_MM));
+                return if is_kept_out { Seen::OutOfBounds } else { Seen::Wall { other_side, done: false } };
             }
             seen = Seen::Tight;
         }
@@ -267,9 +295,9 @@ fn beside_walls(place: &Place, views: &Views, seen: &mut [Seen; 5]) {
         if seen[k] != Seen::Steep {
             continue;
         }
-        seen[k] = place.seen_beside(k, views, &views.balls[k], farther_mm);
+        seen[k] = place.seen_beside(k, views, &views.balls[k], views.keeps[k].as_ref(), farther_mm);
         if let Seen::Wall { done, .. } = &mut seen[k] {
-            let before = |ball| place.seen_beside(k, views, ball, farther_mm);
+            let before = |ball| place.seen_beside(k, views, ball, None, farther_mm);
             *done = views.earlier.get(k).is_some_and(|ball| matches!(before(ball), Seen::Wall { .. }));
             return;
         }
@@ -287,7 +315,7 @@ fn probe_face(
     let mesh = &covering.meshes[face];
     // Whether an earlier tool has been there from a setup.
     let finished = |place: &Place, setup: usize| {
-        let seen = |ball| place.seen(&views.frames[setup], ball, EARLIER_ALLOWED * allowed_mm);
+        let seen = |ball| place.seen(&views.frames[setup], ball, None, EARLIER_ALLOWED * allowed_mm);
         views.earlier.get(setup).is_some_and(|ball| matches!(seen(ball), Seen::Reached { .. }))
     };
     let probe = |uv: Point2| -> [Seen; 5] {
@@ -298,7 +326,7 @@ fn probe_face(
         let place = Place { face, uv, point: surface.point(uv.x, uv.y), normal };
         let mut finished_from: [Option<bool>; 5] = [None; 5];
         for k in 0..5 {
-            seen[k] = place.seen(&views.frames[k], &views.balls[k], allowed_mm);
+            seen[k] = place.seen(&views.frames[k], &views.balls[k], views.keeps[k].as_ref(), allowed_mm);
             let Seen::Reached { done, .. } = &mut seen[k] else { continue };
             let side = |k: usize| normal.dot(&views.frames[k].axis()) > 0.0;
             // Mostly the same setup tells.
@@ -358,7 +386,7 @@ fn lead_setups(
                 open.extend(seen[face].iter().zip(areas).map(|(t, area)| {
                     let well = |s: &[Seen; PROBES]| {
                         s.iter()
-                            .any(|p| matches!(p, Seen::Reached { facing, .. } if facing.abs() >= GOOD_FACING))
+                            .any(|p| matches!(p, Seen::Reached { facing, in_bounds: true, .. } if facing.abs() >= GOOD_FACING))
                     };
                     (area, std::array::from_fn(|k| well(&t[k])))
                 }));
@@ -395,14 +423,18 @@ fn decide(seen: &[[Seen; PROBES]; 5], leads: &[usize]) -> Fate {
     let share = 1.0 / PROBES as f32;
     let mut finished = true;
     for probe in 0..PROBES {
-        let reached = order.iter().find_map(|&k| match seen[k][probe] {
-            Seen::Reached { facing, done } => Some((k, facing, done)),
-            _ => None,
-        });
-        if let Some((k, facing, done)) = reached {
+        let reached = |inside: bool| {
+            order.iter().find_map(|&k| match seen[k][probe] {
+                Seen::Reached { facing, done, in_bounds } if in_bounds || !inside => {
+                    Some((k, facing, done, in_bounds))
+                }
+                _ => None,
+            })
+        };
+        if let Some((k, facing, done, in_bounds)) = reached(true).or_else(|| reached(false)) {
             fate.setups |= 1 << k;
             fate.other_side |= u8::from(facing < 0.0) << k;
-            fate.cut[k] += share;
+            *(if in_bounds { &mut fate.cut[k] } else { &mut fate.out_of_bounds }) += share;
             finished &= done;
         } else if let Some((k, other_side, done)) = (0..5).find_map(|k| match seen[k][probe] {
             Seen::Wall { other_side, done } => Some((k, other_side, done)),
@@ -412,6 +444,8 @@ fn decide(seen: &[[Seen; PROBES]; 5], leads: &[usize]) -> Fate {
             fate.cut[k] += share;
             fate.walls_cut[k] += share;
             finished &= done;
+        } else if (0..5).any(|k| seen[k][probe] == Seen::OutOfBounds) {
+            fate.out_of_bounds += share;
         } else if (0..5).any(|k| seen[k][probe] == Seen::Tight) {
             fate.tight += share;
             finished = false;
@@ -421,7 +455,8 @@ fn decide(seen: &[[Seen; PROBES]; 5], leads: &[usize]) -> Fate {
     }
     // What the earlier tool has finished in part, or ends in a corner, is cut as a whole: passes overlap.
     if finished {
-        fate = Fate { hidden: fate.hidden, done: fate.cut.iter().sum(), ..Fate::default() };
+        let Fate { hidden, out_of_bounds, .. } = fate;
+        fate = Fate { hidden, out_of_bounds, done: fate.cut.iter().sum(), ..Fate::default() };
     }
     fate
 }

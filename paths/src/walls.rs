@@ -51,7 +51,7 @@ const LINK_STEPS: f64 = 8.0;
 pub(crate) struct Walls<'a> {
     /// On the side of `Su × Sv`, and on the other.
     claims: [Claims; 2],
-    closest: &'a ClosestPoints<'a>,
+    pub(crate) closest: &'a ClosestPoints<'a>,
     joints: &'a [Joint],
 }
 
@@ -302,7 +302,10 @@ impl SetupContext<'_> {
         let of_ball = across_mm / (8.0 * radius_mm * BETWEEN_MM).sqrt();
         let of_curve = (6.0 * bend_mm / (8.0 * BETWEEN_MM)).sqrt();
         let looks = of_ball.max(of_curve).ceil().max(2.0) as u32;
-        (1..looks).all(|k| self.is_free_at(centre(length * f64::from(k) / f64::from(looks)), beside))
+        let places: Vec<Point3> =
+            (0..=looks).map(|k| centre(length * f64::from(k) / f64::from(looks))).collect();
+        self.keep.is_none_or(|keep| keep.allows_way(&places))
+            && places[1..places.len() - 1].iter().all(|&at| self.is_free_at(at, beside))
     }
 
     /// Whether nothing holds a ball up that comes down to a place.

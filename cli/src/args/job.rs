@@ -7,6 +7,7 @@ use claymill_nurbs::Point3;
 use claymill_paths::STEEP_DEG;
 use serde::{Deserialize, Serialize};
 
+use super::BoundsArgs;
 use crate::failure::Failure;
 use crate::merging::MergingArgs;
 
@@ -120,6 +121,9 @@ pub(crate) struct JobOptions {
     /// Leave these out; same forms as --only.
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) skip: Vec<String>,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(crate) bounds: BoundsArgs,
     /// Obstacle that no move may touch, as a mesh in the model's place: STL, OBJ or glTF; may be repeated.
     #[arg(long, value_name = "FILE")]
     pub(crate) check: Vec<PathBuf>,

@@ -1,5 +1,6 @@
 //! What the command line takes.
 
+mod bounds;
 mod job;
 mod machine;
 mod model;
@@ -7,6 +8,7 @@ mod result;
 
 use clap::{Parser, Subcommand};
 
+pub(crate) use bounds::BoundsArgs;
 pub(crate) use job::{AxisArgs, CompareArgs, JobOptions, LinkName, PlanArgs, PresetName, StrategyName};
 pub(crate) use machine::{ControlArgs, OrderArgs, PostArgs, SimulateArgs, StreamArgs};
 pub(crate) use model::{DemoArgs, DropArgs, InspectArgs, MergeArgs, SampleArgs};

@@ -7,9 +7,9 @@ use claymill_nurbs::{Model, Point3};
 use claymill_paths::{Feeds, Plan, PlanOptions, Regions, Strategy, check_tools, plan_around};
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
-    FORMAT_VERSION, FolderWriter, HOLDER_CLEARANCE_MM, Holder, JOB_FILE, Job, LinkStyle, MachineLimits,
-    ModelFacts, Obstacle, Program, REGIONS_FILE, REPORT_FILE, Skipped, Tool, ToolRecord, VERIFY_FILE,
-    read_moves, sha256_of,
+    Bounds, FORMAT_VERSION, FolderWriter, HOLDER_CLEARANCE_MM, Holder, JOB_FILE, Job, LinkStyle,
+    MachineLimits, ModelFacts, Obstacle, Program, REGIONS_FILE, REPORT_FILE, Skipped, Tool, ToolRecord,
+    VERIFY_FILE, read_moves, sha256_of,
 };
 use claymill_verify::{Verification, VerifyOptions, stick_out_needed_mm, verify_with_crests, write_crests};
 
@@ -46,6 +46,7 @@ pub(crate) struct Request {
     steep_deg: f64,
     lines: Option<usize>,
     guides: Vec<Point3>,
+    bounds: Bounds,
     link: LinkStyle,
     preset: PresetName,
     feeds: Feeds,
@@ -102,6 +103,7 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
         preset: first.preset.or(second.preset),
         only: list(first.only, second.only),
         skip: list(first.skip, second.skip),
+        bounds: first.bounds.over(second.bounds),
         check: if first.check.is_empty() { second.check } else { first.check },
         mesh_unit: first.mesh_unit.or(second.mesh_unit),
         feed: first.feed.or(second.feed),
@@ -149,6 +151,7 @@ impl Request {
             steep_deg: options.steep_deg()?,
             lines: options.lines(strategy)?,
             guides: options.guides(strategy)?,
+            bounds: options.bounds.bounds()?,
             link: match options.link {
                 Some(LinkName::Box) => LinkStyle::Box,
                 Some(LinkName::Lace) | None => LinkStyle::Lace,
@@ -241,8 +244,9 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     ));
 
     console.stage("planning");
-    let excluded =
-        select::excluded(model, &merged.region_of_face, &request.options.only, &request.options.skip)?;
+    let asked = &request.options;
+    let (excluded, avoided) =
+        select::left_out(model, &merged.region_of_face, &asked.only, &asked.skip, &asked.bounds.avoid)?;
     let plan_options = PlanOptions {
         tool: request.tool,
         rest_of: request.rest_of,
@@ -253,7 +257,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         guides: request.guides.clone(),
         pencil: request.options.pencil,
         row_angle_deg: request.options.angle,
-        bounds: claymill_toolpath::Bounds::default(),
+        bounds: Bounds { avoid: avoided, ..request.bounds.clone() },
         link: request.link,
         orientation,
         feeds: request.feeds,

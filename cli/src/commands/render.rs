@@ -185,7 +185,7 @@ fn views(
     if args.focus.is_empty() {
         return Ok(views);
     }
-    let left_out = select::excluded(model, region_of_face, &args.focus, &[])?;
+    let (left_out, _) = select::left_out(model, region_of_face, &args.focus, &[], &[])?;
     let part = model.faces.iter().zip(left_out).filter(|(_, out)| !out);
     let focus = part.fold(Aabb::empty(), |b, (face, _)| b.union(&face.bounds()));
     Ok(views.into_iter().map(|v| v.clone().focused(&v.name, focus)).collect())

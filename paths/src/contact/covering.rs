@@ -97,6 +97,11 @@ impl Covering {
         Ok(Covering { meshes, deviation_mm, curvature, rimmed, beside, edges })
     }
 
+    /// Pieces of the trim curves of some faces, as chords.
+    pub(crate) fn edges_of(&self, is_wanted: impl Fn(FaceId) -> bool) -> impl Iterator<Item = [Point3; 2]> {
+        self.edges.iter().filter(move |e| is_wanted(e.face as usize)).map(|e| [e.a, e.b])
+    }
+
     /// Areas of a face's triangles, mm².
     pub(crate) fn areas_mm2(&self, face: FaceId) -> impl Iterator<Item = f64> {
         let mesh = &self.meshes[face];

@@ -15,11 +15,12 @@ pub(crate) fn planned(
     let model = claymill_tests::model_of(surfaces);
     let face_area_mm2: Vec<f64> = model.faces.iter().map(|f| f.area_mm2()).collect();
     let of_face: Vec<usize> = (0..model.faces.len()).collect();
-    let excluded = vec![false; model.faces.len()];
     let merged = merge(&model, &MergeOptions::default()).unwrap();
-    let regions =
-        Regions { merged: &merged, of_face: &of_face, excluded: &excluded, face_area_mm2: &face_area_mm2 };
     let top = Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap();
     let options = asked(PlanOptions::new(Tool::ball(radius_mm), scallop_mm, top));
+    let excluded: Vec<bool> =
+        (0..model.faces.len()).map(|face| options.bounds.avoid.contains(&face)).collect();
+    let regions =
+        Regions { merged: &merged, of_face: &of_face, excluded: &excluded, face_area_mm2: &face_area_mm2 };
     plan(&model, &regions, &options, &|_, _| {}).unwrap()
 }

@@ -1,0 +1,122 @@
+//! Where the tool is kept.
+
+use clap::{Args, ValueEnum};
+use claymill_toolpath::{Bounds, Contain};
+use serde::{Deserialize, Serialize};
+
+use crate::failure::Failure;
+
+/// Distance kept from what is to be avoided, where none is asked for, mm.
+const USUAL_MARGIN_MM: f64 = 1.0;
+/// Longer ones are a slip of the keyboard, mm.
+const LARGEST_MARGIN_MM: f64 = 100.0;
+const LONGEST_EXTENSION_MM: f64 = 100.0;
+/// Where a box has no side, mm.
+const FAR_MM: f64 = 1e9;
+
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct BoundsArgs {
+    /// Box that the tool stays in, by two corners in the model's coordinates, mm; coordinates left out are sides left out, as in
+    /// 1200,,:2400,,. With several the tool stays in one of them.
+    #[arg(long, value_name = "X,Y,Z:X,Y,Z", allow_hyphen_values = true)]
+    pub(crate) within: Vec<String>,
+    /// What of the tool stays in the box, seen along the tool axis; centre and edge also stay over what is cut [default: contact].
+    #[arg(long, value_enum)]
+    pub(crate) contain: Option<ContainName>,
+    /// Keep away from these faces, which are not cut; same forms as --only.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    pub(crate) avoid: Vec<String>,
+    /// How far the tool keeps away from what --avoid names, mm [default: 1].
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) avoid_margin: Option<f64>,
+    /// Let passes run on straight over open borders, mm [default: 0].
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) extend: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum ContainName {
+    /// The point where it touches the model.
+    Contact,
+    /// The centre of the ball.
+    Centre,
+    /// The whole ball.
+    Edge,
+}
+
+impl BoundsArgs {
+    /// These before others.
+    pub(crate) fn over(self, second: BoundsArgs) -> Self {
+        let list = |a: Vec<String>, b: Vec<String>| if a.is_empty() { b } else { a };
+        BoundsArgs {
+            within: list(self.within, second.within),
+            contain: self.contain.or(second.contain),
+            avoid: list(self.avoid, second.avoid),
+            avoid_margin: self.avoid_margin.or(second.avoid_margin),
+            extend: self.extend.or(second.extend),
+        }
+    }
+
+    /// All but the faces, which are known when there is a model.
+    pub(crate) fn bounds(&self) -> Result<Bounds, Failure> {
+        let length = |asked: Option<f64>, usual: f64, most: f64, what: &str, example: &str| match asked {
+            Some(mm) if !(0.0..=most).contains(&mm) => {
+                Err(Failure::usage(format!("{what} of {mm} mm: it is between 0 and {most}"), example))
+            }
+            asked => Ok(asked.unwrap_or(usual)),
+        };
+        if self.avoid_margin.is_some() && self.avoid.is_empty() {
+            let example = "For example: --avoid layer:GLASS --avoid-margin 2.";
+            return Err(Failure::usage("--avoid-margin is for what --avoid names", example));
+        }
+        let margin = "a distance to what is avoided";
+        let avoid_mm = length(
+            self.avoid_margin,
+            USUAL_MARGIN_MM,
+            LARGEST_MARGIN_MM,
+            margin,
+            "For example: --avoid-margin 2.",
+        )?;
+        let extend_mm =
+            length(self.extend, 0.0, LONGEST_EXTENSION_MM, "an extension", "For example: --extend 5.")?;
+        Ok(Bounds {
+            contain: match self.contain {
+                None | Some(ContainName::Contact) => Contain::Contact,
+                Some(ContainName::Centre) => Contain::Centre,
+                Some(ContainName::Edge) => Contain::Edge,
+            },
+            within_mm: self.within.iter().map(|text| sides(text)).collect::<Result<_, _>>()?,
+            avoid: Vec::new(),
+            avoid_mm: if self.avoid.is_empty() { 0.0 } else { avoid_mm },
+            extend_mm,
+        })
+    }
+}
+
+/// The sides of a box.
+fn sides(text: &str) -> Result<[f64; 6], Failure> {
+    const EXAMPLE: &str = "For example: --within 1200,-600,0:2400,600,900, or --within 1200,,:2400,,.";
+    let bad = |what: &str| Failure::usage(format!("box {text:?} {what}"), EXAMPLE);
+    let corner = |text: &str, far_mm: f64| -> Option<Vec<f64>> {
+        let number = |n: &str| match n.trim() {
+            "" => Some(far_mm),
+            n => n.parse().ok().filter(|n: &f64| n.is_finite()),
+        };
+        text.split(',').map(number).collect()
+    };
+    let corners = text.split_once(':').and_then(|(a, b)| corner(a, -FAR_MM).zip(corner(b, FAR_MM)));
+    let Some((&[x0, y0, z0], &[x1, y1, z1])) =
+        corners.as_ref().and_then(|(a, b)| Some((a.first_chunk::<3>()?, b.first_chunk::<3>()?)))
+    else {
+        return Err(bad("is not two corners of three coordinates each"));
+    };
+    if corners.is_some_and(|(a, b)| a.len() > 3 || b.len() > 3) {
+        return Err(bad("has more than three coordinates in a corner"));
+    }
+    if x0 >= x1 || y0 >= y1 || z0 >= z1 {
+        return Err(bad("is empty: the first corner has the smaller coordinates"));
+    }
+    Ok([x0, y0, z0, x1, y1, z1])
+}

@@ -1,0 +1,131 @@
+//! Passes as far as the tool may follow them.
+
+use claymill_nurbs::{FaceId, Hint, Point3};
+
+use crate::guide::Guide;
+use crate::keep::{INSIDE_MM, Keep};
+use crate::part::SetupContext;
+use crate::profile::{Chain, Profile, SHORTEST_PASS_MM, Sample};
+
+/// Where bounds end a pass is narrowed down to this, mm.
+const END_MM: f64 = 1e-3;
+/// Closest points are looked for this much farther than the ball is large, mm.
+const FARTHER_MM: f64 = 1.0;
+
+impl SetupContext<'_> {
+    /// The stretches of chains over a guide on which the tool is in its bounds.
+    pub(crate) fn kept(&self, chains: Vec<Chain>, guide: &Guide) -> Vec<Chain> {
+        let mut kept = self.kept_inside(chains, guide, INSIDE_MM);
+        kept.retain(|chain| chain.iter().map(Profile::length_mm).sum::<f64>() >= SHORTEST_PASS_MM);
+        kept
+    }
+
+    /// The same for links, however short.
+    pub(crate) fn kept_of_link(&self, chains: Vec<Chain>, guide: &Guide) -> Vec<Chain> {
+        self.kept_inside(chains, guide, 0.0)
+    }
+
+    fn kept_inside(&self, chains: Vec<Chain>, guide: &Guide, inside_mm: f64) -> Vec<Chain> {
+        let Some(keep) = self.keep else { return chains };
+        let mut cutter = Cutter {
+            context: self,
+            keep,
+            guide,
+            hint: Hint::default(),
+            kept: Vec::new(),
+            goes_on: false,
+            inside_mm,
+        };
+        for chain in &chains {
+            cutter.goes_on = false;
+            chain.iter().for_each(|profile| cutter.cut(profile));
+        }
+        cutter.kept
+    }
+
+    /// Whether the tool is in its bounds where it touches a face.
+    pub(crate) fn may_touch(&self, keep: &Keep, face: FaceId, u: f64, v: f64) -> bool {
+        let surface = self.ball.surface(face);
+        let Some((n, _)) = surface.normal(u, v) else { return false };
+        let normal = match self.beside_walls {
+            Some(sides) => n * sides[face],
+            None if n.z < 0.0 => -n,
+            None => n,
+        };
+        let contact = surface.point(u, v);
+        keep.allows(&(contact + normal * self.ball.radius_mm()), &contact, INSIDE_MM)
+    }
+}
+
+/// Takes what the tool may not follow out of chains.
+struct Cutter<'c, 'a> {
+    context: &'c SetupContext<'a>,
+    keep: &'c Keep<'a>,
+    guide: &'c Guide,
+    hint: Hint,
+    kept: Vec<Chain>,
+    /// Whether the last stretch goes on where the next one begins.
+    goes_on: bool,
+    /// So far inside of its bounds the tool is kept, mm.
+    inside_mm: f64,
+}
+
+impl Cutter<'_, '_> {
+    fn allows(&mut self, at: &Sample) -> bool {
+        let [x, y] = self.guide.at(at.s);
+        let centre = Point3::new(x, y, at.z);
+        let frame = &self.context.frame;
+        let within_mm = self.context.ball.radius_mm() + FARTHER_MM;
+        let foot =
+            self.context.walls.closest.closest_from(&frame.to_model(&centre), within_mm, &mut self.hint);
+        foot.is_some_and(|foot| self.keep.allows(&centre, &frame.to_setup(&foot.point), self.inside_mm))
+    }
+
+    fn cut(&mut self, profile: &Profile) {
+        let mut before: Option<(Sample, bool)> = None;
+        let mut stretch: Vec<Sample> = Vec::new();
+        for &sample in &profile.samples {
+            let is_in = self.allows(&sample);
+            if let Some((last, was_in)) = before.filter(|(_, was_in)| *was_in != is_in) {
+                let border =
+                    self.border(profile, if was_in { [last.s, sample.s] } else { [sample.s, last.s] });
+                stretch.push(border);
+                if was_in {
+                    self.end(&mut stretch);
+                    self.goes_on = false;
+                }
+            }
+            if is_in {
+                stretch.push(sample);
+            }
+            before = Some((sample, is_in));
+        }
+        self.goes_on = self.end(&mut stretch) && before.is_some_and(|(_, is_in)| is_in);
+    }
+
+    /// The last place that is allowed on the way from one that is to one that is not.
+    fn border(&mut self, profile: &Profile, [mut inside, mut outside]: [f64; 2]) -> Sample {
+        while (outside - inside).abs() > END_MM {
+            let middle = 0.5 * (inside + outside);
+            match self.allows(&profile.sampled(middle)) {
+                true => inside = middle,
+                false => outside = middle,
+            }
+        }
+        profile.sampled(inside)
+    }
+
+    /// Ends a stretch; whether there is one.
+    fn end(&mut self, stretch: &mut Vec<Sample>) -> bool {
+        let mut samples = std::mem::take(stretch);
+        samples.dedup_by(|b, a| b.s <= a.s);
+        if samples.len() < 2 {
+            return false;
+        }
+        match self.kept.last_mut().filter(|_| self.goes_on) {
+            Some(chain) => chain.push(Profile { samples }),
+            None => self.kept.push(vec![Profile { samples }]),
+        }
+        true
+    }
+}

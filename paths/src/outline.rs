@@ -1,0 +1,116 @@
+//! The borders of what is cut, seen along a tool axis.
+
+use std::ops::ControlFlow;
+
+use claymill_nurbs::{Aabb, BoxTree, Point2, Point3, Vector2};
+use rayon::prelude::*;
+
+use crate::Frame;
+use crate::contact::{Covering, larger_than_usual};
+
+/// Edges are looked at in pieces of this length, mm.
+const PIECE_MM: f64 = 2.0;
+/// A piece is a border if what is cut covers only one side of it, or none, so far away, mm: triangles leave trim curves by less, and
+/// narrower gaps between faces do not count.
+const ASIDE_MM: f64 = 0.3;
+
+/// Pieces of edges that have what is cut on one side only.
+pub(crate) struct Outline {
+    pieces: Vec<[Point2; 2]>,
+    tree: BoxTree,
+}
+
+impl Outline {
+    /// Of the faces that are not `excluded`, covered for a ball.
+    pub(crate) fn new(covering: &Covering, excluded: &[bool], frame: &Frame, radius_mm: f64) -> Self {
+        let cover = Cover::new(covering, excluded, frame);
+        let aside_mm = ASIDE_MM * larger_than_usual(radius_mm);
+        let edges: Vec<[Point3; 2]> = covering.edges_of(|face| !excluded[face]).collect();
+        let of_edge = |ends: &[Point3; 2]| {
+            let [a, b] = ends.map(|p| frame.to_setup(&p).xy());
+            let count = ((b - a).norm() / PIECE_MM).ceil().max(1.0) as u32;
+            let place = move |k: u32| a + (b - a) * (f64::from(k) / f64::from(count));
+            (0..count).map(move |k| [place(k), place(k + 1)])
+        };
+        let is_border = |[a, b]: &[Point2; 2]| {
+            let middle = nalgebra::center(a, b);
+            let Some(along) = (b - a).try_normalize(0.0) else { return false };
+            let left = Vector2::new(-along.y, along.x) * aside_mm;
+            !(cover.holds(&(middle + left)) && cover.holds(&(middle - left)))
+        };
+        let pieces: Vec<[Point2; 2]> =
+            edges.par_iter().flat_map_iter(of_edge).filter(|piece| is_border(piece)).collect();
+        let boxes: Vec<Aabb> = pieces.iter().map(|piece| flat_box(piece)).collect();
+        Outline { tree: BoxTree::new(&boxes), pieces }
+    }
+
+    /// Whether a border is nearer to a place than this, mm.
+    pub(crate) fn comes_within(&self, at: &Point2, mm: f64) -> bool {
+        let low = Point2::new(at.x - mm, at.y - mm);
+        let high = Point2::new(at.x + mm, at.y + mm);
+        self.any([low, high], |[a, b]| {
+            let side = b - a;
+            let along = ((at - a).dot(&side) / side.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            (at - (a + side * along)).norm() < mm
+        })
+    }
+
+    /// Whether a border is crossed on the straight way between two places.
+    pub(crate) fn is_crossed(&self, from: &Point2, to: &Point2) -> bool {
+        self.any([from.inf(to), from.sup(to)], |[a, b]| {
+            let side = |p: &Point2, q: &Point2, r: &Point2| (q - p).perp(&(r - p));
+            side(a, b, from) * side(a, b, to) < 0.0 && side(from, to, a) * side(from, to, b) <= 0.0
+        })
+    }
+
+    fn any(&self, range: [Point2; 2], is_met: impl Fn(&[Point2; 2]) -> bool) -> bool {
+        let mut found = false;
+        let visit = |piece: usize| {
+            found = is_met(&self.pieces[piece]);
+            if found { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        self.tree.visit(|boxes| boxes.each(|b| meets(b, &range)), visit);
+        found
+    }
+}
+
+/// Triangles of what is cut, seen along a tool axis.
+struct Cover {
+    triangles: Vec<[Point2; 3]>,
+    tree: BoxTree,
+}
+
+impl Cover {
+    fn new(covering: &Covering, excluded: &[bool], frame: &Frame) -> Self {
+        let cut = covering.meshes.iter().zip(excluded).filter(|(_, excluded)| !**excluded);
+        let triangles: Vec<[Point2; 3]> = cut
+            .flat_map(|(mesh, _)| {
+                mesh.triangles.iter().map(|t| t.map(|i| frame.to_setup(&mesh.points[i as usize]).xy()))
+            })
+            .collect();
+        let boxes: Vec<Aabb> = triangles.iter().map(|t| flat_box(t)).collect();
+        Cover { tree: BoxTree::new(&boxes), triangles }
+    }
+
+    fn holds(&self, at: &Point2) -> bool {
+        let mut found = false;
+        let visit = |triangle: usize| {
+            let [a, b, c] = self.triangles[triangle].map(|corner| corner - at);
+            let turns = [a.perp(&b), b.perp(&c), c.perp(&a)];
+            found = turns.iter().all(|t| *t >= 0.0) || turns.iter().all(|t| *t <= 0.0);
+            if found { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        self.tree.visit(|boxes| boxes.each(|b| meets(b, &[*at, *at])), visit);
+        found
+    }
+}
+
+fn flat_box(corners: &[Point2]) -> Aabb {
+    let corners: Vec<Point3> = corners.iter().map(|p| Point3::new(p.x, p.y, 0.0)).collect();
+    Aabb::of(&corners)
+}
+
+/// Whether a box meets a range in the plane.
+fn meets(b: &Aabb, [low, high]: &[Point2; 2]) -> bool {
+    (0..2).all(|k| b.min[k] <= high[k] && low[k] <= b.max[k])
+}

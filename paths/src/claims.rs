@@ -6,7 +6,7 @@ use claymill_nurbs::{FaceId, FaceMesh, Point2};
 use rayon::prelude::*;
 
 use crate::contact::Covering;
-use crate::reach::Fate;
+use crate::reach::{Fate, Fates};
 
 /// What one setup cuts, by face.
 pub(crate) struct Claims {
@@ -27,18 +27,22 @@ struct Bins {
     count: [usize; 2],
     /// Per bin: corners of a triangle and whether it is claimed.
     bins: Vec<Vec<([Point2; 3], bool)>>,
+    /// Parts of these that no setup gets to, in the same bins.
+    missed: Vec<Vec<[Point2; 3]>>,
 }
 
 impl Claims {
-    pub(crate) fn new(covering: &Covering, fates: &[Vec<Fate>], mine: impl Fn(&Fate) -> bool + Sync) -> Self {
+    /// Of the triangles whose fates are `mine`, without what is missed of them.
+    pub(crate) fn new(covering: &Covering, fates: &Fates, mine: impl Fn(&Fate) -> bool + Sync) -> Self {
         let faces = covering
             .meshes
             .par_iter()
-            .zip(fates)
-            .map(|(mesh, fates)| match fates.iter().filter(|f| mine(f)).count() {
+            .zip(&fates.of)
+            .zip(&fates.missed)
+            .map(|((mesh, fates), missed)| match fates.iter().filter(|f| mine(f)).count() {
                 0 => Claimed::None,
-                all if all == fates.len() => Claimed::All,
-                _ => Claimed::Part(Arc::new(Bins::new(mesh, fates.iter().map(&mine)))),
+                all if all == fates.len() && missed.is_empty() => Claimed::All,
+                _ => Claimed::Part(Arc::new(Bins::new(mesh, fates.iter().map(&mine), missed))),
             })
             .collect();
         Claims { faces }
@@ -69,7 +73,7 @@ impl Claims {
 }
 
 impl Bins {
-    fn new(mesh: &FaceMesh, mine: impl Iterator<Item = bool>) -> Self {
+    fn new(mesh: &FaceMesh, mine: impl Iterator<Item = bool>, missed: &[[Point2; 3]]) -> Self {
         let mut low = Point2::new(f64::INFINITY, f64::INFINITY);
         let mut high = -low;
         for p in &mesh.uv {
@@ -82,19 +86,24 @@ impl Bins {
             size: [0, 1].map(|k| ((high[k] - low[k]) / along as f64).max(f64::MIN_POSITIVE)),
             count: [along; 2],
             bins: vec![Vec::new(); along * along],
+            missed: vec![Vec::new(); along * along],
         };
         for (t, mine) in mesh.triangles.iter().zip(mine) {
             let corners = t.map(|i| mesh.uv[i as usize]);
-            let box_low = corners[0].inf(&corners[1]).inf(&corners[2]);
-            let box_high = corners[0].sup(&corners[1]).sup(&corners[2]);
-            let ([i0, j0], [i1, j1]) = (bins.bin(&box_low), bins.bin(&box_high));
-            for j in j0..=j1 {
-                for i in i0..=i1 {
-                    bins.bins[j * along + i].push((corners, mine));
-                }
-            }
+            bins.met(&corners).for_each(|bin| bins.bins[bin].push((corners, mine)));
+        }
+        for part in missed {
+            bins.met(part).for_each(|bin| bins.missed[bin].push(*part));
         }
         bins
+    }
+
+    /// The bins that the box around a triangle meets.
+    fn met(&self, corners: &[Point2; 3]) -> impl Iterator<Item = usize> + use<> {
+        let [a, b, c] = corners;
+        let ([i0, j0], [i1, j1]) = (self.bin(&a.inf(b).inf(c)), self.bin(&a.sup(b).sup(c)));
+        let along = self.count[0];
+        (j0..=j1).flat_map(move |j| (i0..=i1).map(move |i| j * along + i))
     }
 
     fn bin(&self, p: &Point2) -> [usize; 2] {
@@ -103,7 +112,9 @@ impl Bins {
 
     fn holds(&self, p: Point2) -> bool {
         let [i, j] = self.bin(&p);
-        self.bins[j * self.count[0] + i].iter().any(|(corners, mine)| *mine && contains(corners, p))
+        let bin = j * self.count[0] + i;
+        self.bins[bin].iter().any(|(corners, mine)| *mine && contains(corners, p))
+            && !self.missed[bin].iter().any(|part| contains(part, p))
     }
 }
 

@@ -17,7 +17,7 @@ use crate::heights::Heights;
 use crate::keep::{Avoided, Keep};
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
 use crate::program::Output;
-use crate::reach::{Fate, Views, assign};
+use crate::reach::{Fates, Views, assign};
 use crate::sides::Sides;
 use crate::slopes::Slopes;
 use crate::space::Space;
@@ -276,9 +276,10 @@ pub fn plan(
         earlier: &earlier,
         space: &space,
         scallop_mm: options.scallop_mm,
+        divides: area_mm2 <= MANY_SQUARES * (FINEST * radius_mm).powi(2),
     };
     let fates = assign(model, &covering, &views, regions);
-    let account = Account::new(&covering, &fates, regions);
+    let account = Account::new(&covering, &fates.of, regions);
     let faces_of = group(regions.of_face);
     progress("region meshes", 0.0);
     let edge_mm = mesh_edge_mm(radius_mm, options.scallop_mm);
@@ -292,7 +293,7 @@ pub fn plan(
         .map(|r| if wanted(r) { RegionMesh::of_region(model, regions.merged, r, edge_mm).ok() } else { None })
         .collect();
     let mut chosen = chosen(&meshes, &options.guides)?;
-    let sides = Sides::new(&covering, &fates, &frames);
+    let sides = Sides::new(&covering, &fates.of, &frames);
     let sweeps: Vec<Option<Sweeps>> = (meshes.iter().zip(&faces_of).enumerate())
         .map(|(r, (mesh, faces))| {
             mesh.as_ref().map(|mesh| Sweeps::new(mesh, faces, &sides, chosen.remove(&r)))
@@ -308,7 +309,7 @@ pub fn plan(
             covering: &covering,
             frame: *frame,
             index,
-            fates: &fates,
+            fates: &fates.of,
             claims: &view.claims,
             walls: &view.walls,
             beside_walls: None,
@@ -423,7 +424,7 @@ struct View<'a> {
 impl<'a> View<'a> {
     fn new(
         covering: &Covering,
-        fates: &[Vec<Fate>],
+        fates: &Fates,
         setup: usize,
         ball: &BallDrop,
         space: &'a Space<'_>,

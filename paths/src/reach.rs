@@ -83,6 +83,8 @@ pub(crate) struct Views<'a> {
     /// What keeps the tool in its bounds.
     pub(crate) keeps: &'a [Option<Keep<'a>>],
     pub(crate) scallop_mm: f64,
+    /// Whether triangles are few enough to look closer where strips may be missed.
+    pub(crate) divides: bool,
 }
 
 /// Fate of the points probed on one triangle.
@@ -109,6 +111,11 @@ pub(crate) struct Fate {
 }
 
 impl Fate {
+    /// Whether any setup cuts it, from above or from beside.
+    fn is_cut(&self) -> bool {
+        self.setups != 0 || self.walls != [0, 0]
+    }
+
     pub(crate) fn is_cut_by(&self, setup: usize) -> bool {
         self.setups & (1 << setup) != 0
     }
@@ -126,6 +133,24 @@ impl Fate {
         self.hidden += share;
     }
 
+    /// What cuts any of four equal parts, and the mean of their shares.
+    fn of_parts(parts: [Fate; 4]) -> Fate {
+        let mut all = Fate::default();
+        for part in parts {
+            all.setups |= part.setups;
+            all.other_side |= part.other_side;
+            (0..2).for_each(|side| all.walls[side] |= part.walls[side]);
+            let own = [&mut all.cut, &mut all.walls_cut].into_iter().flatten();
+            let others = [part.cut, part.walls_cut].into_iter().flatten();
+            own.zip(others).for_each(|(sum, share)| *sum += 0.25 * share);
+            all.hidden += 0.25 * part.hidden;
+            all.tight += 0.25 * part.tight;
+            all.done += 0.25 * part.done;
+            all.out_of_bounds += 0.25 * part.out_of_bounds;
+        }
+        all
+    }
+
     /// The side of the surface that a setup cuts: 1 on that of `Su × Sv`, −1 on the other.
     pub(crate) fn side(&self, setup: usize) -> f64 {
         if self.other_side & (1 << setup) == 0 { 1.0 } else { -1.0 }
@@ -137,35 +162,53 @@ const EARLIER_ALLOWED: f64 = 0.5;
 /// A triangle is probed at its corners, which it shares with its neighbours, and in its middle; smaller ones than the ball
 /// there only where the corners differ.
 const PROBES: usize = 4;
+/// A triangle in doubt is divided so many times, where triangles are few.
+const HALVINGS: u32 = 2;
+
+/// What becomes of the triangles of all faces.
+pub(crate) struct Fates {
+    /// By face and triangle.
+    pub(crate) of: Vec<Vec<Fate>>,
+    /// By face: parts of triangles that no setup gets to, though one does to others of the triangle.
+    pub(crate) missed: Vec<Vec<[Point2; 3]>>,
+}
 
 /// Decides for every triangle of every face which setups cut it; none does where a face is excluded.
 ///
 /// Probes that keep the ball up by no more than half a scallop height along the normal count as reached.
-pub(crate) fn assign(model: &Model, covering: &Covering, views: &Views, regions: &Regions) -> Vec<Vec<Fate>> {
+pub(crate) fn assign(model: &Model, covering: &Covering, views: &Views, regions: &Regions) -> Fates {
     let allowed_mm = ALLOWED * views.scallop_mm;
+    let prober = |face: usize| Prober { model, covering, views, face, allowed_mm };
     let probed = |face: usize| {
         if regions.excluded[face] {
             return Vec::new();
         }
-        probe_face(model, covering, views, face, allowed_mm)
+        prober(face).triangles()
     };
     let seen: Vec<Vec<[[Seen; PROBES]; 5]>> = (0..model.faces.len()).into_par_iter().map(probed).collect();
     let radius_mm = views.balls.first().map_or(0.0, BallDrop::radius_mm);
     let least_part_mm2 = LEAST_PART_RADII2 * radius_mm.powi(2);
     let leads = lead_setups(covering, &seen, regions.of_face, least_part_mm2);
-    let mut fates: Vec<Vec<Fate>> = seen
+    let decided: Vec<(Vec<Fate>, Vec<[Point2; 3]>)> = seen
         .par_iter()
         .enumerate()
         .map(|(face, triangles)| {
+            let mut missed = Vec::new();
             if regions.excluded[face] {
-                return vec![Fate::default(); covering.meshes[face].triangles.len()];
+                return (vec![Fate::default(); covering.meshes[face].triangles.len()], missed);
             }
-            let order = &leads[regions.of_face[face]];
-            triangles.iter().map(|t| decide(t, order)).collect()
+            let (order, mesh, prober) = (&leads[regions.of_face[face]], &covering.meshes[face], prober(face));
+            let decide_on =
+                |(seen, t): (&[[Seen; PROBES]; 5], &[u32; 3])| match views.divides && is_in_doubt(seen) {
+                    true => prober.divided(t.map(|i| mesh.uv[i as usize]), order, HALVINGS, &mut missed),
+                    false => decide(seen, order),
+                };
+            (triangles.iter().zip(&mesh.triangles).map(decide_on).collect(), missed)
         })
         .collect();
+    let (mut fates, missed): (Vec<Vec<Fate>>, Vec<Vec<[Point2; 3]>>) = decided.into_iter().unzip();
     leave_small_walls(covering, &mut fates, LEAST_WALL_RADII2 * radius_mm.powi(2), radius_mm);
-    fates
+    Fates { of: fates, missed }
 }
 
 /// A triangle of which some is a setup's wall.
@@ -304,26 +347,50 @@ fn beside_walls(place: &Place, views: &Views, seen: &mut [Seen; 5]) {
     }
 }
 
-fn probe_face(
-    model: &Model,
-    covering: &Covering,
-    views: &Views,
+/// Asks of places on a face what each of the setups sees there.
+struct Prober<'a> {
+    model: &'a Model,
+    covering: &'a Covering,
+    views: &'a Views<'a>,
     face: usize,
     allowed_mm: f64,
-) -> Vec<[[Seen; PROBES]; 5]> {
-    let surface = &model.faces[face].surface;
-    let mesh = &covering.meshes[face];
-    // Whether an earlier tool has been there from a setup.
-    let finished = |place: &Place, setup: usize| {
-        let seen = |ball| place.seen(&views.frames[setup], ball, None, EARLIER_ALLOWED * allowed_mm);
-        views.earlier.get(setup).is_some_and(|ball| matches!(seen(ball), Seen::Reached { .. }))
-    };
-    let probe = |uv: Point2| -> [Seen; 5] {
+}
+
+impl Prober<'_> {
+    /// What is seen of all triangles.
+    fn triangles(&self) -> Vec<[[Seen; PROBES]; 5]> {
+        let mesh = &self.covering.meshes[self.face];
+        let corners: Vec<[Seen; 5]> = mesh.uv.iter().map(|&uv| self.probe(uv)).collect();
+        let radius_mm = self.views.balls.first().map_or(0.0, BallDrop::radius_mm);
+        mesh.triangles
+            .iter()
+            .map(|t| {
+                let at = t.map(|i| &corners[i as usize]);
+                let places = t.map(|i| mesh.points[i as usize]);
+                let longest_mm = (0..3).map(|i| (places[i] - places[(i + 1) % 3]).norm()).fold(0.0, f64::max);
+                let middle = if longest_mm < radius_mm && agree(at) {
+                    *at[0]
+                } else {
+                    self.probe(centroid(t.map(|i| mesh.uv[i as usize])))
+                };
+                by_setup([&middle, at[0], at[1], at[2]])
+            })
+            .collect()
+    }
+
+    fn probe(&self, uv: Point2) -> [Seen; 5] {
+        let Prober { views, allowed_mm, .. } = *self;
+        let surface = &self.model.faces[self.face].surface;
         let mut seen = [Seen::Steep; 5];
         let Some((normal, _)) = surface.normal(uv.x, uv.y) else {
             return seen;
         };
-        let place = Place { face, uv, point: surface.point(uv.x, uv.y), normal };
+        // Whether an earlier tool has been there from a setup.
+        let finished = |place: &Place, setup: usize| {
+            let seen = |ball| place.seen(&views.frames[setup], ball, None, EARLIER_ALLOWED * allowed_mm);
+            views.earlier.get(setup).is_some_and(|ball| matches!(seen(ball), Seen::Reached { .. }))
+        };
+        let place = Place { face: self.face, uv, point: surface.point(uv.x, uv.y), normal };
         let mut finished_from: [Option<bool>; 5] = [None; 5];
         for k in 0..5 {
             seen[k] = place.seen(&views.frames[k], &views.balls[k], views.keeps[k].as_ref(), allowed_mm);
@@ -337,25 +404,52 @@ fn probe_face(
             beside_walls(&place, views, &mut seen);
         }
         seen
-    };
-    let corners: Vec<[Seen; 5]> = mesh.uv.iter().map(|&uv| probe(uv)).collect();
-    let radius_mm = views.balls.first().map_or(0.0, BallDrop::radius_mm);
-    mesh.triangles
-        .iter()
-        .map(|t| {
-            let at = t.map(|i| &corners[i as usize]);
-            let places = t.map(|i| mesh.points[i as usize]);
-            let longest_mm = (0..3).map(|i| (places[i] - places[(i + 1) % 3]).norm()).fold(0.0, f64::max);
-            let middle = if longest_mm < radius_mm && agree(at) {
-                *at[0]
-            } else {
-                let uv = t.map(|i| mesh.uv[i as usize].coords);
-                probe(Point2::from((uv[0] + uv[1] + uv[2]) / 3.0))
-            };
-            let at: [&[Seen; 5]; PROBES] = [&middle, at[0], at[1], at[2]];
-            std::array::from_fn(|setup| at.map(|seen| seen[setup]))
-        })
-        .collect()
+    }
+
+    /// The fate of a triangle by those of the four that its sides' middles make of it, and so on.
+    /// What no setup gets to is added to what is `missed`.
+    fn divided(
+        &self,
+        [a, b, c]: [Point2; 3],
+        leads: &[usize],
+        halvings: u32,
+        missed: &mut Vec<[Point2; 3]>,
+    ) -> Fate {
+        let middle = nalgebra::center::<f64, 2>;
+        let [ab, bc, ca] = [middle(&a, &b), middle(&b, &c), middle(&c, &a)];
+        let of_part = |part: [Point2; 3]| {
+            let [first, second, third] = part.map(|uv| self.probe(uv));
+            let seen = by_setup([&self.probe(centroid(part)), &first, &second, &third]);
+            if halvings > 1 && is_in_doubt(&seen) {
+                return self.divided(part, leads, halvings - 1, missed);
+            }
+            let fate = decide(&seen, leads);
+            if !fate.is_cut() {
+                missed.push(part);
+            }
+            fate
+        };
+        Fate::of_parts([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]].map(of_part))
+    }
+}
+
+fn centroid(corners: [Point2; 3]) -> Point2 {
+    let [a, b, c] = corners.map(|p| p.coords);
+    Point2::from((a + b + c) / 3.0)
+}
+
+/// What each setup sees of a triangle, of what all see at its probes.
+fn by_setup(probes: [&[Seen; 5]; PROBES]) -> [[Seen; PROBES]; 5] {
+    std::array::from_fn(|setup| probes.map(|seen| seen[setup]))
+}
+
+/// Whether no setup gets to some probe, while others are something else to a setup: there may be a strip between them that one
+/// gets to.
+fn is_in_doubt(seen: &[[Seen; PROBES]; 5]) -> bool {
+    let gets_to = |s: &Seen| matches!(s, Seen::Reached { .. } | Seen::Wall { .. });
+    let is_missed = |probe: usize| !seen.iter().any(|of_setup| gets_to(&of_setup[probe]));
+    let differ = |of_setup: &[Seen; PROBES]| of_setup.iter().any(|s| !s.is_like(of_setup[0]));
+    (0..PROBES).any(is_missed) && seen.iter().any(differ)
 }
 
 /// Whether the setups see the same at three places.

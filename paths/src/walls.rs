@@ -27,7 +27,7 @@ use crate::profile::{
     CLOSEST_MM, END_MM, Followed, Profile, SHARPEST_TURN, STRIDE_MM, Sample, angle_between,
 };
 use crate::proofs::Proofs;
-use crate::reach::{Fate, LEAST_FACING, OVERHANGING};
+use crate::reach::{Fates, LEAST_FACING, OVERHANGING};
 use crate::slopes::Slopes;
 use crate::space::Space;
 use crate::waterline::CentreHeights;
@@ -58,7 +58,7 @@ pub(crate) struct Walls<'a> {
 impl<'a> Walls<'a> {
     pub(crate) fn new(
         covering: &Covering,
-        fates: &[Vec<Fate>],
+        fates: &Fates,
         setup: usize,
         space: &'a Space<'_>,
         joints: &'a [Joint],

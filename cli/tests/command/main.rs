@@ -4,6 +4,7 @@ mod animate;
 mod auto;
 mod bad_input;
 mod bad_pictures;
+mod bounds;
 mod browser;
 mod compare;
 mod corpus;

@@ -5,6 +5,7 @@
 //!                                   ├─ between the passes ─ cusp ───────────► scallop crests
 //!                                   ├─ above the model ──── lowered tool ───► rapids
 //!                    obstacles ─────┼─ beside obstacles ─── triangles ──────► clearance
+//!                    bounds ────────┼─ along the paths ──── boxes, shadow ──► bounds kept
 //!   model file ─ exchange ─► faces ─┴─ over the faces ───── swept balls ────► residual, coverage
 //!                                                                                 │
 //!                                                             verify.json ◄─ verdict
@@ -23,6 +24,7 @@
 //! # Ok::<(), claymill_verify::VerifyError>(())
 //! ```
 
+mod bounds;
 mod capsule;
 mod contact;
 mod coverage;
@@ -32,6 +34,7 @@ mod distribution;
 mod drop;
 mod error;
 mod holder;
+mod limits;
 mod mesh;
 mod obstacles;
 mod options;
@@ -39,6 +42,7 @@ mod rapids;
 mod reach;
 mod report;
 mod scene;
+mod shadow;
 mod surface;
 mod swept;
 mod tight;
@@ -55,7 +59,7 @@ pub use error::VerifyError;
 pub use holder::{HolderClearance, RegionStickOut, ShankContact};
 pub use options::{Progress, SCALLOP_BAR, USUAL_RADIUS_MM, USUAL_SCALLOP_MM, VerifyOptions};
 pub use report::{
-    AreaAt, BallShare, Contact, Coverage, CrestSample, Crests, FaceCoverage, Gouge, GougeSample,
+    AreaAt, BallShare, BoundsKept, Contact, Coverage, CrestSample, Crests, FaceCoverage, Gouge, GougeSample,
     HISTOGRAM_BIN, HISTOGRAM_BINS, Obstacles, Place, Rapids, RegionCrests, ResidualSample, Scallop,
     SurfaceResidual, SurfaceState, TooTight, Verification,
 };
@@ -149,7 +153,8 @@ pub fn verify_with_crests(
     options: &VerifyOptions,
     progress: Progress<'_>,
 ) -> Result<(Verification, Vec<CrestSample>), VerifyError> {
-    let bench = Bench::new(model, job, program, options, progress)?;
+    let avoided = limits::avoided_model(model, job);
+    let bench = Bench::new([model, &avoided], job, program, options, progress)?;
     let scene = &bench.scene;
     let swept = swept::Swept::new(&scene.tracks, scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(&bench.meshes, &scene.obstacles.triangles);
@@ -159,6 +164,7 @@ pub fn verify_with_crests(
     let (gouge, contact, _) = contact::measure(scene, &stage("gouge and contact"));
     let rapids = rapids::measure(scene, &bench.meshes, &reach, &stage("rapids"));
     let obstacles = obstacles::measure(scene, &stage("obstacles"));
+    let bounds = bounds::measure(scene, reach.limits(), &stage("bounds"));
     let shank = holder::measure_shank(scene, &bench.meshes, &reach, &stage("shank"));
     let holder = holder::measure(scene, &bench.meshes, &reach, &stage("holder"));
     let (crests, samples) = crest::measure(scene, &swept, &reach, &stage("scallop crests"));
@@ -173,6 +179,7 @@ pub fn verify_with_crests(
             contact: &contact,
             rapids: &rapids,
             obstacles: obstacles.as_ref(),
+            bounds: bounds.as_ref(),
             shank: &shank,
             holder: holder.as_ref(),
             scallop: &scallop,
@@ -186,6 +193,7 @@ pub fn verify_with_crests(
         contact,
         rapids,
         obstacles,
+        bounds,
         shank: Some(shank),
         holder,
         scallop,
@@ -207,7 +215,8 @@ pub fn stick_out_needed_mm(
     options: &VerifyOptions,
     progress: Progress<'_>,
 ) -> Result<Option<f64>, VerifyError> {
-    let bench = Bench::new(model, job, program, options, progress)?;
+    let avoided = limits::avoided_model(model, job);
+    let bench = Bench::new([model, &avoided], job, program, options, progress)?;
     let mesh = mesh::Mesh::joined(&bench.meshes, &bench.scene.obstacles.triangles);
     let reach = reach::Reach::new(&bench.scene, &mesh);
     let stage = scene::Stage::begin("holder", progress);
@@ -226,7 +235,8 @@ pub fn crest_samples(
     options: &VerifyOptions,
     progress: Progress<'_>,
 ) -> Result<Vec<CrestSample>, VerifyError> {
-    let bench = Bench::new(model, job, program, options, progress)?;
+    let avoided = limits::avoided_model(model, job);
+    let bench = Bench::new([model, &avoided], job, program, options, progress)?;
     let scene = &bench.scene;
     let swept = swept::Swept::new(&scene.tracks, scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(&bench.meshes, &scene.obstacles.triangles);
@@ -246,7 +256,8 @@ pub fn residual_samples(
     options: &VerifyOptions,
     progress: Progress<'_>,
 ) -> Result<Vec<ResidualSample>, VerifyError> {
-    let bench = Bench::new(model, job, program, options, progress)?;
+    let avoided = limits::avoided_model(model, job);
+    let bench = Bench::new([model, &avoided], job, program, options, progress)?;
     let swept = swept::Swept::new(&bench.scene.tracks, bench.scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(&bench.meshes, &bench.scene.obstacles.triangles);
     let reach = reach::Reach::new(&bench.scene, &mesh);
@@ -266,7 +277,8 @@ pub fn gouge_samples(
     options: &VerifyOptions,
     progress: Progress<'_>,
 ) -> Result<Vec<GougeSample>, VerifyError> {
-    let bench = Bench::new(model, job, program, options, progress)?;
+    let avoided = limits::avoided_model(model, job);
+    let bench = Bench::new([model, &avoided], job, program, options, progress)?;
     let stage = scene::Stage::begin("gouge and contact", progress);
     Ok(contact::measure(&bench.scene, &stage).2)
 }
@@ -278,8 +290,9 @@ struct Bench<'a> {
 }
 
 impl<'a> Bench<'a> {
+    /// Of a model, and of its faces to be avoided as one of their own.
     fn new(
-        model: &'a Model,
+        [model, avoided]: [&'a Model; 2],
         job: &'a Job,
         program: &Program,
         options: &VerifyOptions,
@@ -300,6 +313,7 @@ impl<'a> Bench<'a> {
                 closest: ClosestPoints::new(model),
                 tracks,
                 obstacles,
+                avoided: ClosestPoints::new(avoided),
             },
         })
     }

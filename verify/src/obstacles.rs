@@ -13,9 +13,9 @@ use crate::track::Track;
 
 /// What may hide between two samples, mm: the distance from a fixed point falls below the straight line between two
 /// values by `step² / 8R` at most.
-const UNSEEN_MM: f64 = 5e-4;
+pub(crate) const UNSEEN_MM: f64 = 5e-4;
 /// Allows for the curvature of the path between two samples.
-const SAG_MARGIN: f64 = 1.5;
+pub(crate) const SAG_MARGIN: f64 = 1.5;
 
 /// The triangles of all obstacles, ready for distances.
 #[derive(Debug)]
@@ -73,7 +73,7 @@ impl ObstacleSet {
 }
 
 /// The point of a triangle that is nearest to `p`: its foot on the plane if that is inside, else on a side.
-fn closest_on_triangle(corners: &[Point3; 3], p: &Point3) -> Point3 {
+pub(crate) fn closest_on_triangle(corners: &[Point3; 3], p: &Point3) -> Point3 {
     let [a, b, c] = corners;
     let n = (b - a).cross(&(c - a));
     let inside = |from: &Point3, to: &Point3| (to - from).cross(&(p - from)).dot(&n) >= 0.0;

@@ -5,6 +5,7 @@ use claymill_toolpath::Tool;
 
 use crate::drop::DropMesh;
 use crate::holder::sides_enter;
+use crate::limits::Limits;
 use crate::mesh::Mesh;
 use crate::report::SurfaceState;
 use crate::scene::Scene;
@@ -34,11 +35,13 @@ const OFF_SURFACE_MM: f64 = 0.01;
 ///   along axis    shank there?     tool of radius R − sink lowered on the mesh stops below q; flutes and shank of
 ///                                  another thickness enter nothing
 ///   a wall?       n·axis ≈ 0       not too deep, no underside, no ceiling; no sink, so that nothing opposite is in the way
+///   in bounds?    ball at q        boxes, faces cut and faces avoided allow it; in no setup that it fits in: out of bounds
 ///   otherwise     seen at all?     the same with a thin pin at p: yes → too tight, no → hidden
 /// ```
 pub(crate) struct Reach<'a> {
     scene: &'a Scene<'a>,
     setups: Vec<(Vector3, DropMesh<'a>)>,
+    limits: Option<Limits<'a>>,
     tool: Tool,
     /// The earlier tool, where a job cuts its rest.
     earlier: Option<Tool>,
@@ -55,6 +58,7 @@ impl<'a> Reach<'a> {
         Reach {
             scene,
             setups: axes.map(|a| (a, DropMesh::new(mesh, &a))).collect(),
+            limits: Limits::new(scene, mesh),
             tool: scene.job.request.tool,
             earlier: scene.job.request.rest_of,
             earlier_sink_mm: (scene.options.cut_limit - 1.0) * scene.scallop_mm(),
@@ -68,9 +72,14 @@ impl<'a> Reach<'a> {
         &self.setups[index].1
     }
 
+    /// Where the tool is kept, if the job says so.
+    pub(crate) fn limits(&self) -> Option<&Limits<'a>> {
+        self.limits.as_ref()
+    }
+
     /// What a point with normal `±n` is to the tool, if the ball may enter other places by `sink_mm`:
-    /// [`SurfaceState::ReachableLeft`], [`SurfaceState::EarlierTool`], [`SurfaceState::TooTight`] or
-    /// [`SurfaceState::Hidden`].
+    /// [`SurfaceState::ReachableLeft`], [`SurfaceState::EarlierTool`], [`SurfaceState::OutOfBounds`],
+    /// [`SurfaceState::TooTight`] or [`SurfaceState::Hidden`].
     pub(crate) fn judge(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
         let mut sides = [*n, -n].map(|n| (self.side(p, &n, sink_mm), n));
         // Of a sheet without thickness the side counts that faces a setup best, and of equal ones that which is done.
@@ -86,6 +95,8 @@ impl<'a> Reach<'a> {
         let has = |state| sides.iter().any(|s| s.0 == state);
         if let Some((state, _)) = sides.iter().find(|s| reached.contains(&s.0)) {
             *state
+        } else if has(SurfaceState::OutOfBounds) {
+            SurfaceState::OutOfBounds
         } else if has(SurfaceState::TooTight) {
             SurfaceState::TooTight
         } else {
@@ -148,7 +159,7 @@ impl<'a> Reach<'a> {
 
     /// What one side of a point is to the tool.
     fn side(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
-        let facing = || self.setups.iter().filter(|(axis, _)| n.dot(axis) >= UPRIGHT);
+        let facing = || self.setups.iter().enumerate().filter(|(_, (axis, _))| n.dot(axis) >= UPRIGHT);
         let looks_down = std::cell::OnceCell::new();
         let faces_well = |axis: &Vector3| n.dot(axis) >= self.least_cosine;
         let counts = |axis: &Vector3, view: &DropMesh<'_>| {
@@ -157,7 +168,8 @@ impl<'a> Reach<'a> {
             let is_wall = || is_shallow() && is_upside() && self.is_free_above(p, n, axis);
             faces_well(axis) || is_wall()
         };
-        let fits = |tool: Tool, sink_mm: f64| {
+        // In bounds or out of them, if at all.
+        let fits = |tool: Tool, sink_mm: f64, limits: Option<&Limits<'_>>| {
             let radius_mm = tool.radius_mm();
             let (ball, slim) = (p + n * radius_mm, radius_mm - sink_mm);
             let passes = |view: &DropMesh<'_>| {
@@ -167,25 +179,33 @@ impl<'a> Reach<'a> {
             };
             let beside = ball + n * OFF_WALL_MM;
             let has_room = || !self.scene.closest.any_within(&beside, radius_mm - STANDS_OUT_MM);
-            facing().next().is_some()
+            let is_free = facing().next().is_some()
                 && !self.scene.closest.any_within(&ball, slim)
-                && !self.scene.obstacles.any_within(&ball, slim)
-                && facing().any(|(axis, view)| {
-                    passes(view) && counts(axis, view) && (faces_well(axis) || has_room())
-                })
+                && !self.scene.obstacles.any_within(&ball, slim);
+            let fitting = facing().filter(|(_, (axis, view))| {
+                is_free && passes(view) && counts(axis, view) && (faces_well(axis) || has_room())
+            });
+            let mut fits = None;
+            for (setup, _) in fitting {
+                if limits.is_none_or(|limits| limits.allow(setup, &ball, p, radius_mm)) {
+                    return Some(SurfaceState::ReachableLeft);
+                }
+                fits = Some(SurfaceState::OutOfBounds);
+            }
+            fits
         };
-        if self.earlier.is_some_and(|tool| fits(tool, self.earlier_sink_mm)) {
+        if self.earlier.is_some_and(|tool| fits(tool, self.earlier_sink_mm, None).is_some()) {
             return SurfaceState::EarlierTool;
         }
-        if fits(self.tool, sink_mm) {
-            return SurfaceState::ReachableLeft;
+        if let Some(state) = fits(self.tool, sink_mm, self.limits.as_ref()) {
+            return state;
         }
         let pin = SIGHT_RADIUS * self.tool.radius_mm();
         let sees = |view: &DropMesh<'_>| {
             let end = p + n * (pin + view.worst_deviation_mm());
             !view.screens(&view.in_frame(&end), pin)
         };
-        if facing().any(|(axis, view)| sees(view) && counts(axis, view)) {
+        if facing().any(|(_, (axis, view))| sees(view) && counts(axis, view)) {
             SurfaceState::TooTight
         } else {
             SurfaceState::Hidden

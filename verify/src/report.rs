@@ -21,6 +21,9 @@ pub struct Verification {
     /// Distance from obstacles, where there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstacles: Option<Obstacles>,
+    /// Whether the tool keeps within its bounds, where it has any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<BoundsKept>,
     /// Whether the shank touches the model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shank: Option<ShankContact>,
@@ -50,6 +53,28 @@ pub struct Obstacles {
     pub clearance_min_at: Option<Place>,
     /// Moves that enter deeper than the bar for gouges.
     pub touching: u64,
+}
+
+/// How far the tool goes beyond its bounds on any move but rapids.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct BoundsKept {
+    /// Places where it was measured.
+    pub samples: u64,
+    /// How far contact, centre or edge of the ball, as the job asks, goes beyond the boxes at most, or beyond the border of what
+    /// is cut where that is more than 0.4 mm; 0 when never.
+    pub beyond_max_mm: f64,
+    /// Where: the contact, or else the ball's centre.
+    pub beyond_at: Option<Place>,
+    /// Moves that go beyond a box by more than 0.02 mm, or beyond the border.
+    pub beyond: u64,
+    /// Distance that the ball was to keep from the faces to be avoided, mm; `None` when there are none.
+    pub avoid_mm: Option<f64>,
+    /// Its smallest distance from them, negative where it enters, mm; `None` when it never comes near.
+    pub avoided_min_mm: Option<f64>,
+    /// Where, on the face.
+    pub avoided_min_at: Option<Place>,
+    /// Moves that come nearer than they were to by more than 0.02 mm.
+    pub too_near: u64,
 }
 
 /// A place on the model or on a path.

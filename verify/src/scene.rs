@@ -21,6 +21,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) closest: ClosestPoints<'a>,
     pub(crate) tracks: Vec<Track>,
     pub(crate) obstacles: ObstacleSet,
+    /// Of the faces to be avoided alone, by their number among these.
+    pub(crate) avoided: ClosestPoints<'a>,
 }
 
 impl Scene<'_> {

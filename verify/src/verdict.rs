@@ -1,10 +1,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use claymill_toolpath::Job;
+use claymill_toolpath::{Contain, Job};
 
 use crate::options::VerifyOptions;
-use crate::report::{Contact, Coverage, Gouge, Obstacles, Place, Rapids, Scallop, SurfaceState};
+use crate::report::{BoundsKept, Contact, Coverage, Gouge, Obstacles, Place, Rapids, Scallop, SurfaceState};
 use crate::{HolderClearance, ShankContact};
 
 /// Areas of states sum to the total, and the total to the planner's, within this share.
@@ -53,6 +53,8 @@ pub enum FindingCode {
     RapidTouches,
     /// A move enters an obstacle.
     Obstacle,
+    /// The tool leaves its bounds, or comes too near to a face to be avoided.
+    OutOfBounds,
     /// The shank touches the model.
     Shank,
     /// A holder touches the model or an obstacle, or comes nearer than was asked for.
@@ -88,6 +90,7 @@ pub(crate) struct Measured<'a> {
     pub(crate) contact: &'a Contact,
     pub(crate) rapids: &'a Rapids,
     pub(crate) obstacles: Option<&'a Obstacles>,
+    pub(crate) bounds: Option<&'a BoundsKept>,
     pub(crate) shank: &'a ShankContact,
     pub(crate) holder: Option<&'a HolderClearance>,
     pub(crate) scallop: &'a Scallop,
@@ -139,6 +142,9 @@ pub(crate) fn conclude(job: &Job, options: &VerifyOptions, m: &Measured<'_>) -> 
         let text = format!("{} moves enter an obstacle, the worst by {depth:.3} mm", near.touching);
         find(Code::Obstacle, Error, text, &near.clearance_min_at);
     }
+    if let Some(kept) = m.bounds {
+        bounds_findings(job, kept, &mut find);
+    }
     if m.shank.touching > 0 {
         let (moves, depth) = (m.shank.touching, m.shank.deepest_mm);
         let text = format!("the shank enters the model on {moves} moves, the worst by {depth:.3} mm");
@@ -159,6 +165,31 @@ pub(crate) fn conclude(job: &Job, options: &VerifyOptions, m: &Measured<'_>) -> 
     coverage_findings(job, m.coverage, &mut find);
     findings.sort_by_key(|f| f.severity);
     Verdict { passed: findings.iter().all(|f| f.severity != Error), findings }
+}
+
+fn bounds_findings(
+    job: &Job,
+    kept: &BoundsKept,
+    find: &mut impl FnMut(FindingCode, Severity, String, &Option<Place>),
+) {
+    if kept.beyond > 0 {
+        let what = match job.request.bounds.contain {
+            Contain::Contact => "where the ball touches",
+            Contain::Centre => "the ball's centre",
+            Contain::Edge => "the ball's edge",
+        };
+        let (moves, by) = (kept.beyond, kept.beyond_max_mm);
+        let text = format!("{what} is out of bounds on {moves} moves, the worst by {by:.3} mm");
+        find(FindingCode::OutOfBounds, Severity::Error, text, &kept.beyond_at);
+    }
+    if kept.too_near > 0 {
+        let (asked, least) = (kept.avoid_mm.unwrap_or(0.0), kept.avoided_min_mm.unwrap_or(0.0));
+        let text = format!(
+            "the ball comes within {least:.3} mm of a face to be avoided, asked for were {asked} mm; it is too near on {} moves",
+            kept.too_near
+        );
+        find(FindingCode::OutOfBounds, Severity::Error, text, &kept.avoided_min_at);
+    }
 }
 
 fn holder_findings(

@@ -136,6 +136,23 @@ fn the_report_is_well_formed_and_needs_nothing_else() {
 }
 
 #[test]
+fn bounds_are_said_where_there_are_any() {
+    let mut checked = verification(true);
+    let said = |v: &Verification| with_report(Some(v), report_html);
+    assert!(!said(&checked).contains("bounds"));
+    let kept = json!({"samples": 1234, "beyond_max_mm": 0.987, "beyond_at": checked.gouge.deepest_at, "beyond": 7,
+        "avoid_mm": null, "avoided_min_mm": null, "avoided_min_at": null, "too_near": 0});
+    checked.bounds = Some(serde_json::from_value(kept).unwrap());
+    let html = said(&checked);
+    assert_well_formed(&html);
+    assert!(html.contains("0.987 mm") && html.contains("Moves out of bounds") && !html.contains("avoided"));
+    checked.bounds.as_mut().unwrap().avoid_mm = Some(2.5);
+    let html = said(&checked);
+    assert_well_formed(&html);
+    assert!(html.contains("nothing near") && html.contains("asked for were 2.5 mm"));
+}
+
+#[test]
 fn the_view_in_space_brings_all_it_needs_and_fetches_nothing() {
     let checked = verification(true);
     let html =

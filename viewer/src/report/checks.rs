@@ -154,6 +154,31 @@ fn measurements(v: &Verification) -> Markup {
             s.surface.samples,
         ),
     ];
+    if let Some(kept) = &v.bounds {
+        rows.push((
+            "Farthest beyond the tool's bounds",
+            format!("{:.3} mm", kept.beyond_max_mm),
+            place_or_dash(kept.beyond_at.as_ref()),
+            kept.samples,
+        ));
+        if let Some(asked_mm) = kept.avoid_mm {
+            let least = match kept.avoided_min_mm {
+                Some(mm) => format!("{mm:.3} mm"),
+                None => "nothing near".into(),
+            };
+            let near = place_or_dash(kept.avoided_min_at.as_ref());
+            rows.push(("Smallest distance from avoided faces", least, near, kept.samples));
+            rows.push((
+                "Moves out of bounds, too near to avoided faces",
+                format!("{}, {}", count(kept.beyond), count(kept.too_near)),
+                format!("asked for were {asked_mm} mm"),
+                kept.samples,
+            ));
+        } else {
+            let of = String::new();
+            rows.push(("Moves out of bounds", count(kept.beyond), of, kept.samples));
+        }
+    }
     if let Some(shank) = &v.shank {
         let entered = shank.deepest_at.as_ref();
         rows.push((

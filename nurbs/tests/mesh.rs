@@ -200,7 +200,7 @@ fn the_same_face_gives_the_same_mesh() {
         let side = (0..=parts).map(|k| Point2::new(bent(k), bend * bent(k)));
         let top = (0..=4).map(|k| Point2::new(wide - 0.5 * wide * f64::from(k), high));
         let ring: Vec<Point2> = side.chain(top).collect();
-        let mesh = || tessellate_polygons(&surface, &[ring.clone()], &options).unwrap();
+        let mesh = || tessellate_polygons(&surface, std::slice::from_ref(&ring), &options).unwrap();
         let meshes: Vec<FaceMesh> = (0..6).map(|_| mesh()).collect();
         assert!(meshes.windows(2).all(|w| w[0].triangles == w[1].triangles && w[0].uv == w[1].uv));
     }

@@ -16,7 +16,7 @@ use crate::crests::WORTH_A_PASS;
 use crate::ground::Ground;
 use crate::near::{LaidNear, Touch, cut_to_mm};
 use crate::part::SetupContext;
-use crate::reach::LEAST_FACING;
+use crate::probe::LEAST_FACING;
 use crate::strokes::{Place, Spot};
 
 /// Between passes whose balls are no further apart than this, in flat step-overs, no crest is too high but in a valley.

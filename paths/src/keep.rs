@@ -95,6 +95,7 @@ impl<'a> Keep<'a> {
         let is_over_cut = |outline: &Outline| {
             !outline.comes_within(&centre.xy(), self.reach_mm() + inside_mm)
                 && !outline.is_crossed(&contact.xy(), &centre.xy())
+                && outline.is_over_cut(&centre.xy())
         };
         self.is_boxed(centre, contact, inside_mm)
             && self.is_away(centre, inside_mm)
@@ -118,6 +119,7 @@ impl<'a> Keep<'a> {
         let is_over_cut = |outline: &Outline| {
             !centres.iter().any(|at| outline.comes_within(&at.xy(), inset_mm))
                 && !centres.windows(2).any(|w| outline.is_crossed(&w[0].xy(), &w[1].xy()))
+                && centres.iter().all(|at| outline.is_over_cut(&at.xy()))
         };
         centres.iter().all(|at| is_boxed(at) && self.is_away(at, 0.0))
             && self.outline.as_ref().is_none_or(is_over_cut)

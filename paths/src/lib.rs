@@ -57,6 +57,7 @@ mod patch_levels;
 mod pencil;
 mod plan;
 mod plan_curve;
+mod probe;
 mod profile;
 mod program;
 mod proofs;

@@ -14,8 +14,8 @@ use crate::crests::Laid;
 use crate::ground::Ground;
 use crate::near::{LaidNear, Touch};
 use crate::part::SetupContext;
+use crate::probe::LEAST_FACING;
 use crate::proofs::Proofs;
-use crate::reach::LEAST_FACING;
 use crate::rows::RowRounds;
 use crate::together::together;
 

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use claymill_nurbs::{Aabb, BoxTree, Point2, Point3, Vector2};
+use claymill_nurbs::{Aabb, BoxTree, FaceMesh, Point2, Point3, Vector2};
 use rayon::prelude::*;
 
 use crate::Frame;
@@ -14,8 +14,10 @@ const PIECE_MM: f64 = 2.0;
 /// narrower gaps between faces do not count.
 const ASIDE_MM: f64 = 0.3;
 
-/// Pieces of edges that have what is cut on one side only.
+/// Pieces of edges, and of folds of faces, that have what is cut on one side only.
 pub(crate) struct Outline {
+    cover: Cover,
+    aside_mm: f64,
     pieces: Vec<[Point2; 2]>,
     tree: BoxTree,
 }
@@ -25,7 +27,10 @@ impl Outline {
     pub(crate) fn new(covering: &Covering, excluded: &[bool], frame: &Frame, radius_mm: f64) -> Self {
         let cover = Cover::new(covering, excluded, frame);
         let aside_mm = ASIDE_MM * larger_than_usual(radius_mm);
-        let edges: Vec<[Point3; 2]> = covering.edges_of(|face| !excluded[face]).collect();
+        let is_cut = |face: usize| !excluded[face];
+        let folds = covering.meshes.iter().enumerate().filter(|(face, _)| is_cut(*face));
+        let folds = folds.flat_map(|(_, mesh)| folds_of(mesh, frame));
+        let edges: Vec<[Point3; 2]> = covering.edges_of(is_cut).chain(folds).collect();
         let of_edge = |ends: &[Point3; 2]| {
             let [a, b] = ends.map(|p| frame.to_setup(&p).xy());
             let count = ((b - a).norm() / PIECE_MM).ceil().max(1.0) as u32;
@@ -41,7 +46,13 @@ impl Outline {
         let pieces: Vec<[Point2; 2]> =
             edges.par_iter().flat_map_iter(of_edge).filter(|piece| is_border(piece)).collect();
         let boxes: Vec<Aabb> = pieces.iter().map(|piece| flat_box(piece)).collect();
-        Outline { tree: BoxTree::new(&boxes), pieces }
+        Outline { cover, aside_mm, tree: BoxTree::new(&boxes), pieces }
+    }
+
+    /// Whether a place is over what is cut, or as near to it as the borders tell.
+    pub(crate) fn is_over_cut(&self, at: &Point2) -> bool {
+        let asides = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
+        asides.iter().any(|&aside| self.cover.holds(&(at + Vector2::from(aside) * self.aside_mm)))
     }
 
     /// Whether a border is nearer to a place than this, mm.
@@ -72,6 +83,19 @@ impl Outline {
         self.tree.visit(|boxes| boxes.each(|b| meets(b, &range)), visit);
         found
     }
+}
+
+/// Edges of a mesh at which it folds over, seen along a tool axis.
+fn folds_of(mesh: &FaceMesh, frame: &Frame) -> Vec<[Point3; 2]> {
+    let mut sides: Vec<([u32; 2], bool)> = Vec::with_capacity(3 * mesh.triangles.len());
+    for t in &mesh.triangles {
+        let [a, b, c] = t.map(|i| frame.to_setup(&mesh.points[i as usize]).xy());
+        let is_up = (b - a).perp(&(c - a)) > 0.0;
+        sides.extend((0..3).map(|k| (t[k], t[(k + 1) % 3])).map(|(i, j)| ([i.min(j), i.max(j)], is_up)));
+    }
+    sides.sort_unstable();
+    let folds = sides.windows(2).filter(|w| w[0].0 == w[1].0 && w[0].1 != w[1].1);
+    folds.map(|w| w[0].0.map(|i| mesh.points[i as usize])).collect()
 }
 
 /// Triangles of what is cut, seen along a tool axis.

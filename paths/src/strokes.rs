@@ -8,9 +8,9 @@ use crate::ground::Ground;
 use crate::levels::{ASIDE, BRIDGE_MM, Levels};
 use crate::part::SetupContext;
 use crate::plan_curve::{Drawn, through};
+use crate::probe::{LEAST_FACING, OVERHANGING};
 use crate::profile::{follow, parted};
 use crate::proofs::Proofs;
-use crate::reach::{LEAST_FACING, OVERHANGING};
 
 /// A place on a level curve.
 #[derive(Debug, Clone, Copy)]

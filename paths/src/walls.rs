@@ -23,11 +23,12 @@ use crate::guide::Guide;
 use crate::levels::{ASIDE, Levels};
 use crate::part::SetupContext;
 use crate::plan_curve::Drawn;
+use crate::probe::{LEAST_FACING, OVERHANGING};
 use crate::profile::{
     CLOSEST_MM, END_MM, Followed, Profile, SHARPEST_TURN, STRIDE_MM, Sample, angle_between,
 };
 use crate::proofs::Proofs;
-use crate::reach::{Fates, LEAST_FACING, OVERHANGING};
+use crate::reach::Fates;
 use crate::slopes::Slopes;
 use crate::space::Space;
 use crate::waterline::CentreHeights;

@@ -116,9 +116,9 @@ fn a_box_ends_the_rounds_along_a_wall() {
     let touched = |c: Point3| Point3::new(c.x, c.y, 0.0) * (bore_mm / c.x.hypot(c.y)) + Vector3::z() * c.z;
     let cut: Vec<Point3> = centres(&plan, &[MoveKind::Cut]).map(touched).collect();
     let [_, [_, most]] = ranges(cut.iter().copied());
-    assert!(most <= 7.0 + 1e-3 && most >= 7.0 - SHY_MM, "{most}");
+    assert!((7.0 - SHY_MM..=7.0 + 1e-3).contains(&most), "{most}");
     let lowest_mm = cut.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
-    assert!(lowest_mm >= -25.0 && lowest_mm <= -25.0 + 2.0 * HALF_STEP_MM, "{lowest_mm}");
+    assert!((-25.0..=-25.0 + 2.0 * HALF_STEP_MM).contains(&lowest_mm), "{lowest_mm}");
 }
 
 #[test]

@@ -2,7 +2,9 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use claymill_toolpath::{Holder, read_job};
-use claymill_verify::{BallShare, HolderClearance, Severity, TooTight, Verification, VerifyOptions};
+use claymill_verify::{
+    BallShare, BoundsKept, HolderClearance, Severity, TooTight, Verification, VerifyOptions,
+};
 
 use super::{Context, plan, post};
 use crate::args::VerifyArgs;
@@ -103,6 +105,22 @@ fn say_holder(holder: &HolderClearance) -> String {
     format!("holder: {clear}; stick-out that keeps {} mm: {}", holder.asked_mm, least.join(", "))
 }
 
+/// Whether the tool stays where it was to be kept.
+fn say_bounds(bounds: &BoundsKept) -> String {
+    let beyond = match bounds.beyond {
+        0 => "the tool stays inside".to_owned(),
+        moves => format!("left by up to {:.3} mm on {moves} moves", bounds.beyond_max_mm),
+    };
+    let avoided = match (bounds.avoid_mm, bounds.avoided_min_mm) {
+        (Some(asked), Some(least)) => {
+            format!("; {least:.3} mm away from what is avoided, asked for were {asked}")
+        }
+        (Some(_), None) => "; never near to what is avoided".to_owned(),
+        (None, _) => String::new(),
+    };
+    format!("bounds: {beyond}{avoided}")
+}
+
 /// What a smaller ball would find.
 fn say_tight(tight: &TooTight) -> String {
     let fitting = |ball: &BallShare| format!("{} mm {:.0} %", ball.radius_mm, 100.0 * ball.share);
@@ -147,6 +165,9 @@ pub(crate) fn say(context: &Context, found: &Verification) {
             "",
             &format!("obstacles: {files} files, {triangles} triangles; smallest distance {clearance}"),
         );
+    }
+    if let Some(bounds) = found.bounds.as_ref().filter(|b| b.samples > 0) {
+        console.say_long("", &say_bounds(bounds));
     }
     if let Some(holder) = &found.holder {
         console.say_long("", &say_holder(holder));

@@ -223,6 +223,8 @@ pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
 const FINEST: f64 = 0.5;
 const MANY_SQUARES: f64 = 2e5;
 const FINEST_STEPS: f64 = 1.5;
+/// Where there are no more of the smallest squares than this, strips that a setup gets to are looked for on parts of triangles.
+const FEW_SQUARES: f64 = 1e5;
 
 /// Usual limit between shallow and steep, degrees. Rows across a slope of 45° are 1.4 times closer in plan than on the
 /// level, those across a steeper one soon half as far apart and less; waterlines come together the same way as the
@@ -277,7 +279,7 @@ pub fn plan(
         earlier: &earlier,
         space: &space,
         scallop_mm: options.scallop_mm,
-        divides: area_mm2 <= MANY_SQUARES * (FINEST * radius_mm).powi(2),
+        divides: area_mm2 <= FEW_SQUARES * (FINEST * radius_mm).powi(2),
     };
     let fates = assign(model, &covering, &views, regions);
     let account = Account::new(&covering, &fates.of, regions);

@@ -3,8 +3,8 @@ use std::collections::BTreeMap;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use claymill_toolpath::{
-    FaceAccount, Job, LengthByKind, LinkStyle, MachineLimits, MoveKind, RegionTotals, RegionsFile,
-    UncutReason,
+    Bounds, Contain, FaceAccount, Job, LengthByKind, LinkStyle, MachineLimits, MoveKind, RegionTotals,
+    RegionsFile, UncutReason,
 };
 use maud::{Markup, html};
 
@@ -82,10 +82,40 @@ pub(super) fn asked(job: &Job) -> Markup {
         ("Only", list(&r.only)),
         ("Left out", list(&r.skip)),
     ];
+    let kept = (!r.bounds.is_none()).then(|| ("Tool is kept", kept(&r.bounds)));
+    let rows = rows.into_iter().chain(kept);
     html! {
         h2 id="asked" { "What was asked" }
-        table { tbody { @for (name, value) in &rows { tr { th scope="row" { (name) } td { (value) } } } } }
+        table { tbody { @for (name, value) in rows { tr { th scope="row" { (name) } td { (value) } } } } }
     }
+}
+
+/// Where the tool is kept, in words.
+fn kept(bounds: &Bounds) -> String {
+    /// Sides of boxes farther away than this were left out, mm.
+    const FAR_MM: f64 = 1e8;
+    let side = |sides: &[f64; 6], k: usize| {
+        let (name, low, high) = (["x", "y", "z"][k], sides[k], sides[k + 3]);
+        match (low > -FAR_MM, high < FAR_MM) {
+            (true, true) => Some(format!("{name} {low} to {high}")),
+            (true, false) => Some(format!("{name} from {low}")),
+            (false, true) => Some(format!("{name} up to {high}")),
+            (false, false) => None,
+        }
+    };
+    let boxed = |sides: &[f64; 6]| (0..3).filter_map(|k| side(sides, k)).collect::<Vec<_>>().join(", ");
+    let (what, over) = match bounds.contain {
+        Contain::Contact => ("where it touches", None),
+        Contain::Centre => ("its centre", Some("its centre over what is cut")),
+        Contain::Edge => ("all of the ball", Some("all of the ball over what is cut")),
+    };
+    let boxes: Vec<String> = bounds.within_mm.iter().map(boxed).collect();
+    let within = (!boxes.is_empty()).then(|| format!("{what} within {} mm", boxes.join(" mm, or ")));
+    let away = (!bounds.avoid.is_empty())
+        .then(|| format!("{} mm away from {} faces", bounds.avoid_mm, bounds.avoid.len()));
+    let out =
+        (bounds.extend_mm > 0.0).then(|| format!("passes run out {} mm over open borders", bounds.extend_mm));
+    [within, over.map(str::to_owned), away, out].into_iter().flatten().collect::<Vec<_>>().join("; ")
 }
 
 fn machine(limits: &MachineLimits) -> String {
@@ -351,5 +381,20 @@ fn why_not_cut(reason: UncutReason) -> (&'static str, Rgb) {
         UncutReason::Excluded => ("left out on request", [230, 190, 120]),
         UncutReason::EarlierTool => ("cut by the earlier tool", [120, 170, 150]),
         UncutReason::OutOfBounds => ("out of the tool's bounds, as asked", [196, 196, 150]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_are_said_in_words() {
+        let slice = [300.0, -1e9, -1e9, 600.0, 1e9, 900.0];
+        let bounds = Bounds { contain: Contain::Edge, within_mm: vec![slice], ..Bounds::default() };
+        let said = "all of the ball within x 300 to 600, z up to 900 mm; all of the ball over what is cut";
+        assert_eq!(kept(&bounds), said);
+        let bounds = Bounds { avoid: vec![4, 7], avoid_mm: 1.5, extend_mm: 5.0, ..Bounds::default() };
+        assert_eq!(kept(&bounds), "1.5 mm away from 2 faces; passes run out 5 mm over open borders");
     }
 }

@@ -53,6 +53,8 @@ pub(crate) struct Word {
 impl Shared {
     pub(crate) fn open(path: &Path, capacity: u64) -> Result<Self, QueueError> {
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
+        // Both sides may come first at the same time: one makes the queue, the other waits until it is whole.
+        file.lock()?;
         let mut head = [0; 16];
         if file.metadata()?.len() < RING_AT {
             file.set_len(RING_AT + capacity)?;
@@ -66,6 +68,7 @@ impl Shared {
                 shared.write_word(at, Word::default())?;
             }
             shared.write_word(PROGRESS_AT, progress(u64::MAX, 0.0, 1.0))?;
+            shared.file.unlock()?;
             return Ok(shared);
         }
         file.read_exact_at(&mut head, 0)?;
@@ -77,6 +80,7 @@ impl Shared {
         if !(4096..=1 << 32).contains(&capacity) || file.metadata()?.len() != RING_AT + capacity {
             return Err(QueueError::Format("the queue's size is damaged"));
         }
+        file.unlock()?;
         Ok(Shared { file, capacity })
     }
 

@@ -299,3 +299,22 @@ fn a_file_that_is_no_queue_is_refused() {
         assert!(Producer::open(&path, 4096).is_err());
     }
 }
+
+#[test]
+fn both_sides_may_be_the_first_at_the_same_time() {
+    for _ in 0..ROUNDS {
+        let folder = folder();
+        let place = folder.path().join("queue");
+        let together = std::sync::Barrier::new(2);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                together.wait();
+                Producer::open(&place, CAPACITY).unwrap();
+            });
+            scope.spawn(|| {
+                together.wait();
+                Consumer::open(&place, CAPACITY).unwrap();
+            });
+        });
+    }
+}

@@ -25,10 +25,8 @@ struct Bins {
     low: Point2,
     size: [f64; 2],
     count: [usize; 2],
-    /// Per bin: corners of a triangle and whether it is claimed.
+    /// Per bin: claimed triangles, and (false) parts of these that no setup gets to.
     bins: Vec<Vec<([Point2; 3], bool)>>,
-    /// Parts of these that no setup gets to, in the same bins.
-    missed: Vec<Vec<[Point2; 3]>>,
 }
 
 impl Claims {
@@ -86,14 +84,11 @@ impl Bins {
             size: [0, 1].map(|k| ((high[k] - low[k]) / along as f64).max(f64::MIN_POSITIVE)),
             count: [along; 2],
             bins: vec![Vec::new(); along * along],
-            missed: vec![Vec::new(); along * along],
         };
-        for (t, mine) in mesh.triangles.iter().zip(mine) {
-            let corners = t.map(|i| mesh.uv[i as usize]);
-            bins.met(&corners).for_each(|bin| bins.bins[bin].push((corners, mine)));
-        }
-        for part in missed {
-            bins.met(part).for_each(|bin| bins.missed[bin].push(*part));
+        let claimed = mesh.triangles.iter().zip(mine).filter(|(_, mine)| *mine);
+        let claimed = claimed.map(|(t, _)| (t.map(|i| mesh.uv[i as usize]), true));
+        for part in claimed.chain(missed.iter().map(|part| (*part, false))) {
+            bins.met(&part.0).for_each(|bin| bins.bins[bin].push(part));
         }
         bins
     }
@@ -112,13 +107,14 @@ impl Bins {
 
     fn holds(&self, p: Point2) -> bool {
         let [i, j] = self.bin(&p);
-        let bin = j * self.count[0] + i;
-        self.bins[bin].iter().any(|(corners, mine)| *mine && contains(corners, p))
-            && !self.missed[bin].iter().any(|part| contains(part, p))
+        let bin = &self.bins[j * self.count[0] + i];
+        let is_in = |claimed: bool| bin.iter().any(|part| part.1 == claimed && contains(&part.0, p));
+        is_in(true) && !is_in(false)
     }
 }
 
-fn contains(corners: &[Point2; 3], p: Point2) -> bool {
+/// Whether a place is in a triangle, or on its sides.
+pub(crate) fn contains(corners: &[Point2; 3], p: Point2) -> bool {
     let [a, b, c] = corners.map(|q| q - p);
     let turns = [a.perp(&b), b.perp(&c), c.perp(&a)];
     turns.iter().all(|t| *t >= 0.0) || turns.iter().all(|t| *t <= 0.0)

@@ -15,7 +15,25 @@ use crate::outline::Outline;
 
 /// So far inside of its bounds the tool is kept on passes, mm: written ones lie beside the exact ones by less, and a link from the
 /// end of one to that of another is inside as well, where the border bends a little.
-pub(crate) const INSIDE_MM: f64 = 0.01;
+const INSIDE_MM: f64 = 0.01;
+
+/// What the tool is on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum On {
+    /// A pass.
+    Pass,
+    /// A lead or a link.
+    Way,
+}
+
+impl On {
+    fn inside_mm(self) -> f64 {
+        match self {
+            On::Pass => INSIDE_MM,
+            On::Way => 0.0,
+        }
+    }
+}
 
 /// The faces to be avoided.
 pub(crate) struct Avoided {
@@ -39,7 +57,8 @@ impl Avoided {
         let faces: Vec<_> = bounds.avoid.iter().filter_map(|&face| model.faces.get(face).cloned()).collect();
         let area_mm2 = faces.iter().map(claymill_nurbs::Face::area_mm2).sum();
         let excluded = vec![true; faces.len()];
-        let avoided = Model { faces, ..model.clone() };
+        let Model { tolerance_mm, coordinate_step_mm, .. } = *model;
+        let avoided = Model { faces, tolerance_mm, coordinate_step_mm };
         let covering = Covering::new(&avoided, &excluded, area_mm2, radius_mm)
             .map_err(|(index, source)| (bounds.avoid[index], source))?;
         Ok(Some(Avoided { model: avoided, covering }))
@@ -53,7 +72,7 @@ pub(crate) struct Keep<'a> {
     boxes: Vec<Aabb>,
     /// The borders of what is cut, where the tool is not to reach over them.
     outline: Option<Outline>,
-    /// Balls that are larger by the distance to be kept, on what is to be avoided: for passes, and for what leads from one to the next.
+    /// Balls that are larger by the distance to be kept, on what is to be avoided: for passes, and for ways.
     avoided: Option<[BallDrop<'a>; 2]>,
 }
 
@@ -82,70 +101,66 @@ impl<'a> Keep<'a> {
             outline: (bounds.contain != Contain::Contact)
                 .then(|| Outline::new(covering, excluded, frame, radius_mm)),
             avoided: avoided.map(|avoided| {
-                [INSIDE_MM, 0.0].map(|inside_mm| {
-                    let kept_mm = radius_mm + bounds.avoid_mm + inside_mm;
+                [On::Pass, On::Way].map(|on| {
+                    let kept_mm = radius_mm + bounds.avoid_mm + on.inside_mm();
                     BallDrop::new(&avoided.model, &avoided.covering, frame, kept_mm)
                 })
             }),
         })
     }
 
-    /// Whether the ball may touch the model there, so far inside.
-    pub(crate) fn allows(&self, centre: &Point3, contact: &Point3, inside_mm: f64) -> bool {
+    /// Whether the ball may touch the model there.
+    pub(crate) fn allows(&self, centre: &Point3, contact: &Point3, on: On) -> bool {
         let is_over_cut = |outline: &Outline| {
-            !outline.comes_within(&centre.xy(), self.reach_mm() + inside_mm)
+            !outline.comes_within(&centre.xy(), self.reach_mm() + on.inside_mm())
                 && !outline.is_crossed(&contact.xy(), &centre.xy())
                 && outline.is_over_cut(&centre.xy())
         };
-        self.is_boxed(centre, contact, inside_mm)
-            && self.is_away(centre, inside_mm)
+        self.is_boxed(centre, Some(contact), on.inside_mm())
+            && self.is_away(centre, on)
             && self.outline.as_ref().is_none_or(is_over_cut)
     }
 
-    /// Whether places close by, up to `near_mm` away, may be touched.
+    /// Whether places close by, up to `near_mm` away, may be touched by a pass.
     pub(crate) fn allows_near(&self, centre: &Point3, contact: &Point3, near_mm: f64) -> bool {
         // The borders of what is cut may be anywhere around.
-        self.is_boxed(centre, contact, -near_mm) && self.is_away(centre, INSIDE_MM)
+        self.is_boxed(centre, Some(contact), -near_mm) && self.is_away(centre, On::Pass)
     }
 
     /// Whether the ball may go along places close to each other without touching anything.
     pub(crate) fn allows_way(&self, centres: &[Point3]) -> bool {
-        let inset_mm = self.reach_mm();
-        let is_boxed = |at: &Point3| {
-            let inside =
-                |b: &Aabb| (0..2).all(|k| (b.min[k] + inset_mm..=b.max[k] - inset_mm).contains(&at[k]));
-            self.contain == Contain::Contact || self.boxes.is_empty() || self.boxes.iter().any(inside)
-        };
+        let inside_mm = On::Way.inside_mm();
         let is_over_cut = |outline: &Outline| {
-            !centres.iter().any(|at| outline.comes_within(&at.xy(), inset_mm))
+            !centres.iter().any(|at| outline.comes_within(&at.xy(), self.reach_mm() + inside_mm))
                 && !centres.windows(2).any(|w| outline.is_crossed(&w[0].xy(), &w[1].xy()))
                 && centres.iter().all(|at| outline.is_over_cut(&at.xy()))
         };
-        centres.iter().all(|at| is_boxed(at) && self.is_away(at, 0.0))
+        centres.iter().all(|at| self.is_boxed(at, None, inside_mm) && self.is_away(at, On::Way))
             && self.outline.as_ref().is_none_or(is_over_cut)
     }
 
+    /// Radius around the centre, seen along the axis, of what stays inside.
     fn reach_mm(&self) -> f64 {
         if self.contain == Contain::Edge { self.radius_mm } else { 0.0 }
     }
 
-    fn is_boxed(&self, centre: &Point3, contact: &Point3, inside_mm: f64) -> bool {
-        let middle = if self.contain == Contain::Contact { contact } else { centre };
-        let inside = |b: &Aabb| {
-            let across = (0..2).all(|k| {
-                let inset_mm = self.reach_mm() + inside_mm;
-                (b.min[k] + inset_mm..=b.max[k] - inset_mm).contains(&middle[k])
-            });
-            across && (b.min.z + inside_mm..=b.max.z - inside_mm).contains(&contact.z)
+    /// Whether a box holds what it is to hold of a ball, which touches the model or nothing.
+    fn is_boxed(&self, centre: &Point3, contact: Option<&Point3>, inside_mm: f64) -> bool {
+        let across = if self.contain == Contain::Contact { contact } else { Some(centre) };
+        let inside = |b: &Aabb, k: usize, at: &Point3, inset_mm: f64| {
+            (b.min[k] + inset_mm..=b.max[k] - inset_mm).contains(&at[k])
         };
-        self.boxes.is_empty() || self.boxes.iter().any(inside)
+        let inset_mm = self.reach_mm() + inside_mm;
+        let holds = |b: &Aabb| {
+            across.is_none_or(|at| (0..2).all(|k| inside(b, k, at, inset_mm)))
+                && contact.is_none_or(|at| inside(b, 2, at, inside_mm))
+        };
+        self.boxes.is_empty() || self.boxes.iter().any(holds)
     }
 
     /// Whether what is to be avoided is far enough from a ball, and from one that comes down to there.
-    fn is_away(&self, centre: &Point3, inside_mm: f64) -> bool {
-        self.avoided.as_ref().is_none_or(|balls| {
-            let ball = &balls[usize::from(inside_mm == 0.0)];
-            !ball.is_held_at(centre.x, centre.y, centre.z)
-        })
+    fn is_away(&self, centre: &Point3, on: On) -> bool {
+        let is_held = |balls: &[BallDrop; 2]| balls[on as usize].is_held_at(centre.x, centre.y, centre.z);
+        !self.avoided.as_ref().is_some_and(is_held)
     }
 }

@@ -3,9 +3,9 @@
 use claymill_nurbs::{FaceId, Hint, Point3};
 
 use crate::guide::Guide;
-use crate::keep::{INSIDE_MM, Keep};
+use crate::keep::{Keep, On};
 use crate::part::SetupContext;
-use crate::profile::{Chain, Profile, SHORTEST_PASS_MM, Sample};
+use crate::profile::{Chain, Profile, Sample, is_long_enough};
 
 /// Where bounds end a pass is narrowed down to this, mm.
 const END_MM: f64 = 1e-3;
@@ -13,30 +13,28 @@ const END_MM: f64 = 1e-3;
 const FARTHER_MM: f64 = 1.0;
 
 impl SetupContext<'_> {
-    /// The stretches of chains over a guide on which the tool is in its bounds.
-    pub(crate) fn kept(&self, chains: Vec<Chain>, guide: &Guide) -> Vec<Chain> {
-        let mut kept = self.kept_inside(chains, guide, INSIDE_MM);
-        kept.retain(|chain| chain.iter().map(Profile::length_mm).sum::<f64>() >= SHORTEST_PASS_MM);
-        kept
+    /// The stretches of passes over a guide on which the tool is in its bounds.
+    pub(crate) fn kept(&self, passes: Vec<Chain>, guide: &Guide) -> Vec<Chain> {
+        match self.keep {
+            Some(keep) => {
+                self.cut(keep, &passes, guide, On::Pass).into_iter().filter(is_long_enough).collect()
+            }
+            None => passes,
+        }
     }
 
-    /// The same for links, however short.
-    pub(crate) fn kept_of_link(&self, chains: Vec<Chain>, guide: &Guide) -> Vec<Chain> {
-        self.kept_inside(chains, guide, 0.0)
+    /// The same of links, however short.
+    pub(crate) fn kept_of_link(&self, links: Vec<Chain>, guide: &Guide) -> Vec<Chain> {
+        match self.keep {
+            Some(keep) => self.cut(keep, &links, guide, On::Way),
+            None => links,
+        }
     }
 
-    fn kept_inside(&self, chains: Vec<Chain>, guide: &Guide, inside_mm: f64) -> Vec<Chain> {
-        let Some(keep) = self.keep else { return chains };
-        let mut cutter = Cutter {
-            context: self,
-            keep,
-            guide,
-            hint: Hint::default(),
-            kept: Vec::new(),
-            goes_on: false,
-            inside_mm,
-        };
-        for chain in &chains {
+    fn cut(&self, keep: &Keep, chains: &[Chain], guide: &Guide, on: On) -> Vec<Chain> {
+        let (hint, kept, goes_on) = (Hint::default(), Vec::new(), false);
+        let mut cutter = Cutter { context: self, keep, guide, on, hint, kept, goes_on };
+        for chain in chains {
             cutter.goes_on = false;
             chain.iter().for_each(|profile| cutter.cut(profile));
         }
@@ -47,13 +45,9 @@ impl SetupContext<'_> {
     pub(crate) fn may_touch(&self, keep: &Keep, face: FaceId, u: f64, v: f64) -> bool {
         let surface = self.ball.surface(face);
         let Some((n, _)) = surface.normal(u, v) else { return false };
-        let normal = match self.beside_walls {
-            Some(sides) => n * sides[face],
-            None if n.z < 0.0 => -n,
-            None => n,
-        };
+        let normal = self.upper(face, n);
         let contact = surface.point(u, v);
-        keep.allows(&(contact + normal * self.ball.radius_mm()), &contact, INSIDE_MM)
+        keep.allows(&(contact + normal * self.ball.radius_mm()), &contact, On::Pass)
     }
 }
 
@@ -62,12 +56,11 @@ struct Cutter<'c, 'a> {
     context: &'c SetupContext<'a>,
     keep: &'c Keep<'a>,
     guide: &'c Guide,
+    on: On,
     hint: Hint,
     kept: Vec<Chain>,
     /// Whether the last stretch goes on where the next one begins.
     goes_on: bool,
-    /// So far inside of its bounds the tool is kept, mm.
-    inside_mm: f64,
 }
 
 impl Cutter<'_, '_> {
@@ -78,7 +71,7 @@ impl Cutter<'_, '_> {
         let within_mm = self.context.ball.radius_mm() + FARTHER_MM;
         let foot =
             self.context.walls.closest.closest_from(&frame.to_model(&centre), within_mm, &mut self.hint);
-        foot.is_some_and(|foot| self.keep.allows(&centre, &frame.to_setup(&foot.point), self.inside_mm))
+        foot.is_some_and(|foot| self.keep.allows(&centre, &frame.to_setup(&foot.point), self.on))
     }
 
     fn cut(&mut self, profile: &Profile) {

@@ -12,12 +12,12 @@
 //! on the surface leaves a mark there. A pass often ends beside a wall, where no rapid may run down. The rapid then runs down a little aside, where
 //! it is clear, and the lead slants from there. A ball that touches an upright wall goes off it before it goes up.
 
-use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
+use claymill_nurbs::{Curve3, Point3, Vector3};
 use claymill_toolpath::{Move, MoveKind, round_to_written};
 
 use crate::contact::BallDrop;
 use crate::guide::{Guide, Line};
-use crate::part::{CLEARANCE_MM, SetupContext, reversed_from_zero};
+use crate::part::{CLEARANCE_MM, SetupContext, one_span, reversed_from_zero};
 use crate::profile::follow;
 
 /// Rapids up and down keep this far away from walls, seen in so many directions, mm.
@@ -161,8 +161,7 @@ impl SetupContext<'_> {
         let arm = 4.0 / 3.0 * (0.25 * turn).tan() * radius_mm;
         let points = [end, end + way * arm, top - axis * arm, top].map(|p| p.map(round_to_written));
         let length = round_to_written(radius_mm * turn);
-        let knots = KnotVector::new(3, [[0.0; 4], [length; 4]].concat()).ok()?;
-        let arc = Curve3::new(knots, points.to_vec(), None).ok()?;
+        let arc = one_span(points, length)?;
         let foot = self.frame.to_setup(&arc.end());
         let is_free_above = || rest_above(self.ball, foot.x, foot.y, foot.z) <= foot.z;
         (self.is_curve_clear(&arc) && is_free_above()).then_some(arc)

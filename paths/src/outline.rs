@@ -6,7 +6,8 @@ use claymill_nurbs::{Aabb, BoxTree, FaceMesh, Point2, Point3, Vector2};
 use rayon::prelude::*;
 
 use crate::Frame;
-use crate::contact::{Covering, larger_than_usual};
+use crate::claims::contains;
+use crate::contact::{Covering, distance_from, larger_than_usual};
 
 /// Edges are looked at in pieces of this length, mm.
 const PIECE_MM: f64 = 2.0;
@@ -59,11 +60,7 @@ impl Outline {
     pub(crate) fn comes_within(&self, at: &Point2, mm: f64) -> bool {
         let low = Point2::new(at.x - mm, at.y - mm);
         let high = Point2::new(at.x + mm, at.y + mm);
-        self.any([low, high], |[a, b]| {
-            let side = b - a;
-            let along = ((at - a).dot(&side) / side.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-            (at - (a + side * along)).norm() < mm
-        })
+        self.any([low, high], |piece| distance_from(piece, at) < mm)
     }
 
     /// Whether a border is crossed on the straight way between two places.
@@ -75,13 +72,7 @@ impl Outline {
     }
 
     fn any(&self, range: [Point2; 2], is_met: impl Fn(&[Point2; 2]) -> bool) -> bool {
-        let mut found = false;
-        let visit = |piece: usize| {
-            found = is_met(&self.pieces[piece]);
-            if found { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        };
-        self.tree.visit(|boxes| boxes.each(|b| meets(b, &range)), visit);
-        found
+        any(&self.tree, &range, |piece| is_met(&self.pieces[piece]))
     }
 }
 
@@ -117,15 +108,7 @@ impl Cover {
     }
 
     fn holds(&self, at: &Point2) -> bool {
-        let mut found = false;
-        let visit = |triangle: usize| {
-            let [a, b, c] = self.triangles[triangle].map(|corner| corner - at);
-            let turns = [a.perp(&b), b.perp(&c), c.perp(&a)];
-            found = turns.iter().all(|t| *t >= 0.0) || turns.iter().all(|t| *t <= 0.0);
-            if found { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        };
-        self.tree.visit(|boxes| boxes.each(|b| meets(b, &[*at, *at])), visit);
-        found
+        any(&self.tree, &[*at, *at], |triangle| contains(&self.triangles[triangle], *at))
     }
 }
 
@@ -134,7 +117,14 @@ fn flat_box(corners: &[Point2]) -> Aabb {
     Aabb::of(&corners)
 }
 
-/// Whether a box meets a range in the plane.
-fn meets(b: &Aabb, [low, high]: &[Point2; 2]) -> bool {
-    (0..2).all(|k| b.min[k] <= high[k] && low[k] <= b.max[k])
+/// Whether an item whose box meets a range in the plane is met.
+fn any(tree: &BoxTree, [low, high]: &[Point2; 2], is_met: impl Fn(usize) -> bool) -> bool {
+    let meets = |b: &Aabb| (0..2).all(|k| b.min[k] <= high[k] && low[k] <= b.max[k]);
+    let mut found = false;
+    let visit = |item: usize| {
+        found = is_met(item);
+        if found { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    tree.visit(|boxes| boxes.each(meets), visit);
+    found
 }

@@ -28,9 +28,9 @@ use crate::{Feeds, FitTolerance, Frame, RowsAlong, Strategy};
 /// end this far above the ball's location, mm.
 pub const CLEARANCE_MM: f64 = 5.0;
 /// A stay-down link may be this long in lace, mm; it must also be quicker than lifting over.
-pub(crate) const LONGEST_LINK_MM: f64 = 250.0;
+const LONGEST_LINK_MM: f64 = 250.0;
 /// One-way passes are linked down on the model only over this many flat step-overs.
-pub(crate) const LINK_STEPS: f64 = 8.0;
+const LINK_STEPS: f64 = 8.0;
 /// What the stops of a retract cost, as path length.
 const STOPS_MM: f64 = 40.0;
 /// What a turn between two passes costs, as path length, when a direction is chosen.
@@ -241,11 +241,7 @@ impl SetupContext<'_> {
         let (a, b) = (self.frame.to_setup(&from), self.frame.to_setup(&to));
         let (dx, dy) = (b.x - a.x, b.y - a.y);
         let length = dx.hypot(dy);
-        let longest_mm = match self.link {
-            LinkStyle::Lace => LONGEST_LINK_MM,
-            LinkStyle::Box => LINK_STEPS * self.flat_step_mm(),
-        };
-        if length > longest_mm {
+        if length > self.longest_link_mm() {
             return None;
         }
         let axis = self.frame.axis();
@@ -270,6 +266,14 @@ impl SetupContext<'_> {
         move_end(&mut curves[0], false, from);
         move_end(&mut curves[last], true, to);
         Some(curves.iter().map(|c| Move::along(MoveKind::Link, c, axis, feed)).collect())
+    }
+
+    /// How long a link may be, mm.
+    pub(crate) fn longest_link_mm(&self) -> f64 {
+        match self.link {
+            LinkStyle::Lace => LONGEST_LINK_MM,
+            LinkStyle::Box => LINK_STEPS * self.flat_step_mm(),
+        }
     }
 
     /// What lifting over costs, as length of path at cutting feed.
@@ -341,10 +345,14 @@ fn straightened(curve: &Curve3) -> Curve3 {
     let points = curve.points();
     let (a, b) = (points[0], points[points.len() - 1]);
     let length = round_to_written((b - a).norm()).max(WRITTEN_STEP_MM);
-    let knots = [[0.0; 4], [length; 4]].concat();
     let line = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|x| (a + (b - a) * x).map(round_to_written));
-    let straight = KnotVector::new(3, knots).and_then(|k| Curve3::new(k, line.to_vec(), None));
-    straight.unwrap_or_else(|_| curve.clone())
+    one_span(line, length).unwrap_or_else(|| curve.clone())
+}
+
+/// The cubic of four control points, of which the parameter runs to `length`.
+pub(crate) fn one_span(points: [Point3; 4], length: f64) -> Option<Curve3> {
+    let knots = KnotVector::new(3, [[0.0; 4], [length; 4]].concat()).ok()?;
+    Curve3::new(knots, points.to_vec(), None).ok()
 }
 
 fn move_end(curve: &mut Curve3, last: bool, to: Point3) {

@@ -253,10 +253,11 @@ pub fn plan(
     progress("setups", 0.0);
     let area_mm2: f64 = regions.face_area_mm2.iter().sum();
     let fineness_mm = fineness_mm(options, area_mm2);
-    let covering =
-        Covering::new(model, regions.excluded, area_mm2, fineness_mm).map_err(|(face, source)| {
-            PlanError::Face { face, entity: model.faces[face].source.entity.clone(), source }
-        })?;
+    let uncovered = |(face, source): (FaceId, NurbsError)| {
+        let entity = model.faces[face].source.entity.clone();
+        PlanError::Face { face, entity, source }
+    };
+    let covering = Covering::new(model, regions.excluded, area_mm2, fineness_mm).map_err(uncovered)?;
     let frames = Frame::five(options.orientation);
     let of_tool = |tool: &Tool| -> Vec<BallDrop> {
         frames.par_iter().map(|f| BallDrop::of_tool(model, &covering, f, tool)).collect()
@@ -265,9 +266,7 @@ pub fn plan(
     let earlier = options.rest_of.map_or_else(Vec::new, |tool| of_tool(&tool));
     progress("setups", 0.5);
     let space = Space::new(model, frames[0].axis());
-    let avoided = Avoided::new(model, &options.bounds, radius_mm).map_err(|(face, source)| {
-        PlanError::Face { face, entity: model.faces[face].source.entity.clone(), source }
-    })?;
+    let avoided = Avoided::new(model, &options.bounds, radius_mm).map_err(uncovered)?;
     let keeps: Vec<Option<Keep>> = frames
         .par_iter()
         .map(|f| Keep::new(&options.bounds, f, radius_mm, &covering, regions.excluded, avoided.as_ref()))

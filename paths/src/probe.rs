@@ -3,7 +3,7 @@
 use claymill_nurbs::{Model, Point2, Point3, Vector3};
 
 use crate::contact::{BallDrop, Covering, Held, Location};
-use crate::keep::{INSIDE_MM, Keep};
+use crate::keep::{Keep, On};
 use crate::space::Space;
 use crate::{FitTolerance, Frame};
 
@@ -105,7 +105,7 @@ impl Place {
         match ball.held_from(&touch, allowed_mm / facing.abs(), ball.radius_mm()) {
             None => {
                 let at = frame.to_setup(&self.point);
-                let in_bounds = keep.is_none_or(|keep| keep.allows(&centre, &at, INSIDE_MM));
+                let in_bounds = keep.is_none_or(|keep| keep.allows(&centre, &at, On::Pass));
                 let near_mm = NEAR_RADII * ball.radius_mm();
                 match in_bounds || keep.is_some_and(|keep| keep.allows_near(&centre, &at, near_mm)) {
                     true => Seen::Reached { facing, done: false, in_bounds },
@@ -148,7 +148,7 @@ impl Place {
                 continue;
             }
             if held.is_none() {
-                let is_kept_out = keep.is_some_and(|keep| !keep.allows(&centre, &at, INSIDE_MM));
+                let is_kept_out = keep.is_some_and(|keep| !keep.allows(&centre, &at, On::Pass));
                 return if is_kept_out { Seen::OutOfBounds } else { Seen::Wall { other_side, done: false } };
             }
             seen = Seen::Tight;

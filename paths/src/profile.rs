@@ -31,7 +31,7 @@ const CORNER_DEG: f64 = 2.0;
 /// stretches no longer than this between them, mm.
 const FLICKER_MM: f64 = 2e-3;
 /// Passes are at least this long, mm.
-pub(crate) const SHORTEST_PASS_MM: f64 = 1.0;
+const SHORTEST_PASS_MM: f64 = 1.0;
 /// Steeper than this (`n·axis` of the contact normal) a pass ends: the ball's side would cut.
 pub(crate) const STEEPEST_NZ: f64 = 0.12;
 
@@ -70,9 +70,13 @@ impl Followed {
     /// The chains up to the corners beyond which only faces carry the ball that the part does not own, if they are long
     /// enough for a pass: the neighbouring rows cover the others.
     pub(crate) fn passes(self, owns: impl Fn(FaceId) -> bool) -> Vec<Chain> {
-        let long = |c: &Chain| c.iter().map(Profile::length_mm).sum::<f64>() >= SHORTEST_PASS_MM;
-        self.chains.into_iter().map(|chain| up_to_others(chain, &owns)).filter(long).collect()
+        self.chains.into_iter().map(|chain| up_to_others(chain, &owns)).filter(is_long_enough).collect()
     }
+}
+
+/// Whether a chain is long enough for a pass.
+pub(crate) fn is_long_enough(chain: &Chain) -> bool {
+    chain.iter().map(Profile::length_mm).sum::<f64>() >= SHORTEST_PASS_MM
 }
 
 impl Profile {

@@ -7,11 +7,11 @@
 //!       border ┘
 //! ```
 
-use claymill_nurbs::{Curve3, Foot, KnotVector, Point3, Vector3};
-use claymill_toolpath::{LinkStyle, Move, MoveKind, round_to_written};
+use claymill_nurbs::{Foot, Point3, Vector3};
+use claymill_toolpath::{Move, MoveKind, round_to_written};
 
 use crate::leads::End;
-use crate::part::{LINK_STEPS, LONGEST_LINK_MM, SetupContext};
+use crate::part::{SetupContext, one_span};
 
 /// So far behind the end of a pass it is looked whether the surface goes on, mm.
 const PROBE_MM: f64 = 1.0;
@@ -49,18 +49,13 @@ impl SetupContext<'_> {
     /// A link in the open from behind one pass to before another.
     pub(crate) fn link_in_the_open(&self, from: End, to: End) -> Option<Vec<Move>> {
         let apart_mm = (to.at - from.at).norm();
-        let longest_mm = match self.link {
-            LinkStyle::Lace => LONGEST_LINK_MM,
-            LinkStyle::Box => LINK_STEPS * self.flat_step_mm(),
-        };
-        if apart_mm > longest_mm {
+        if apart_mm > self.longest_link_mm() {
             return None;
         }
         let arm = |end: End| Some(end.at + end.onward.try_normalize(0.0)? * (ARM * apart_mm));
         let points = [from.at, arm(from)?, arm(to)?, to.at].map(|p| p.map(round_to_written));
         let length_mm = round_to_written(points.windows(2).map(|w| (w[1] - w[0]).norm()).sum());
-        let knots = KnotVector::new(3, [[0.0; 4], [length_mm; 4]].concat()).ok()?;
-        let curve = Curve3::new(knots, points.to_vec(), None).ok()?;
+        let curve = one_span(points, length_mm)?;
         let (axis, feed) = (self.frame.axis(), self.feeds.cut_mm_per_min);
         self.is_curve_clear(&curve).then(|| vec![Move::along(MoveKind::Link, &curve, axis, feed)])
     }

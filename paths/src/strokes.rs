@@ -78,13 +78,20 @@ impl SetupContext<'_> {
         })
     }
 
+    /// The normal on the side of a face that is cut, of one on either side.
+    pub(crate) fn upper(&self, face: FaceId, normal: Vector3) -> Vector3 {
+        match self.beside_walls {
+            Some(sides) => normal * sides[face],
+            None if normal.z < 0.0 => -normal,
+            None => normal,
+        }
+    }
+
     pub(crate) fn place(&self, spot: Spot) -> Option<Place> {
         let surface = self.ball.surface(spot.face);
         let (n, _) = surface.normal(spot.u, spot.v)?;
-        let (normal, least_facing) = match self.beside_walls {
-            Some(sides) => (n * sides[spot.face], OVERHANGING),
-            None => (if n.z < 0.0 { -n } else { n }, LEAST_FACING),
-        };
+        let normal = self.upper(spot.face, n);
+        let least_facing = if self.beside_walls.is_some() { OVERHANGING } else { LEAST_FACING };
         let point = surface.point(spot.u, spot.v);
         (normal.z >= least_facing).then(|| Place {
             spot,

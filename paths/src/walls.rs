@@ -21,7 +21,7 @@ use crate::field_levels::mesh_edge_mm;
 use crate::ground::Ground;
 use crate::guide::Guide;
 use crate::levels::{ASIDE, Levels};
-use crate::part::SetupContext;
+use crate::part::{SetupContext, one_span};
 use crate::plan_curve::Drawn;
 use crate::probe::{LEAST_FACING, OVERHANGING};
 use crate::profile::{
@@ -234,10 +234,9 @@ impl SetupContext<'_> {
         };
         let centres = [a, bow(a)?, bow(b)?, b];
         let tips = centres.map(|c| self.frame.to_model(&(c - up)).map(round_to_written));
-        let points = vec![from, tips[1], tips[2], to];
+        let points = [from, tips[1], tips[2], to];
         let length = round_to_written(length_mm.max(points.windows(2).map(|w| (w[1] - w[0]).norm()).sum()));
-        let knots = KnotVector::new(3, [[0.0; 4], [length; 4]].concat()).ok()?;
-        let curve = Curve3::new(knots, points, None).ok()?;
+        let curve = one_span(points, length)?;
         let is_clear = self.is_link_clear(&curve, length, &mut beside);
         let feed = self.feeds.cut_mm_per_min;
         is_clear.then(|| vec![Move::along(MoveKind::Link, &curve, self.frame.axis(), feed)])

@@ -44,6 +44,9 @@ pub enum Contain {
 }
 
 impl Bounds {
+    /// Where a box has no side, from 0, mm.
+    pub const FAR_MM: f64 = 1e9;
+
     /// Whether the tool may go wherever it can.
     #[must_use]
     pub fn is_none(&self) -> bool {

@@ -4,6 +4,7 @@ use clap::{Args, ValueEnum};
 use claymill_toolpath::{Bounds, Contain};
 use serde::{Deserialize, Serialize};
 
+use super::first_given;
 use crate::failure::Failure;
 
 /// Distance kept from what is to be avoided, where none is asked for, mm.
@@ -11,8 +12,6 @@ const USUAL_MARGIN_MM: f64 = 1.0;
 /// Longer ones are a slip of the keyboard, mm.
 const LARGEST_MARGIN_MM: f64 = 100.0;
 const LONGEST_EXTENSION_MM: f64 = 100.0;
-/// Where a box has no side, mm.
-const FAR_MM: f64 = 1e9;
 
 #[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
 #[serde(default)]
@@ -49,11 +48,10 @@ pub(crate) enum ContainName {
 impl BoundsArgs {
     /// These before others.
     pub(crate) fn over(self, second: BoundsArgs) -> Self {
-        let list = |a: Vec<String>, b: Vec<String>| if a.is_empty() { b } else { a };
         BoundsArgs {
-            within: list(self.within, second.within),
+            within: first_given(self.within, second.within),
             contain: self.contain.or(second.contain),
-            avoid: list(self.avoid, second.avoid),
+            avoid: first_given(self.avoid, second.avoid),
             avoid_margin: self.avoid_margin.or(second.avoid_margin),
             extend: self.extend.or(second.extend),
         }
@@ -106,7 +104,8 @@ fn sides(text: &str) -> Result<[f64; 6], Failure> {
         };
         text.split(',').map(number).collect()
     };
-    let corners = text.split_once(':').and_then(|(a, b)| corner(a, -FAR_MM).zip(corner(b, FAR_MM)));
+    let corners =
+        text.split_once(':').and_then(|(a, b)| corner(a, -Bounds::FAR_MM).zip(corner(b, Bounds::FAR_MM)));
     let Some((&[x0, y0, z0], &[x1, y1, z1])) =
         corners.as_ref().and_then(|(a, b)| Some((a.first_chunk::<3>()?, b.first_chunk::<3>()?)))
     else {

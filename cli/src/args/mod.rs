@@ -14,6 +14,11 @@ pub(crate) use machine::{ControlArgs, OrderArgs, PostArgs, SimulateArgs, StreamA
 pub(crate) use model::{DemoArgs, DropArgs, InspectArgs, MergeArgs, SampleArgs};
 pub(crate) use result::{AnimateArgs, PathColour, RenderArgs, ReportArgs, ShowName, VerifyArgs, ViewArgs};
 
+/// The first of two lists unless nothing was given there.
+pub(crate) fn first_given<T>(first: Vec<T>, second: Vec<T>) -> Vec<T> {
+    if first.is_empty() { second } else { first }
+}
+
 /// Freeform surface machining of whole vehicles: from an IGES, STEP or Rhino file to verified NURBS tool paths.
 #[derive(Debug, Parser)]
 #[command(name = "claymill", version, arg_required_else_help = true)]

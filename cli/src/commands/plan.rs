@@ -17,7 +17,7 @@ use claymill_viewer::ReportPicture;
 
 use super::report::{self, Finished};
 use super::{Context, Loaded, box_mm, merge, orientation, pictures, plan_summary, verify};
-use crate::args::{JobOptions, LinkName, PlanArgs, PresetName, StrategyName};
+use crate::args::{JobOptions, LinkName, PlanArgs, PresetName, StrategyName, first_given};
 use crate::console::peak_memory_mb;
 use crate::failure::Failure;
 use crate::{interrupt, select};
@@ -86,7 +86,6 @@ pub(crate) fn read_job_file(file: &Path) -> Result<JobOptions, Failure> {
 
 /// Options of the command line before those of the file.
 fn over(first: JobOptions, second: JobOptions) -> JobOptions {
-    let list = |a: Vec<String>, b: Vec<String>| if a.is_empty() { b } else { a };
     JobOptions {
         tool: first.tool.or(second.tool),
         holder: first.holder.or(second.holder),
@@ -97,14 +96,14 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
         strategy: first.strategy.or(second.strategy),
         steep: first.steep.or(second.steep),
         lines: first.lines.or(second.lines),
-        guide: list(first.guide, second.guide),
+        guide: first_given(first.guide, second.guide),
         angle: first.angle.or(second.angle),
         link: first.link.or(second.link),
         preset: first.preset.or(second.preset),
-        only: list(first.only, second.only),
-        skip: list(first.skip, second.skip),
+        only: first_given(first.only, second.only),
+        skip: first_given(first.skip, second.skip),
         bounds: first.bounds.over(second.bounds),
-        check: if first.check.is_empty() { second.check } else { first.check },
+        check: first_given(first.check, second.check),
         mesh_unit: first.mesh_unit.or(second.mesh_unit),
         feed: first.feed.or(second.feed),
         machine: first.machine.or(second.machine),

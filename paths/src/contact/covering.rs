@@ -177,7 +177,8 @@ fn straight(curve: &Curve2) -> Option<[Point2; 2]> {
     points.iter().all(|p| distance_from(&ends, p) <= known).then_some(ends)
 }
 
-fn distance_from([a, b]: &[Point2; 2], p: &Point2) -> f64 {
+/// How far a place is from a line from one end to the other.
+pub(crate) fn distance_from([a, b]: &[Point2; 2], p: &Point2) -> f64 {
     let side = b - a;
     let along = ((p - a).dot(&side) / side.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     (p - (a + side * along)).norm()

@@ -32,6 +32,7 @@ mod tests;
 use claymill_nurbs::{FaceId, Point3, Vector3};
 
 pub use covering::Covering;
+pub(crate) use covering::distance_from;
 pub use drop::BallDrop;
 pub use end::{END_EPSILON_MM, EndDrop, EndLocation, ToolPart};
 pub(crate) use held::Held;

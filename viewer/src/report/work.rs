@@ -92,11 +92,9 @@ pub(super) fn asked(job: &Job) -> Markup {
 
 /// Where the tool is kept, in words.
 fn kept(bounds: &Bounds) -> String {
-    /// Sides of boxes farther away than this were left out, mm.
-    const FAR_MM: f64 = 1e8;
     let side = |sides: &[f64; 6], k: usize| {
         let (name, low, high) = (["x", "y", "z"][k], sides[k], sides[k + 3]);
-        match (low > -FAR_MM, high < FAR_MM) {
+        match (low > -Bounds::FAR_MM, high < Bounds::FAR_MM) {
             (true, true) => Some(format!("{name} {low} to {high}")),
             (true, false) => Some(format!("{name} from {low}")),
             (false, true) => Some(format!("{name} up to {high}")),

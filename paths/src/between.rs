@@ -16,7 +16,6 @@ use crate::crests::WORTH_A_PASS;
 use crate::ground::Ground;
 use crate::near::{LaidNear, Touch, cut_to_mm};
 use crate::part::SetupContext;
-use crate::probe::LEAST_FACING;
 use crate::strokes::{Place, Spot};
 
 /// Between passes whose balls are no further apart than this, in flat step-overs, no crest is too high but in a valley.
@@ -99,7 +98,7 @@ impl SetupContext<'_> {
     fn own_touch(&self, at: Point2, feed: Vector3, so_far: &SoFar) -> Option<Touch> {
         let rest = self.ball.drop(at.x, at.y)?;
         let Support::Face { u, v } = rest.support else { return None };
-        let is_facing = rest.normal.z >= LEAST_FACING;
+        let is_facing = rest.normal.z >= self.least_facing;
         let is_own = is_facing && so_far.ground.owns(rest.face) && self.claims_at(rest.face, u, v);
         is_own.then(|| Touch::of(&rest, feed, self.ball.radius_mm()))
     }

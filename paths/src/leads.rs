@@ -212,22 +212,29 @@ impl SetupContext<'_> {
                 (0..=LOOKS).map(|k| at + (q - at) * (f64::from(k) / f64::from(LOOKS)) + up).collect();
             self.keep.is_none_or(|keep| keep.allows_way(&way))
         };
+        let is_proven =
+            |q: &Point3| self.enters_nothing_between(p, self.frame.to_model(q).map(round_to_written));
         let worth = |q: &Point3| {
             q.z < above.z - WORTH_MM
                 && is_kept(q)
                 && (self.is_clear(q, &at)
                     || self.is_way_clear(p, self.frame.to_model(q).map(round_to_written)))
+                && is_proven(q)
         };
-        let aside = around(at.x, at.y, SLANT_MM).map(|(x, y)| {
-            let foot = Point3::new(round_to_written(x), round_to_written(y), at.z);
-            Point3::new(foot.x, foot.y, self.clear_height(&foot))
-        });
+        let aside = || {
+            around(at.x, at.y, SLANT_MM).map(|(x, y)| {
+                let foot = Point3::new(round_to_written(x), round_to_written(y), at.z);
+                Point3::new(foot.x, foot.y, self.clear_height(&foot))
+            })
+        };
         // Without a wall in sight there is nothing to be saved.
         let low = at.z + CLEARANCE_MM + SLANT_MM;
-        let best = if above.z < low + WORTH_MM {
-            None
-        } else {
-            aside.filter(worth).min_by(|a, b| a.z.total_cmp(&b.z))
+        let lower = |a: &Point3, b: &Point3| a.z.total_cmp(&b.z);
+        let best = match () {
+            // What the end of a pass just touches may be in the way straight up.
+            () if !is_proven(&above) => aside().filter(|q| is_kept(q) && is_proven(q)).min_by(lower),
+            () if above.z < low + WORTH_MM => None,
+            () => aside().filter(worth).min_by(lower),
         };
         self.frame.to_model(&best.unwrap_or(above))
     }

@@ -61,6 +61,7 @@ mod probe;
 mod profile;
 mod program;
 mod proofs;
+mod proven;
 mod raster;
 mod reach;
 mod refit;

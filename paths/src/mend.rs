@@ -14,7 +14,6 @@ use crate::crests::Laid;
 use crate::ground::Ground;
 use crate::near::{LaidNear, Touch};
 use crate::part::SetupContext;
-use crate::probe::LEAST_FACING;
 use crate::proofs::Proofs;
 use crate::rows::RowRounds;
 use crate::together::together;
@@ -78,7 +77,7 @@ impl SetupContext<'_> {
         let uv = Point2::from((a + b + c) / 3.0);
         let jet = self.ball.surface(face).jet(uv.x, uv.y);
         let normal = jet.normal().map(|n| n * fate.side(self.index))?;
-        if normal.z < LEAST_FACING || !self.slopes.hold(&jet) {
+        if normal.z < self.least_facing || !self.slopes.hold(&jet) {
             return None;
         }
         let centre = jet.p + normal * self.ball.radius_mm();

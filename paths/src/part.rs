@@ -14,7 +14,7 @@ use crate::keep::Keep;
 use crate::leads::End;
 use crate::near::LaidNear;
 use crate::order::{Ends, Turn, order};
-use crate::profile::{Chain, Profile, follow};
+use crate::profile::{Chain, Profile, SHORTEST_PASS_MM, follow};
 use crate::proofs::Proofs;
 use crate::reach::Fate;
 use crate::refit::{Fit, Over, fit_chain};
@@ -65,6 +65,8 @@ pub(crate) struct SetupContext<'a> {
     pub(crate) heights: &'a Heights,
     /// What keeps the tool in its bounds, if it may not be anywhere.
     pub(crate) keep: Option<&'a Keep<'a>>,
+    /// What leans further is not cut from above (`n·axis`).
+    pub(crate) least_facing: f64,
     /// Faces that are not cut.
     pub(crate) excluded: &'a [bool],
     /// How far passes run out over open borders, mm.
@@ -161,8 +163,19 @@ impl SetupContext<'_> {
             && self.keep.is_none_or(|keep| self.may_touch(keep, face, u, v))
     }
 
+    /// The passes over a row, without what of them enters anything as written.
     fn fit_row(&self, row: &Laid) -> Vec<Pass> {
-        row.chains.iter().filter_map(|chain| self.fit_chain(chain, &row.guide)).collect()
+        let fitted = row.chains.iter().filter_map(|chain| self.fit_chain(chain, &row.guide));
+        fitted.flat_map(|pass| self.proven_passes(pass)).collect()
+    }
+
+    fn proven_passes(&self, pass: Pass) -> Vec<Pass> {
+        let whole_mm = pass.length_mm();
+        let runs = self.proven_runs(pass.curves).into_iter().map(|curves| Pass { curves, ..pass });
+        let mut passes: Vec<Pass> = runs.collect();
+        // What something was cut out of has to be worth a pass still.
+        passes.retain(|part| part.length_mm() >= SHORTEST_PASS_MM.min(whole_mm));
+        passes
     }
 
     /// Fits a chain: the curves of one pass, end to end; `None` when nothing is left in the written digits.
@@ -247,8 +260,8 @@ impl SetupContext<'_> {
         let axis = self.frame.axis();
         let feed = self.feeds.cut_mm_per_min;
         if length < 0.05 {
-            return ((b - a).norm() < 0.05)
-                .then(|| vec![Move::straight(MoveKind::Link, from, to, axis, feed)]);
+            let straight = || vec![Move::straight(MoveKind::Link, from, to, axis, feed)];
+            return ((b - a).norm() < 0.05).then(straight).and_then(|link| self.proven(link));
         }
         let guide = Guide::Straight(Line { origin: [a.x, a.y], direction: [dx / length, dy / length] });
         let followed = follow(self.ball, &guide, 0.0, length);
@@ -265,7 +278,7 @@ impl SetupContext<'_> {
         let last = curves.len() - 1;
         move_end(&mut curves[0], false, from);
         move_end(&mut curves[last], true, to);
-        Some(curves.iter().map(|c| Move::along(MoveKind::Link, c, axis, feed)).collect())
+        self.proven(curves.iter().map(|c| Move::along(MoveKind::Link, c, axis, feed)).collect())
     }
 
     /// How long a link may be, mm.
@@ -288,6 +301,11 @@ impl SetupContext<'_> {
 }
 
 impl Pass {
+    /// About how long it is.
+    fn length_mm(&self) -> f64 {
+        self.curves.iter().map(polygon_mm).sum()
+    }
+
     fn start(&self) -> Point3 {
         self.curves[0].points()[0]
     }

@@ -16,7 +16,7 @@ use crate::field_levels::mesh_edge_mm;
 use crate::heights::Heights;
 use crate::keep::{Avoided, Keep};
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
-use crate::probe::Views;
+use crate::probe::{LEAST_FACING, LEAST_SLANT, Views};
 use crate::program::Output;
 use crate::reach::{Fates, assign};
 use crate::sides::Sides;
@@ -319,6 +319,7 @@ pub fn plan(
             earlier: earlier.get(index),
             heights: &view.heights,
             keep: keeps[index].as_ref(),
+            least_facing: if fates.slants { LEAST_SLANT } else { LEAST_FACING },
             excluded: regions.excluded,
             extend_mm: options.bounds.extend_mm,
             strategy: options.strategy,

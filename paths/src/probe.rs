@@ -10,6 +10,9 @@ use crate::{FitTolerance, Frame};
 /// A surface that leans further from the tool axis than this is not cut by a ball that comes down on it (`n·axis`, 80°): it
 /// is a wall, which the ball passes beside.
 pub(crate) const LEAST_FACING: f64 = 0.173_648;
+/// What no setup faces better, nor cuts as a wall, a ball that comes down on it still cuts up to here (`n·axis`, 82.5°), where
+/// there is enough of it: undersides that slant a little.
+pub(crate) const LEAST_SLANT: f64 = 0.130_526;
 /// A wall that leans over by no more than this still is one: an upright wall does by rounding.
 pub(crate) const OVERHANGING: f64 = -2e-3;
 /// Walls are cut down to so many ball radii below where the ball rests over them: no usual tool is longer.
@@ -46,6 +49,13 @@ pub(crate) enum Seen {
         /// An earlier tool has been on this side.
         done: bool,
     },
+    /// The ball gets there, but only just: see [`LEAST_SLANT`].
+    Slanting {
+        /// `n·axis`; negative on the side against `Su × Sv`.
+        facing: f64,
+        /// An earlier tool has been on this side.
+        done: bool,
+    },
     /// The ball gets there, but is to be kept away.
     OutOfBounds,
     /// Leans too far or faces away.
@@ -59,12 +69,25 @@ pub(crate) enum Seen {
 impl Seen {
     /// Whether it is the same but for how well it faces the setup.
     fn is_like(self, other: Seen) -> bool {
-        match (self, other) {
+        match (self.without_slants(), other.without_slants()) {
             (
                 Seen::Reached { facing: a, done: before, in_bounds: here },
                 Seen::Reached { facing: b, done: after, in_bounds: there },
             ) => before == after && here == there && a * b > 0.0,
-            _ => self == other,
+            (one, other) => one == other,
+        }
+    }
+
+    /// The same where slants are not worth passes.
+    pub(crate) fn without_slants(self) -> Seen {
+        if let Seen::Slanting { .. } = self { Seen::Steep } else { self }
+    }
+
+    /// The same where they are.
+    pub(crate) fn with_slants(self) -> Seen {
+        match self {
+            Seen::Slanting { facing, done } => Seen::Reached { facing, done, in_bounds: true },
+            other => other,
         }
     }
 }
@@ -94,10 +117,15 @@ struct Place {
 impl Place {
     /// What a setup sees there, if the ball may be kept up by `allowed_mm` along the normal.
     fn seen(&self, frame: &Frame, ball: &BallDrop, keep: Option<&Keep>, allowed_mm: f64) -> Seen {
-        let facing = self.normal.dot(&frame.axis());
-        if facing.abs() < LEAST_FACING {
+        if self.normal.dot(&frame.axis()).abs() < LEAST_FACING {
             return Seen::Steep;
         }
+        self.seen_facing(frame, ball, keep, allowed_mm)
+    }
+
+    /// The same however far it leans.
+    fn seen_facing(&self, frame: &Frame, ball: &BallDrop, keep: Option<&Keep>, allowed_mm: f64) -> Seen {
+        let facing = self.normal.dot(&frame.axis());
         let n = self.normal * facing.signum();
         let centre = frame.to_setup(&(self.point + n * ball.radius_mm()));
         let normal = frame.to_setup(&n.into()).coords;
@@ -173,6 +201,22 @@ fn beside_walls(place: &Place, views: &Views, seen: &mut [Seen; 5]) {
     }
 }
 
+/// The slants among what a place is to the setups, where none of them gets to it otherwise.
+fn on_slants(place: &Place, views: &Views, allowed_mm: f64, seen: &mut [Seen; 5]) {
+    for k in 0..5 {
+        let (frame, facing) = (&views.frames[k], place.normal.dot(&views.frames[k].axis()));
+        if seen[k] != Seen::Steep || facing.abs() < LEAST_SLANT {
+            continue;
+        }
+        let here = place.seen_facing(frame, &views.balls[k], views.keeps[k].as_ref(), allowed_mm);
+        if let Seen::Reached { in_bounds: true, .. } = here {
+            let before = |ball| place.seen_facing(frame, ball, None, EARLIER_ALLOWED * allowed_mm);
+            let done = views.earlier.get(k).is_some_and(|ball| matches!(before(ball), Seen::Reached { .. }));
+            seen[k] = Seen::Slanting { facing, done };
+        }
+    }
+}
+
 /// Asks of places on a face what each of the setups sees there.
 pub(crate) struct Prober<'a> {
     pub(crate) model: &'a Model,
@@ -180,6 +224,19 @@ pub(crate) struct Prober<'a> {
     pub(crate) views: &'a Views<'a>,
     pub(crate) face: usize,
     pub(crate) allowed_mm: f64,
+    /// What slants is looked at as [`Seen::with_slants`] or without.
+    pub(crate) slants: Slants,
+}
+
+/// Whether a face's slants are worth passes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Slants {
+    /// That is to be found out.
+    Asked,
+    /// They are cut.
+    Cut,
+    /// They are left.
+    Left,
 }
 
 impl Prober<'_> {
@@ -228,8 +285,12 @@ impl Prober<'_> {
         }
         if !seen.iter().any(|s| matches!(s, Seen::Reached { in_bounds: true, .. })) {
             beside_walls(&place, views, &mut seen);
+            let is_wall = seen.iter().any(|s| matches!(s, Seen::Wall { .. }));
+            if self.slants != Slants::Left && !is_wall {
+                on_slants(&place, views, allowed_mm, &mut seen);
+            }
         }
-        seen
+        if self.slants == Slants::Cut { seen.map(Seen::with_slants) } else { seen }
     }
 }
 

@@ -31,7 +31,7 @@ const CORNER_DEG: f64 = 2.0;
 /// stretches no longer than this between them, mm.
 const FLICKER_MM: f64 = 2e-3;
 /// Passes are at least this long, mm.
-const SHORTEST_PASS_MM: f64 = 1.0;
+pub(crate) const SHORTEST_PASS_MM: f64 = 1.0;
 /// Steeper than this (`n·axis` of the contact normal) a pass ends: the ball's side would cut.
 pub(crate) const STEEPEST_NZ: f64 = 0.12;
 

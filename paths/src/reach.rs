@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::contact::{BallDrop, Covering};
 use crate::plan::Regions;
-use crate::probe::{PROBES, Probed, Prober, Seen, Views, by_setup, centroid, is_in_doubt};
+use crate::probe::{PROBES, Probed, Prober, Seen, Slants, Views, by_setup, centroid, is_in_doubt};
 use crate::together::together;
 
 /// A place counts as reached when the ball is kept away from it by no more than this, in scallop heights.
@@ -103,6 +103,8 @@ pub(crate) struct Fates {
     pub(crate) of: Vec<Vec<Fate>>,
     /// By face: parts of triangles that no setup gets to, though one does to others of the triangle.
     pub(crate) missed: Vec<Vec<[Point2; 3]>>,
+    /// Whether anything is cut of which no setup faces more than a slant.
+    pub(crate) slants: bool,
 }
 
 /// Decides for every triangle of every face which setups cut it; none does where a face is excluded.
@@ -110,16 +112,17 @@ pub(crate) struct Fates {
 /// Probes that keep the ball up by no more than half a scallop height along the normal count as reached.
 pub(crate) fn assign(model: &Model, covering: &Covering, views: &Views, regions: &Regions) -> Fates {
     let allowed_mm = ALLOWED * views.scallop_mm;
-    let prober = |face: usize| Prober { model, covering, views, face, allowed_mm };
+    let prober = |face: usize, slants: Slants| Prober { model, covering, views, face, allowed_mm, slants };
     let probed = |face: usize| {
         if regions.excluded[face] {
             return Vec::new();
         }
-        prober(face).triangles()
+        prober(face, Slants::Asked).triangles()
     };
-    let seen: Vec<Vec<Probed>> = (0..model.faces.len()).into_par_iter().map(probed).collect();
+    let mut seen: Vec<Vec<Probed>> = (0..model.faces.len()).into_par_iter().map(probed).collect();
     let radius_mm = views.balls.first().map_or(0.0, BallDrop::radius_mm);
     let least_part_mm2 = LEAST_PART_RADII2 * radius_mm.powi(2);
+    let slants = worthy_slants(covering, &mut seen, regions.of_face, least_part_mm2);
     let leads = lead_setups(covering, &seen, regions.of_face, least_part_mm2);
     let decided: Vec<(Vec<Fate>, Vec<[Point2; 3]>)> = seen
         .par_iter()
@@ -129,7 +132,9 @@ pub(crate) fn assign(model: &Model, covering: &Covering, views: &Views, regions:
             if regions.excluded[face] {
                 return (vec![Fate::default(); covering.meshes[face].triangles.len()], missed);
             }
-            let (order, mesh, prober) = (&leads[regions.of_face[face]], &covering.meshes[face], prober(face));
+            let region = regions.of_face[face];
+            let (order, mesh, prober) =
+                (&leads[region], &covering.meshes[face], prober(face, slants[region]));
             let decide_on = |(seen, t): (&Probed, &[u32; 3])| match views.divides && is_in_doubt(seen) {
                 true => prober.divided(t.map(|i| mesh.uv[i as usize]), order, HALVINGS, &mut missed),
                 false => decide(seen, order),
@@ -139,7 +144,34 @@ pub(crate) fn assign(model: &Model, covering: &Covering, views: &Views, regions:
         .collect();
     let (mut fates, missed): (Vec<Vec<Fate>>, Vec<Vec<[Point2; 3]>>) = decided.into_iter().unzip();
     leave_small_walls(covering, &mut fates, LEAST_WALL_RADII2 * radius_mm.powi(2), radius_mm);
-    Fates { of: fates, missed }
+    let slants = slants.contains(&Slants::Cut);
+    Fates { of: fates, missed, slants }
+}
+
+/// Region by region, whether what slants is worth passes; what is seen of it says so from then on.
+fn worthy_slants(
+    covering: &Covering,
+    seen: &mut [Vec<Probed>],
+    region_of_face: &[usize],
+    least_part_mm2: f64,
+) -> Vec<Slants> {
+    let is_slanting = |s: &Seen| matches!(s, Seen::Slanting { .. });
+    let mut areas_mm2 = vec![0.0; region_of_face.iter().max().map_or(0, |m| m + 1)];
+    for (face, triangles) in seen.iter().enumerate() {
+        for (probed, area_mm2) in triangles.iter().zip(covering.areas_mm2(face)) {
+            let slanting = (0..PROBES).filter(|&p| probed.iter().any(|of_setup| is_slanting(&of_setup[p])));
+            areas_mm2[region_of_face[face]] += area_mm2 * slanting.count() as f64 / PROBES as f64;
+        }
+    }
+    let worthy = |area_mm2: f64| if area_mm2 >= least_part_mm2 { Slants::Cut } else { Slants::Left };
+    let slants: Vec<Slants> = areas_mm2.into_iter().map(worthy).collect();
+    for (triangles, &region) in seen.iter_mut().zip(region_of_face) {
+        let cut = slants[region] == Slants::Cut;
+        for s in triangles.iter_mut().flatten().flatten() {
+            *s = if cut { s.with_slants() } else { s.without_slants() };
+        }
+    }
+    slants
 }
 
 /// A triangle of which some is a setup's wall.

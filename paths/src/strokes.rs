@@ -8,7 +8,7 @@ use crate::ground::Ground;
 use crate::levels::{ASIDE, BRIDGE_MM, Levels};
 use crate::part::SetupContext;
 use crate::plan_curve::{Drawn, through};
-use crate::probe::{LEAST_FACING, OVERHANGING};
+use crate::probe::OVERHANGING;
 use crate::profile::{follow, parted};
 use crate::proofs::Proofs;
 
@@ -91,7 +91,7 @@ impl SetupContext<'_> {
         let surface = self.ball.surface(spot.face);
         let (n, _) = surface.normal(spot.u, spot.v)?;
         let normal = self.upper(spot.face, n);
-        let least_facing = if self.beside_walls.is_some() { OVERHANGING } else { LEAST_FACING };
+        let least_facing = if self.beside_walls.is_some() { OVERHANGING } else { self.least_facing };
         let point = surface.point(spot.u, spot.v);
         (normal.z >= least_facing).then(|| Place {
             spot,

@@ -30,6 +30,7 @@ mod contact;
 mod coverage;
 mod crest;
 mod crest_file;
+mod directions;
 mod distribution;
 mod drop;
 mod error;

@@ -1,6 +1,7 @@
-use claymill_nurbs::{FaceId, Model, Point3};
+use claymill_nurbs::{FaceId, Model, Point3, Vector3};
 use claymill_toolpath::{Bounds, Contain, Job};
 
+use crate::directions::directions;
 use crate::mesh::Mesh;
 use crate::scene::Scene;
 use crate::shadow::Shadow;
@@ -22,6 +23,8 @@ const STRIP_MM: f64 = 0.05;
 pub(crate) struct Limits<'a> {
     scene: &'a Scene<'a>,
     bounds: &'a Bounds,
+    /// The model's dimension along the axis of each direction.
+    along: Vec<usize>,
     /// What the faces that are cut cover, along each of the model's axes that a setup looks along.
     shadows: [Option<Shadow<'a>>; 3],
 }
@@ -33,15 +36,15 @@ impl<'a> Limits<'a> {
         if bounds.is_none() {
             return None;
         }
+        let along: Vec<usize> = directions(scene.job).iter().map(dimension).collect();
         let mut shadows = [None, None, None];
         if bounds.contain != Contain::Contact {
             let cut: Vec<bool> = excluded_faces(scene).into_iter().map(|excluded| !excluded).collect();
-            for setup in 0..scene.job.setups.len() {
-                let along = dimension(scene, setup);
+            for &along in &along {
                 shadows[along].get_or_insert_with(|| Shadow::new(mesh, &cut, along));
             }
         }
-        Some(Limits { scene, bounds, shadows })
+        Some(Limits { scene, bounds, along, shadows })
     }
 
     /// Whether it matters where the ball touches.
@@ -67,7 +70,7 @@ impl<'a> Limits<'a> {
         contact: Option<&Point3>,
         radius_mm: f64,
     ) -> Option<f64> {
-        let along = dimension(self.scene, setup);
+        let along = self.along[setup];
         let across = if self.bounds.contain == Contain::Contact { contact? } else { centre };
         let margin_mm = self.disc_mm(radius_mm);
         let beyond = |b: &[f64; 6]| {
@@ -89,7 +92,7 @@ impl<'a> Limits<'a> {
     /// How far the ball at `centre` goes beyond the faces that are cut, seen along the axis, mm; 0 where it does not. All of it
     /// is looked at if `whole`, else its rim (see [`Shadow::beyond_mm`]).
     pub(crate) fn beyond_border_mm(&self, setup: usize, centre: &Point3, radius_mm: f64, whole: bool) -> f64 {
-        let shadow = self.shadows[dimension(self.scene, setup)].as_ref();
+        let shadow = self.shadows[self.along[setup]].as_ref();
         shadow.map_or(0.0, |s| s.beyond_mm(centre, self.disc_mm(radius_mm), BORDER_MM, whole))
     }
 
@@ -102,7 +105,7 @@ impl<'a> Limits<'a> {
         };
         // So much larger, a disc goes beyond a border by more than gaps are wide just when this one comes near to it.
         let larger_mm = self.disc_mm(radius_mm) + BORDER_MM + STRIP_MM;
-        let shadow = self.shadows[dimension(self.scene, setup)].as_ref();
+        let shadow = self.shadows[self.along[setup]].as_ref();
         let is_over = || shadow.is_none_or(|s| s.beyond_mm(centre, larger_mm, BORDER_MM, true) == 0.0);
         boxes.is_none_or(|mm| mm <= -STRIP_MM) && keeps_off() && is_over()
     }
@@ -113,10 +116,9 @@ impl<'a> Limits<'a> {
     }
 }
 
-/// The model's dimension along a setup's axis.
-fn dimension(scene: &Scene<'_>, setup: usize) -> usize {
-    let axis = scene.job.setups[setup].axis.map(f64::abs);
-    (0..3).fold(0, |best, dim| if axis[dim] > axis[best] { dim } else { best })
+/// The model's dimension along an axis.
+fn dimension(axis: &Vector3) -> usize {
+    axis.iamax()
 }
 
 /// The faces to be avoided, as a model of their own.

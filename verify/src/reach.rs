@@ -3,6 +3,7 @@ use std::cmp::Ordering;
 use claymill_nurbs::{Point3, Vector3};
 use claymill_toolpath::Tool;
 
+use crate::directions::{axis, directions};
 use crate::drop::DropMesh;
 use crate::holder::sides_enter;
 use crate::limits::Limits;
@@ -27,8 +28,8 @@ const ROOM_RADII: f64 = 10.0;
 /// The room begins this far from the surface, mm.
 const OFF_SURFACE_MM: f64 = 0.01;
 
-/// Judges whether the tool could have touched a point of the surface, from the model and the setups' axes
-/// alone.
+/// Judges whether the tool could have touched a point of the surface, from the model and the directions alone that it can be
+/// cut from, whether or not the job has setups there.
 ///
 /// ```text
 ///   q = p + R·n   ball there?      exact distance of q from all faces ≥ R − sink
@@ -40,7 +41,8 @@ const OFF_SURFACE_MM: f64 = 0.01;
 /// ```
 pub(crate) struct Reach<'a> {
     scene: &'a Scene<'a>,
-    setups: Vec<(Vector3, DropMesh<'a>)>,
+    /// The views of the job's setups, then those from where else it could be cut.
+    views: Vec<(Vector3, DropMesh<'a>)>,
     limits: Option<Limits<'a>>,
     tool: Tool,
     /// The earlier tool, where a job cuts its rest.
@@ -52,12 +54,12 @@ pub(crate) struct Reach<'a> {
 }
 
 impl<'a> Reach<'a> {
-    /// Prepares the views of all setups of the job.
+    /// Prepares the views from all directions.
     pub(crate) fn new(scene: &'a Scene<'a>, mesh: &'a Mesh) -> Self {
-        let axes = scene.job.setups.iter().map(|s| Vector3::from(s.axis).normalize());
+        let axes = directions(scene.job).into_iter();
         Reach {
             scene,
-            setups: axes.map(|a| (a, DropMesh::new(mesh, &a))).collect(),
+            views: axes.map(|a| (a, DropMesh::new(mesh, &a))).collect(),
             limits: Limits::new(scene, mesh),
             tool: scene.job.request.tool,
             earlier: scene.job.request.rest_of,
@@ -69,7 +71,7 @@ impl<'a> Reach<'a> {
 
     /// The view of one setup.
     pub(crate) fn setup(&self, index: usize) -> &DropMesh<'a> {
-        &self.setups[index].1
+        &self.views[index].1
     }
 
     /// Where the tool is kept, if the job says so.
@@ -111,7 +113,7 @@ impl<'a> Reach<'a> {
 
     /// How well a normal faces the setup that it faces best (cosine).
     fn facing(&self, n: &Vector3) -> f64 {
-        self.setups.iter().map(|(axis, _)| n.dot(axis)).fold(-1.0, f64::max)
+        self.views.iter().map(|(axis, _)| n.dot(axis)).fold(-1.0, f64::max)
     }
 
     /// Where the ball's centre comes to rest over a point, in every setup that it faces.
@@ -120,7 +122,7 @@ impl<'a> Reach<'a> {
         p: &'s Point3,
         n: &'s Vector3,
     ) -> impl Iterator<Item = Point3> + 's {
-        let facing = self.setups.iter().filter(|(axis, _)| n.dot(axis) >= self.least_cosine);
+        let facing = self.views.iter().filter(|(axis, _)| n.dot(axis) >= self.least_cosine);
         facing.filter_map(|(_, view)| {
             let at = view.in_frame(p);
             let height = view.highest(&at, self.tool.radius_mm())?;
@@ -159,7 +161,7 @@ impl<'a> Reach<'a> {
 
     /// What one side of a point is to the tool.
     fn side(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
-        let facing = || self.setups.iter().enumerate().filter(|(_, (axis, _))| n.dot(axis) >= UPRIGHT);
+        let facing = || self.views.iter().enumerate().filter(|(_, (axis, _))| n.dot(axis) >= UPRIGHT);
         let looks_down = std::cell::OnceCell::new();
         let faces_well = |axis: &Vector3| n.dot(axis) >= self.least_cosine;
         let counts = |axis: &Vector3, view: &DropMesh<'_>| {
@@ -211,20 +213,4 @@ impl<'a> Reach<'a> {
             SurfaceState::Hidden
         }
     }
-}
-
-/// The direction of an axis as jobs name it, `+z`.
-fn axis(name: &str) -> Option<Vector3> {
-    let sign = match name.as_bytes().first()? {
-        b'+' => 1.0,
-        b'-' => -1.0,
-        _ => return None,
-    };
-    let unit = match name.get(1..)? {
-        "x" => Vector3::x(),
-        "y" => Vector3::y(),
-        "z" => Vector3::z(),
-        _ => return None,
-    };
-    Some(unit * sign)
 }

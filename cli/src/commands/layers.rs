@@ -29,7 +29,7 @@ const STATES: [(SurfaceState, Rgb, &str); 8] = [
     (SurfaceState::Cut, [222, 216, 204], "cut"),
     (SurfaceState::ReachableLeft, [206, 28, 40], "left, though in reach"),
     (SurfaceState::TooTight, [232, 150, 32], "too tight for the ball"),
-    (SurfaceState::Hidden, [70, 86, 120], "hidden from every direction"),
+    (SurfaceState::Hidden, [70, 86, 120], "in reach from no direction"),
     (SurfaceState::Excluded, [150, 152, 156], "left out as asked"),
     (SurfaceState::EarlierTool, [150, 190, 170], "cut by the earlier tool"),
     (SurfaceState::OutOfBounds, [178, 178, 140], "out of bounds, as asked"),

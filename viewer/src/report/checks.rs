@@ -227,7 +227,7 @@ fn state_words(state: SurfaceState) -> (&'static str, Rgb) {
     match state {
         SurfaceState::Cut => ("cut", [0, 84, 148]),
         SurfaceState::Excluded => ("left out on request", [230, 190, 120]),
-        SurfaceState::Hidden => ("hidden from every setup", [150, 152, 156]),
+        SurfaceState::Hidden => ("in reach from no direction", [150, 152, 156]),
         SurfaceState::TooTight => ("too tight for the tool", [205, 62, 0]),
         SurfaceState::ReachableLeft => ("reachable but left", [180, 30, 120]),
         SurfaceState::EarlierTool => ("cut by the earlier tool", [120, 170, 150]),

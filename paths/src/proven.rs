@@ -1,0 +1,126 @@
+//! The last look at what is emitted: in its written digits the ball enters no face anywhere along it.
+//!
+//! ```text
+//!   g(a)      g(b)      gaps between ball and model, by closest points
+//!    ●─────────●        no point of the model that keeps R away at both ends comes nearer between
+//!      ▔▔▔▔▔▔▔          them than by h² / 8R, and by as much as the way bows out
+//! ```
+//!
+//! Passes, links and leads are laid by drops of the ball. But then they are fitted, moved onto each other and rounded, and a ball
+//! that comes down beside a narrow face need not be where it comes to rest a thousandth beside. So nothing of how they came
+//! about is believed here. What is not proven is not emitted: links are lifted over, passes cut back.
+
+use claymill_nurbs::{Curve3, Hint, Point3};
+use claymill_toolpath::{Move, WRITTEN_STEP_MM, round_to_written};
+
+use crate::part::{SetupContext, one_span};
+
+/// The ball may enter a face by this much, mm: more than the accuracy chain comes to.
+const ENTERS_MM: f64 = 3e-3;
+/// What may hide between two places is not looked for below this, mm.
+const HIDES_MM: f64 = 2e-4;
+/// Farther away from the model than this nothing is asked, mm.
+const AWAY_MM: f64 = 1.0;
+/// What is cut out of a pass is found to this length, mm.
+const CUT_OUT_MM: f64 = 0.1;
+
+impl SetupContext<'_> {
+    /// Whether the ball enters nothing along a written curve of its tip.
+    pub(crate) fn enters_nothing(&self, curve: &Curve3) -> bool {
+        let radius_mm = self.ball.radius_mm();
+        let up = self.frame.axis() * radius_mm;
+        let mut hint = Hint::default();
+        let mut gap_mm = |tip: Point3| {
+            let foot = self.walls.closest.closest_from(&(tip + up), radius_mm + AWAY_MM, &mut hint);
+            foot.map_or(AWAY_MM, |foot| foot.distance_mm - radius_mm)
+        };
+        curve.bezier_pieces().iter().all(|piece| is_clear(piece, radius_mm, &mut gap_mm))
+    }
+
+    /// Whether it enters nothing on the straight way between two places.
+    pub(crate) fn enters_nothing_between(&self, from: Point3, to: Point3) -> bool {
+        from == to || self.enters_nothing(&Curve3::line(from, to))
+    }
+
+    /// A way, if it enters nothing.
+    pub(crate) fn proven(&self, way: Vec<Move>) -> Option<Vec<Move>> {
+        let is_proven = |m: &Move| m.curve().is_ok_and(|curve| self.enters_nothing(&curve));
+        way.iter().all(is_proven).then_some(way)
+    }
+
+    /// The curves of a pass without what enters anything: what is left between, end to end.
+    pub(crate) fn proven_runs(&self, curves: Vec<Curve3>) -> Vec<Vec<Curve3>> {
+        let mut runs = vec![Vec::new()];
+        for curve in curves {
+            if self.enters_nothing(&curve) {
+                push(&mut runs, curve);
+                continue;
+            }
+            for piece in curve.bezier_pieces() {
+                let (t0, t1) = piece.domain();
+                if let Ok(points) = <[Point3; 4]>::try_from(piece.points().to_vec()) {
+                    self.cut_out(points, t1 - t0, &mut runs);
+                }
+            }
+        }
+        runs.retain(|run| !run.is_empty());
+        runs
+    }
+
+    /// Adds what is proven of a cubic that is about so long to the last of some runs; what is not ends it.
+    fn cut_out(&self, points: [Point3; 4], length_mm: f64, runs: &mut Vec<Vec<Curve3>>) {
+        let mut written = points.map(|p| p.map(round_to_written));
+        if let Some(before) = runs.last().and_then(|run| run.last()) {
+            written[0] = before.end();
+        }
+        let length = round_to_written(length_mm).max(WRITTEN_STEP_MM);
+        match one_span(written, length).filter(|curve| self.enters_nothing(curve)) {
+            Some(curve) => push(runs, curve),
+            None if length_mm > CUT_OUT_MM => {
+                for half in halves(points) {
+                    self.cut_out(half, 0.5 * length_mm, runs);
+                }
+            }
+            None => runs.push(Vec::new()),
+        }
+    }
+}
+
+fn push(runs: &mut [Vec<Curve3>], curve: Curve3) {
+    if let Some(run) = runs.last_mut() {
+        run.push(curve);
+    }
+}
+
+/// Both halves of a cubic (de Casteljau).
+fn halves([a, b, c, d]: [Point3; 4]) -> [[Point3; 4]; 2] {
+    let middle = |p: Point3, q: Point3| nalgebra::center(&p, &q);
+    let (ab, bc, cd) = (middle(a, b), middle(b, c), middle(c, d));
+    let (abc, bcd) = (middle(ab, bc), middle(bc, cd));
+    let m = middle(abc, bcd);
+    [[a, ab, abc, m], [m, bcd, cd, d]]
+}
+
+/// Whether the gap along a polynomial piece stays above what is allowed, known at places as close together as it takes.
+fn is_clear(piece: &Curve3, radius_mm: f64, gap_mm: &mut impl FnMut(Point3) -> f64) -> bool {
+    let (points, (t0, t1)) = (piece.points(), piece.domain());
+    let degree = (points.len() - 1) as f64;
+    // No derivative is larger than those of the control polygon.
+    let fastest = points.windows(2).map(|w| (w[1] - w[0]).norm()).fold(0.0, f64::max) * degree;
+    let bend = points.windows(3).map(|w| (w[2] - w[1] - (w[1] - w[0])).norm()).fold(0.0, f64::max);
+    let bend = bend * degree * (degree - 1.0);
+    let dip_mm = |share: f64| share * share / 8.0 * (fastest * fastest / radius_mm + bend);
+    let mut at = |share: f64| (share, gap_mm(piece.point(t0 + (t1 - t0) * share)));
+    let mut open = vec![(at(0.0), at(1.0))];
+    while let Some((a, b)) = open.pop() {
+        let (least_mm, dip_mm) = (a.1.min(b.1), dip_mm(b.0 - a.0));
+        if least_mm < -ENTERS_MM {
+            return false;
+        }
+        if least_mm - dip_mm < -ENTERS_MM && dip_mm > HIDES_MM {
+            let middle = at(0.5 * (a.0 + b.0));
+            open.extend([(middle, b), (a, middle)]);
+        }
+    }
+    true
+}

@@ -56,6 +56,16 @@ pub enum ReadError {
         /// What is wrong there.
         what: String,
     },
+    /// Parts are placed within parts, or entities used again and again, until the whole is larger than any vehicle.
+    #[error("{}: {entity}: {what}", path.display())]
+    TooMuch {
+        /// The file.
+        path: PathBuf,
+        /// What unfolds: `#12`, `DE 17`.
+        entity: String,
+        /// To how much.
+        what: String,
+    },
     /// The file was read but holds no face that can be used.
     #[error("{}: no usable face: {}", path.display(), faceless(report))]
     NoFaces {
@@ -71,7 +81,7 @@ impl ReadError {
     #[must_use]
     pub fn advice(&self) -> String {
         match self {
-            ReadError::Open { .. } => "Check the path and the permissions.".into(),
+            ReadError::Open { .. } => "Check the path and the permissions; it must be a file.".into(),
             ReadError::Empty { .. } => "Export or copy the file again; the disk may have been full.".into(),
             ReadError::UnknownFormat { .. } => {
                 "Export the model as IGES 5.3 (trimmed surfaces) or STEP AP214 and hand over that file."
@@ -84,6 +94,10 @@ impl ReadError {
                 "Copy or export the file again and compare its size with the original.".into()
             }
             ReadError::Damaged { .. } => "Export the file again from its original system.".into(),
+            ReadError::TooMuch { .. } => {
+                "If the file is sound, export the parts that are to be cut, each once, instead of the whole assembly."
+                    .into()
+            }
             ReadError::NoFaces { report, .. } => match report.skipped.first() {
                 Some(first) => format!("Every face was skipped; for the first one: {}", first.advice),
                 None => {

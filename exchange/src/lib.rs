@@ -39,10 +39,12 @@ mod lift;
 mod mesh_file;
 mod nesting;
 mod offset;
+mod plausible;
 mod step;
 mod subcurve;
 mod threedm;
 mod trim;
+mod unfolding;
 mod warp;
 
 use std::path::Path;
@@ -58,6 +60,18 @@ pub use step::write_step;
 
 /// A face smaller than this is degenerate, mm².
 pub(crate) const DEGENERATE_MM2: f64 = 1e-6;
+
+/// Names are no longer than this: one of a megabyte may belong to every face.
+const LONGEST_NAME: usize = 255;
+
+/// A name of the file, cut where it is none.
+pub(crate) fn shortened(mut name: String) -> String {
+    if let Some((end, _)) = name.char_indices().nth(LONGEST_NAME) {
+        name.truncate(end);
+        name.shrink_to_fit();
+    }
+    name
+}
 
 /// Reads a model file. The format is recognised by content; the extension is not looked at.
 ///
@@ -83,6 +97,7 @@ pub fn read_bytes(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
         Ok(Format::Rhino3dm) => threedm::read(bytes, path),
         Err(found) => Err(ReadError::UnknownFormat { path: path.into(), found }),
     }?;
+    let import = import.with_plausible_faces();
     if import.model.faces.is_empty() {
         return Err(ReadError::NoFaces { path: path.into(), report: Box::new(import.report) });
     }

@@ -47,7 +47,7 @@ pub(crate) fn name(file: &File, properties: &[i64]) -> Option<String> {
     let named = |de: &&i64| file.entry(**de).is_ok_and(|e| e.kind == 406 && e.form == 15);
     let mut record = file.record(*properties.iter().find(named)?).ok()?;
     record.skip(1).ok()?;
-    record.text().ok().filter(|name| !name.is_empty())
+    record.text().ok().filter(|name| !name.is_empty()).map(crate::shortened)
 }
 
 fn colour(file: &File, entry: &Entry) -> Option<[u8; 3]> {

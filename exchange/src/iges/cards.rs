@@ -4,6 +4,8 @@
 const PARAMETER_COLUMNS: usize = 64;
 /// Columns of a card in front of the section letter.
 const TEXT_COLUMNS: usize = 72;
+/// Cards of the directory and of the parameter data that may be lost in one file; a number beyond is damage.
+const MOST_LOST: [usize; 2] = [2000, 100_000];
 
 /// The sections of a file.
 #[derive(Debug, Default)]
@@ -83,12 +85,12 @@ impl Cards {
     fn add_directory(&mut self, text: &[u8], sequence: Option<usize>) {
         // Lost cards leave holes, but a number far ahead is damage, not loss.
         let expected = 2 * self.directory.len() + 1;
-        let number = sequence.filter(|n| (1..expected + 2000).contains(n)).unwrap_or_else(|| {
-            match self.directory.last() {
+        let most = self.found[0] + MOST_LOST[0];
+        let number =
+            sequence.filter(|n| (1..=most).contains(n)).unwrap_or_else(|| match self.directory.last() {
                 Some([_, second]) if second.is_empty() => expected - 1,
                 _ => expected,
-            }
-        });
+            });
         let entry = (number - 1) / 2;
         if entry >= self.directory.len() {
             self.directory.resize(entry + 1, Default::default());
@@ -98,7 +100,8 @@ impl Cards {
 
     fn add_parameters(&mut self, text: &[u8], sequence: Option<usize>) {
         let expected = self.starts.len().max(1);
-        let number = sequence.filter(|n| (1..expected + 100_000).contains(n)).unwrap_or(expected);
+        let most = self.found[1] + MOST_LOST[1];
+        let number = sequence.filter(|n| (1..=most).contains(n)).unwrap_or(expected);
         if number >= self.starts.len() {
             self.starts.resize(number + 1, usize::MAX);
         }

@@ -1,5 +1,7 @@
 //! Faces: trimmed (144), bounded (143), of B-reps (510), and bare surfaces.
 
+use std::collections::BTreeSet;
+
 use claymill_nurbs::analytic::{self, Frame};
 use claymill_nurbs::{Curve2, Face, NurbsSurface, Point2, Source, SurfaceKind, TrimEdge, TrimLoop};
 
@@ -42,25 +44,32 @@ impl FaceReader<'_> {
     pub(crate) fn face(&self, root: &Root) -> Result<Made, Fault> {
         let (file, de) = (self.file, root.de);
         let entry = file.entry(de)?;
+        if let Some(fault) = &root.fault {
+            return Err(fault.clone());
+        }
         if root.blanked {
             return Err(Fault::Blanked);
         }
-        let mut made = match entry.kind {
+        let (mut made, repeated) = match entry.kind {
             144 => self.trimmed(root),
             143 => self.bounded(root),
             510 => self.of_b_rep(root),
             _ => {
                 let (carrier, properties) = surfaces::read(file, de, &root.placement)?;
                 let source = attributes::source(file, de, &properties, None);
-                self.assemble(carrier, Vec::new(), false, source)
+                self.assemble(carrier, Vec::new(), false, source).map(|made| (made, 0))
             }
         }?;
         made.face.reversed = root.reversed;
         made.face.source.entity = root.label();
+        if repeated > 0 {
+            let what = format!("{repeated} repeated trim loops left out");
+            made.repairs.push(Repair { entity: root.label(), what, size_mm: 0.0 });
+        }
         Ok(made)
     }
 
-    fn trimmed(&self, root: &Root) -> Result<Made, Fault> {
+    fn trimmed(&self, root: &Root) -> Result<(Made, usize), Fault> {
         let (file, de) = (self.file, root.de);
         let placement = root.placement.of_entity(file, de)?;
         let mut record = file.record(de)?;
@@ -70,23 +79,24 @@ impl FaceReader<'_> {
         let outer = record.integer()?;
         let holes = record.required(holes, super::file::Record::integer)?;
         let (carrier, under) = surfaces::read(file, surface, &placement)?;
-        let loops: Vec<_> = (has_outer && outer != 0).then_some(outer).into_iter().chain(holes).collect();
+        let loops = (has_outer && outer != 0).then_some(outer).into_iter().chain(holes).collect();
+        let (loops, repeated) = once_each(loops);
         let flat = carrier.warps().is_some();
         let raw = loops
             .iter()
             .map(|de| topology::curve_on_surface(file, *de, &placement, flat))
             .collect::<Result<Vec<_>, _>>()?;
         let source = attributes::source(file, de, &record.properties(), Some((surface, &under)));
-        self.assemble(carrier, raw, !has_outer, source)
+        Ok((self.assemble(carrier, raw, !has_outer, source)?, repeated))
     }
 
-    fn bounded(&self, root: &Root) -> Result<Made, Fault> {
+    fn bounded(&self, root: &Root) -> Result<(Made, usize), Fault> {
         let (file, de) = (self.file, root.de);
         let placement = root.placement.of_entity(file, de)?;
         let mut record = file.record(de)?;
         record.skip(1)?;
         let surface = record.integer()?;
-        let loops = record.pointers()?;
+        let (loops, repeated) = once_each(record.pointers()?);
         let (carrier, under) = surfaces::read(file, surface, &placement)?;
         let flat = carrier.warps().is_some();
         let raw = loops
@@ -94,17 +104,17 @@ impl FaceReader<'_> {
             .map(|de| topology::boundary(file, *de, &placement, flat))
             .collect::<Result<Vec<_>, _>>()?;
         let source = attributes::source(file, de, &record.properties(), Some((surface, &under)));
-        self.assemble(carrier, raw, false, source)
+        Ok((self.assemble(carrier, raw, false, source)?, repeated))
     }
 
-    fn of_b_rep(&self, root: &Root) -> Result<Made, Fault> {
+    fn of_b_rep(&self, root: &Root) -> Result<(Made, usize), Fault> {
         let (file, de) = (self.file, root.de);
         let placement = root.placement.of_entity(file, de)?;
         let mut record = file.record(de)?;
         let surface = record.integer()?;
         let count = record.count()?;
         record.skip(1)?;
-        let loops = record.required(count, super::file::Record::integer)?;
+        let (loops, repeated) = once_each(record.required(count, super::file::Record::integer)?);
         let (carrier, under) = surfaces::read(file, surface, &placement)?;
         let flat = carrier.warps().is_some();
         let raw = loops
@@ -112,7 +122,7 @@ impl FaceReader<'_> {
             .map(|de| topology::b_rep_loop(file, &self.edge_lists, *de, &placement, flat))
             .collect::<Result<Vec<_>, _>>()?;
         let source = attributes::source(file, de, &record.properties(), Some((surface, &under)));
-        self.assemble(carrier, raw, false, source)
+        Ok((self.assemble(carrier, raw, false, source)?, repeated))
     }
 
     /// The face from its parts. `whole` adds the natural boundary as outer loop.
@@ -218,6 +228,15 @@ impl FaceReader<'_> {
         let face = Face { surface: patch.surface, loops: patch.loops, reversed: false, kind, source };
         Ok(Made { face, repairs })
     }
+}
+
+/// The loops of a face, each once, and how many it lists again.
+fn once_each(mut loops: Vec<i64>) -> (Vec<i64>, usize) {
+    let listed = loops.len();
+    let mut seen = BTreeSet::new();
+    loops.retain(|de| seen.insert(*de));
+    let repeated = listed - loops.len();
+    (loops, repeated)
 }
 
 fn bridged_gap(source: &Source, size_mm: f64) -> Repair {

@@ -25,6 +25,8 @@ pub(crate) enum Fault {
     Unsupported { de: i64, kind: i64 },
     #[error("DE {de} contains itself, or entities are nested too deeply")]
     Nested { de: i64 },
+    #[error("DE {de} unfolds to {bytes} bytes: it refers to the same things again and again")]
+    TooMuch { de: i64, bytes: u64 },
     #[error("DE {de}: {source}")]
     Nurbs { de: i64, source: NurbsError },
     #[error("DE {de}: {what}")]
@@ -50,7 +52,7 @@ impl Fault {
             Fault::Unsupported { .. } => {
                 "Export with surfaces as B-splines (128), curves as B-splines (126) and trims as 144."
             }
-            Fault::Nurbs { .. } | Fault::Geometry { .. } => {
+            Fault::Nurbs { .. } | Fault::Geometry { .. } | Fault::TooMuch { .. } => {
                 "Rebuild this face in the original system and export again."
             }
             Fault::Trim(_) | Fault::Chart(_) => {

@@ -61,19 +61,50 @@ impl File {
 
     /// The parameters of `DE de`, behind the type number.
     pub(crate) fn record(&self, de: i64) -> Result<Record<'_>, Fault> {
-        let entry = self.entry(de)?;
         if let Some(used) = index(de).and_then(|i| self.used.get(i)) {
             used.store(true, Ordering::Relaxed);
         }
+        self.unused_record(de)
+    }
+
+    /// As [`File::record`], without its being of use for a face.
+    pub(crate) fn unused_record(&self, de: i64) -> Result<Record<'_>, Fault> {
+        let (kind, record) = self.data(de)?;
+        if kind == self.entry(de)?.kind { Ok(record) } else { Err(Fault::Mixed { de }) }
+    }
+
+    /// The type that the parameter data of `DE de` begin with, where it is not that of the directory.
+    pub(crate) fn other_kind(&self, de: i64) -> Option<i64> {
+        let (kind, _) = self.data(de).ok()?;
+        (kind != self.entry(de).ok()?.kind).then_some(kind)
+    }
+
+    fn data(&self, de: i64) -> Result<(i64, Record<'_>), Fault> {
+        let entry = self.entry(de)?;
         let data = self.cards.parameters_from(entry.data).ok_or(Fault::Ended { de })?;
         let mut record = Record { de, index: 0, tokens: Tokens::new(data, self.global.delimiters) };
         let kind = record.integer()?;
         record.index = 0;
-        if kind == entry.kind { Ok(record) } else { Err(Fault::Mixed { de }) }
+        Ok((kind, record))
+    }
+
+    /// Number of directory entries, whether sound or not.
+    pub(crate) fn size(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Length of the parameter data of `DE de`, bytes.
+    pub(crate) fn data_length(&self, de: i64) -> u64 {
+        let Ok((_, record)) = self.data(de) else { return 0 };
+        let before = record.tokens.left();
+        let mut tokens = record.tokens;
+        while tokens.next().is_some() {}
+        (before - tokens.left()) as u64
     }
 }
 
-fn index(de: i64) -> Option<usize> {
+/// Which of all entries `DE de` is.
+pub(crate) fn index(de: i64) -> Option<usize> {
     let de = usize::try_from(de).ok()?;
     (de % 2 == 1).then_some(de / 2)
 }
@@ -148,6 +179,11 @@ impl<'a> Record<'a> {
             values.push(read(self)?);
         }
         Ok(values)
+    }
+
+    /// Bytes of parameter data from here to the end of the file: no more values follow.
+    pub(crate) fn bytes_left(&self) -> usize {
+        self.tokens.left()
     }
 
     /// Skips `count` values.

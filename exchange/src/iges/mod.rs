@@ -23,6 +23,7 @@ mod roots;
 mod surfaces;
 mod tokens;
 mod topology;
+mod unfolding;
 mod writer;
 
 use std::path::Path;
@@ -30,6 +31,8 @@ use std::path::Path;
 use claymill_nurbs::Model;
 use rayon::prelude::*;
 
+use crate::plausible::LARGEST_TOLERANCE_MM;
+use crate::unfolding::Allowance;
 use crate::{Format, Import, ImportReport, ReadError, Skipped, Units};
 
 pub use writer::write_iges;
@@ -41,6 +44,7 @@ use topology::EdgeLists;
 
 /// Reads an IGES file.
 pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
+    let length = bytes.len();
     let fixed;
     let bytes = if compressed::is_compressed(bytes) {
         fixed = compressed::expanded(bytes);
@@ -57,13 +61,17 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
     let mut report = ImportReport::new(Format::Iges);
     report.system.clone_from(&global.system);
     report.units = Units { declared: global.unit.clone(), mm_per_unit: global.mm_per_unit };
-    report.tolerance_mm = global.resolution * global.mm_per_unit;
+    report.tolerance_mm = (global.resolution * global.mm_per_unit).min(LARGEST_TOLERANCE_MM);
     report.warnings.clone_from(&global.warnings);
     frame_warnings(&file, foreign, &mut report);
 
-    let roots = roots::find(&file, global.mm_per_unit);
-    let reader =
-        FaceReader { file: &file, edge_lists: EdgeLists::new(&file), tolerance_mm: report.tolerance_mm };
+    let edge_lists = EdgeLists::new(&file);
+    let allowance = Allowance::new(length);
+    let roots = roots::find(&file, &edge_lists, global.mm_per_unit, allowance).map_err(|e| {
+        let what = format!("the file unfolds to {}, more than its {length} bytes can stand for", e.sum);
+        ReadError::TooMuch { path: path.into(), entity: format!("DE {}", e.de), what }
+    })?;
+    let reader = FaceReader { file: &file, edge_lists, tolerance_mm: report.tolerance_mm };
     let made: Vec<_> = roots.par_iter().map(|root| reader.face(root)).collect();
 
     let mut model = Model {

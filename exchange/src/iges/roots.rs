@@ -11,6 +11,9 @@ use super::fault::Fault;
 use super::file::File;
 use super::placement::Placement;
 use super::surfaces::{is_face_alone, is_surface};
+use super::topology::EdgeLists;
+use super::unfolding::Unfolding;
+use crate::unfolding::{Allowance, PLACEMENT, Tally, tallies};
 
 /// Subfigures nest no deeper than this.
 const DEEPEST: usize = 16;
@@ -24,6 +27,16 @@ pub(crate) struct Root {
     pub(crate) placement: Placement,
     pub(crate) reversed: bool,
     pub(crate) blanked: bool,
+    /// Why it cannot be built, where that is known already.
+    pub(crate) fault: Option<Fault>,
+}
+
+/// Subfigures unfold to more than a file of its length may stand for.
+#[derive(Debug)]
+pub(crate) struct TooMuch {
+    /// The definition that unfolds to most.
+    pub(crate) de: i64,
+    pub(crate) sum: Tally,
 }
 
 impl Root {
@@ -33,28 +46,46 @@ impl Root {
     }
 }
 
-/// All faces in file order; instances behind.
-pub(crate) fn find(file: &File, mm_per_unit: f64) -> Vec<Root> {
+/// All faces in file order; instances behind, and subfigures that cannot be placed.
+///
+/// # Errors
+/// They are too many.
+pub(crate) fn find(
+    file: &File,
+    lists: &EdgeLists,
+    mm_per_unit: f64,
+    allowance: Allowance,
+) -> Result<Vec<Root>, TooMuch> {
     let under = carriers(file);
     let reversed = reversed_in_shells(file);
     let subfigures = subfigures(file);
-    let inside: BTreeSet<i64> = subfigures.values().flatten().copied().collect();
+    let inside: BTreeSet<i64> = subfigures.values().flatten().flatten().copied().collect();
     let scale = Placement::scale(mm_per_unit);
     let is_face = |de: i64, kind: i64, role: u8| match kind {
         143 | 144 | 510 => true,
         // Construction geometry is no face; definitions are, where nothing else uses them.
         _ => is_face_alone(kind) && !under.contains(&de) && role != 6,
     };
+    // Of two types that differ, in directory and data, either may be the damaged one.
+    let is_face = |de: i64, kind: i64, role: u8| {
+        is_face(de, kind, role) || file.other_kind(de).is_some_and(|other| is_face(de, other, role))
+    };
+    let faces: Vec<_> =
+        file.entries().filter(|(de, e)| is_face(*de, e.kind, e.role)).map(|(de, _)| de).collect();
+    let sizes = measured(file, lists, &faces, allowance);
+    check(file, &subfigures, &inside, &sizes, allowance)?;
+
     let root = |de: i64, blanked: bool, placement: Placement, instances: &[i64]| Root {
         de,
         instances: instances.to_vec(),
         placement,
         reversed: reversed.contains(&de),
         blanked,
+        fault: sizes.get(&de).and_then(|size| size.as_ref().err().cloned()),
     };
     let mut roots: Vec<_> = file
         .entries()
-        .filter(|(de, e)| is_face(*de, e.kind, e.role) && !inside.contains(de))
+        .filter(|(de, _)| sizes.contains_key(de) && !inside.contains(de))
         .map(|(de, e)| root(de, e.blanked, scale, &[]))
         .collect();
     let mut pending: Vec<_> = file
@@ -64,25 +95,76 @@ pub(crate) fn find(file: &File, mm_per_unit: f64) -> Vec<Root> {
         .rev()
         .collect();
     // Every instance adds the faces of its subfigure; cycles end at the depth limit.
-    while let Some((path, placement)) = pending.pop() {
-        let Some((instance, definition, placement)) =
-            path.last().and_then(|de| placed_instance(file, *de, &placement).ok().map(|(d, p)| (*de, d, p)))
-        else {
-            continue;
+    while let Some((mut path, placement)) = pending.pop() {
+        let Some(instance) = path.last().copied() else { continue };
+        let placed = placed_instance(file, instance, &placement).and_then(|(definition, placement)| {
+            let members = subfigures.get(&definition).ok_or(Fault::Missing { de: definition })?;
+            Ok((members.as_ref().map_err(Clone::clone)?, placement))
+        });
+        let (members, placement) = match placed {
+            Ok(placed) => placed,
+            Err(fault) => {
+                path.pop();
+                roots.push(Root { fault: Some(fault), ..root(instance, false, scale, &path) });
+                continue;
+            }
         };
         let hidden = file.entry(instance).is_ok_and(|e| e.blanked);
-        for member in subfigures.get(&definition).into_iter().flatten() {
+        for member in members {
             let Ok(entry) = file.entry(*member) else { continue };
-            if entry.kind == 408 && path.len() < DEEPEST && roots.len() < 1_000_000 {
+            if entry.kind == 408 && path.len() < DEEPEST {
                 let mut path = path.clone();
                 path.push(*member);
                 pending.push((path, placement));
-            } else if is_face(*member, entry.kind, entry.role) {
+            } else if sizes.contains_key(member) {
                 roots.push(root(*member, hidden || entry.blanked, placement, &path));
             }
         }
     }
-    roots
+    Ok(roots)
+}
+
+/// What every face unfolds to; a fault where that is too much for one face.
+type Sizes = BTreeMap<i64, Result<u64, Fault>>;
+
+fn measured(file: &File, lists: &EdgeLists, faces: &[i64], allowance: Allowance) -> Sizes {
+    let mut unfolding = Unfolding::new(file, lists);
+    faces.iter().map(|de| (*de, unfolding.face(*de, allowance))).collect()
+}
+
+/// Counts what faces and subfigures unfold to.
+fn check(
+    file: &File,
+    subfigures: &Subfigures,
+    inside: &BTreeSet<i64>,
+    sizes: &Sizes,
+    allowance: Allowance,
+) -> Result<(), TooMuch> {
+    let index: BTreeMap<i64, usize> = subfigures.keys().copied().zip(0..).collect();
+    let face = |de: &i64| match sizes.get(de) {
+        Some(Ok(size)) => Tally { size: *size, parts: 0, faces: 1 },
+        Some(Err(_)) => Tally { size: 0, parts: 0, faces: 1 },
+        None => Tally::default(),
+    };
+    let definition = |de: i64| -> Option<usize> {
+        let is_instance = file.entry(de).is_ok_and(|e| e.kind == 408);
+        let mut record = is_instance.then(|| file.unused_record(de).ok())??;
+        index.get(&record.integer().ok()?).copied()
+    };
+    let placed = Tally { size: PLACEMENT, parts: 1, faces: 0 };
+    let members = || subfigures.values().map(|members| members.as_deref().unwrap_or_default());
+    let own: Vec<_> = members().map(|m| m.iter().map(face).fold(placed, Tally::plus)).collect();
+    let held: Vec<Vec<usize>> =
+        members().map(|m| m.iter().filter_map(|de| definition(*de)).collect()).collect();
+    let sums = tallies(&own, &held, DEEPEST);
+    let alone = sizes.keys().filter(|de| !inside.contains(de)).map(face);
+    let instances = file.entries().map(|(de, _)| de).filter(|de| !inside.contains(de)).filter_map(definition);
+    let sum = alone.chain(instances.map(|k| sums[k])).fold(Tally::default(), Tally::plus);
+    if allowance.suits_whole(sum.size) {
+        return Ok(());
+    }
+    let largest = index.iter().max_by_key(|(_, k)| sums[**k].size).map_or(1, |(de, _)| *de);
+    Err(TooMuch { de: largest, sum })
 }
 
 /// Surfaces that something else stands on.
@@ -100,7 +182,9 @@ fn carriers(file: &File) -> BTreeSet<i64> {
     file.entries()
         .filter(|(_, e)| matches!(e.kind, 140..=144 | 510))
         .filter_map(|(de, e)| carrier(de, e.kind).ok())
-        .filter(|de| file.entry(*de).is_ok_and(|e| is_surface(e.kind)))
+        .filter(|de| {
+            file.entry(*de).is_ok_and(|e| is_surface(e.kind)) || file.other_kind(*de).is_some_and(is_surface)
+        })
         .collect()
 }
 
@@ -120,7 +204,9 @@ fn reversed_in_shells(file: &File) -> BTreeSet<i64> {
 }
 
 /// Members of each subfigure definition (308), those of groups and shells in it included.
-fn subfigures(file: &File) -> BTreeMap<i64, Vec<i64>> {
+type Subfigures = BTreeMap<i64, Result<Vec<i64>, Fault>>;
+
+fn subfigures(file: &File) -> Subfigures {
     let members = |de: i64| -> Result<Vec<i64>, Fault> {
         let mut record = file.record(de)?;
         record.skip(2)?;
@@ -131,7 +217,10 @@ fn subfigures(file: &File) -> BTreeMap<i64, Vec<i64>> {
         .map(|(de, _)| {
             let mut all = Vec::new();
             let mut seen = BTreeSet::new();
-            let mut pending = members(de).unwrap_or_default();
+            let mut pending = match members(de) {
+                Ok(members) => members,
+                Err(fault) => return (de, Err(fault)),
+            };
             pending.reverse();
             while let Some(member) = pending.pop() {
                 if seen.insert(member) {
@@ -139,7 +228,7 @@ fn subfigures(file: &File) -> BTreeMap<i64, Vec<i64>> {
                     pending.extend(parts(file, member).unwrap_or_default().into_iter().rev());
                 }
             }
-            (de, all)
+            (de, Ok(all))
         })
         .collect()
 }

@@ -203,6 +203,10 @@ fn parametric_spline(record: &mut Record) -> Result<NurbsSurface, Fault> {
     let (knots_u, knots_v) =
         (curves::bezier_knots(&breaks_u).map_err(nurbs)?, curves::bezier_knots(&breaks_v).map_err(nurbs)?);
     let columns = knots_v.point_count();
+    // Each value takes a byte at least, if only for its delimiter.
+    if m.saturating_mul(n).saturating_mul(48) > record.bytes_left() {
+        return Err(Fault::Ended { de });
+    }
     let mut points = vec![Point3::origin(); knots_u.point_count().saturating_mul(columns)];
     for i in 0..m {
         let hu = breaks_u[i + 1] - breaks_u[i];

@@ -45,6 +45,11 @@ impl<'a> Tokens<'a> {
         Some(value[..text + end].trim_ascii_end())
     }
 
+    /// Bytes behind the last value that was read.
+    pub(crate) fn left(&self) -> usize {
+        self.rest.len()
+    }
+
     /// Whether the record's end was reached.
     pub(crate) fn ended(&self) -> bool {
         self.ended
@@ -115,7 +120,9 @@ pub(crate) fn decimals(value: &[u8]) -> Option<i32> {
     let point = mantissa.iter().position(|b| *b == b'.')?;
     let fraction = mantissa.len() - point - 1;
     let zero = mantissa.iter().all(|b| matches!(b, b'0' | b'.' | b'-' | b'+'));
-    let decimals = i32::try_from(fraction).ok()? - i32::try_from(exponent).ok()?;
+    // Exponents beyond those of numbers are damage.
+    let exponent = i32::try_from(exponent).ok().filter(|e| e.abs_diff(0) < 400)?;
+    let decimals = i32::try_from(fraction).ok()? - exponent;
     (!zero && decimals > 0).then_some(decimals)
 }
 
@@ -171,5 +178,6 @@ mod tests {
         assert_eq!(decimals(b"1.25E1"), Some(1));
         assert_eq!(decimals(b"3."), None);
         assert_eq!(decimals(b"0.000"), None);
+        assert_eq!(decimals(b"1.5E-2147483648"), None);
     }
 }

@@ -25,6 +25,7 @@ pub use error::{MeshError, MeshFault};
 
 use crate::Format;
 use crate::contents::{contents, head};
+use crate::plausible::Reach;
 
 use weld::Welder;
 
@@ -178,6 +179,11 @@ pub fn read_mesh_bytes(bytes: &[u8], path: &Path, unitless_mm: f64) -> Result<Ob
         MeshFormat::Glb => gltf::read_binary(bytes, path.parent(), &mut welder),
     }
     .map_err(at)?;
+    let reach = Reach::of(welder.vertices.iter().copied());
+    if let Some((p, mm)) = welder.vertices.iter().find_map(|p| Some((p, reach.beyond_mm(p)?))) {
+        let place = format!("corner ({:.3e}, {:.3e}, {:.3e}) mm", p.x, p.y, p.z);
+        return Err(at(MeshFault::wrong(place, reach.reason(mm))));
+    }
     let mesh = ObstacleMesh {
         format,
         vertices: welder.vertices,

@@ -2,25 +2,23 @@
 //!
 //! Representations form a graph: identity relationships tie representations of one part together, relationships
 //! with a transformation and mapped items place one inside another. The walk starts at those that nothing
-//! holds.
+//! holds, once it is known how many faces it will come by.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use claymill_nurbs::analytic::Frame;
 use memchr::memmem;
 use nalgebra::{Matrix3, Rotation3, Similarity3, Translation3, UnitQuaternion};
 
+use super::contents::{Contents, Lost, OwnFace};
 use super::part21::Part21;
 use super::placement::{frame, point};
-use super::{Context, StepError, bare, units};
+use super::unfolding::Unfolding;
+use super::{Context, StepError, units};
+use crate::unfolding::{Allowance, PLACEMENT, Tally, tallies};
 
 /// Assemblies may be nested this deep.
 const DEEPEST_ASSEMBLY: usize = 32;
-/// Solids hold shells hold faces: nesting of containers.
-const DEEPEST_CONTAINER: usize = 8;
-/// More placed faces than this are refused: a few kilobytes of nested assemblies can ask for billions.
-const MOST_FACES: usize = 2_000_000;
-const MOST_INSTANCES: u64 = 100_000;
 
 /// One use of a face.
 #[derive(Debug, Clone)]
@@ -46,12 +44,32 @@ pub(super) struct Faces {
     pub(super) placed: Vec<PlacedFace>,
     pub(super) contexts: Vec<Context>,
     pub(super) warnings: Vec<String>,
+    /// What shells refer to that is no face.
+    pub(super) lost: Vec<Lost>,
+    /// Faces that alone unfold to more than a face may, and to how many bytes.
+    pub(super) oversized: BTreeMap<u64, u64>,
+}
+
+/// The file unfolds to more than a file of its size may.
+#[derive(Debug)]
+pub(super) struct TooMuch {
+    /// The representation that holds most.
+    pub(super) id: u64,
+    pub(super) what: String,
 }
 
 /// A representation: items and context.
 struct Representation {
     items: Vec<u64>,
+    /// The same in order of id.
+    sorted: Vec<u64>,
     context: usize,
+}
+
+impl Representation {
+    fn holds(&self, item: u64) -> bool {
+        self.sorted.binary_search(&item).is_ok()
+    }
 }
 
 /// `child` stands inside `parent`.
@@ -61,7 +79,17 @@ struct Placing {
     placement: Similarity3<f64>,
 }
 
-pub(super) fn faces(file: &Part21) -> Faces {
+/// Representations tied to each other as one.
+#[derive(Default)]
+struct Part {
+    contents: Contents,
+    /// First members of the parts that stand inside, and where.
+    inside: Vec<(u64, Similarity3<f64>)>,
+    /// What its own faces unfold to, bytes of text.
+    size: u64,
+}
+
+pub(super) fn faces(file: &Part21) -> Result<Faces, TooMuch> {
     let mut faces = Faces::default();
     let representations = representations(file, &mut faces);
     let mut walk = Walk {
@@ -70,12 +98,14 @@ pub(super) fn faces(file: &Part21) -> Faces {
         representations,
         placings: Vec::new(),
         same_part: BTreeMap::new(),
-        visited: BTreeSet::new(),
+        parts: BTreeMap::new(),
+        stands: HashSet::new(),
+        twice: BTreeMap::new(),
         instance: 0,
     };
     walk.relationships();
-    walk.run();
-    walk.faces
+    walk.run()?;
+    Ok(walk.faces)
 }
 
 fn representations(file: &Part21, faces: &mut Faces) -> BTreeMap<u64, Representation> {
@@ -105,7 +135,9 @@ fn representations(file: &Part21, faces: &mut Faces) -> BTreeMap<u64, Representa
             faces.contexts.push(read);
             faces.contexts.len() - 1
         });
-        found.insert(id, Representation { items, context });
+        let mut sorted = items.clone();
+        sorted.sort_unstable();
+        found.insert(id, Representation { items, sorted, context });
     }
     found
 }
@@ -117,7 +149,12 @@ struct Walk<'a> {
     placings: Vec<Placing>,
     /// Representations tied to each other as one part.
     same_part: BTreeMap<u64, Vec<u64>>,
-    visited: BTreeSet<u64>,
+    /// By their first representation.
+    parts: BTreeMap<u64, Part>,
+    /// What was placed, and where.
+    stands: HashSet<(u64, [u64; 8])>,
+    /// Parts that were to be placed where they stand already, and how often.
+    twice: BTreeMap<u64, usize>,
     instance: u64,
 }
 
@@ -170,8 +207,7 @@ impl Walk<'_> {
         let items = transformation.part("ITEM_DEFINED_TRANSFORMATION")?;
         let (mut from, mut to) = (items.reference(2)?, items.reference(3)?);
         // Some writers exchange the two items; only the right order has each in its representation.
-        let holds =
-            |representation: u64, item: u64| self.representations[&representation].items.contains(&item);
+        let holds = |representation: u64, item: u64| self.representations[&representation].holds(item);
         if !holds(first, from) && holds(first, to) && holds(second, from) {
             (from, to) = (to, from);
         }
@@ -218,35 +254,135 @@ impl Walk<'_> {
         Ok(similarity(&frame(self.file, id)?, mm, 1.0))
     }
 
-    fn run(&mut self) {
-        let children: BTreeSet<u64> = self.placings.iter().map(|p| p.child).collect();
-        let ids: Vec<u64> = self.representations.keys().copied().collect();
-        let mut done = BTreeSet::new();
-        for id in &ids {
-            let part = self.part(*id);
-            if !part.iter().any(|r| children.contains(r)) && done.insert(part[0]) {
-                self.place(&part, Similarity3::identity(), DEEPEST_ASSEMBLY);
+    fn run(&mut self) -> Result<(), TooMuch> {
+        let leaders = self.gather_parts();
+        let held: BTreeSet<u64> = self.parts.values().flat_map(|p| p.inside.iter().map(|i| i.0)).collect();
+        let roots: Vec<u64> = leaders.iter().copied().filter(|leader| !held.contains(leader)).collect();
+        // Parts that stand in nothing but themselves show nothing: their faces are read where they stand.
+        let reached = self.reached(&roots);
+        let own = |leader: &u64| self.parts[leader].contents.faces.iter().map(|f| f.id);
+        let visited: BTreeSet<u64> = reached.iter().flat_map(own).collect();
+        let face = |name: &[u8]| matches!(name, b"ADVANCED_FACE" | b"FACE_SURFACE");
+        let loose: Vec<u64> = self.file.of_type(face).filter(|id| !visited.contains(id)).collect();
+
+        let mut unfolding = Unfolding::new(self.file);
+        for part in self.parts.values_mut() {
+            let ids = part.contents.faces.iter().map(|f| f.id);
+            part.size = measured(&mut unfolding, ids, &mut self.faces.oversized);
+        }
+        let size = measured(&mut unfolding, loose.iter().copied(), &mut self.faces.oversized);
+        self.check(&roots, Tally { size, parts: 0, faces: loose.len() as u64 })?;
+        for root in roots {
+            self.place(root, Similarity3::identity(), &mut Vec::new());
+        }
+        for leader in reached {
+            let contents = std::mem::take(&mut self.parts.entry(leader).or_default().contents);
+            if contents.repeated.0 > 0 {
+                let (count, first) = contents.repeated;
+                self.faces.warnings.push(format!(
+                    "Faces or shells are listed again {count} times in one part, the first is #{first}: each is read once."
+                ));
+            }
+            self.faces.lost.extend(contents.lost);
+        }
+        for (leader, count) in &self.twice {
+            self.faces.warnings.push(format!(
+                "Representation #{leader} is to stand {count} more times where it stands already: it is read once there."
+            ));
+        }
+        if !loose.is_empty() {
+            self.add_loose(&loose);
+        }
+        Ok(())
+    }
+
+    /// Gathers the parts with their faces; gives the first representations of all, in order.
+    fn gather_parts(&mut self) -> Vec<u64> {
+        let mut leader_of = BTreeMap::new();
+        let mut leaders = Vec::new();
+        for id in self.representations.keys().copied().collect::<Vec<_>>() {
+            if leader_of.contains_key(&id) {
+                continue;
+            }
+            let members = self.part(id);
+            leader_of.extend(members.iter().map(|member| (*member, members[0])));
+            leaders.push(members[0]);
+            let mut part = Part::default();
+            for representation in members.iter().filter_map(|m| self.representations.get(m)) {
+                for item in &representation.items {
+                    part.contents.add(self.file, *item, representation.context);
+                }
+            }
+            self.parts.insert(members[0], part);
+        }
+        let mut seen = HashSet::new();
+        for Placing { parent, child, placement } in std::mem::take(&mut self.placings) {
+            let (Some(parent), Some(child)) = (leader_of.get(&parent), leader_of.get(&child)) else {
+                continue;
+            };
+            if seen.insert((*parent, *child, bits(&placement))) {
+                self.parts.entry(*parent).or_default().inside.push((*child, placement));
+            } else {
+                *self.twice.entry(*child).or_default() += 1;
             }
         }
-        let unreached = |file: &Part21, visited: &BTreeSet<u64>| -> Vec<u64> {
-            let face = |name: &[u8]| matches!(name, b"ADVANCED_FACE" | b"FACE_SURFACE");
-            file.of_type(face).filter(|id| !visited.contains(id)).collect()
-        };
-        let left = unreached(self.file, &self.visited);
-        if left.is_empty() {
-            return;
+        leaders
+    }
+
+    /// The parts that stand in `roots`, and these, in order.
+    fn reached(&self, roots: &[u64]) -> BTreeSet<u64> {
+        let (mut reached, mut open) = (BTreeSet::from_iter(roots.iter().copied()), roots.to_vec());
+        while let Some(leader) = open.pop() {
+            for (child, _) in self.parts.get(&leader).into_iter().flat_map(|p| &p.inside) {
+                if reached.insert(*child) {
+                    open.push(*child);
+                }
+            }
         }
+        reached
+    }
+
+    /// Counts what the walk will come by.
+    fn check(&self, roots: &[u64], loose: Tally) -> Result<(), TooMuch> {
+        let index: BTreeMap<u64, usize> = self.parts.keys().copied().zip(0..).collect();
+        let own = |part: &Part| Tally {
+            size: part.size.saturating_add(PLACEMENT),
+            parts: 1,
+            faces: part.contents.faces.len() as u64,
+        };
+        let own: Vec<Tally> = self.parts.values().map(own).collect();
+        let inside = |part: &Part| part.inside.iter().map(|(child, _)| index[child]).collect();
+        let inside: Vec<Vec<usize>> = self.parts.values().map(inside).collect();
+        let sums = tallies(&own, &inside, DEEPEST_ASSEMBLY);
+        let of = |root: &u64| sums[index[root]];
+        let whole = roots.iter().fold(loose, |sum, root| sum.plus(of(root)));
+        if Allowance::new(self.file.size()).suits_whole(whole.size) {
+            return Ok(());
+        }
+        let id = roots.iter().copied().max_by_key(|root| of(root).size).unwrap_or(0);
+        let name = self.file.get(id).ok().and_then(|e| e.only().ok().map(|r| r.text(0))).unwrap_or_default();
+        let bytes = self.file.size();
+        let what = format!(
+            "the representation `{}` unfolds to {whole}, more than the {bytes} bytes of the file can stand for",
+            crate::shortened(name)
+        );
+        Err(TooMuch { id, what })
+    }
+
+    /// Faces that belong to no representation, where they stand.
+    fn add_loose(&mut self, loose: &[u64]) {
         self.faces.warnings.push(format!(
             "{} faces belong to no shape representation: they are read where they stand.",
-            left.len()
+            loose.len()
         ));
         if self.faces.contexts.is_empty() {
             let context = self.any_context();
             self.faces.contexts.push(context);
         }
         self.instance += 1;
-        for id in left {
-            self.collect(id, 0, Similarity3::identity(), &mut Vec::new(), false, 1);
+        for id in loose {
+            let face = OwnFace { id: *id, owners: vec![*id], reversed: false, bare: false, context: 0 };
+            self.push(&face, &Similarity3::identity());
         }
     }
 
@@ -277,103 +413,64 @@ impl Walk<'_> {
         part.into_iter().collect()
     }
 
-    fn place(&mut self, part: &[u64], placement: Similarity3<f64>, depth: usize) {
-        if self.faces.placed.len() > MOST_FACES || self.instance > MOST_INSTANCES {
-            let warning = "The assembly has millions of parts or faces: the rest is left out.";
-            if self.faces.warnings.last().is_none_or(|w| w != warning) {
-                self.faces.warnings.push(warning.into());
-            }
-            return;
-        }
-        let Some(depth) = depth.checked_sub(1) else {
+    /// Places the part that `leader` is the first representation of; `through` is what it stands in.
+    fn place(&mut self, leader: u64, placement: Similarity3<f64>, through: &mut Vec<u64>) {
+        if through.len() >= DEEPEST_ASSEMBLY || through.contains(&leader) {
             let warning =
-                format!("Representation #{} is nested too deeply or in itself: left out there.", part[0]);
+                format!("Representation #{leader} is nested too deeply or in itself: left out there.");
             if !self.faces.warnings.contains(&warning) {
                 self.faces.warnings.push(warning);
             }
             return;
-        };
+        }
+        if !self.stands.insert((leader, bits(&placement))) {
+            *self.twice.entry(leader).or_default() += 1;
+            return;
+        }
         self.instance += 1;
-        for id in part {
-            let Some(representation) = self.representations.get(id) else {
-                continue;
-            };
-            let context = representation.context;
-            for item in representation.items.clone() {
-                self.collect(item, context, placement, &mut Vec::new(), false, DEEPEST_CONTAINER);
-            }
+        let Some(part) = self.parts.get_mut(&leader) else { return };
+        let (own, inside) = (std::mem::take(&mut part.contents.faces), std::mem::take(&mut part.inside));
+        for face in &own {
+            self.push(face, &placement);
         }
-        let inside: Vec<(u64, Similarity3<f64>)> = self
-            .placings
-            .iter()
-            .filter(|p| part.contains(&p.parent))
-            .map(|p| (p.child, placement * p.placement))
-            .collect();
-        for (child, placement) in inside {
-            let part = self.part(child);
-            self.place(&part, placement, depth);
+        through.push(leader);
+        for (child, at) in &inside {
+            self.place(*child, placement * at, through);
+        }
+        through.pop();
+        if let Some(part) = self.parts.get_mut(&leader) {
+            (part.contents.faces, part.inside) = (own, inside);
         }
     }
 
-    /// Adds the faces of a solid, shell or face.
-    fn collect(
-        &mut self,
-        id: u64,
-        context: usize,
-        placement: Similarity3<f64>,
-        owners: &mut Vec<u64>,
-        reversed: bool,
-        depth: usize,
-    ) {
-        let Some(depth) = depth.checked_sub(1) else { return };
-        let text = self.file.text(id);
-        let name = &text[..super::part21::name_length(text)];
-        owners.push(id);
-        match name {
-            b"ADVANCED_FACE" | b"FACE_SURFACE" => {
-                self.visited.insert(id);
-                self.push(id, context, placement, owners, reversed, false);
-            }
-            _ if bare::is_surface(text) => self.push(id, context, placement, owners, false, true),
-            b"MANIFOLD_SOLID_BREP"
-            | b"BREP_WITH_VOIDS"
-            | b"FACETED_BREP"
-            | b"SHELL_BASED_SURFACE_MODEL"
-            | b"FACE_BASED_SURFACE_MODEL"
-            | b"CONNECTED_FACE_SET"
-            | b"OPEN_SHELL"
-            | b"CLOSED_SHELL"
-            | b"ORIENTED_CLOSED_SHELL"
-            | b"ORIENTED_OPEN_SHELL"
-            | b"ORIENTED_FACE"
-            | b"GEOMETRIC_SET" => {
-                let Ok(entity) = self.file.get(id) else {
-                    owners.pop();
-                    return;
-                };
-                let turned =
-                    name.starts_with(b"ORIENTED_") && entity.only().and_then(|r| r.flag(3)) == Ok(false);
-                for item in entity.references() {
-                    self.collect(item, context, placement, owners, reversed != turned, depth);
-                }
-            }
-            _ => {}
-        }
-        owners.pop();
-    }
-
-    fn push(
-        &mut self,
-        id: u64,
-        context: usize,
-        placement: Similarity3<f64>,
-        owners: &[u64],
-        reversed: bool,
-        bare: bool,
-    ) {
-        let (instance, owners) = (self.instance, owners.to_vec());
+    fn push(&mut self, face: &OwnFace, placement: &Similarity3<f64>) {
+        let OwnFace { id, owners, reversed, bare, context } = face.clone();
+        let (instance, placement) = (self.instance, *placement);
         self.faces.placed.push(PlacedFace { id, placement, context, instance, owners, reversed, bare });
     }
+}
+
+/// What faces unfold to together; those that are too large alone are not built, and go to `oversized`.
+fn measured(
+    unfolding: &mut Unfolding,
+    faces: impl Iterator<Item = u64>,
+    oversized: &mut BTreeMap<u64, u64>,
+) -> u64 {
+    let mut sum = 0_u64;
+    for id in faces {
+        match unfolding.face(id) {
+            Ok(size) => sum = sum.saturating_add(size),
+            Err(size) => drop(oversized.insert(id, size)),
+        }
+    }
+    sum
+}
+
+/// A placement as it can be compared: minus zero is zero.
+fn bits(placement: &Similarity3<f64>) -> [u64; 8] {
+    let (shift, turn) = (placement.isometry.translation.vector, placement.isometry.rotation.coords);
+    [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z, turn.w, placement.scaling()]
+        .map(|x| (x + 0.0).to_bits())
 }
 
 fn similarity(frame: &Frame, mm_per_unit: f64, scale: f64) -> Similarity3<f64> {

@@ -61,7 +61,7 @@ pub(super) fn build(file: &Part21, id: u64, context: &Context) -> Result<BuiltFa
     };
     let face = Face { surface, loops, reversed: false, kind: read.kind, source: Source::default() };
     let name = entity.only().map(|r| r.text(0)).unwrap_or_default();
-    Ok(BuiltFace { face, name, bridged, deviation: read.deviation })
+    Ok(BuiltFace { face, name, bridged, deviation: read.deviation, repeated: 0 })
 }
 
 fn unbounded(file: &Part21, id: u64, context: &Context) -> Result<Read, StepError> {

@@ -374,7 +374,8 @@ fn spline<const D: usize>(
             Some(record) => (record, 6),
             None => (entity.part("B_SPLINE_CURVE_WITH_KNOTS")?, 0),
         };
-        repeated(id, &record.numbers(first)?, &record.numbers(first + 1)?)?
+        let count = points.len().saturating_add(degree).saturating_add(1).min(2 * points.len());
+        repeated(id, &record.numbers(first)?, &record.numbers(first + 1)?, count)?
     } else {
         implied_knots(entity, "CURVE", degree, points.len()).ok_or_else(|| empty(id))?
     };
@@ -385,17 +386,19 @@ fn spline<const D: usize>(
     NurbsCurve::new(KnotVector::new(degree, knots).of(id)?, points, weights).of(id)
 }
 
-/// More knots than this in one direction are refused as damaged.
-const MOST_KNOTS: usize = 1 << 20;
-
-/// Knots written out with their multiplicities.
-pub(super) fn repeated(id: u64, multiplicities: &[f64], values: &[f64]) -> Result<Vec<f64>, StepError> {
+/// Knots written out with their multiplicities, `count` in all. A multiplicity takes a few bytes, whatever it says.
+pub(super) fn repeated(
+    id: u64,
+    multiplicities: &[f64],
+    values: &[f64],
+    count: usize,
+) -> Result<Vec<f64>, StepError> {
     let wrong = |what: &str| StepError::Geometry { id, what: what.into() };
     if multiplicities.len() != values.len() {
         return Err(wrong("knots and multiplicities differ in number"));
     }
-    let whole = |m: &f64| m.fract() == 0.0 && (1.0..=MOST_KNOTS as f64).contains(m);
-    if !multiplicities.iter().all(whole) || multiplicities.iter().sum::<f64>() > MOST_KNOTS as f64 {
+    let whole = |m: &f64| m.fract() == 0.0 && (1.0..=count as f64).contains(m);
+    if !multiplicities.iter().all(whole) || multiplicities.iter().sum::<f64>() > count as f64 {
         return Err(wrong("a knot multiplicity makes no sense"));
     }
     let pairs = multiplicities.iter().zip(values);

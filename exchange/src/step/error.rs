@@ -18,6 +18,8 @@ pub(super) enum StepError {
     Unsupported { id: u64, name: String },
     #[error("#{id} is nested too deeply or refers to itself")]
     Endless { id: u64 },
+    #[error("#{id} unfolds to {bytes} bytes: it refers to the same things again and again")]
+    TooMuch { id: u64, bytes: u64 },
     #[error("#{id}: {source}")]
     Kernel { id: u64, source: NurbsError },
     #[error("#{id}: {what}")]

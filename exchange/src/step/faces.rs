@@ -1,5 +1,7 @@
 //! One face: surface and bounds become a trimmed NURBS, still in the file's unit and place.
 
+use std::collections::BTreeSet;
+
 use claymill_nurbs::{Face, NurbsSurface, Source, SurfaceKind};
 
 use super::edges::{EdgeUse, bound};
@@ -16,6 +18,8 @@ pub(super) struct BuiltFace {
     pub(super) bridged: Vec<f64>,
     /// How far the surface is from what the file describes, in file units.
     pub(super) deviation: f64,
+    /// Loops that the face lists again.
+    pub(super) repeated: usize,
 }
 
 /// Builds ADVANCED_FACE or FACE_SURFACE `#id`.
@@ -30,10 +34,15 @@ pub(super) fn build(file: &Part21, id: u64, context: &Context) -> Result<BuiltFa
     if bounds.is_empty() && bare::is_surface(file.text(surface_id)) {
         let BuiltFace { face, bridged, deviation, .. } = bare::build(file, surface_id, context)?;
         let face = Face { reversed: !sense, ..face };
-        return Ok(BuiltFace { face, name: record.text(0), bridged, deviation });
+        return Ok(BuiltFace { face, name: record.text(0), bridged, deviation, repeated: 0 });
     }
-    let bounds: Result<Vec<Vec<EdgeUse>>, _> = bounds.iter().map(|b| bound(file, *b, context)).collect();
-    let bounds = bounds?;
+    let listed = bounds.len();
+    let mut seen = BTreeSet::new();
+    let bounds = bounds.iter().filter(|b| seen.insert(**b)).map(|b| bound(file, *b, context));
+    let mut bounds = bounds.collect::<Result<Vec<Vec<EdgeUse>>, _>>()?;
+    let mut rounds = BTreeSet::new();
+    bounds.retain(|uses| round(uses).is_none_or(|round| rounds.insert(round)));
+    let repeated = listed - bounds.len();
     let extent: Vec<_> = bounds.iter().flatten().flat_map(EdgeUse::extent).collect();
     let Read { carrier, kind, deviation } =
         carrier(file, surface_id, context.angle_unit, &extent, OFFSET_MM / context.mm_per_unit)?;
@@ -56,7 +65,17 @@ pub(super) fn build(file: &Part21, id: u64, context: &Context) -> Result<BuiltFa
         name: record.text(0),
         bridged: patch.bridged,
         deviation,
+        repeated,
     })
+}
+
+/// The edges of a loop and which way it runs them, from the first of them on: the same for whichever edge the file
+/// begins with. `None` where edges have no identity. A loop and its reverse differ: between them may be all of a torus.
+fn round(uses: &[EdgeUse]) -> Option<Vec<(u64, bool)>> {
+    let mut round = uses.iter().map(|e| Some((e.edge?, e.backward))).collect::<Option<Vec<_>>>()?;
+    let first = (0..round.len()).min_by_key(|k| round[*k])?;
+    round.rotate_left(first);
+    Some(round)
 }
 
 /// The face moved to its place in the model, in millimetres.

@@ -7,6 +7,7 @@
 
 mod assembly;
 mod bare;
+mod contents;
 mod curves;
 mod edges;
 mod error;
@@ -16,6 +17,7 @@ mod placement;
 mod script;
 mod styles;
 mod surfaces;
+mod unfolding;
 mod units;
 mod value;
 mod writer;
@@ -29,10 +31,12 @@ use rayon::prelude::*;
 use crate::chart::Limits;
 use crate::{EntityCount, Format, Import, ImportReport, ReadError, Repair, Skipped};
 use assembly::PlacedFace;
+use contents::Lost;
 use error::StepError;
 use faces::BuiltFace;
 use part21::Part21;
 use styles::Styles;
+use value::Entity;
 pub use writer::write_step;
 
 /// Units and tolerances of a representation. Geometry is built in the file's unit of length.
@@ -55,7 +59,11 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
         path: path.into(),
         what: format!("{} (line {})", e.what, e.line),
     })?;
-    let faces = assembly::faces(&file);
+    let faces = assembly::faces(&file).map_err(|e| ReadError::TooMuch {
+        path: path.into(),
+        entity: format!("#{}", e.id),
+        what: e.what,
+    })?;
     let styles = Styles::read(&file);
     let mut report = ImportReport::new(Format::Step);
     report.system = system(&file);
@@ -80,7 +88,16 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
     let read: Vec<_> = faces
         .placed
         .par_iter()
-        .map(|placed| (placed, face(&file, placed, &faces.contexts[placed.context], &styles)))
+        .map(|placed| {
+            let context = &faces.contexts[placed.context];
+            (
+                placed,
+                match faces.oversized.get(&placed.id) {
+                    Some(bytes) => Err(StepError::TooMuch { id: placed.id, bytes: *bytes }),
+                    None => face(&file, placed, context, &styles),
+                },
+            )
+        })
         .collect();
     let mut model = Model {
         faces: Vec::with_capacity(read.len()),
@@ -102,6 +119,21 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
             }),
         }
     }
+    for Lost { id, shell } in &faces.lost {
+        report.faces_in_file += 1;
+        let found = file.get(*id);
+        let what = found.as_ref().map_or_else(|_| "ADVANCED_FACE".into(), Entity::name);
+        let error = match found {
+            Ok(entity) => entity.unexpected("a face"),
+            Err(error) => error,
+        };
+        report.skipped.push(Skipped {
+            entity: format!("#{id}"),
+            what,
+            reason: format!("{error}; the shell #{shell} refers to it"),
+            advice: error.advice().into(),
+        });
+    }
     report.faces_read = model.faces.len();
     report.entities = entities(&file);
     Ok(Import { model, report })
@@ -114,7 +146,7 @@ fn face(
     context: &Context,
     styles: &Styles,
 ) -> Result<(claymill_nurbs::Face, Vec<Repair>), StepError> {
-    let BuiltFace { face, name, bridged, deviation } = match placed.bare {
+    let BuiltFace { face, name, bridged, deviation, repeated } = match placed.bare {
         true => bare::build(file, placed.id, context)?,
         false => faces::build(file, placed.id, context)?,
     };
@@ -142,7 +174,8 @@ fn face(
     let approximated = Some(deviation).filter(|d| *d > 0.0);
     let approximated = approximated.map(|d| repair("offset surface approximated by a B-spline", d));
     let bridged = bridged.into_iter().map(|size| repair("gap in trim loop bridged", size));
-    Ok((face, approximated.into_iter().chain(bridged).collect()))
+    let again = (repeated > 0).then(|| repair(&format!("{repeated} repeated trim loops left out"), 0.0));
+    Ok((face, approximated.into_iter().chain(bridged).chain(again).collect()))
 }
 
 /// FILE_NAME(name, time, authors, organisations, preprocessor, originating system, authorisation).
@@ -180,7 +213,9 @@ fn coordinate_step(file: &Part21) -> f64 {
         let value: f64 = text.parse().ok()?;
         let (mantissa, exponent) = text.split_once(['E', 'e']).unwrap_or((text, "0"));
         let decimals = mantissa.split_once('.').map_or(0, |(_, tail)| tail.trim_end_matches('0').len());
-        Some((value.abs(), i32::try_from(decimals).ok()? - exponent.parse::<i32>().ok()?))
+        // Exponents beyond those of numbers are damage.
+        let exponent = exponent.parse::<i32>().ok().filter(|e| e.abs_diff(0) < 400)?;
+        Some((value.abs(), i32::try_from(decimals).ok()? - exponent))
     };
     let numbers: Vec<(f64, i32)> = points
         .iter()

@@ -93,8 +93,7 @@ impl<'a> Part21<'a> {
 
     /// Parses instance `#id`.
     pub(super) fn get(&self, id: u64) -> Result<Entity<'a>, StepError> {
-        let index =
-            self.instances.binary_search_by_key(&id, |i| i.id).map_err(|_| StepError::Missing { id })?;
+        let index = self.position(id).ok_or(StepError::Missing { id })?;
         self.used[index].store(true, Ordering::Relaxed);
         self.parse(&self.instances[index])
     }
@@ -126,8 +125,34 @@ impl<'a> Part21<'a> {
 
     /// The text of `#id`, unparsed; empty when there is none.
     pub(super) fn text(&self, id: u64) -> &'a [u8] {
-        let found = self.instances.binary_search_by_key(&id, |i| i.id);
-        found.map_or(&[], |k| &self.bytes[self.instances[k].start..self.instances[k].end])
+        self.position(id).map_or(&[], |k| self.text_at(k))
+    }
+
+    /// Where `#id` stands among all instances.
+    pub(super) fn position(&self, id: u64) -> Option<usize> {
+        // Most writers leave no number out.
+        let first = self.instances.first()?.id;
+        let guess = usize::try_from(id.checked_sub(first)?).ok()?;
+        if self.instances.get(guess).is_some_and(|i| i.id == id) {
+            return Some(guess);
+        }
+        self.instances.binary_search_by_key(&id, |i| i.id).ok()
+    }
+
+    /// The text of the instance at a position.
+    pub(super) fn text_at(&self, position: usize) -> &'a [u8] {
+        let at = &self.instances[position];
+        &self.bytes[at.start..at.end]
+    }
+
+    /// Number of instances.
+    pub(super) fn len(&self) -> usize {
+        self.instances.len()
+    }
+
+    /// Length of the file, bytes.
+    pub(super) fn size(&self) -> usize {
+        self.bytes.len()
     }
 
     /// The largest id in the file.

@@ -3,9 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::part21::Part21;
+use crate::shortened;
 
 /// From a style to its colour it is at most this many references.
 const LONGEST_CHAIN: usize = 9;
+/// A style leads to a handful of instances, and not by thousands of ways.
+const MOST_STEPS: usize = 200;
 
 /// Colour and layer by the instance that they are given to: a face, a shell, a solid.
 #[derive(Debug, Default)]
@@ -23,15 +26,16 @@ impl Styles {
             let (Ok(list), Some(item)) = (record.references(1), record.optional_reference(2)) else {
                 continue;
             };
-            if let Some(colour) = list.into_iter().find_map(|s| colour(file, s, LONGEST_CHAIN)) {
+            if let Some(colour) = colour_of(file, list) {
                 styles.colours.insert(item, colour);
             }
         }
         for id in file.of_type(|name| name == b"PRESENTATION_LAYER_ASSIGNMENT") {
             let Ok(entity) = file.get(id) else { continue };
             let Ok(record) = entity.only() else { continue };
+            let name = shortened(record.text(0));
             for item in record.references(2).unwrap_or_default() {
-                styles.layers.insert(item, record.text(0));
+                styles.layers.insert(item, name.clone());
             }
         }
         styles
@@ -48,9 +52,16 @@ impl Styles {
     }
 }
 
+/// The first colour that one of the styles leads to.
+fn colour_of(file: &Part21, styles: Vec<u64>) -> Option<[u8; 3]> {
+    let mut steps = MOST_STEPS;
+    styles.into_iter().find_map(|style| colour(file, style, LONGEST_CHAIN, &mut steps))
+}
+
 /// The first colour of a surface style, or of any style, that `#id` leads to.
-fn colour(file: &Part21, id: u64, steps: usize) -> Option<[u8; 3]> {
-    let steps = steps.checked_sub(1)?;
+fn colour(file: &Part21, id: u64, chain: usize, steps: &mut usize) -> Option<[u8; 3]> {
+    let chain = chain.checked_sub(1)?;
+    *steps = steps.checked_sub(1)?;
     let entity = file.get(id).ok()?;
     if let Ok(rgb) = entity.part("COLOUR_RGB") {
         let byte = |i| rgb.number(i).map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8).ok();
@@ -71,5 +82,5 @@ fn colour(file: &Part21, id: u64, steps: usize) -> Option<[u8; 3]> {
     }
     // A style leads to a handful of instances; a longer list is no style.
     let next = entity.references();
-    next.into_iter().take(8).find_map(|id| colour(file, id, steps))
+    next.into_iter().take(8).find_map(|id| colour(file, id, chain, steps))
 }

@@ -251,9 +251,10 @@ fn spline(file: &Part21, entity: &Entity) -> Result<NurbsSurface, StepError> {
             Some(record) => (record, 8),
             None => (entity.part("B_SPLINE_SURFACE_WITH_KNOTS")?, 0),
         };
+        let count = [0, 1].map(|k| (size[k] + degrees[k] + 1).min(2 * size[k]));
         [
-            repeated(id, &r.numbers(first)?, &r.numbers(first + 2)?)?,
-            repeated(id, &r.numbers(first + 1)?, &r.numbers(first + 3)?)?,
+            repeated(id, &r.numbers(first)?, &r.numbers(first + 2)?, count[0])?,
+            repeated(id, &r.numbers(first + 1)?, &r.numbers(first + 3)?, count[1])?,
         ]
     } else {
         let knots = |k: usize| {

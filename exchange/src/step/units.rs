@@ -4,6 +4,7 @@ use super::part21::Part21;
 use super::value::Entity;
 use super::{Context, StepError};
 use crate::chart::Limits;
+use crate::plausible::LARGEST_TOLERANCE_MM;
 
 /// Pcurves follow their edges this closely, mm.
 const FIT_MM: f64 = 1e-4;
@@ -20,6 +21,7 @@ pub(super) fn millimetres() -> Context {
 }
 
 fn context(mm_per_unit: f64, angle_unit: f64, tolerance_mm: f64, declared: String) -> Context {
+    let tolerance_mm = tolerance_mm.min(LARGEST_TOLERANCE_MM);
     let same_mm = tolerance_mm.clamp(SAME_POINT_MM.0, SAME_POINT_MM.1);
     Context {
         mm_per_unit,

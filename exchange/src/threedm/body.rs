@@ -10,7 +10,7 @@ use super::surfaces::{self, Carrier};
 use super::{brep, extrusion};
 
 /// Control points that even the smallest file may unfold to.
-const POINTS_OF_ANY_FILE: usize = 1_000_000;
+const POINTS_OF_ANY_FILE: usize = 200_000;
 
 /// What reading an object needs to know.
 #[derive(Debug)]

@@ -35,6 +35,7 @@ use claymill_nurbs::{Model, Source};
 use nalgebra::Matrix4;
 use rayon::prelude::*;
 
+use crate::plausible::LARGEST_TOLERANCE_MM;
 use crate::{Format, Import, ImportReport, ReadError, Skipped, Units};
 
 pub(crate) use archive::MAGIC;
@@ -87,13 +88,13 @@ fn read_checked(bytes: &[u8], path: &Path, checked: bool) -> Result<Import, Read
     report.system.clone_from(&tables.system);
     let mm = tables.units.mm_per_unit;
     report.units = Units { declared: tables.units.declared.clone(), mm_per_unit: mm };
-    report.tolerance_mm = tables.units.tolerance * mm;
+    report.tolerance_mm = (tables.units.tolerance * mm).min(LARGEST_TOLERANCE_MM);
     report.warnings.clone_from(&tables.warnings);
     report.warnings.extend(tables.units.warning.clone());
 
     let old_toolkit = (1..EDGE_DOMAINS_SINCE).contains(&tables.toolkit);
     let context = Context::new(version < 3 || version < EDGE_DOMAINS_VERSION && old_toolkit, bytes.len());
-    let placed = placed::all(&tables);
+    let placed = placed::all(&tables, bytes.len());
     let bodies = bodies(&tables, &placed, &context);
     let jobs = jobs(&placed, &bodies, &context);
     let names = Names { tables: &tables };

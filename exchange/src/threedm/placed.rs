@@ -14,8 +14,10 @@ use super::tables::{Record, Tables};
 
 /// Blocks are nested no deeper than this.
 const DEEPEST: usize = 16;
-/// Objects that blocks may unfold to, beyond those of the file.
-const MOST_OBJECTS: usize = 200_000;
+/// Objects that blocks may unfold to, beyond those of the file: these, and one for so many bytes of it. The instance
+/// of a block takes some hundred bytes.
+const MOST_OBJECTS: usize = 10_000;
+const BYTES_AN_OBJECT: usize = 16;
 
 /// One object in the model.
 #[derive(Debug, Clone)]
@@ -36,14 +38,14 @@ pub(super) fn is_solid(class: Class) -> bool {
         || matches!(class, Class::Brep | Class::Extrusion | Class::Mesh | Class::SubD)
 }
 
-/// Finds the objects of the model, in file order.
-pub(super) fn all(tables: &Tables) -> Vec<Placed> {
+/// Finds the objects of the model, in file order; `size` is the length of the file, bytes.
+pub(super) fn all(tables: &Tables, size: usize) -> Vec<Placed> {
     let mut finder = Finder {
         records: &tables.records,
         layers: &tables.layers,
         blocks: &tables.blocks,
         by_id: BTreeMap::new(),
-        visits_left: tables.records.len() + MOST_OBJECTS,
+        visits_left: tables.records.len() + MOST_OBJECTS + size / BYTES_AN_OBJECT,
         out: Vec::new(),
     };
     for (i, record) in tables.records.iter().enumerate() {
@@ -72,18 +74,19 @@ struct Finder<'a> {
 
 impl Finder<'_> {
     fn push(&mut self, record: usize, placement: &Matrix4<f64>, through: &[usize], fault: Option<Fault>) {
+        self.visits_left = self.visits_left.saturating_sub(1);
         self.out.push(Placed { record, placement: *placement, through: through.to_vec(), fault });
     }
 
     fn visit(&mut self, record: usize, placement: &Matrix4<f64>, through: &mut Vec<usize>) {
         let Ok((object, attributes)) = &self.records[record].object else { return };
-        self.visits_left = self.visits_left.saturating_sub(1);
         if object.class != Class::BlockReference {
             if is_solid(object.class) {
                 self.push(record, placement, through, self.not_shown(attributes));
             }
             return;
         }
+        self.visits_left = self.visits_left.saturating_sub(1);
         let fault = match self.not_shown(attributes) {
             Some(fault) => fault,
             None => match self.unfold(record, placement, through) {

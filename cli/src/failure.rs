@@ -24,6 +24,10 @@ impl Failure {
         Failure { message: message.to_string(), advice: advice.into(), code: USAGE }
     }
 
+    pub(crate) fn message(&self) -> &str {
+        &self.message
+    }
+
     pub(crate) fn code(&self) -> u8 {
         self.code
     }
@@ -77,6 +81,10 @@ impl From<claymill_toolpath::FolderError> for Failure {
             E::NotAJobFolder(_) => {
                 "Choose a new folder, or empty this one; other people's files are never replaced."
             }
+            E::NotOurs { .. } => {
+                "Move them elsewhere, or choose another folder: only what claymill wrote is replaced."
+            }
+            E::Busy { .. } => "Wait until it has ended, or choose another place.",
         };
         Failure::problem(&error, advice)
     }
@@ -108,6 +116,7 @@ impl From<claymill_controller::PostError> for Failure {
         use claymill_controller::PostError as E;
         let advice = match error {
             E::Folder(e) => return e.into(),
+            E::Output(e) => return e.into(),
             E::ReadBack(e) => return e.into(),
             E::Io { ref source, .. } => advice_on(source),
             E::Move(_) | E::Job(_) => "Plan the job again with `claymill plan`.",

@@ -1,7 +1,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Folders that must not survive an interruption. The lock is held while they are removed and until the
+use claymill_toolpath::is_own_scratch;
+
+/// Scratch folders and their locks, which must not survive an interruption. The lock is held while they are removed and until the
 /// process has ended.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
@@ -22,7 +24,7 @@ pub(crate) fn install() {
 /// Ends the process after removing what is half-written and saying why.
 pub(crate) fn end(code: i32, say: impl FnOnce()) {
     let paths = unfinished();
-    for path in paths.iter() {
+    for path in paths.iter().filter(|path| is_own_scratch(path)) {
         remove(path);
     }
     say();

@@ -1,12 +1,15 @@
 //! The `claymill` command.
 
 mod args;
+mod clearance;
 mod commands;
 mod console;
 mod failure;
 mod interrupt;
 mod memory;
 mod merging;
+mod output;
+mod relaunch;
 mod select;
 
 use std::process::ExitCode;
@@ -19,6 +22,9 @@ use failure::Failure;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
+    if cli.command.draws() {
+        relaunch::without_display_layer();
+    }
     interrupt::install();
     memory::watch();
     match run(&cli) {
@@ -42,7 +48,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
         .build_global()
         .map_err(|e| Failure::problem(format!("no worker threads: {e}"), "Try a smaller --threads."))?;
     let console = Console::new(cli.quiet);
-    let context = commands::Context { console: &console, json: cli.json };
+    let context = commands::Context { console: &console, json: cli.json, force: cli.force };
     match &cli.command {
         Command::Demo(args) => commands::demo(&context, args),
         Command::Inspect(args) => commands::inspect(&context, args),

@@ -1,7 +1,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use claymill_toolpath::{FolderError, MoveError};
+use claymill_toolpath::{FolderError, MoveError, OutputError};
 use thiserror::Error;
 
 /// What a control would reject, or accept and execute wrongly.
@@ -61,6 +61,9 @@ pub enum PostError {
     /// The job folder cannot be read.
     #[error(transparent)]
     Folder(#[from] FolderError),
+    /// The destination is not written over.
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// A move is no curve.
     #[error("toolpaths.jsonl: {0}")]
     Move(#[from] MoveError),

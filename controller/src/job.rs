@@ -4,7 +4,7 @@ use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
 use claymill_toolpath::{Job, Move, MoveKind, Program, read_job, read_moves};
 
 use crate::frame::signed_axis;
-use crate::{Frame, Machine, PostError};
+use crate::{AxisName, Frame, Machine, PostError};
 
 /// One move of the job in its setup's machine coordinates.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,12 +30,18 @@ pub struct Section {
     pub setup: String,
     /// Tool id, `T1`.
     pub tool: String,
+    /// Its number in the machine.
+    pub tool_number: u32,
+    /// Its speed, 1/min; 0 where none is known.
+    pub speed_rpm: f64,
     /// Radius of its ball, mm.
     pub radius_mm: f64,
     /// From model to machine coordinates.
     pub frame: Frame,
     /// Height above which nothing is in the way, machine mm.
     pub clearance_mm: f64,
+    /// Height out of the way of hands and holders, as far as the machine's travel is known, machine mm.
+    pub retreat_mm: f64,
     /// Its moves.
     pub strokes: Vec<Stroke>,
 }
@@ -47,6 +53,8 @@ pub struct MachineJob {
     pub job: Job,
     /// Sections in machining order.
     pub sections: Vec<Section>,
+    /// What stands in the header of every program of it.
+    pub notes: Vec<String>,
 }
 
 impl MachineJob {
@@ -89,7 +97,7 @@ impl MachineJob {
         if sections.is_empty() {
             return Err(PostError::Job("the job has no moves".into()));
         }
-        Ok(MachineJob { job, sections })
+        Ok(MachineJob { job, sections, notes: Vec::new() })
     }
 
     /// Number of moves.
@@ -111,11 +119,16 @@ fn section(job: &Job, m: &Move, machine: &Machine) -> Result<Section, PostError>
     let frame = Frame::new(Vector3::from(setup.axis), up, front, zero)
         .ok_or_else(|| PostError::Job(format!("setup `{}` has no tool axis", m.setup)))?;
     let tool = job.tools.iter().find(|t| t.id == m.tool).map_or(job.request.tool, |t| t.tool);
+    let clearance_mm = setup.clearance_mm - frame.axis().dot(&zero.coords);
+    let top_mm = machine.axes.get(&AxisName::Z).map_or(f64::INFINITY, |[_, top]| *top);
     Ok(Section {
         setup: m.setup.clone(),
         tool: m.tool.clone(),
+        tool_number: machine.tool_number(&m.tool),
+        speed_rpm: machine.speed_rpm(&m.tool),
         radius_mm: tool.radius_mm(),
-        clearance_mm: setup.clearance_mm - frame.axis().dot(&zero.coords),
+        clearance_mm,
+        retreat_mm: (clearance_mm + machine.retreat_mm).min(top_mm).max(clearance_mm),
         frame,
         strokes: Vec::new(),
     })

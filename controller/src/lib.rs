@@ -49,12 +49,13 @@ pub use frame::Frame;
 pub use job::{MachineJob, Section, Stroke};
 pub use lower::Rung;
 pub use machine::{
-    AxisName, ControlFacts, Coolant, Dynamics, Feed, Files, LineNumbers, Machine, SetupPlace, Spindle, Units,
+    AxisName, ControlFacts, Coolant, Dynamics, Feed, Files, LineNumbers, Machine, SetupPlace, Spindle,
+    ToolPlace, Units,
 };
 pub use number::LengthFormat;
 pub use panel::{Panel, Status, UnknownOrder};
 pub use port::{Port, tell};
-pub use post::{PostTotals, WrittenFile, blocks_of, post, retreat_of};
+pub use post::{PostTotals, WrittenFile, blocks_of, post, post_to, retreat_of};
 pub use queue::{Consumer, Producer, QueueError, SILENCE};
 pub use record::{LONGEST_RECORD, Path, RECORD_VERSION, Record, RecordError};
 pub use reference::{Ended, Event, Order, Reference, ReferenceError, SetPoint, Tally};

@@ -5,6 +5,7 @@ use claymill_toolpath::{MachineLimits, MoveKind};
 use serde::{Deserialize, Serialize};
 
 use crate::MachineError;
+use crate::dialects::tool_number;
 
 /// A machine as its TOML file describes it; everything may be left out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -46,15 +47,20 @@ pub struct Machine {
     pub coolant: Coolant,
     /// Blocks for a tool change; `{tool}` stands for its number. By default those of the dialect.
     pub tool_change: Option<Vec<String>>,
-    /// Blocks that take the tool out of the way: before the first tool change, before the part is turned and at the end. By
-    /// default those of the dialect.
+    /// Blocks that take the tool out of the way: before the first tool change, before the part is turned, before the tool is
+    /// changed and at the end. By default those of the dialect.
     pub home: Option<Vec<String>>,
+    /// How far above the clearance height the tool goes there, mm, where nothing is said of `home` and the control has no way
+    /// up of its own.
+    pub retreat_mm: f64,
     /// Blocks after the header, before the first tool change.
     pub start: Vec<String>,
     /// Blocks before the end of the program.
     pub end: Vec<String>,
     /// What differs between setups, by setup name.
     pub setups: BTreeMap<String, SetupPlace>,
+    /// What the machine knows of the job's tools, by their ids.
+    pub tools: BTreeMap<String, ToolPlace>,
     /// Velocity, acceleration and jerk of the axes.
     pub dynamics: Dynamics,
     /// What is known of the control, for its simulation.
@@ -147,10 +153,10 @@ impl Feed {
 }
 
 /// Spindle.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Spindle {
-    /// Speed, 1/min; 0 leaves the spindle alone.
+    /// Speed, 1/min; 0, as usual, where none is known: the spindle is then left alone.
     pub speed_rpm: f64,
     /// Counterclockwise (M4).
     pub counterclockwise: bool,
@@ -178,6 +184,16 @@ pub struct SetupPlace {
     pub zero_mm: [f64; 3],
 }
 
+/// A tool of a job on the machine.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ToolPlace {
+    /// Its number in the machine, where that is not the one of its id.
+    pub number: Option<u32>,
+    /// Its speed, 1/min, where that is not the spindle's.
+    pub speed_rpm: Option<f64>,
+}
+
 /// What the axes can do.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -189,6 +205,16 @@ pub struct Dynamics {
     /// Time of one interpolation step, s.
     pub cycle_s: f64,
 }
+
+/// Hands and holders are out of reach of a tool that is this far above the clearance height, mm.
+const RETREAT_MM: f64 = 100.0;
+/// Tolerance of programs in inches where none is given, mm: four decimals of an inch are 2.54 µm, and rounding to them takes
+/// up to 2.2 µm.
+const INCH_TOLERANCE_MM: f64 = 0.003;
+/// No spindle is faster, 1/min.
+const LARGEST_SPEED_RPM: f64 = 1e6;
+/// A machine has no more tools than this.
+const LARGEST_TOOL: u32 = 99_999_999;
 
 impl Default for Machine {
     fn default() -> Self {
@@ -212,9 +238,11 @@ impl Default for Machine {
             coolant: Coolant::Off,
             tool_change: None,
             home: None,
+            retreat_mm: RETREAT_MM,
             start: Vec::new(),
             end: Vec::new(),
             setups: BTreeMap::new(),
+            tools: BTreeMap::new(),
             dynamics: Dynamics::default(),
             control: ControlFacts::default(),
         }
@@ -224,12 +252,6 @@ impl Default for Machine {
 impl Default for Feed {
     fn default() -> Self {
         Feed { max_mm_per_min: 60_000.0, rapid_mm_per_min: 60_000.0 }
-    }
-}
-
-impl Default for Spindle {
-    fn default() -> Self {
-        Spindle { speed_rpm: 12_000.0, counterclockwise: false }
     }
 }
 
@@ -255,7 +277,11 @@ impl Machine {
     /// As [`Machine::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, MachineError> {
         let syntax = |e| MachineError::Syntax { path: path.to_owned(), source: Box::new(e) };
-        let machine: Machine = toml::from_str(text).map_err(syntax)?;
+        let mut machine: Machine = toml::from_str(text).map_err(syntax)?;
+        let given: toml::Table = toml::from_str(text).map_err(syntax)?;
+        if machine.units == Units::Inch && !given.contains_key("tolerance_mm") {
+            machine.tolerance_mm = INCH_TOLERANCE_MM;
+        }
         machine.check()?;
         Ok(machine)
     }
@@ -293,8 +319,15 @@ impl Machine {
         if !(positive(self.feed.max_mm_per_min) && positive(self.feed.rapid_mm_per_min)) {
             return value("feed", "must have positive rates");
         }
-        if !(self.spindle.speed_rpm.is_finite() && self.spindle.speed_rpm >= 0.0) {
-            return value("spindle", "must have a speed that is not negative");
+        let mut speeds = self.tools.values().filter_map(|t| t.speed_rpm).chain([self.spindle.speed_rpm]);
+        if !speeds.all(|rpm| rpm.is_finite() && (0.0..=LARGEST_SPEED_RPM).contains(&rpm)) {
+            return value("spindle, tools", "must have a speed from 0 to 1000000");
+        }
+        if self.tools.values().filter_map(|t| t.number).any(|n| !(1..=LARGEST_TOOL).contains(&n)) {
+            return value("tools", "must have a number from 1 to 99999999");
+        }
+        if !(0.0..=10_000.0).contains(&self.retreat_mm) {
+            return value("retreat_mm", "must be from 0 to 10000");
         }
         let d = &self.dynamics;
         if !(positive(d.acceleration_mm_per_s2) && positive(d.jerk_mm_per_s3) && positive(d.cycle_s)) {
@@ -332,6 +365,18 @@ impl Machine {
         }
     }
 
+    /// Number of a tool in the machine.
+    #[must_use]
+    pub fn tool_number(&self, id: &str) -> u32 {
+        self.tools.get(id).and_then(|t| t.number).unwrap_or_else(|| tool_number(id))
+    }
+
+    /// Speed of a tool, 1/min; 0 where none is known.
+    #[must_use]
+    pub fn speed_rpm(&self, id: &str) -> f64 {
+        self.tools.get(id).and_then(|t| t.speed_rpm).unwrap_or(self.spindle.speed_rpm)
+    }
+
     /// Work offset and zero of a setup.
     #[must_use]
     pub fn place(&self, setup: &str) -> SetupPlace {
@@ -351,8 +396,10 @@ mod tests {
             Machine { line_numbers: Some(LineNumbers { first: 10, step: 10 }), ..Machine::default() };
         machine.axes.insert(AxisName::X, [-100.0, 3000.0]);
         machine.setups.insert("top".into(), SetupPlace { work_offset: None, zero_mm: [1.0, 2.0, 3.0] });
+        machine.tools.insert("T1".into(), ToolPlace { number: Some(12), speed_rpm: None });
         let text = toml::to_string(&machine).unwrap();
         assert_eq!(toml::from_str::<Machine>(&text).unwrap(), machine);
+        assert_eq!((machine.tool_number("T1"), machine.tool_number("T7")), (12, 7));
         assert_eq!(toml::from_str::<Machine>("").unwrap(), Machine::default());
     }
 
@@ -370,10 +417,22 @@ mod tests {
             "dynamics = { jerk_mm_per_s3 = 0 }",
             "control = { look_ahead_blocks = 0 }",
             "control = { block_s = -1 }",
+            "retreat_mm = -1",
+            "retreat_mm = nan",
+            "tools = { T1 = { number = 0 } }",
+            "tools = { T1 = { speed_rpm = -5 } }",
         ] {
             let machine: Machine = toml::from_str(text).unwrap();
             assert!(machine.check().is_err(), "{text}");
         }
         assert!(toml::from_str::<Machine>("tolerence_mm = 1").is_err());
+    }
+
+    #[test]
+    fn a_machine_in_inches_has_a_tolerance_that_its_digits_can_keep() {
+        let parse = |text: &str| Machine::parse(text, Path::new("mill.toml")).unwrap().tolerance_mm;
+        assert_eq!(parse("units = \"inch\""), 0.003);
+        assert_eq!(parse("units = \"inch\"\ntolerance_mm = 0.01"), 0.01);
+        assert_eq!(parse(""), 0.002);
     }
 }

@@ -1,11 +1,12 @@
 use std::collections::BTreeMap;
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use claymill_toolpath::MoveKind;
+use claymill_toolpath::{Kind, MoveKind, Output};
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::compare::{Comparison, compare};
 use crate::dialects::{Dialect, Grammar, Page, TAG};
@@ -18,10 +19,17 @@ use crate::{AxisName, Machine, PostError, Refusal, Simulation};
 /// What was written, and how well it stands for the job.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PostTotals {
+    /// Version of claymill that wrote it.
+    pub claymill_version: &'static str,
     /// The dialect.
     pub dialect: String,
     /// The machine's name.
     pub machine: String,
+    /// What its header has to say of the job.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+    /// How the tool gets out of the way before a stop, a tool change and the end.
+    pub retreat: String,
     /// Files in the order in which they are run.
     pub files: Vec<WrittenFile>,
     /// Moves by what they became.
@@ -43,6 +51,7 @@ pub struct PostTotals {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WrittenFile {
     /// Its path.
+    #[serde(serialize_with = "shown")]
     pub path: PathBuf,
     /// Its size.
     pub bytes: u64,
@@ -50,15 +59,19 @@ pub struct WrittenFile {
     pub lines: u64,
 }
 
+/// A path of any bytes, as far as it can be shown.
+fn shown<S: Serializer>(path: &Path, to: S) -> Result<S::Ok, S::Error> {
+    to.collect_str(&path.display())
+}
+
 /// Moves taken down the ladder at a time.
 const BATCH: usize = 2048;
 /// Stands in the header until the program has been read back; as long as what replaces it.
 const UNKNOWN: &str = "?.??????";
 
-/// Writes a job for a control, reads what was written, and moves it into place when it is the job.
+/// Writes a job for a control, reads what was written, and puts it in place when it is the job.
 ///
-/// Everything goes into a folder beside the destination first, which `partial` is told so that it can be
-/// removed should the process be interrupted.
+/// `partial` is told what must be removed should the process be interrupted.
 ///
 /// # Errors
 /// The machine cannot do the job, a file cannot be written, or what was written is not the job.
@@ -69,25 +82,51 @@ pub fn post(
     out: &Path,
     partial: &dyn Fn(&Path),
 ) -> Result<PostTotals, PostError> {
-    let parent = match out.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p.to_owned(),
-        _ => PathBuf::from("."),
+    let output = Output::begin(out, Kind::Program, &[], false)?;
+    output.leftovers().iter().for_each(|path| partial(path));
+    let totals = post_to(job, dialect, machine, &output, out)?;
+    let names = totals.files.iter().filter_map(|f| f.path.file_name());
+    let files: Vec<_> = match output.is_stream() {
+        true => vec![(output.name().to_owned(), Kind::Program)],
+        false => names.map(|name| (name.to_owned(), Kind::Program)).collect(),
     };
-    let name = out.file_name().map_or_else(|| "program".into(), |n| n.to_string_lossy().into_owned());
-    let folder = Scratch(parent.join(format!(".{name}.{}.partial", std::process::id())));
-    partial(&folder.0);
+    output.finish_all(&files)?;
+    Ok(totals)
+}
+
+/// Writes a job for a control and reads what was written; the files lie in the folder of `output`, under their names, until it
+/// is finished. `out` is the destination as it was told.
+///
+/// # Errors
+/// The machine cannot do the job, a file cannot be written, or what was written is not the job.
+pub fn post_to(
+    job: &MachineJob,
+    dialect: Dialect,
+    machine: &Machine,
+    output: &Output,
+    out: &Path,
+) -> Result<PostTotals, PostError> {
+    let name = if output.is_stream() { "PROGRAM".into() } else { output.name().to_string_lossy() };
+    let folder = output.folder();
     let io = |path: &Path| {
         let path = path.to_owned();
         move |source| PostError::Io { path, source }
     };
-    fs::create_dir_all(&folder.0).map_err(io(out))?;
     let format = dialect.format(machine);
     let mut writer = Writer {
         grammar: dialect.grammar(),
-        page: Page { machine, format, name: program_name(&name), number: 0, header: Vec::new() },
+        page: Page {
+            machine,
+            format,
+            name: program_name(&name),
+            number: 0,
+            header: Vec::new(),
+            retreats: true,
+            speed_rpm: 0.0,
+        },
         dialect,
         job,
-        folder: folder.0.clone(),
+        folder: folder.to_owned(),
         sheets: Vec::new(),
         rungs: BTreeMap::new(),
         written_mm: 0.0,
@@ -95,6 +134,7 @@ pub fn post(
         groups: Vec::new(),
     };
     writer.all()?;
+    let retreat = writer.retreat();
     let Writer { sheets, rungs, written_mm, .. } = writer;
     let paths: Vec<PathBuf> = sheets.iter().map(|s| s.path.clone()).collect();
     let read_back = compare(job, &paths, dialect, machine)?;
@@ -107,13 +147,20 @@ pub fn post(
             patch(&sheet.path, sheet.unknown_at, &text).map_err(io(&sheet.path))?;
         }
         let single = sheets.len() == 1 && machine.files == Files::One;
-        let place = if single { out.to_owned() } else { parent.join(part_name(&name, i + 1, &sheet.setup)) };
-        fs::rename(&sheet.path, &place).map_err(io(&place))?;
-        files.push(WrittenFile { path: place, bytes: sheet.bytes, lines: sheet.lines });
+        let name = match single {
+            true => output.name().to_owned(),
+            false => part_name(output.name(), i + 1, &sheet.setup),
+        };
+        fs::rename(&sheet.path, folder.join(&name)).map_err(io(out))?;
+        let path = if output.is_stream() { out.to_owned() } else { out.with_file_name(name) };
+        files.push(WrittenFile { path, bytes: sheet.bytes, lines: sheet.lines });
     }
     Ok(PostTotals {
+        claymill_version: env!("CARGO_PKG_VERSION"),
         dialect: dialect.name().into(),
         machine: machine.name.clone(),
+        notes: job.notes.clone(),
+        retreat,
         files,
         rungs,
         tolerance_mm: machine.tolerance_mm,
@@ -132,12 +179,21 @@ pub fn post(
 pub fn blocks_of(job: &MachineJob, dialect: Dialect, machine: &Machine) -> Result<Vec<String>, PostError> {
     let grammar = dialect.grammar();
     let format = dialect.format(machine);
-    let page = Page { machine, format, name: "STREAM".into(), number: 1, header: Vec::new() };
+    let mut page = Page {
+        machine,
+        format,
+        name: "STREAM".into(),
+        number: 1,
+        header: Vec::new(),
+        retreats: false,
+        speed_rpm: 0.0,
+    };
     let mut text = String::new();
     grammar.begin(&mut text, &page);
     let mut id = 0;
     for section in &job.sections {
         let Some(first) = section.strokes.first() else { continue };
+        page.speed_rpm = section.speed_rpm;
         grammar.section(&mut text, &page, section, &format.snap_point(&first.curve.start()));
         for stroke in &section.strokes {
             let abilities = grammar.abilities(machine);
@@ -206,16 +262,6 @@ fn patch(path: &Path, at: u64, text: &str) -> io::Result<()> {
     file.write_all(text.as_bytes())
 }
 
-/// A folder that goes when nobody needs it any more.
-struct Scratch(PathBuf);
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        // Best effort: there is nobody left to tell.
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
 /// Letters, digits and underscores of a file's stem.
 fn program_name(file: &str) -> String {
     let stem = file.split('.').next().unwrap_or("");
@@ -228,11 +274,16 @@ fn program_name(file: &str) -> String {
 }
 
 /// `body-02-top.nc`
-fn part_name(file: &str, number: usize, setup: &str) -> String {
-    let (stem, extension) =
-        file.rsplit_once('.').map_or((file, String::new()), |(s, e)| (s, format!(".{e}")));
+fn part_name(file: &OsStr, number: usize, setup: &str) -> OsString {
+    let file = Path::new(file);
     let setup: String = setup.chars().filter(char::is_ascii_alphanumeric).collect();
-    format!("{stem}-{number:02}-{setup}{extension}")
+    let mut name = file.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("-{number:02}-{setup}"));
+    if let Some(extension) = file.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    name
 }
 
 /// A finished file.
@@ -321,6 +372,7 @@ impl<'a> Writer<'a> {
         id: &mut u64,
     ) -> Result<usize, PostError> {
         self.first_id = *id;
+        self.page.speed_rpm = section.speed_rpm;
         let start = self.page.format.snap_point(&strokes[0].curve.start());
         let mut text = String::new();
         self.grammar.section(&mut text, &self.page, section, &start);
@@ -378,6 +430,12 @@ impl<'a> Writer<'a> {
         Ok((text, lowered))
     }
 
+    /// How the tool gets out of the way, in words.
+    fn retreat(&self) -> String {
+        let machine = self.page.machine;
+        if machine.home.is_some() { "the machine's own blocks".into() } else { self.grammar.retreat(machine) }
+    }
+
     fn begin(&mut self, section: &Section) -> Result<Open, PostError> {
         let path = self.folder.join(format!("{:05}", self.sheets.len()));
         let out = File::create(&path).map_err(|source| PostError::Io { path: path.clone(), source })?;
@@ -397,7 +455,12 @@ impl<'a> Writer<'a> {
                 machine.tolerance_mm + 0.87 * self.page.format.step_mm()
             ),
             format!("largest difference from the job, read back: {UNKNOWN} mm"),
+            format!("before a stop, a tool change and the end: {}", self.retreat()),
         ];
+        if self.job.sections.iter().any(|s| s.speed_rpm == 0.0) {
+            self.page.header.push("no spindle speed is known: start the spindle by hand".into());
+        }
+        self.page.header.splice(1..1, self.job.notes.iter().cloned());
         for line in &mut self.page.header {
             line.retain(|c| !c.is_control());
         }

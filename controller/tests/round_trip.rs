@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use claymill_controller::{
-    AxisName, Coolant, Dialect, Files, LineNumbers, Machine, MachineJob, PostError, Rung, Units, moves_of,
-    post,
+    AxisName, Coolant, Dialect, Files, LineNumbers, Machine, MachineJob, PostError, Rung, Spindle, Units,
+    moves_of, post,
 };
 use claymill_toolpath::{Move, MoveKind, Program};
 
@@ -127,7 +127,9 @@ fn the_same_job_gives_the_same_bytes() {
 /// What an operator relies on: up before anything is changed or turned, spindle before the way down, what is set up where.
 #[test]
 fn a_program_begins_stops_and_ends_out_of_the_way() {
-    let (_, text) = written(Dialect::Fanuc, &Machine { coolant: Coolant::Flood, ..Machine::default() });
+    let spindle = Spindle { speed_rpm: 12_000.0, ..Spindle::default() };
+    let machine = Machine { coolant: Coolant::Flood, spindle, ..Machine::default() };
+    let (_, text) = written(Dialect::Fanuc, &machine);
     let lines: Vec<&str> = text.lines().collect();
     let all = |wanted: &str| -> Vec<usize> {
         lines.iter().enumerate().filter(|(_, l)| l.starts_with(wanted)).map(|(i, _)| i).collect()

@@ -2,7 +2,7 @@
 
 mod job;
 
-use claymill_controller::{Approach, Dialect, Machine, MachineJob, Route, blocks_of, retreat_of};
+use claymill_controller::{Approach, Dialect, Machine, MachineJob, Route, Spindle, blocks_of, retreat_of};
 use claymill_nurbs::{Point3, Vector3};
 use claymill_toolpath::MoveKind::{Cut, LeadIn, LeadOut, Link, Rapid};
 use claymill_toolpath::{Job, Move, MoveKind, Program};
@@ -215,7 +215,8 @@ fn no_rapid_leads_into_the_work() {
 
 #[test]
 fn linuxcnc_is_told_the_same() {
-    let machine = Machine { comments: false, ..Machine::default() };
+    let spindle = Spindle { speed_rpm: 12_000.0, ..Spindle::default() };
+    let machine = Machine { comments: false, spindle, ..Machine::default() };
     let route = from(4, None);
     let chosen = MachineJob::new(record(), &Program { moves: route.moves }, &machine).unwrap();
     let blocks = blocks_of(&chosen, Dialect::LinuxCnc29, &machine).unwrap();

@@ -6,6 +6,9 @@ use crate::flaw::PlantedFlaw;
 /// What is known about a generated model by construction: the answers that its readers are to find.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Answers {
+    /// What generated it.
+    #[serde(default = "generator")]
+    pub generator: String,
     /// Name of the sample.
     pub name: String,
     /// The seed it was shuffled with.
@@ -21,6 +24,11 @@ pub struct Answers {
     /// The flaws planted on request.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub flaws: Vec<PlantedFlaw>,
+}
+
+/// Known again as one of ours.
+pub(crate) fn generator() -> String {
+    "claymill".to_owned()
 }
 
 /// Totals of a generated model.

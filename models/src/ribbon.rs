@@ -5,7 +5,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::Sample;
-use crate::answers::{Answers, Continuity, Joint, Region, Totals};
+use crate::answers::{Answers, Continuity, Joint, Region, Totals, generator};
 use crate::flaw::{Flaw, FlawError, PlantedFlaw};
 use crate::joints::{gauss, overlaps};
 use crate::shuffle::{cut_out, disguised};
@@ -225,6 +225,7 @@ impl Ribbon {
         let mut flaws: Vec<PlantedFlaw> = planted.into_iter().flatten().collect();
         flaws.iter_mut().for_each(|f| f.joints.sort_unstable());
         let mut answers = Answers {
+            generator: generator(),
             name: "ribbon".to_owned(),
             seed,
             totals: Totals::default(),

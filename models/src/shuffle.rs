@@ -4,7 +4,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::Sample;
-use crate::answers::{Answers, Continuity, Joint, Region, Totals};
+use crate::answers::{Answers, Continuity, Joint, Region, Totals, generator};
 use crate::joints::{contacts, patches};
 use crate::layout::lay_out;
 use crate::sheet::Sheet;
@@ -61,6 +61,7 @@ pub(crate) fn shuffled(name: &str, sheets: &[Sheet], count: usize, seed: u64) ->
     }
     joints.sort_by(|a, b| a.faces.cmp(&b.faces).then(a.length_mm.total_cmp(&b.length_mm)));
     let answers = Answers {
+        generator: generator(),
         name: name.to_owned(),
         seed,
         totals,

@@ -7,6 +7,9 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
+use crate::manifest::{self, Survey};
+use crate::place::whole;
+use crate::scratch::{Scratch, parent_of};
 use crate::{Job, Move, Program, RegionsFile};
 
 /// Name of the job record.
@@ -44,9 +47,54 @@ pub enum FolderError {
     /// The destination exists and is not a job folder: it is left alone.
     #[error("{} exists and is not a claymill job folder", .0.display())]
     NotAJobFolder(PathBuf),
+    /// The destination has files that would be lost: it is left alone.
+    #[error("{} {}", folder.display(), what_is_there(edited, foreign))]
+    NotOurs {
+        /// The folder.
+        folder: PathBuf,
+        /// Files that claymill wrote and somebody changed since.
+        edited: Vec<PathBuf>,
+        /// Files that somebody else put there.
+        foreign: Vec<PathBuf>,
+    },
+    /// Another process writes there.
+    #[error("{} is being written by another claymill{}", path.display(), process(owner))]
+    Busy {
+        /// The destination.
+        path: PathBuf,
+        /// Number of the other process, where that is known.
+        owner: String,
+    },
 }
 
-fn io_error(path: &Path) -> impl FnOnce(io::Error) -> FolderError + '_ {
+/// Files that a message names.
+const NAMED: usize = 5;
+
+/// What keeps a folder from being replaced, in words.
+fn what_is_there(edited: &[PathBuf], foreign: &[PathBuf]) -> String {
+    let list = |files: &[PathBuf]| {
+        let mut names: Vec<String> = files.iter().take(NAMED).map(|f| f.display().to_string()).collect();
+        if files.len() > NAMED {
+            names.push(format!("{} more", files.len() - NAMED));
+        }
+        names.join(", ")
+    };
+    match (edited.is_empty(), foreign.is_empty()) {
+        (true, _) => format!("holds what claymill did not write: {}", list(foreign)),
+        (false, true) => format!("holds files that were changed since claymill wrote them: {}", list(edited)),
+        (false, false) => format!(
+            "holds files that were changed since claymill wrote them: {}; and what it did not write: {}",
+            list(edited),
+            list(foreign)
+        ),
+    }
+}
+
+fn process(owner: &str) -> String {
+    if owner.is_empty() { String::new() } else { format!(" (process {owner})") }
+}
+
+pub(crate) fn io_error(path: &Path) -> impl FnOnce(io::Error) -> FolderError + '_ {
     |source| FolderError::Io { path: path.to_owned(), source }
 }
 
@@ -55,56 +103,68 @@ fn io_error(path: &Path) -> impl FnOnce(io::Error) -> FolderError + '_ {
 /// Dropping the writer without [`FolderWriter::finish`] removes everything that was written.
 #[derive(Debug)]
 pub struct FolderWriter {
-    partial: PathBuf,
     destination: PathBuf,
-    /// Folders above it that had to be made, innermost first.
-    made: Vec<PathBuf>,
-    finished: bool,
+    scratch: Scratch,
+    /// Goes after the scratch folder in it.
+    made: Made,
+}
+
+/// Folders that had to be made for a destination, innermost first: they go again where nothing comes of it.
+#[derive(Debug)]
+struct Made(Vec<PathBuf>);
+
+impl Drop for Made {
+    fn drop(&mut self) {
+        for folder in &self.0 {
+            // Best effort: there is nobody left to tell. What is not empty stays.
+            let _ = fs::remove_dir(folder);
+        }
+    }
 }
 
 impl FolderWriter {
     /// Starts a folder that will become `destination`.
     ///
     /// # Errors
-    /// The destination's parent cannot be written, or the destination exists and holds something else than
-    /// a job (an empty folder is fine).
+    /// The destination's parent cannot be written, another process writes there, or the destination exists and holds
+    /// something else than a job as it was written (an empty folder is fine).
     pub fn begin(destination: &Path) -> Result<Self, FolderError> {
         Self::begin_replacing(destination, JOB_FILE)
     }
 
-    /// As [`FolderWriter::begin`], for a folder that may be replaced when it holds the file `mark`.
+    /// As [`FolderWriter::begin`], for a folder that may be replaced when it holds the file `mark`; a job only by a job.
     ///
     /// # Errors
     /// As [`FolderWriter::begin`].
     pub fn begin_replacing(destination: &Path, mark: &str) -> Result<Self, FolderError> {
-        if destination.exists() {
-            let mut entries = fs::read_dir(destination).map_err(io_error(destination))?;
-            if entries.next().is_some() && !destination.join(mark).exists() {
-                return Err(FolderError::NotAJobFolder(destination.to_owned()));
-            }
-        }
-        let name = destination.file_name().map_or_else(|| "job".into(), |n| n.to_string_lossy().into_owned());
-        let parent = match destination.parent() {
-            Some(p) if !p.as_os_str().is_empty() => p.to_owned(),
-            _ => PathBuf::from("."),
-        };
-        let partial = parent.join(format!(".{name}.{}.partial", std::process::id()));
+        // A link to a folder stays, and the folder that it leads to is the one that is replaced.
+        let destination = whole(destination);
+        let parent = parent_of(&destination);
         let missing = parent.ancestors().take_while(|p| !p.as_os_str().is_empty() && !p.exists());
-        let made = missing.map(Path::to_owned).collect();
-        let writer = FolderWriter { partial, destination: destination.to_owned(), made, finished: false };
+        let made = Made(missing.map(Path::to_owned).collect());
         fs::create_dir_all(&parent).map_err(io_error(&parent))?;
-        let partial = writer.path();
-        if partial.exists() {
-            fs::remove_dir_all(partial).map_err(io_error(partial))?;
+        let scratch = Scratch::beside(&destination)?;
+        if destination.exists() {
+            let mut entries = fs::read_dir(&destination).map_err(io_error(&destination))?;
+            let other_kind = mark != JOB_FILE && destination.join(JOB_FILE).exists();
+            if entries.next().is_some() && (other_kind || !destination.join(mark).exists()) {
+                return Err(FolderError::NotAJobFolder(destination));
+            }
+            Survey::of(&destination)?.replaceable(&destination)?;
         }
-        fs::create_dir(partial).map_err(io_error(partial))?;
-        Ok(writer)
+        Ok(FolderWriter { destination, scratch, made })
     }
 
     /// Where the files are until the folder is whole.
     #[must_use]
     pub fn path(&self) -> &Path {
-        &self.partial
+        &self.scratch.folder
+    }
+
+    /// What must be removed when the process is interrupted.
+    #[must_use]
+    pub fn leftovers(&self) -> Vec<PathBuf> {
+        self.scratch.leftovers()
     }
 
     /// Writes `value` as indented JSON.
@@ -112,7 +172,7 @@ impl FolderWriter {
     /// # Errors
     /// Writing fails.
     pub fn json(&self, name: &str, value: &impl Serialize) -> Result<(), FolderError> {
-        let path = self.partial.join(name);
+        let path = self.path().join(name);
         let mut text = serde_json::to_vec_pretty(value).map_err(|e| FolderError::Format {
             path: path.clone(),
             line: 0,
@@ -127,7 +187,7 @@ impl FolderWriter {
     /// # Errors
     /// Writing fails.
     pub fn text(&self, name: &str, text: &str) -> Result<(), FolderError> {
-        let path = self.partial.join(name);
+        let path = self.path().join(name);
         fs::write(&path, text).map_err(io_error(&path))
     }
 
@@ -136,7 +196,7 @@ impl FolderWriter {
     /// # Errors
     /// Writing fails.
     pub fn moves(&self, program: &Program) -> Result<(), FolderError> {
-        let path = self.partial.join(TOOLPATHS_FILE);
+        let path = self.path().join(TOOLPATHS_FILE);
         let mut out = BufWriter::new(File::create(&path).map_err(io_error(&path))?);
         for m in &program.moves {
             serde_json::to_writer(&mut out, m)
@@ -146,31 +206,47 @@ impl FolderWriter {
         out.flush().map_err(io_error(&path))
     }
 
-    /// Moves the folder into place; an earlier job there is replaced.
+    /// Moves the folder into place; an earlier job there is replaced. What came into it since [`FolderWriter::begin`] and is
+    /// not claymill's stays in the folder that is returned.
     ///
     /// # Errors
     /// Renaming fails.
-    pub fn finish(mut self) -> Result<(), FolderError> {
+    pub fn finish(mut self) -> Result<Option<PathBuf>, FolderError> {
+        let partial = self.scratch.folder.clone();
+        manifest::write(&partial)?;
         let replaced = self.destination.exists();
-        let mut old = self.partial.clone();
-        if replaced && exchange(&self.partial, &self.destination).is_err() {
+        let mut old = partial.clone();
+        if replaced && exchange(&partial, &self.destination).is_err() {
             // Where folders cannot change places there is a moment with neither.
             old.set_extension("old");
             fs::rename(&self.destination, &old).map_err(io_error(&self.destination))?;
-            fs::rename(&self.partial, &self.destination).map_err(|source| {
+            fs::rename(&partial, &self.destination).map_err(|source| {
                 // The earlier job comes back; the first error is the one worth telling.
                 let _ = fs::rename(&old, &self.destination);
                 io_error(&self.destination)(source)
             })?;
         } else if !replaced {
-            fs::rename(&self.partial, &self.destination).map_err(io_error(&self.destination))?;
+            fs::rename(&partial, &self.destination).map_err(io_error(&self.destination))?;
         }
-        self.finished = true;
-        if replaced {
-            fs::remove_dir_all(&old).map_err(io_error(&old))?;
+        self.made.0.clear();
+        self.scratch.release();
+        if !replaced || manifest::remove_ours(&old)? {
+            return Ok(None);
         }
-        Ok(())
+        let kept = unused(&self.destination);
+        fs::rename(&old, &kept).map_err(io_error(&kept))?;
+        Ok(Some(kept))
     }
+}
+
+/// `NAME.before`, or with a number behind it where that is there.
+fn unused(destination: &Path) -> PathBuf {
+    let named = |number: u32| {
+        let mut name = destination.file_name().unwrap_or_default().to_owned();
+        name.push(if number == 1 { ".before".to_owned() } else { format!(".before-{number}") });
+        destination.with_file_name(name)
+    };
+    (1..).map(named).find(|path| fs::symlink_metadata(path).is_err()).unwrap_or_else(|| named(1))
 }
 
 /// Lets two folders change places at once: whoever looks sees the one or the other, whole.
@@ -183,18 +259,6 @@ fn exchange(a: &Path, b: &Path) -> io::Result<()> {
 #[cfg(not(target_os = "linux"))]
 fn exchange(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
-}
-
-impl Drop for FolderWriter {
-    fn drop(&mut self) {
-        if !self.finished {
-            // Best effort: there is nobody left to tell.
-            let _ = fs::remove_dir_all(&self.partial);
-            for folder in &self.made {
-                let _ = fs::remove_dir(folder);
-            }
-        }
-    }
 }
 
 fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, FolderError> {
@@ -227,22 +291,36 @@ pub fn read_regions(folder: &Path) -> Result<RegionsFile, FolderError> {
 /// # Errors
 /// The file is missing, or a line is not a move.
 pub fn read_moves(folder: &Path) -> Result<Program, FolderError> {
+    Ok(read_moves_with_hash(folder)?.0)
+}
+
+/// The moves, and the SHA-256 of the very bytes that they were read from.
+pub(crate) fn read_moves_with_hash(folder: &Path) -> Result<(Program, String), FolderError> {
     let path = folder.join(TOOLPATHS_FILE);
-    let file = File::open(&path).map_err(io_error(&path))?;
-    let mut moves = Vec::new();
-    for (index, line) in BufReader::new(file).lines().enumerate() {
-        let line = line.map_err(io_error(&path))?;
-        if line.trim().is_empty() {
+    let mut file = BufReader::new(File::open(&path).map_err(io_error(&path))?);
+    let (mut moves, mut hash, mut line) = (Vec::new(), Sha256::new(), Vec::new());
+    for number in 1.. {
+        line.clear();
+        if file.read_until(b'\n', &mut line).map_err(io_error(&path))? == 0 {
+            break;
+        }
+        hash.update(&line);
+        if line.trim_ascii().is_empty() {
             continue;
         }
-        let parsed: Move = serde_json::from_str(&line).map_err(|e| FolderError::Format {
+        let parsed: Move = serde_json::from_slice(&line).map_err(|e| FolderError::Format {
             path: path.clone(),
-            line: index + 1,
+            line: number,
             message: e.to_string(),
         })?;
         moves.push(parsed);
     }
-    Ok(Program { moves })
+    Ok((Program { moves }, hex(&hash.finalize())))
+}
+
+/// Bytes in hexadecimal digits.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
 /// SHA-256 of a file, hexadecimal.
@@ -260,7 +338,7 @@ pub fn sha256_of(path: &Path) -> Result<String, FolderError> {
         }
         hash.update(&buffer[..count]);
     }
-    Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
+    Ok(hex(&hash.finalize()))
 }
 
 #[cfg(test)]
@@ -273,7 +351,71 @@ mod tests {
         let writer = FolderWriter::begin_replacing(destination, "number").unwrap();
         writer.text("number", &number.to_string()).unwrap();
         writer.text("again", &number.to_string()).unwrap();
-        writer.finish().unwrap();
+        assert_eq!(writer.finish().unwrap(), None);
+    }
+
+    /// Names in a folder, in order.
+    fn names(folder: &Path) -> Vec<String> {
+        let names = fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn nothing_is_lost_that_was_not_written_here() {
+        let place = tempfile::tempdir().unwrap();
+        let out = place.path().join("out");
+        write(&out, 1);
+        write(&out, 2);
+        let refused = |named: &str| {
+            let before = names(&out);
+            let error = FolderWriter::begin_replacing(&out, "number").unwrap_err();
+            assert!(matches!(error, FolderError::NotOurs { .. }), "{error}");
+            assert!(error.to_string().contains(named), "{error}");
+            assert_eq!((names(&out), names(place.path())), (before, vec!["out".to_owned()]));
+        };
+        fs::write(out.join("body.nc"), "G0").unwrap();
+        refused("body.nc");
+        fs::remove_file(out.join("body.nc")).unwrap();
+        fs::create_dir_all(out.join("notes/empty")).unwrap();
+        refused("notes/empty");
+        fs::remove_dir_all(out.join("notes")).unwrap();
+        fs::write(out.join("again"), "3").unwrap();
+        refused("changed since claymill wrote them: again");
+        fs::write(out.join("again"), "2").unwrap();
+        // Without the list nobody can tell.
+        let list = fs::read(out.join("files.sha256")).unwrap();
+        fs::remove_file(out.join("files.sha256")).unwrap();
+        refused("again, number");
+        fs::write(out.join("files.sha256"), list).unwrap();
+        write(&out, 3);
+
+        // What comes while the folder is written is kept beside it.
+        for expected in ["out.before", "out.before-2"] {
+            let writer = FolderWriter::begin_replacing(&out, "number").unwrap();
+            writer.text("number", "4").unwrap();
+            fs::write(out.join("note"), "mine").unwrap();
+            let kept = writer.finish().unwrap().expect("a note");
+            assert_eq!(kept.file_name().unwrap(), expected);
+            assert_eq!(
+                (names(&kept), names(&out)),
+                (vec!["note".to_owned()], vec!["files.sha256".to_owned(), "number".to_owned()])
+            );
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_link_to_a_folder_stays_a_link() {
+        let place = tempfile::tempdir().unwrap();
+        let (real, link) = (place.path().join("real"), place.path().join("link"));
+        write(&real, 1);
+        std::os::unix::fs::symlink(&real, &link).unwrap();
+        write(&link, 2);
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read_to_string(real.join("number")).unwrap(), "2");
+        assert_eq!(names(place.path()), ["link", "real"]);
     }
 
     #[test]

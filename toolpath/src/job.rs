@@ -1,9 +1,10 @@
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Bounds, Holder, MoveKind, Tool};
+use crate::{Bounds, FilePlace, Holder, MoveKind, Tool, find_file};
 
 /// Version of the job folder's format; raised when a reader of the old one would misread the new one.
 pub const FORMAT_VERSION: u32 = 1;
@@ -51,6 +52,9 @@ pub struct Job {
 pub struct ModelFacts {
     /// Path as given on the command line.
     pub path: String,
+    /// The same, to be found again from the job folder and from anywhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<FilePlace>,
     /// SHA-256 of the file, hexadecimal.
     pub sha256: String,
     /// Unit declared in the file.
@@ -158,12 +162,31 @@ impl Default for MachineLimits {
 /// A mesh file (STL, OBJ, glTF) that no move may touch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Obstacle {
-    /// The file.
+    /// The file, as given on the command line.
     pub path: String,
+    /// The same, to be found again from the job folder and from anywhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<FilePlace>,
     /// SHA-256 of its bytes.
     pub sha256: String,
     /// Millimetres in one of its units, where its format has none.
     pub unit_mm: f64,
+}
+
+impl ModelFacts {
+    /// The model's file, as seen from the job folder `folder`.
+    #[must_use]
+    pub fn find(&self, folder: &Path) -> PathBuf {
+        find_file(folder, &self.path, self.place.as_ref(), &self.sha256)
+    }
+}
+
+impl Obstacle {
+    /// Its file, as seen from the job folder `folder`.
+    #[must_use]
+    pub fn find(&self, folder: &Path) -> PathBuf {
+        find_file(folder, &self.path, self.place.as_ref(), &self.sha256)
+    }
 }
 
 /// How the ends of neighbouring passes are joined.

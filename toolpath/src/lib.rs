@@ -27,8 +27,14 @@ mod bounds;
 mod folder;
 mod holder;
 mod job;
+mod manifest;
 mod moves;
+mod output;
+mod place;
 mod regions;
+mod renewal;
+mod scratch;
+mod standing;
 mod tool;
 mod whole;
 
@@ -43,10 +49,16 @@ pub use job::{
     MachineLimits, ModelFacts, Obstacle, RegionTotals, Request, Setup, Skipped, StageTiming, ToolRecord,
     Totals, UncutReason,
 };
+pub use manifest::MANIFEST_FILE;
 pub use moves::{Move, MoveError, MoveKind, Program, WRITTEN_STEP_MM, round_to_written};
+pub use output::{Kind, Output, OutputError, job_files};
+pub use place::{FilePlace, find_file, path_from_text, path_to_text};
 pub use regions::{
     FailingRecord, JointRecord, LapRecord, RegionQualityRecord, RegionRecord, RegionsFile, SmallRegionRecord,
     WideGapRecord,
 };
+pub use renewal::Renewal;
+pub use scratch::is_own_scratch;
+pub use standing::{Judged, Standing, read_judged, read_moves_judged};
 pub use tool::{End, Tool, ToolError};
 pub use whole::write_whole;

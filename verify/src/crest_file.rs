@@ -11,7 +11,7 @@
 use std::path::Path;
 
 use claymill_nurbs::Point3;
-use claymill_toolpath::{FolderError, Job, TOOLPATHS_FILE, sha256_of, write_whole};
+use claymill_toolpath::{FolderError, Job, Judged, write_whole};
 
 use crate::CrestSample;
 
@@ -22,17 +22,16 @@ pub const CRESTS_FILE: &str = "crests.bin";
 const PLACE: usize = 16;
 
 /// What the crests were measured on: moves and model.
-fn header(folder: &Path, job: &Job, count: usize) -> Result<String, FolderError> {
-    let moves = sha256_of(&folder.join(TOOLPATHS_FILE))?;
-    Ok(format!("claymill crests 1\n{moves}\n{}\n{count}\n", job.model.sha256))
+fn header(judged: &Judged, count: usize) -> String {
+    format!("claymill crests 1\n{}\n{}\n{count}\n", judged.toolpaths_sha256, judged.model_sha256)
 }
 
-/// Writes what was measured on the moves in the folder.
+/// Writes what was measured on these moves into a folder.
 ///
 /// # Errors
-/// The moves cannot be read, or the file cannot be written.
-pub fn write_crests(folder: &Path, job: &Job, crests: &[CrestSample]) -> Result<(), FolderError> {
-    let mut bytes = header(folder, job, crests.len())?.into_bytes();
+/// The file cannot be written.
+pub fn write_crests(folder: &Path, judged: &Judged, crests: &[CrestSample]) -> Result<(), FolderError> {
+    let mut bytes = header(judged, crests.len()).into_bytes();
     bytes.reserve(PLACE * crests.len());
     for c in crests {
         for x in [c.foot.x, c.foot.y, c.foot.z, c.height_mm] {
@@ -51,7 +50,7 @@ pub fn read_crests(folder: &Path, job: &Job) -> Option<Vec<CrestSample>> {
     let end = bytes.iter().enumerate().filter(|(_, b)| **b == b'\n').nth(3)?.0 + 1;
     let (head, places) = bytes.split_at(end);
     let count = places.len() / PLACE;
-    if places.len() % PLACE != 0 || head != header(folder, job, count).ok()?.as_bytes() {
+    if places.len() % PLACE != 0 || head != header(&Judged::of(folder, job).ok()?, count).as_bytes() {
         return None;
     }
     let place = |place: &[u8]| {

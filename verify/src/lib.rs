@@ -53,7 +53,7 @@ mod verdict;
 use std::path::{Path, PathBuf};
 
 use claymill_nurbs::{ClosestPoints, MeshOptions, Model};
-use claymill_toolpath::{FORMAT_VERSION, JOB_FILE, Job, Program, read_job, read_moves, sha256_of};
+use claymill_toolpath::{FORMAT_VERSION, Job, Program, read_job, read_moves_judged, sha256_of};
 
 pub use crest_file::{CRESTS_FILE, read_crests, write_crests};
 pub use error::VerifyError;
@@ -78,7 +78,9 @@ pub fn verify(
 ) -> Result<Verification, VerifyError> {
     progress("reading", 0.0);
     let job = known_job(folder)?;
-    against_model(folder, &job, &read_moves(folder)?, options, progress)
+    let (program, judged) = read_moves_judged(folder, &job)?;
+    let found = against_model(folder, &job, &program, options, progress)?;
+    Ok(Verification { judged: Some(judged), ..found })
 }
 
 /// Verifies other moves than the folder's own against its model: those of a program that was written from it.
@@ -110,23 +112,23 @@ fn against_model(
     options: &VerifyOptions,
     progress: Progress<'_>,
 ) -> Result<Verification, VerifyError> {
-    let path = model_path(folder, job, options);
+    let path = model_of(folder, job, options.model.as_deref())?;
+    let model = claymill_exchange::read(&path)?.model;
+    let options = VerifyOptions { folder: folder.to_owned(), ..options.clone() };
+    verify_program(&model, job, program, &options, progress)
+}
+
+/// The model file of a job: as told, else where the job says. It must be the one that the job was planned on.
+///
+/// # Errors
+/// It cannot be read, or has changed.
+pub fn model_of(folder: &Path, job: &Job, told: Option<&Path>) -> Result<PathBuf, VerifyError> {
+    let path = told.map_or_else(|| job.model.find(folder), Path::to_owned);
     let found = sha256_of(&path)?;
     if found != job.model.sha256 {
         return Err(VerifyError::ModelChanged { path, expected: job.model.sha256.clone(), found });
     }
-    let model = claymill_exchange::read(&path)?.model;
-    verify_program(&model, job, program, options, progress)
-}
-
-/// The model file: as told, else where the job says, else beside the job folder.
-fn model_path(folder: &Path, job: &Job, options: &VerifyOptions) -> PathBuf {
-    if let Some(path) = &options.model {
-        return path.clone();
-    }
-    let recorded = PathBuf::from(&job.model.path);
-    let beside = folder.join("..").join(recorded.file_name().unwrap_or(JOB_FILE.as_ref()));
-    if !recorded.exists() && beside.exists() { beside } else { recorded }
+    Ok(path)
 }
 
 /// Verifies moves that were read back from their file against a model that is in memory.
@@ -189,6 +191,7 @@ pub fn verify_with_crests(
     );
     let found = Verification {
         format_version: FORMAT_VERSION,
+        judged: None,
         scallop_mm: job.request.scallop_mm,
         gouge,
         contact,

@@ -30,7 +30,7 @@ impl ObstacleSet {
     pub(crate) fn read(job: &Job, options: &VerifyOptions) -> Result<Self, VerifyError> {
         let mut set = ObstacleSet { files: Vec::new(), triangles: Vec::new(), tree: BoxTree::new(&[]) };
         for obstacle in &job.request.check {
-            let path = Path::new(&obstacle.path);
+            let path = &obstacle.find(&options.folder);
             let found = sha256_of(path)?;
             if found != obstacle.sha256 {
                 let expected = obstacle.sha256.clone();

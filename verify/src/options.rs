@@ -7,6 +7,8 @@ use claymill_toolpath::{Holder, Job};
 pub struct VerifyOptions {
     /// The model file, when it is not where `job.json` says.
     pub model: Option<PathBuf>,
+    /// The job folder, as seen from which its obstacles are found.
+    pub folder: PathBuf,
     /// Obstacles besides those that the job was planned around: STL, OBJ or glTF files.
     pub obstacles: Vec<PathBuf>,
     /// Millimetres in one unit of those whose format has no unit.
@@ -47,6 +49,7 @@ impl Default for VerifyOptions {
     fn default() -> Self {
         VerifyOptions {
             model: None,
+            folder: PathBuf::from("."),
             obstacles: Vec::new(),
             obstacle_unit_mm: 1.0,
             path_spacing_mm: 1.0,

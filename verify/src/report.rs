@@ -1,5 +1,6 @@
 use std::collections::BTreeMap;
 
+use claymill_toolpath::Judged;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -10,6 +11,9 @@ use crate::{HolderClearance, ShankContact, Verdict};
 pub struct Verification {
     /// Version of the job folder's format.
     pub format_version: u32,
+    /// The very files that it was measured on; of other files nothing is said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub judged: Option<Judged>,
     /// Scallop height that the job asked for, mm.
     pub scallop_mm: f64,
     /// Gouges on every kind of move except rapids.

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use claymill_exchange::write_iges;
 use claymill_nurbs::{Model, Point3};
-use claymill_toolpath::{FolderWriter, Job, MoveKind, Program, TOOLPATHS_FILE, sha256_of};
+use claymill_toolpath::{FolderWriter, Job, Judged, MoveKind, Program, TOOLPATHS_FILE, sha256_of};
 use claymill_verify::{
     CRESTS_FILE, CrestSample, VerifyError, VerifyOptions, read_crests, verify, verify_program, write_crests,
 };
@@ -66,13 +66,14 @@ fn crests_are_read_back_for_the_very_moves_they_were_measured_on() {
         height_mm: 0.125 / f64::from(1 << k),
     };
     let crests: Vec<CrestSample> = (0..5).map(crest).collect();
-    write_crests(&folder, &job, &crests).unwrap();
+    let judged = Judged::of(&folder, &job).unwrap();
+    write_crests(&folder, &judged, &crests).unwrap();
     assert_eq!(read_crests(&folder, &job).as_ref(), Some(&crests));
-    write_crests(&folder, &job, &[]).unwrap();
+    write_crests(&folder, &judged, &[]).unwrap();
     assert_eq!(read_crests(&folder, &job), Some(Vec::new()));
 
     // Another model, other moves, half a file: to be measured again.
-    write_crests(&folder, &job, &crests).unwrap();
+    write_crests(&folder, &judged, &crests).unwrap();
     let sha256 = std::mem::replace(&mut job.model.sha256, "of another".into());
     assert_eq!(read_crests(&folder, &job), None);
     job.model.sha256 = sha256;

@@ -61,6 +61,7 @@ impl Movie {
         let mut encoder = png::Encoder::new(&mut bytes, first.width, first.height);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
+        encoder.add_text_chunk("Software".into(), "claymill".into())?;
         encoder.set_animated(self.frames.len() as u32, 0)?;
         encoder.set_frame_delay(1, self.frames_per_s)?;
         let mut writer = encoder.write_header()?;
@@ -81,6 +82,8 @@ impl Movie {
     /// There is no frame, or one is too large for the format (65 535 pixels a side).
     pub fn gif(&self) -> Result<Vec<u8>, gif::EncodingError> {
         const FINE: i32 = 10;
+        /// A comment, by which the file is known again as one of ours.
+        const COMMENT: u8 = 0xFE;
         let side = |pixels: u32| u16::try_from(pixels).map_err(|_| gif::EncodingError::from(too_large()));
         let mut bytes = Vec::new();
         let (width, height) = match self.frames.first() {
@@ -89,6 +92,7 @@ impl Movie {
         };
         let mut encoder = gif::Encoder::new(&mut bytes, width, height, &[])?;
         encoder.set_repeat(gif::Repeat::Infinite)?;
+        encoder.write_raw_extension(gif::AnyExtension(COMMENT), &[b"claymill"])?;
         for ([left, top, width, height], rgb) in self.parts() {
             let mut frame = gif::Frame::from_rgb_speed(side(width)?, side(height)?, &rgb, FINE);
             (frame.left, frame.top) = (side(left)?, side(top)?);

@@ -40,6 +40,9 @@ impl Picture {
         } else {
             &self.rgba
         };
+        // Known again as one of ours.
+        let marked = encoder.add_text_chunk("Software".into(), "claymill".into());
+        debug_assert!(marked.is_ok(), "both are Latin");
         let written = encoder.write_header().and_then(|mut w| w.write_image_data(data));
         debug_assert!(written.is_ok(), "writing to memory cannot fail");
         bytes

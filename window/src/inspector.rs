@@ -195,6 +195,8 @@ fn summary(ui: &mut Ui, desk: &Desk<'_>) {
                 fact(ui, "Gouges", &gouge);
                 fact(ui, "Scallop", &format!("{:.4} mm (p99)", v.scallop.crests.p99_mm));
                 fact(ui, "Verdict", if v.verdict.passed { "passed" } else { "not passed" });
+            } else {
+                fact(ui, "Verdict", "not verified");
             }
         }
     }

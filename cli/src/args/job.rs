@@ -74,6 +74,9 @@ pub(crate) struct JobOptions {
     /// `ball:5,taper:3,length:30,shank:12` (angle in degrees, diameter in mm) [default: ball:10].
     #[arg(long, value_name = "SHAPE:SIZE")]
     pub(crate) tool: Option<String>,
+    /// Number of the tool in the machine [default: 1].
+    #[arg(long, value_name = "NUMBER")]
+    pub(crate) tool_number: Option<u32>,
     /// What holds the tool: how far it sticks out, mm, and sections from the tool up as diameters and length, for
     /// example 60:27-34x50,63x26; without sections a shrink-fit chuck on HSK-A63. auto for the least that does. It is
     /// drawn and verified, not planned around.
@@ -126,6 +129,7 @@ pub(crate) struct JobOptions {
     pub(crate) bounds: BoundsArgs,
     /// Obstacle that no move may touch, as a mesh in the model's place: STL, OBJ or glTF; may be repeated.
     #[arg(long, value_name = "FILE")]
+    #[serde(with = "super::paths::many")]
     pub(crate) check: Vec<PathBuf>,
     /// Millimetres in one unit of obstacles whose format has no unit (STL, OBJ) [default: 1].
     #[arg(long, value_name = "MM", requires = "check")]
@@ -135,6 +139,7 @@ pub(crate) struct JobOptions {
     pub(crate) feed: Option<f64>,
     /// Machine definition (TOML): rapids and times are those of its feeds, acceleration and jerk.
     #[arg(long, value_name = "FILE")]
+    #[serde(with = "super::paths::maybe")]
     pub(crate) machine: Option<PathBuf>,
     #[command(flatten)]
     #[serde(flatten)]

@@ -38,6 +38,26 @@ pub(crate) struct StreamArgs {
     /// The target may be another machine.
     #[arg(long)]
     pub(crate) remote: bool,
+    /// Run a job that did not pass verification, or whose verdict belongs to other moves.
+    #[arg(long)]
+    pub(crate) unverified: bool,
+    #[command(flatten)]
+    pub(crate) place: PlaceArgs,
+}
+
+/// Where the job's tools and setups are on the machine.
+#[derive(Debug, Args)]
+pub(crate) struct PlaceArgs {
+    /// Number of the tool in the machine; of several T1=12. May be repeated [default: that of its id in the job].
+    #[arg(long, value_name = "[TOOL=]NUMBER")]
+    pub(crate) tool_number: Vec<String>,
+    /// Work offset, for example G55 (Heidenhain: the preset's number); of one setup left=G55. May be repeated
+    /// [default: G54].
+    #[arg(long, value_name = "[SETUP=]OFFSET")]
+    pub(crate) work_offset: Vec<String>,
+    /// Spindle speed, 1/min [default: none is written].
+    #[arg(long, value_name = "RPM")]
+    pub(crate) spindle: Option<f64>,
 }
 
 #[derive(Debug, Args)]
@@ -91,7 +111,7 @@ pub(crate) struct PostArgs {
     /// fanuc, mitsubishi, siemens, heidenhain, linuxcnc, beckhoff, g1, apt, apt-creo or step-nc.
     #[arg(long, value_name = "DIALECT")]
     pub(crate) to: String,
-    /// Program to write.
+    /// Program to write; - for standard output.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     /// Machine definition (TOML).
@@ -103,6 +123,11 @@ pub(crate) struct PostArgs {
     /// Run the program on a virtual control too: cut error, feed and time go into the totals.
     #[arg(long)]
     pub(crate) simulate: bool,
+    /// Write a job that did not pass verification, or whose verdict belongs to other moves. The program says so.
+    #[arg(long)]
+    pub(crate) unverified: bool,
+    #[command(flatten)]
+    pub(crate) place: PlaceArgs,
 }
 
 #[derive(Debug, Args)]

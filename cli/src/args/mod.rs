@@ -4,13 +4,14 @@ mod bounds;
 mod job;
 mod machine;
 mod model;
+mod paths;
 mod result;
 
 use clap::{Parser, Subcommand};
 
 pub(crate) use bounds::BoundsArgs;
 pub(crate) use job::{AxisArgs, CompareArgs, JobOptions, LinkName, PlanArgs, PresetName, StrategyName};
-pub(crate) use machine::{ControlArgs, OrderArgs, PostArgs, SimulateArgs, StreamArgs};
+pub(crate) use machine::{ControlArgs, OrderArgs, PlaceArgs, PostArgs, SimulateArgs, StreamArgs};
 pub(crate) use model::{DemoArgs, DropArgs, InspectArgs, MergeArgs, SampleArgs};
 pub(crate) use result::{AnimateArgs, PathColour, RenderArgs, ReportArgs, ShowName, VerifyArgs, ViewArgs};
 
@@ -28,6 +29,10 @@ pub(crate) struct Cli {
     /// Print the result as JSON on standard output.
     #[arg(long, global = true)]
     pub(crate) json: bool,
+    /// Replace files that claymill did not write. An input of the command is never replaced, and a job folder only where
+    /// nothing in it would be lost.
+    #[arg(long, global = true)]
+    pub(crate) force: bool,
     /// No progress and no summary.
     #[arg(long, global = true)]
     pub(crate) quiet: bool,
@@ -75,4 +80,22 @@ pub(crate) enum Command {
     Sample(SampleArgs),
     /// JSON Schemas of the job folder.
     Schema,
+}
+
+impl Command {
+    /// Whether it may make pictures.
+    pub(crate) fn draws(&self) -> bool {
+        !matches!(
+            self,
+            Command::Drop(_)
+                | Command::Verify(_)
+                | Command::Post(_)
+                | Command::Simulate(_)
+                | Command::Stream(_)
+                | Command::Control(_)
+                | Command::Order(_)
+                | Command::Sample(_)
+                | Command::Schema
+        )
+    }
 }

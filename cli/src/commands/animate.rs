@@ -3,7 +3,7 @@ use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
 
 use claymill_paths::times_s;
-use claymill_toolpath::{Job, Move, Program, read_job, read_moves, write_whole};
+use claymill_toolpath::{Job, Kind, Move, Output, Program, read_job, read_moves};
 use claymill_viewer::{Movie, PictureOptions, Places, Reel, Renderer, Stock, StrokeStyle, View};
 use rayon::prelude::*;
 
@@ -13,7 +13,7 @@ use super::subject::Subject;
 use super::{Context, layers, report};
 use crate::args::{AnimateArgs, AxisArgs, ShowName};
 use crate::failure::{Failure, advice_on};
-use crate::interrupt;
+use crate::{interrupt, output};
 
 /// The model that the tool runs over.
 const SHOWN: [ShowName; 3] = [ShowName::Regions, ShowName::Joints, ShowName::Trims];
@@ -36,6 +36,7 @@ fn format_of(path: &Path) -> Result<Format, Failure> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     match extension.as_deref() {
         Some("png" | "apng") => Ok(Format::Png),
+        None if Output::is_standard(path) => Ok(Format::Png),
         Some("gif") => Ok(Format::Gif),
         Some("mp4" | "webm") => Ok(Format::Video),
         _ => Err(Failure::usage(
@@ -58,6 +59,8 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
         ));
     }
     let job = read_job(&args.folder)?;
+    let inputs = output::inputs(&args.folder, Some(&job), args.model.as_deref());
+    let out = output::begin(context, &args.out, Kind::Picture, &inputs)?;
     let program = read_moves(&args.folder)?;
     has_moves(&args.folder, &program)?;
     let no_axes = AxisArgs { up: None, length: None };
@@ -103,7 +106,7 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
         movie.frames.push(renderer.render_next(&scene, &view, &options, &mut places)?);
     }
     console.stage("writing");
-    write(args, format, &movie)?;
+    write(args, format, &movie, out)?;
     console.finish();
     let step_s = reel.duration_s() / f64::from(count.max(2) - 1);
     let pace = if args.storyboard {
@@ -114,7 +117,7 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
     console.say(format!("{}: {count} frames, {pace}", args.out.display()));
     if context.json {
         context.print_json(
-            &serde_json::json!({ "written": args.out, "frames": count, "machining_s": reel.duration_s() }),
+            &serde_json::json!({ "written": args.out.display().to_string(), "frames": count, "machining_s": reel.duration_s() }),
         )?;
     }
     Ok(ExitCode::SUCCESS)
@@ -168,39 +171,36 @@ pub(crate) fn seconds(job: &Job, program: &Program) -> Vec<f64> {
     setups.par_iter().flat_map_iter(|moves| times_s(moves, &job.request.machine)).collect()
 }
 
-fn write(args: &AnimateArgs, format: Format, movie: &Movie) -> Result<(), Failure> {
+fn write(args: &AnimateArgs, format: Format, movie: &Movie, out: Output) -> Result<(), Failure> {
     let impossible = |e: &dyn std::fmt::Display| Failure::problem(format!("{}: {e}", args.out.display()), "");
     let bytes = match format {
         _ if args.storyboard => movie.sheet(STORYBOARD.1).png(),
         Format::Png => movie.apng().map_err(|e| impossible(&e))?,
         Format::Gif => movie.gif().map_err(|e| impossible(&e))?,
-        Format::Video => return video(&args.out, movie),
+        Format::Video => {
+            video(&args.out, movie, &out)?;
+            return Ok(out.finish(Kind::Picture)?);
+        }
     };
-    write_whole(&args.out, &bytes)
-        .map_err(|e| Failure::problem(format!("{}: {e}", args.out.display()), advice_on(&e)))
+    output::write(out, Kind::Picture, &bytes)
 }
 
 /// Through ffmpeg, in a folder beside the destination. An interruption takes the folder away: whenever ffmpeg comes to open
 /// its file, it leaves none.
-fn video(out: &Path, movie: &Movie) -> Result<(), Failure> {
-    let failed = |e: &std::io::Error| Failure::problem(format!("{}: {e}", out.display()), advice_on(e));
-    let name = out.file_name().unwrap_or_default().to_string_lossy();
-    let folder = out.with_file_name(format!(".{}.{name}", std::process::id()));
+fn video(told: &Path, movie: &Movie, out: &Output) -> Result<(), Failure> {
+    let failed = |e: &std::io::Error| Failure::problem(format!("{}: {e}", told.display()), advice_on(e));
     // The extension tells ffmpeg the format.
-    let whole = folder.join("whole").with_extension(out.extension().unwrap_or_default());
-    interrupt::remove_on_interrupt(folder.clone());
-    let done = std::fs::create_dir(&folder).and_then(|()| encode(&whole, movie));
+    let whole = out.folder().join("whole").with_extension(told.extension().unwrap_or_default());
+    let done = encode(&whole, movie);
     interrupt::wait_if_interrupted();
-    let result = match done {
-        Ok(None) => std::fs::rename(&whole, out).map_err(|e| failed(&e)),
+    match done {
+        Ok(None) => std::fs::rename(&whole, out.staged()).map_err(|e| failed(&e)),
         Ok(Some(said)) => Err(Failure::problem(
-            format!("ffmpeg could not write {}: {said}", out.display()),
+            format!("ffmpeg could not write {}: {said}", told.display()),
             "Where its build lacks the encoder, try .mp4, .webm or another ffmpeg, or write a .gif or an animated .png.",
         )),
         Err(e) => Err(failed(&e)),
-    };
-    let _ = std::fs::remove_dir_all(&folder);
-    result
+    }
 }
 
 /// Sends the frames to ffmpeg; what it says where it fails.
@@ -214,6 +214,8 @@ fn encode(out: &Path, movie: &Movie) -> std::io::Result<Option<String>> {
         .args(["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv"])
         .args(["-pix_fmt", "yuv420p", "-colorspace", "bt709", "-color_primaries", "bt709"])
         .args(["-color_trc", "bt709", "-color_range", "tv"])
+        // Known again as one of ours.
+        .args(["-metadata", "comment=claymill", "-metadata", "title=claymill"])
         .arg(out)
         .stdin(Stdio::piped())
         .stdout(Stdio::null())

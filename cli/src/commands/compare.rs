@@ -3,7 +3,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use claymill_paths::FitTolerance;
-use claymill_toolpath::{Job, LengthByKind, MoveKind, Program, Tool, write_whole};
+use claymill_toolpath::{Job, LengthByKind, MoveKind, Program, Renewal, Tool, write_whole};
 use claymill_verify::{HISTOGRAM_BIN, SurfaceState, Verification};
 use claymill_viewer::{Compared, ComparisonInput, comparison_html, flatten};
 use rayon::prelude::*;
@@ -15,12 +15,10 @@ use super::{Context, compare_plot, compare_table, merge};
 use crate::args::{CompareArgs, JobOptions, StrategyName};
 use crate::console::outln;
 use crate::failure::{Failure, advice_on};
+use crate::interrupt;
 
 /// The comparison as data, as a table for spreadsheets and as a diagram.
-const JSON: &str = "compare.json";
-const CSV: &str = "compare.csv";
-const SVG: &str = "compare.svg";
-const HTML: &str = "compare.html";
+const FILES: [&str; 4] = ["compare.json", "compare.csv", "compare.svg", "compare.html"];
 
 /// The whole comparison.
 #[derive(Debug, Serialize)]
@@ -101,6 +99,8 @@ pub(crate) fn compare(context: &Context, args: &CompareArgs) -> Result<ExitCode,
         }
     }
     std::fs::create_dir_all(&args.out).map_err(|e| failed(&args.out, &e))?;
+    // Looked at before hours of planning, and again when it is written.
+    drop(Renewal::begin(&args.out, &FILES)?);
     let mut comparison = Comparison {
         model: args.model.display().to_string(),
         histogram_bin: HISTOGRAM_BIN,
@@ -111,7 +111,11 @@ pub(crate) fn compare(context: &Context, args: &CompareArgs) -> Result<ExitCode,
     for (name, request) in &requests {
         context.console.say(format!("\n{name}"));
         let console = context.console.for_job();
-        let done = run(&Context { console: &console, json: false }, request, &args.out.join(name))?;
+        let done = run(
+            &Context { console: &console, json: false, force: context.force },
+            request,
+            &args.out.join(name),
+        )?;
         if done.exit != ExitCode::SUCCESS {
             exit = done.exit;
         }
@@ -142,11 +146,13 @@ fn write_files(args: &CompareArgs, comparison: &Comparison, compared: &[Compared
     let title = args.model.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let page = ComparisonInput { title: &title, jobs: compared, plot_svg: &svg, command: &command(args) };
     let html = comparison_html(&page);
-    for (file, text) in [(JSON, json), (CSV, csv(comparison)), (SVG, svg), (HTML, html)] {
-        let path = args.out.join(file);
+    let renewal = Renewal::begin(&args.out, &FILES)?;
+    renewal.leftovers().into_iter().for_each(interrupt::remove_on_interrupt);
+    for (file, text) in FILES.iter().zip([json, csv(comparison), svg, html]) {
+        let path = renewal.path().join(file);
         write_whole(&path, text.as_bytes()).map_err(|e| failed(&path, &e))?;
     }
-    Ok(())
+    Ok(renewal.finish()?)
 }
 
 /// The command line that makes the comparison again.

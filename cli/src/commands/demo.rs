@@ -12,7 +12,7 @@ const TOOL: &str = "ball:6";
 pub(crate) fn demo(context: &Context, args: &DemoArgs) -> Result<ExitCode, Failure> {
     let model = args.out.with_file_name("roadster.igs");
     context.console.stage("generating");
-    let planted = sample::write("roadster", args.patches, args.seed, args.scale, &[], &model)?;
+    let planted = sample::write(context, "roadster", args.patches, args.seed, args.scale, &[], &model)?;
     let mut job = args.job.clone();
     job.axes.up.get_or_insert_with(|| "+z".to_owned());
     job.axes.length.get_or_insert_with(|| "-x".to_owned());

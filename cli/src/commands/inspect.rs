@@ -5,6 +5,7 @@ use claymill_exchange::{ImportReport, Skipped};
 use claymill_nurbs::{Face, SurfaceKind};
 use claymill_surface_merge::defects::{Defect, defects};
 use claymill_surface_merge::{BoundaryAccount, Preset, Tolerance};
+use claymill_toolpath::Kind;
 use serde::Serialize;
 
 use super::inspect_mesh::{inspect_mesh, is_mesh};
@@ -13,6 +14,7 @@ use super::{Context, box_mm};
 use crate::args::InspectArgs;
 use crate::console::outln;
 use crate::failure::Failure;
+use crate::output;
 
 /// What `claymill inspect --json` prints.
 #[derive(Debug, Serialize)]
@@ -48,14 +50,19 @@ pub(crate) fn inspect(context: &Context, args: &InspectArgs) -> Result<ExitCode,
     if is_mesh(args) {
         return inspect_mesh(context, args);
     }
+    let inputs = std::slice::from_ref(&args.model);
+    let out = args.out.as_ref().map(|path| output::begin_beside_text(context, path, Kind::Picture, inputs));
+    let out = out.transpose()?;
     let loaded = context.load(&args.model)?;
     let model = &loaded.import.model;
     context.console.stage("looking for defects");
     let merged = super::merge::regions(model, &Preset::Clay.options())?;
     let defects = defects(model, &merged, &loaded.face_area_mm2);
-    if let Some(path) = &args.out {
+    if let Some((path, out)) = args.out.as_ref().zip(out) {
         context.console.stage("drawing");
-        save_picture(context, args, &loaded, &merged, &defects, path)?;
+        save_picture(context, args, &loaded, &merged, &defects, &out.staged())?;
+        out.finish(Kind::Picture)?;
+        context.console.say(path.display());
     }
     context.console.finish();
     let (faces, report) = (&loaded.import.model.faces, &loaded.import.report);

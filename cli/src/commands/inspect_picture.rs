@@ -56,7 +56,6 @@ pub(crate) fn save_picture(
         scene.legend.push(LegendEntry { mark: Mark::Pin(shape), colour, text });
     }
     claymill_viewer::render_png(&Renderer::new()?, &scene, &view, &options, path)?;
-    context.console.say(path.display());
     Ok(())
 }
 

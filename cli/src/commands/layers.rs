@@ -63,7 +63,7 @@ pub(crate) fn add_measured(
     show: &[ShowName],
 ) -> Result<(), Failure> {
     let Work { model, job, program, folder } = *work;
-    let options = VerifyOptions::default();
+    let options = VerifyOptions { folder: folder.to_owned(), ..VerifyOptions::default() };
     let at = |stage: &str, share: f64| context.console.at(stage, share);
     if show.contains(&ShowName::Scallop) {
         let crests = match read_crests(folder, job) {

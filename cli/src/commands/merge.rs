@@ -1,9 +1,10 @@
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use claymill_nurbs::Model;
 use claymill_surface_merge::{Merge, MergeError, MergeOptions, Preset, merge as find_regions};
 use claymill_toolpath::{
-    FORMAT_VERSION, FailingRecord, FolderWriter, JointRecord, LapRecord, Program, REGIONS_FILE,
+    FORMAT_VERSION, FailingRecord, FolderWriter, JointRecord, Kind, LapRecord, Output, Program, REGIONS_FILE,
     RegionQualityRecord, RegionRecord, RegionsFile, SmallRegionRecord, WideGapRecord,
 };
 use rayon::prelude::*;
@@ -14,7 +15,7 @@ use super::{Context, box_mm, drive, orientation, pictures, sweep, why};
 use crate::args::{MergeArgs, PresetName};
 use crate::console::outln;
 use crate::failure::Failure;
-use crate::interrupt;
+use crate::{interrupt, output};
 
 impl From<PresetName> for Preset {
     fn from(name: PresetName) -> Self {
@@ -34,11 +35,14 @@ const SHOWN: usize = 10;
 pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Failure> {
     let folder =
         args.out.as_deref().map(|out| FolderWriter::begin_replacing(out, REGIONS_FILE)).transpose()?;
-    if let Some(folder) = &folder {
-        interrupt::remove_on_interrupt(folder.path().to_owned());
-    }
-    let format = args.export.as_deref().map(ExportFormat::of).transpose()?;
-    let drive_format = args.drive_surfaces.as_deref().map(ExportFormat::of).transpose()?;
+    folder.iter().flat_map(FolderWriter::leftovers).for_each(interrupt::remove_on_interrupt);
+    let target = |path: &Option<PathBuf>| -> Result<Option<(Output, ExportFormat)>, Failure> {
+        let Some(path) = path else { return Ok(None) };
+        let format = ExportFormat::of(path)?;
+        let inputs = [args.model.clone()];
+        Ok(Some((output::begin_beside_text(context, path, Kind::Model, &inputs)?, format)))
+    };
+    let (exported, drive_surfaces) = (target(&args.export)?, target(&args.drive_surfaces)?);
     let loaded = context.load(&args.model)?;
     let model = &loaded.import.model;
     context.console.stage("merging");
@@ -61,18 +65,22 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
         context.console.stage("pictures");
         let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
         album.save_regions(context.console, axes, folder.path())?;
-        folder.finish()?;
+        if let Some(kept) = folder.finish()? {
+            context.console.say(format!("kept      what came into the folder meanwhile: {}", kept.display()));
+        }
     }
-    if let Some((path, format)) = args.export.as_deref().zip(format) {
+    if let Some((out, format)) = exported {
         context.console.stage("exporting");
         let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
-        export(path, format, model, &album, &merged.region_of_face, &Program::default())?;
+        export(&out.staged(), format, model, &album, &merged.region_of_face, &Program::default())?;
+        out.finish(Kind::Model)?;
     }
     let mut drives = Vec::new();
-    if let Some((path, format)) = args.drive_surfaces.as_deref().zip(drive_format) {
+    if let Some((out, format)) = drive_surfaces {
         context.console.stage("drive surfaces");
         let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
-        drives = drive::write(path, format, model, &merged, &album.colours())?;
+        drives = drive::write(&out.staged(), format, model, &merged, &album.colours())?;
+        out.finish(Kind::Model)?;
     }
     context.console.finish();
     if context.json && args.sweep {

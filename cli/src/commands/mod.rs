@@ -69,6 +69,8 @@ pub(crate) use view::view;
 pub(crate) struct Context<'a> {
     pub(crate) console: &'a Console,
     pub(crate) json: bool,
+    /// Files that claymill did not write are replaced.
+    pub(crate) force: bool,
 }
 
 /// A model with the measures that several commands need.

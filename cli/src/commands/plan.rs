@@ -7,9 +7,9 @@ use claymill_nurbs::{Model, Point3};
 use claymill_paths::{Feeds, Plan, PlanOptions, Regions, Strategy, check_tools, plan_around};
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
-    Bounds, FORMAT_VERSION, FolderWriter, HOLDER_CLEARANCE_MM, Holder, JOB_FILE, Job, LinkStyle,
-    MachineLimits, ModelFacts, Obstacle, Program, REGIONS_FILE, REPORT_FILE, Skipped, Tool, ToolRecord,
-    VERIFY_FILE, read_moves, sha256_of,
+    Bounds, FORMAT_VERSION, FilePlace, FolderWriter, HOLDER_CLEARANCE_MM, Holder, JOB_FILE, Job, Judged,
+    LinkStyle, MachineLimits, ModelFacts, Obstacle, Program, REGIONS_FILE, REPORT_FILE, Skipped, Tool,
+    ToolRecord, VERIFY_FILE, read_moves, sha256_of,
 };
 use claymill_verify::{Verification, VerifyOptions, stick_out_needed_mm, verify_with_crests, write_crests};
 
@@ -27,6 +27,8 @@ pub(crate) const JOB_TOML: &str = "job.toml";
 
 /// Written instead of a stick-out: the least that does.
 const LEAST: &str = "auto";
+/// Largest number of a tool.
+const LARGEST_TOOL: u32 = 999_999;
 /// Holders are asked to keep no more than this from the model, mm.
 const LARGEST_CLEARANCE_MM: f64 = 1000.0;
 
@@ -88,6 +90,7 @@ pub(crate) fn read_job_file(file: &Path) -> Result<JobOptions, Failure> {
 fn over(first: JobOptions, second: JobOptions) -> JobOptions {
     JobOptions {
         tool: first.tool.or(second.tool),
+        tool_number: first.tool_number.or(second.tool_number),
         holder: first.holder.or(second.holder),
         holder_clearance: first.holder_clearance.or(second.holder_clearance),
         rest_of: first.rest_of.or(second.rest_of),
@@ -116,6 +119,13 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
 }
 
 impl Request {
+    /// Id of the tool: its number in the machine, where that is known.
+    fn tool_id(&self) -> String {
+        self.options
+            .tool_number
+            .map_or_else(|| claymill_paths::TOOL_ID.to_owned(), |number| format!("T{number}"))
+    }
+
     pub(crate) fn new(model: &Path, options: &JobOptions) -> Result<Self, Failure> {
         let tool = options.tool.as_deref().unwrap_or("ball:10").parse::<Tool>();
         let tool = tool.map_err(|e| {
@@ -136,6 +146,10 @@ impl Request {
         let feeds = feeds(options.feed, machine.as_ref())?;
         if options.angle.is_some_and(|angle| !angle.is_finite()) {
             return Err(Failure::usage("the angle of the rows must be a number", "For example: --angle 45."));
+        }
+        if options.tool_number.is_some_and(|number| !(1..=LARGEST_TOOL).contains(&number)) {
+            let what = format!("a tool has a number from 1 to {LARGEST_TOOL}");
+            return Err(Failure::usage(what, "For example: --tool-number 12."));
         }
         let strategy = options.strategy.unwrap_or(StrategyName::Planar);
         Ok(Request {
@@ -221,7 +235,7 @@ impl From<StrategyName> for Strategy {
 pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Done, Failure> {
     let console = context.console;
     let folder = FolderWriter::begin(out)?;
-    interrupt::remove_on_interrupt(folder.path().to_owned());
+    folder.leftovers().into_iter().for_each(interrupt::remove_on_interrupt);
     let loaded = context.load(&request.model)?;
     let model = &loaded.import.model;
     let sha256 = sha256_of(&request.model)?;
@@ -269,7 +283,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         face_area_mm2: &loaded.face_area_mm2,
     };
     plan_summary::warn_of_much(console, &plan_options, &to_cut);
-    let (check, triangles) = obstacles(console, &request.options)?;
+    let (check, triangles) = obstacles(console, &request.options, out)?;
     let at = |stage: &str, share: f64| console.at(stage, share);
     let mut plan = plan_around(model, &to_cut, &triangles, &plan_options, &at)?;
     for (record, areas) in regions.regions.iter_mut().zip(&plan.region_setup_area_mm2) {
@@ -278,9 +292,12 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     plan_summary::say_plan(console, &plan);
 
     console.stage("writing");
+    let tool_id = request.tool_id();
+    plan.program.moves.iter_mut().for_each(|m| m.tool.clone_from(&tool_id));
     folder.moves(&plan.program)?;
     let seconds = std::mem::take(&mut plan.seconds);
     let mut job = job(request, &loaded, sha256, &plan_options, plan);
+    job.model.place = Some(FilePlace::of(&request.model, out));
     job.request.check = check;
 
     console.stage("verifying");
@@ -291,7 +308,9 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     write_job_file(&folder, request, &job, &plan_options)?;
     verify::expect(console, program.moves.len(), job.totals.passes, model.faces.len());
     let at = |stage: &str, share: f64| console.at(stage, share);
-    let (found, crests) = verify_with_crests(model, &job, &program, &VerifyOptions::default(), &at)?;
+    let (mut found, crests) = verify_with_crests(model, &job, &program, &VerifyOptions::default(), &at)?;
+    let judged = Judged::of(folder.path(), &job)?;
+    found.judged = Some(judged.clone());
     for needed in found.holder.iter().flat_map(|h| &h.regions) {
         let record = regions.regions.iter_mut().find(|r| r.id == needed.region);
         let record = record.map(|r| &mut r.stick_out_needed_mm);
@@ -299,7 +318,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     }
     folder.json(REGIONS_FILE, &regions)?;
     folder.json(VERIFY_FILE, &found)?;
-    write_crests(folder.path(), &job, &crests)?;
+    write_crests(folder.path(), &judged, &crests)?;
     verify::say(context, &found);
 
     console.stage("pictures");
@@ -318,7 +337,9 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     let job = Job { timings: console.finish(), peak_memory_mb: peak_memory_mb(), ..job.clone() };
     folder.json(JOB_FILE, &job)?;
     report::write(&Finished { job: &job, ..finished }, &sights, folder.path(), out)?;
-    folder.finish()?;
+    if let Some(kept) = folder.finish()? {
+        console.say(format!("kept      what came into the folder meanwhile: {}", kept.display()));
+    }
     let seconds: f64 = job.timings.iter().map(|t| t.seconds).sum();
     console.say(format!("job       {} ({seconds:.1} s, {:.0} MB)", out.display(), job.peak_memory_mb));
     console.say(format!("report    {}", out.join(REPORT_FILE).display()));
@@ -359,6 +380,7 @@ fn choose_stick_out(
 fn obstacles(
     console: &crate::console::Console,
     options: &JobOptions,
+    folder: &Path,
 ) -> Result<(Vec<Obstacle>, Vec<[Point3; 3]>), Failure> {
     let unit_mm = options.mesh_unit.unwrap_or(1.0);
     let (mut records, mut triangles) = (Vec::new(), Vec::new());
@@ -379,7 +401,8 @@ fn obstacles(
             size.y,
             size.z
         ));
-        records.push(Obstacle { path: name.to_string(), sha256: sha256_of(path)?, unit_mm });
+        let place = Some(FilePlace::of(path, folder));
+        records.push(Obstacle { path: name.to_string(), place, sha256: sha256_of(path)?, unit_mm });
         triangles.extend(mesh.triangles.iter().map(|t| t.map(|i| mesh.vertices[i as usize])));
     }
     Ok((records, triangles))
@@ -392,6 +415,7 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
         claymill_version: env!("CARGO_PKG_VERSION").to_owned(),
         model: ModelFacts {
             path: request.model.display().to_string(),
+            place: None,
             sha256,
             units: report.units.declared.clone(),
             unit_mm: report.units.mm_per_unit,
@@ -427,11 +451,7 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
             machine: options.machine.clone(),
         },
         tolerances: plan.tolerances,
-        tools: vec![ToolRecord {
-            id: claymill_paths::TOOL_ID.to_owned(),
-            tool: request.tool,
-            holder: request.holder.clone(),
-        }],
+        tools: vec![ToolRecord { id: request.tool_id(), tool: request.tool, holder: request.holder.clone() }],
         setups: plan.setups,
         regions: plan.regions,
         totals: plan.totals,

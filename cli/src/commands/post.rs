@@ -1,38 +1,122 @@
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use claymill_controller::{Dialect, Machine, MachineJob, PostTotals};
+use claymill_controller::{Dialect, Machine, MachineJob, PostTotals, Section};
+use claymill_toolpath::{Job, Kind, job_files};
 
 use super::{Context, simulate};
-use crate::args::PostArgs;
-use crate::failure::{Failure, advice_on};
-use crate::interrupt::remove_on_interrupt;
+use crate::args::{PlaceArgs, PostArgs};
+use crate::clearance::cleared;
+use crate::failure::Failure;
+use crate::output;
 
 /// `claymill post`.
 pub(crate) fn post(context: &Context, args: &PostArgs) -> Result<ExitCode, Failure> {
     let dialect = dialect(&args.to, args.version.as_deref())?;
     let machine = machine(args.machine.as_deref())?;
+    let mut inputs = job_files(&args.folder);
+    inputs.extend(args.machine.clone());
+    output::make_parent(&args.out)?;
+    let out = output::begin(context, &args.out, Kind::Program, &inputs)?;
+    let totals_name = totals_name(out.name().to_owned());
+    if !out.is_stream() {
+        out.check_beside(&totals_name, Kind::Json)?;
+    }
     context.console.stage("reading");
-    let job = MachineJob::read(&args.folder, &machine)?;
+    let (job, program, note) = cleared(context, &args.folder, args.unverified)?;
+    let machine = placed(machine, &args.place, &job)?;
+    let mut job = MachineJob::new(job, &program, &machine)?;
+    job.notes.extend(note);
     context.console.stage("writing");
-    let partial = |path: &Path| remove_on_interrupt(path.to_owned());
-    let mut totals = claymill_controller::post(&job, dialect, &machine, &args.out, &partial)?;
+    let mut totals = claymill_controller::post_to(&job, dialect, &machine, &out, &args.out)?;
+    let mut files: Vec<(OsString, Kind)> = if out.is_stream() {
+        vec![(out.name().to_owned(), Kind::Program)]
+    } else {
+        let names = totals.files.iter().filter_map(|f| f.path.file_name());
+        names.map(|name| (name.to_owned(), Kind::Program)).collect()
+    };
     if args.simulate {
         context.console.stage("running");
-        let files: Vec<_> = totals.files.iter().map(|f| f.path.clone()).collect();
-        totals.simulation = Some(claymill_controller::simulate(&job, &files, dialect, &machine)?);
+        let written: Vec<PathBuf> = files.iter().map(|(name, _)| out.folder().join(name)).collect();
+        totals.simulation = Some(claymill_controller::simulate(&job, &written, dialect, &machine)?);
     }
     context.console.finish();
-    write_totals(&args.out, &totals)?;
+    if !out.is_stream() {
+        let text = serde_json::to_string_pretty(&totals)
+            .map_err(|e| Failure::problem(format!("the totals cannot be written as JSON: {e}"), ""))?;
+        let staged = out.folder().join(&totals_name);
+        std::fs::write(&staged, text + "\n").map_err(|e| {
+            Failure::problem(format!("{}: {e}", staged.display()), crate::failure::advice_on(&e))
+        })?;
+        files.push((totals_name, Kind::Json));
+    }
+    out.finish_all(&files)?;
     if context.json {
         context.print_json(&totals)?;
     } else {
-        say(context, &totals);
+        say(context, &totals, &job, &machine);
         if let Some(simulation) = &totals.simulation {
             simulate::say(context, simulation);
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// `FILE.totals.json`.
+fn totals_name(mut program: OsString) -> OsString {
+    program.push(".totals.json");
+    program
+}
+
+/// The machine with what the command line says of the job's tools and setups.
+pub(crate) fn placed(mut machine: Machine, args: &PlaceArgs, job: &Job) -> Result<Machine, Failure> {
+    let tools: Vec<&str> = job.tools.iter().map(|t| t.id.as_str()).collect();
+    let setups: Vec<&str> = job.setups.iter().map(|s| s.name.as_str()).collect();
+    for text in &args.tool_number {
+        const EXAMPLE: &str = "For example: --tool-number 12, or --tool-number T1=12.";
+        let (tool, number) = one_of(text, &tools, "tool", EXAMPLE)?;
+        let number = number.trim_start_matches('T').parse().ok().filter(|n| *n > 0);
+        let number =
+            number.ok_or_else(|| Failure::usage(format!("`{text}` is no number of a tool"), EXAMPLE))?;
+        let tools = tool.map_or_else(|| tools.clone(), |tool| vec![tool]);
+        if tools.len() > 1 {
+            return Err(Failure::usage(format!("`{text}`: the job has {} tools", tools.len()), EXAMPLE));
+        }
+        for tool in tools {
+            machine.tools.entry(tool.to_owned()).or_default().number = Some(number);
+        }
+    }
+    for text in &args.work_offset {
+        let (setup, offset) =
+            one_of(text, &setups, "setup", "For example: --work-offset G55, or --work-offset left=G55.")?;
+        for setup in setup.map_or_else(|| setups.clone(), |setup| vec![setup]) {
+            machine.setups.entry(setup.to_owned()).or_default().work_offset = Some(offset.to_owned());
+        }
+    }
+    if let Some(rpm) = args.spindle {
+        machine.spindle.speed_rpm = rpm;
+        machine.tools.values_mut().for_each(|t| t.speed_rpm = None);
+    }
+    machine.check()?;
+    Ok(machine)
+}
+
+/// `NAME=VALUE` with one of these names, or the value alone.
+fn one_of<'a>(
+    text: &'a str,
+    names: &[&'a str],
+    what: &str,
+    example: &str,
+) -> Result<(Option<&'a str>, &'a str), Failure> {
+    match text.split_once('=') {
+        None => Ok((None, text)),
+        Some((name, value)) if names.contains(&name) => Ok((Some(name), value)),
+        Some((name, _)) => Err(Failure::usage(
+            format!("the job has no {what} `{name}`; it has {}", names.join(", ")),
+            example,
+        )),
+    }
 }
 
 /// The dialect of a name and, for LinuxCNC, a version.
@@ -69,16 +153,7 @@ pub(crate) fn written(
     Ok((MachineJob::read(folder, machine)?, dialect))
 }
 
-/// The totals beside the program.
-fn write_totals(out: &Path, totals: &PostTotals) -> Result<(), Failure> {
-    let mut name = out.file_name().unwrap_or_default().to_owned();
-    name.push(".totals.json");
-    let text = serde_json::to_string_pretty(totals).unwrap_or_default();
-    claymill_toolpath::write_whole(&out.with_file_name(name), (text + "\n").as_bytes())
-        .map_err(|e| Failure::problem(format!("{}: {e}", out.display()), advice_on(&e)))
-}
-
-fn say(context: &Context, totals: &PostTotals) {
+fn say(context: &Context, totals: &PostTotals, job: &MachineJob, machine: &Machine) {
     let say = |line: String| context.console.say(line);
     let bytes: u64 = totals.files.iter().map(|f| f.bytes).sum();
     let lines: u64 = totals.files.iter().map(|f| f.lines).sum();
@@ -98,4 +173,33 @@ fn say(context: &Context, totals: &PostTotals) {
         "read back {} moves in {} blocks; largest difference from the job {:.6} mm at move {} (stated {:.6} mm)",
         back.moves, back.elements, back.largest_mm, back.largest_seq, totals.stated_mm
     ));
+    for section in &job.sections {
+        say(format!("setup     {}: {}", section.setup, where_it_is(section, machine)));
+    }
+    say(format!("retreat   {} before a stop, a tool change and the end", totals.retreat));
+    say_shared_offsets(context, job, machine);
+    if job.sections.iter().any(|s| s.speed_rpm == 0.0) {
+        say("warning: no spindle speed is known and none is written: start the spindle by hand, or give --spindle".into());
+    }
+}
+
+/// Tool, work offset and speed of a section.
+fn where_it_is(section: &Section, machine: &Machine) -> String {
+    let offset = machine.place(&section.setup).work_offset.filter(|o| !o.is_empty());
+    let offset = offset.map_or_else(|| "no work offset".to_owned(), |o| format!("work offset {o}"));
+    let speed =
+        if section.speed_rpm > 0.0 { format!(", {} 1/min", section.speed_rpm) } else { String::new() };
+    format!("tool T{}, {offset}{speed}", section.tool_number)
+}
+
+/// Setups of one program that share a work offset must have it set anew when the part is turned.
+fn say_shared_offsets(context: &Context, job: &MachineJob, machine: &Machine) {
+    let offset = |s: &Section| machine.place(&s.setup).work_offset.unwrap_or_default();
+    let turned = job.sections.windows(2).find(|w| w[0].setup != w[1].setup && offset(&w[0]) == offset(&w[1]));
+    if let Some([before, after]) = turned.map(|w| [&w[0], &w[1]]) {
+        context.console.say(format!(
+            "note      {} has the work offset of {}: set it anew when the part is turned, or give --work-offset {}=G55",
+            after.setup, before.setup, after.setup
+        ));
+    }
 }

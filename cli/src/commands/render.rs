@@ -1,3 +1,4 @@
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -5,7 +6,7 @@ use std::time::{Duration, Instant};
 use clap::ValueEnum;
 use claymill_nurbs::{Aabb, Model, Point3};
 use claymill_surface_merge::Preset;
-use claymill_toolpath::{Job, Program, read_moves};
+use claymill_toolpath::{Job, Kind, Program, read_moves};
 use claymill_viewer::{
     Axes, Backdrop, ColourBy, LineKind, PictureOptions, Renderer, Scene, StrokeStyle, View,
 };
@@ -17,7 +18,7 @@ use crate::args::{PathColour, PresetName, RenderArgs, ShowName};
 use crate::console::peak_memory_mb;
 use crate::failure::Failure;
 use crate::merging::MergingArgs;
-use crate::select;
+use crate::{output, select};
 
 /// Layers that need a job.
 const OF_A_JOB: [ShowName; 5] =
@@ -38,6 +39,12 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
             "Name a job folder, made by `claymill plan`.",
         ));
     }
+    let format = ExportFormat::of(&args.out).ok();
+    let kind = if format.is_some() { Kind::Model } else { Kind::Picture };
+    let names = names_of(args, format.is_some());
+    let inputs = output::inputs(&args.what, job.as_ref(), args.model.as_deref());
+    let out = output::begin(context, &args.out.with_file_name(&names[0]), kind, &inputs)?;
+    names[1..].iter().try_for_each(|name| out.check_beside(name, kind))?;
     let subject = Subject::read(context, &args.what, job.as_ref(), args.model.as_deref(), &args.axes)?;
     let (model, axes) = (&subject.loaded.import.model, subject.axes);
     context.console.stage("merging");
@@ -48,9 +55,10 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
     let cut = job.as_ref().map(pictures::cut_faces).filter(|cut| cut.len() == model.faces.len());
     let mut album = pictures::Album::new(model, &region_of_face, cut.as_deref(), regions.tolerance_mm);
     // Anything but a model format is a picture, as ever.
-    if let Ok(format) = ExportFormat::of(&args.out) {
+    if let Some(format) = format {
         context.console.stage("exporting");
-        export(&args.out, format, model, &album, &region_of_face, &program)?;
+        export(&out.staged(), format, model, &album, &region_of_face, &program)?;
+        out.finish(kind)?;
         return done(context, &Made { written: vec![args.out.clone()], ..Made::default() });
     }
     if let Some(focus) = views.iter().filter_map(|v| v.focus).next() {
@@ -86,14 +94,16 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
         |kind: LineKind| matches!(kind, LineKind::Cut | LineKind::Link | LineKind::Lead | LineKind::Rapid);
     let points = scene.lines.iter().filter(|l| is_path(l.kind)).map(|l| l.points.len()).sum();
     let mut made = Made { points, ..Made::default() };
-    for (k, view) in views.iter().enumerate() {
+    let staged: Vec<OsString> = if names.len() == 1 { vec![out.name().to_owned()] } else { names.clone() };
+    for (k, (view, name)) in views.iter().zip(&staged).enumerate() {
         context.console.at("pictures", k as f64 / views.len() as f64);
-        let out = if views.len() == 1 { args.out.clone() } else { named_after(&args.out, &view.name) };
         let before = if k == 0 { Duration::ZERO } else { began.elapsed() };
-        claymill_viewer::render_png(&renderer, &scene, view, &options, &out)?;
+        claymill_viewer::render_png(&renderer, &scene, view, &options, &out.folder().join(name))?;
         made.took.push(began.elapsed().saturating_sub(before));
-        made.written.push(out);
+        made.written.push(args.out.with_file_name(&names[k]));
     }
+    let files: Vec<(OsString, Kind)> = staged.into_iter().map(|name| (name, kind)).collect();
+    out.finish_all(&files)?;
     done(context, &made)
 }
 
@@ -191,11 +201,21 @@ fn views(
     Ok(views.into_iter().map(|v| v.clone().focused(&v.name, focus)).collect())
 }
 
+/// Names of the files to be written: of several views each has its own.
+fn names_of(args: &RenderArgs, is_model: bool) -> Vec<OsString> {
+    let out = &args.out;
+    if is_model || args.camera.is_some() || args.view.len() < 2 {
+        return vec![out.file_name().unwrap_or(out.as_os_str()).to_owned()];
+    }
+    args.view.iter().map(|view| named_after(out, view)).collect()
+}
+
 /// `car.png` for the view `iso`: `car-iso.png`.
-fn named_after(out: &Path, view: &str) -> PathBuf {
-    let stem = out.file_stem().unwrap_or_default().to_string_lossy();
-    let extension = out.extension().map_or_else(|| "png".into(), |e| e.to_string_lossy());
-    out.with_file_name(format!("{stem}-{view}.{extension}"))
+fn named_after(out: &Path, view: &str) -> OsString {
+    let mut name = out.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("-{view}."));
+    name.push(out.extension().unwrap_or("png".as_ref()));
+    name
 }
 
 /// What was written.
@@ -214,7 +234,8 @@ fn done(context: &Context, made: &Made) -> Result<ExitCode, Failure> {
         context.console.say(path.display());
     }
     if context.json {
-        let mut value = match made.written.as_slice() {
+        let shown: Vec<String> = made.written.iter().map(|path| path.display().to_string()).collect();
+        let mut value = match shown.as_slice() {
             [one] => serde_json::json!({ "written": one }),
             all => serde_json::json!({ "written": all }),
         };

@@ -1,10 +1,14 @@
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 use claymill_nurbs::Model;
 use claymill_paths::Orientation;
-use claymill_toolpath::{Job, Program, REPORT_FILE, RegionsFile, read_job, read_moves, read_regions};
-use claymill_verify::{CrestSample, Verification, VerifyOptions, verify_with_crests, write_crests};
+use claymill_toolpath::{
+    Job, Program, REPORT_FILE, RegionsFile, Renewal, VERIFY_FILE, read_job, read_moves_judged, read_regions,
+};
+use claymill_verify::{
+    CRESTS_FILE, CrestSample, Verification, VerifyOptions, model_of, verify_with_crests, write_crests,
+};
 use claymill_viewer::{ReportError, ReportInput, write_report};
 
 use super::animate::seconds;
@@ -12,6 +16,7 @@ use super::plan::JOB_TOML;
 use super::{Context, orientation, pictures, region_of_face};
 use crate::args::{AxisArgs, ReportArgs};
 use crate::failure::Failure;
+use crate::interrupt;
 
 /// A job with all that its pictures and its report are made of.
 #[derive(Clone, Copy)]
@@ -28,23 +33,40 @@ pub(crate) struct Finished<'a> {
     pub(crate) orientation: Orientation,
 }
 
+/// What `claymill report` writes into a job folder.
+const MADE_ANEW: [&str; 8] = [
+    REPORT_FILE,
+    VERIFY_FILE,
+    CRESTS_FILE,
+    "preview-iso.png",
+    "preview-top.png",
+    "preview-side.png",
+    "regions-iso.png",
+    "scallop-iso.png",
+];
+
 /// `claymill report`.
 pub(crate) fn report(context: &Context, args: &ReportArgs) -> Result<ExitCode, Failure> {
     let folder = &args.folder;
     let (job, regions) = (read_job(folder)?, read_regions(folder)?);
-    let path = args.model.clone().unwrap_or_else(|| PathBuf::from(&job.model.path));
+    let renewal = Renewal::begin(folder, &MADE_ANEW)?;
+    renewal.leftovers().into_iter().for_each(interrupt::remove_on_interrupt);
+    let path = model_of(folder, &job, args.model.as_deref())?;
     let loaded = context.load(&path)?;
     let model = &loaded.import.model;
     let axes = AxisArgs { up: Some(job.request.up.clone()), length: Some(job.request.length.clone()) };
     let orientation = orientation(context.console, &axes, &loaded.bounds)?;
     let region_of_face = region_of_face(&regions, model.faces.len())?;
-    let program = read_moves(folder)?;
+    let (program, judged) = read_moves_judged(folder, &job)?;
 
     context.console.stage("verifying");
     super::verify::expect(context.console, program.moves.len(), job.totals.passes, model.faces.len());
     let at = |stage: &str, share: f64| context.console.at(stage, share);
-    let (found, crests) = verify_with_crests(model, &job, &program, &VerifyOptions::default(), &at)?;
-    write_crests(folder, &job, &crests)?;
+    let options = VerifyOptions { folder: folder.clone(), ..VerifyOptions::default() };
+    let (found, crests) = verify_with_crests(model, &job, &program, &options, &at)?;
+    let found = Verification { judged: Some(judged.clone()), ..found };
+    write_crests(renewal.path(), &judged, &crests)?;
+    super::verify::write(renewal.path(), &found)?;
     context.console.stage("pictures");
     let finished = Finished {
         model,
@@ -57,13 +79,16 @@ pub(crate) fn report(context: &Context, args: &ReportArgs) -> Result<ExitCode, F
         crests: &crests,
         orientation,
     };
-    let sights = pictures::take(context.console, &finished, folder)?;
-    write(&finished, &sights, folder, folder)?;
+    let sights = pictures::take(context.console, &finished, renewal.path())?;
+    write(&finished, &sights, renewal.path(), folder)?;
+    renewal.finish()?;
     context.console.finish();
     let page = folder.join(REPORT_FILE);
     context.console.say(format!("report    {}", page.display()));
     if context.json {
-        context.print_json(&serde_json::json!({ "report": page, "passed": found.verdict.passed }))?;
+        context.print_json(
+            &serde_json::json!({ "report": page.display().to_string(), "passed": found.verdict.passed }),
+        )?;
     }
     Ok(super::verify::exit_code(&found))
 }

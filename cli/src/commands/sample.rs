@@ -2,15 +2,17 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use claymill_models::{Flaw, RoadsterOptions, SAMPLES, Sample, SampleError, generate};
+use claymill_toolpath::Kind;
 
 use super::Context;
 use crate::args::SampleArgs;
 use crate::failure::Failure;
+use crate::output;
 
 /// `claymill sample`.
 pub(crate) fn sample(context: &Context, args: &SampleArgs) -> Result<ExitCode, Failure> {
     context.console.stage("generating");
-    let made = write(&args.name, args.patches, args.seed, args.scale, &args.flaws, &args.out)?;
+    let made = write(context, &args.name, args.patches, args.seed, args.scale, &args.flaws, &args.out)?;
     context.console.finish();
     let totals = &made.answers.totals;
     if context.json {
@@ -30,6 +32,7 @@ pub(crate) fn sample(context: &Context, args: &SampleArgs) -> Result<ExitCode, F
 
 /// Writes a generated model and its answers.
 pub(crate) fn write(
+    context: &Context,
     name: &str,
     patches: usize,
     seed: u64,
@@ -50,16 +53,22 @@ pub(crate) fn write(
         return Err(Failure::usage(message, format!("There are: {}.", SAMPLES.join(", "))));
     }
     let advice = "Choose a place that you may write to.";
-    if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
-        std::fs::create_dir_all(parent)
-            .map_err(|e| Failure::problem(format!("{}: {e}", parent.display()), advice))?;
+    output::make_parent(path)?;
+    let out = output::begin(context, path, Kind::Model, &[])?;
+    if out.is_stream() {
+        return Err(Failure::usage("a sample is two files", "Name a file with -o."));
     }
+    let staged = out.staged();
+    let answers = staged.with_extension("answers.json").file_name().unwrap_or_default().to_owned();
+    out.check_beside(&answers, Kind::Json)?;
     let problem = |e| Failure::problem(e, advice);
     let sample = generate(name, &RoadsterOptions { patches, seed }, flaws).map_err(|e| match e {
         SampleError::Flaw(flaw) => Failure::usage(flaw, "See `claymill sample --help`."),
         other => problem(other),
     })?;
     let sample = sample.scaled(scale);
-    sample.write(path).map_err(problem)?;
+    sample.write(&staged).map_err(problem)?;
+    let model = out.name().to_owned();
+    out.finish_all(&[(model, Kind::Model), (answers, Kind::Json)])?;
     Ok(sample)
 }

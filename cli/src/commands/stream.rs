@@ -7,13 +7,14 @@ use std::time::{Duration, Instant};
 
 use claymill_controller::{
     Coolant, Machine, MachineJob, Order, Path as PathRecord, Producer, QueueError, Record, Remote,
-    RemoteError, Route, Sender, WireError, blocks_of, retreat_of, tell, tool_number,
+    RemoteError, Route, Sender, WireError, blocks_of, retreat_of, tell,
 };
 use claymill_nurbs::{Point3, Vector3};
-use claymill_toolpath::{Move, Program, TOOLPATHS_FILE, read_job, read_moves, sha256_of};
+use claymill_toolpath::{Move, Program, TOOLPATHS_FILE, sha256_of};
 
 use super::{Context, post};
 use crate::args::StreamArgs;
+use crate::clearance::cleared;
 use crate::failure::{Failure, advice_on};
 
 /// Bytes of a queue in memory.
@@ -64,13 +65,12 @@ pub(crate) fn stream(context: &Context, args: &StreamArgs) -> Result<ExitCode, F
     if args.plunge.is_some_and(|mm| !(mm.is_finite() && mm > 0.0)) {
         return Err(Failure::usage("--plunge needs a height above 0", "For example --plunge 20."));
     }
-    let job = read_job(&args.folder)?;
-    let program = read_moves(&args.folder)?;
+    let (job, program, _) = cleared(context, &args.folder, args.unverified)?;
     let wanted = |m: &Move| m.seq >= args.from && args.region.is_none_or(|r| r == m.region);
     if !program.moves.iter().any(wanted) {
         return Err(Failure::usage("no move is left to stream", "Check --from and --region."));
     }
-    let machine = post::machine(args.machine.as_deref())?;
+    let machine = post::placed(post::machine(args.machine.as_deref())?, &args.place, &job)?;
     let routed = |stands: Option<(Point3, Vector3)>| {
         let route = Route::new(&job, &program, wanted, stands, args.plunge);
         if let Some(approach) = &route.approach {
@@ -199,9 +199,9 @@ impl Stream {
                     records.push(Record::Spindle(0.0));
                 }
                 tool = Some(&m.tool);
-                records.push(Record::Tool(tool_number(&m.tool)));
-                if machine.spindle.speed_rpm > 0.0 {
-                    records.push(Record::Spindle(turn * machine.spindle.speed_rpm));
+                records.push(Record::Tool(machine.tool_number(&m.tool)));
+                if machine.speed_rpm(&m.tool) > 0.0 {
+                    records.push(Record::Spindle(turn * machine.speed_rpm(&m.tool)));
                 }
                 if machine.coolant != Coolant::Off {
                     records.push(Record::Coolant(true));
@@ -214,7 +214,7 @@ impl Stream {
         if machine.coolant != Coolant::Off {
             records.push(Record::Coolant(false));
         }
-        if machine.spindle.speed_rpm > 0.0 {
+        if tool.is_some_and(|tool| machine.speed_rpm(tool) > 0.0) {
             records.push(Record::Spindle(0.0));
         }
         records.push(Record::End);

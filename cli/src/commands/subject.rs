@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{Job, RegionsFile, read_job, read_regions};
+use claymill_verify::model_of;
 use claymill_viewer::Axes;
 
 use super::{Context, Loaded, merge, orientation, pictures, region_of_face};
@@ -31,8 +32,11 @@ impl Subject {
         model: Option<&Path>,
         axes: &AxisArgs,
     ) -> Result<Self, Failure> {
-        let named = || job.map_or_else(|| what.to_owned(), |job| PathBuf::from(&job.model.path));
-        let path = model.map_or_else(named, Path::to_owned);
+        // Nothing is said of a job on another model than its own.
+        let path: PathBuf = match job {
+            Some(job) => model_of(what, job, model)?,
+            None => model.unwrap_or(what).to_owned(),
+        };
         let loaded = context.load(&path)?;
         let of_job = |told: &Option<String>, asked: fn(&Job) -> &String| {
             told.clone().or_else(|| job.map(|job| asked(job).clone()))

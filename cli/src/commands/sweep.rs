@@ -35,10 +35,7 @@ pub(super) fn trees(merged: &Merge, options: &MergeOptions) -> Vec<Tree> {
 /// Writes `sweep.json` and `sweep.svg`.
 pub(super) fn save(folder: &FolderWriter, trees: &[Tree]) -> Result<(), Failure> {
     folder.json("sweep.json", &trees)?;
-    let path = folder.path().join("sweep.svg");
-    std::fs::write(&path, sweep_plot::svg(trees)).map_err(|e| {
-        Failure::problem(format!("{}: {e}", path.display()), "Choose a place that you may write to.")
-    })
+    Ok(folder.text("sweep.svg", &sweep_plot::svg(trees))?)
 }
 
 /// Prints how many regions there are at each limit.

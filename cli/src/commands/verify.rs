@@ -1,7 +1,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use claymill_toolpath::{Holder, read_job};
+use claymill_toolpath::{Holder, Renewal, VERIFY_FILE, read_job, write_whole};
 use claymill_verify::{
     BallShare, BoundsKept, HolderClearance, Severity, TooTight, Verification, VerifyOptions,
 };
@@ -9,7 +9,8 @@ use claymill_verify::{
 use super::{Context, plan, post};
 use crate::args::VerifyArgs;
 use crate::console::{Console, Tone};
-use crate::failure::{Failure, PROBLEM};
+use crate::failure::{Failure, PROBLEM, advice_on};
+use crate::interrupt;
 
 impl From<claymill_verify::VerifyError> for Failure {
     fn from(error: claymill_verify::VerifyError) -> Self {
@@ -29,6 +30,11 @@ pub(crate) fn verify(context: &Context, args: &VerifyArgs) -> Result<ExitCode, F
         ..VerifyOptions::default()
     };
     let progress = |stage: &str, share| context.console.at(stage, share);
+    // A verdict on what the job itself asks for stays with it; one on something else is only told.
+    let as_planned = args.program.is_empty()
+        && args.check.is_empty()
+        && options.holder.is_none()
+        && options.holder_clearance_mm.is_none();
     let found = if args.program.is_empty() {
         context.console.stage("verifying");
         claymill_verify::verify(&args.folder, &options, &progress)?
@@ -36,12 +42,41 @@ pub(crate) fn verify(context: &Context, args: &VerifyArgs) -> Result<ExitCode, F
         program(context, args, options)?
     };
     context.console.finish();
+    if as_planned {
+        keep(context, &args.folder, &found);
+    }
     if context.json {
         context.print_json(&found)?;
     } else {
         say(context, &found);
     }
     Ok(exit_code(&found))
+}
+
+/// Puts the verdict into the folder where another one is there, or none.
+fn keep(context: &Context, folder: &Path, found: &Verification) {
+    let path = folder.join(VERIFY_FILE);
+    let known = std::fs::read(&path).ok().and_then(|text| serde_json::from_slice::<Verification>(&text).ok());
+    if known.as_ref() == Some(found) {
+        return;
+    }
+    let kept = Renewal::begin(folder, &[VERIFY_FILE]).map_err(Failure::from).and_then(|renewal| {
+        renewal.leftovers().into_iter().for_each(interrupt::remove_on_interrupt);
+        write(renewal.path(), found)?;
+        Ok(renewal.finish()?)
+    });
+    if let Err(failure) = kept {
+        context.console.say(format!("warning: the verdict is not kept in the folder: {}", failure.message()));
+    }
+}
+
+/// Writes `verify.json` into a folder.
+pub(crate) fn write(folder: &Path, found: &Verification) -> Result<(), Failure> {
+    let path = folder.join(VERIFY_FILE);
+    let mut text = serde_json::to_vec_pretty(found)
+        .map_err(|e| Failure::problem(format!("the verdict cannot be written as JSON: {e}"), ""))?;
+    text.push(b'\n');
+    write_whole(&path, &text).map_err(|e| Failure::problem(format!("{}: {e}", path.display()), advice_on(&e)))
 }
 
 /// The holder as written on the command line, for the tool of a job.

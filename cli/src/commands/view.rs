@@ -22,7 +22,7 @@ mod with_window {
     use std::sync::Arc;
     use std::time::{Duration, Instant};
 
-    use claymill_toolpath::{VERIFY_FILE, read_moves};
+    use claymill_toolpath::{Kind, Output, Standing, VERIFY_FILE, read_moves};
     use claymill_verify::{Verification, read_crests};
     use claymill_viewer::ViewError;
     use claymill_window::{Exhibit, Headless, JobToShow, Paint, Stage, WindowError, WindowOptions, show};
@@ -32,6 +32,7 @@ mod with_window {
     use crate::commands::subject::{Subject, job_in};
     use crate::commands::{animate, layers, pictures};
     use crate::console::{outln, peak_memory_mb};
+    use crate::output;
 
     impl From<WindowError> for Failure {
         fn from(error: WindowError) -> Self {
@@ -49,9 +50,16 @@ mod with_window {
     /// `claymill view`.
     pub(crate) fn view(context: &Context, args: &ViewArgs) -> Result<ExitCode, Failure> {
         let size = parse_size(&args.size)?;
+        let out = match &args.picture {
+            Some(path) => {
+                let inputs = output::inputs(&args.what, job_in(&args.what)?.as_ref(), args.model.as_deref());
+                Some(output::begin(context, path, Kind::Picture, &inputs)?)
+            }
+            None => None,
+        };
         let exhibit = exhibit(context, args)?;
-        if let Some(picture) = &args.picture {
-            return save(context, exhibit, args, size, picture);
+        if let (Some(picture), Some(out)) = (&args.picture, out) {
+            return save(context, exhibit, args, size, picture, out);
         }
         context.console.finish();
         let options = WindowOptions { size, dark: args.dark };
@@ -71,6 +79,7 @@ mod with_window {
         args: &ViewArgs,
         size: [u32; 2],
         path: &Path,
+        out: Output,
     ) -> Result<ExitCode, Failure> {
         context.console.stage("drawing");
         let exhibit = Arc::new(exhibit);
@@ -80,7 +89,7 @@ mod with_window {
         let prepared = began.elapsed();
         window.open()?;
         window.rest()?;
-        window.picture()?.save(path)?;
+        output::write(out, Kind::Picture, &window.picture()?.png())?;
         context.console.finish();
         context.console.say(path.display());
         if context.json {
@@ -91,7 +100,7 @@ mod with_window {
             let material = material(&mut window)?;
             let ms = |d: Duration| (d.as_secs_f64() * 1e4).round() / 10.0;
             context.print_json(&serde_json::json!({
-                "written": path,
+                "written": path.display().to_string(),
                 "adapter": window.adapter(),
                 "segments": segments,
                 "segments_drawn": drawn,
@@ -191,8 +200,13 @@ mod with_window {
         Ok(Exhibit { title, model, meshes, region_of_face, regions, axes, job })
     }
 
-    /// What verification wrote; a job is worth a look without.
+    /// What verification wrote, if it was written of these moves; a job is worth a look without.
     fn verification(context: &Context, folder: &Path) -> Option<Verification> {
+        let standing = Standing::of(folder);
+        if !standing.is_current() {
+            context.console.say(format!("warning: {standing}"));
+            return None;
+        }
         let path = folder.join(VERIFY_FILE);
         let text = std::fs::read_to_string(&path).ok()?;
         let read = serde_json::from_str(&text);

@@ -14,6 +14,7 @@ mod golden;
 mod holder;
 #[path = "../../../exchange/tests/iges_text/mod.rs"]
 mod iges_text;
+mod keeping;
 mod large;
 mod machine;
 mod obstacle;
@@ -24,6 +25,7 @@ mod roadster;
 mod run;
 mod shank;
 mod sides;
+mod standing;
 mod steep;
 mod times;
 #[cfg(feature = "window")]

@@ -6,7 +6,7 @@ use std::io::BufRead;
 use claymill_nurbs::{Curve3, Point3};
 use claymill_toolpath::MoveKind;
 
-use super::{Fault, Grammar, Page, Sink, apt_read, title, tool_number};
+use super::{Fault, Grammar, Page, Sink, apt_read, title};
 use crate::job::{Section, Stroke};
 use crate::lower::{Abilities, Lowered, Splines, chords};
 use crate::number::decimal;
@@ -114,7 +114,7 @@ impl Grammar for Apt {
             let _ = writeln!(out, "$$ {line}");
         }
         let _ = writeln!(out, "UNITS/{}", if page.machine.units == Units::Mm { "MM" } else { "INCHES" });
-        for line in &page.machine.start {
+        for line in page.machine.home.iter().flatten().chain(&page.machine.start) {
             let _ = writeln!(out, "{line}");
         }
     }
@@ -124,13 +124,13 @@ impl Grammar for Apt {
         if machine.comments {
             title(page, section).iter().for_each(|line| out.push_str(&format!("$$ {line}\n")));
         }
-        let _ = writeln!(out, "LOADTL/{}", tool_number(&section.tool));
+        let _ = writeln!(out, "LOADTL/{}", section.tool_number);
         // Diameter and corner radius.
         let text = |mm: f64| page.format.text(mm);
         let _ = writeln!(out, "CUTTER/{},{}", text(2.0 * section.radius_mm), text(section.radius_mm));
-        if machine.spindle.speed_rpm > 0.0 {
+        if section.speed_rpm > 0.0 {
             let turn = if machine.spindle.counterclockwise { "CCLW" } else { "CLW" };
-            let _ = writeln!(out, "SPINDL/{},RPM,{turn}", decimal(machine.spindle.speed_rpm, 1));
+            let _ = writeln!(out, "SPINDL/{},RPM,{turn}", decimal(section.speed_rpm, 1));
         }
         match machine.coolant {
             Coolant::Off => {}
@@ -174,10 +174,13 @@ impl Grammar for Apt {
         stop: Option<&str>,
         _: std::ops::Range<u64>,
     ) {
-        if section.clearance_mm > end.z {
-            let above = Point3::new(end.x, end.y, section.clearance_mm);
+        let own = page.machine.home.is_some();
+        let top = if own { section.clearance_mm } else { section.retreat_mm };
+        if top > end.z {
+            let above = Point3::new(end.x, end.y, top);
             let _ = writeln!(out, "RAPID\n{}", goto(page, &above));
         }
+        page.machine.home.iter().flatten().for_each(|line| out.push_str(&format!("{line}\n")));
         if let Some(text) = stop {
             let _ = writeln!(out, "PPRINT/{}\nSTOP", text.to_uppercase());
         }

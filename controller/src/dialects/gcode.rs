@@ -5,7 +5,7 @@ use claymill_nurbs::Point3;
 use claymill_toolpath::MoveKind;
 
 use super::gcode_read::Reader;
-use super::{Fault, Grammar, Page, Sink, beckhoff, fanuc, linuxcnc, siemens, title, tool_number};
+use super::{Fault, Grammar, Page, Sink, beckhoff, fanuc, linuxcnc, siemens, title};
 use crate::job::{Section, Stroke};
 use crate::lower::{Abilities, Lowered, Splines};
 use crate::number::decimal;
@@ -59,15 +59,21 @@ pub(crate) struct GCode(pub(crate) Flavour);
 
 impl GCode {
     /// Out of the way: the machine's own blocks, or to the reference point of Z on controls where that is above
-    /// everything on any machine.
-    fn home(&self, out: &mut String, machine: &Machine) {
-        match &machine.home {
-            Some(lines) => lines.iter().for_each(|line| out.push_str(&format!("{line}\n"))),
-            None if matches!(self.0, Flavour::Fanuc | Flavour::Mitsubishi) => {
-                out.push_str("G91 G28 Z0.\nG90\n");
+    /// everything on any machine. Elsewhere up, from a section whose tool and zero are known; where the machine's own zero lies
+    /// nobody knows.
+    fn home(&self, out: &mut String, page: &Page, from: Option<&Section>) {
+        match (&page.machine.home, from) {
+            (Some(lines), _) => lines.iter().for_each(|line| out.push_str(&format!("{line}\n"))),
+            (None, _) if self.has_reference_point() => out.push_str("G91 G28 Z0.\nG90\n"),
+            (None, Some(section)) if page.retreats && section.retreat_mm > section.clearance_mm => {
+                let _ = writeln!(out, "G0 Z{}", page.format.text(section.retreat_mm));
             }
-            None => {}
+            (None, _) => {}
         }
+    }
+
+    fn has_reference_point(&self) -> bool {
+        matches!(self.0, Flavour::Fanuc | Flavour::Mitsubishi)
     }
 }
 
@@ -130,7 +136,7 @@ impl Grammar for GCode {
                 _ => format!("G90 G94 {unit} G17 G40 G49 G80"),
             },
         );
-        self.home(out, page.machine);
+        self.home(out, page, None);
         for line in &page.machine.start {
             code(out, line);
         }
@@ -147,7 +153,7 @@ impl Grammar for GCode {
         if machine.comments {
             title(page, section).iter().for_each(|line| code(self.0.comment(line)));
         }
-        let tool = tool_number(&section.tool);
+        let tool = section.tool_number;
         match &machine.tool_change {
             Some(lines) => lines.iter().for_each(|l| code(l.replace("{tool}", &tool.to_string()))),
             // The offsets of a tool are those of its cutting edge.
@@ -157,9 +163,9 @@ impl Grammar for GCode {
         if let Some(offset) = machine.place(&section.setup).work_offset.filter(|o| !o.is_empty()) {
             code(offset);
         }
-        if machine.spindle.speed_rpm > 0.0 {
+        if section.speed_rpm > 0.0 {
             let turn = if machine.spindle.counterclockwise { 4 } else { 3 };
-            code(format!("S{} M{turn}", machine.spindle.speed_rpm.round()));
+            code(format!("S{} M{turn}", section.speed_rpm.round()));
         }
         let height = page.format.text(section.clearance_mm.max(start.z));
         match self.0 {
@@ -260,13 +266,20 @@ impl Grammar for GCode {
         if page.machine.coolant != Coolant::Off {
             let _ = writeln!(out, "M9");
         }
-        if page.machine.spindle.speed_rpm > 0.0 {
+        if section.speed_rpm > 0.0 {
             let _ = writeln!(out, "M5");
         }
-        self.home(out, page.machine);
+        self.home(out, page, Some(section));
         if let Some(text) = stop {
             let _ = writeln!(out, "{}", self.0.comment(text));
             let _ = writeln!(out, "M0");
+        }
+    }
+
+    fn retreat(&self, machine: &Machine) -> String {
+        match self.has_reference_point() {
+            true => "to the reference point of Z, G28".into(),
+            false => format!("up to {} mm above the clearance height", machine.retreat_mm),
         }
     }
 

@@ -8,7 +8,7 @@ use claymill_nurbs::{Curve3, Point3};
 use claymill_toolpath::MoveKind;
 
 use super::siemens::power_basis;
-use super::{Fault, Grammar, Page, Sink, heidenhain_read, title, tool_number};
+use super::{Fault, Grammar, Page, Sink, heidenhain_read, title};
 use crate::job::{Section, Stroke};
 use crate::lower::{Abilities, Lowered, Splines};
 use crate::{Coolant, Machine, Shape, Units};
@@ -82,7 +82,7 @@ impl Grammar for Heidenhain {
         if let Some(preset) = machine.place(&section.setup).work_offset.and_then(|o| o.parse::<u16>().ok()) {
             let _ = writeln!(out, "CYCL DEF 247 DATUM SETTING Q339=+{preset}");
         }
-        let tool = tool_number(&section.tool);
+        let tool = section.tool_number;
         match &machine.tool_change {
             Some(lines) => {
                 for line in lines {
@@ -90,10 +90,14 @@ impl Grammar for Heidenhain {
                 }
             }
             None => {
-                let _ = writeln!(out, "TOOL CALL {tool} Z S{}", machine.spindle.speed_rpm.round());
+                let speed = match section.speed_rpm > 0.0 {
+                    true => format!(" S{}", section.speed_rpm.round()),
+                    false => String::new(),
+                };
+                let _ = writeln!(out, "TOOL CALL {tool} Z{speed}");
             }
         }
-        let turn = match (machine.spindle.speed_rpm > 0.0, machine.spindle.counterclockwise) {
+        let turn = match (section.speed_rpm > 0.0, machine.spindle.counterclockwise) {
             (false, _) => "",
             (true, false) => " M3",
             (true, true) => " M4",
@@ -147,8 +151,13 @@ impl Grammar for Heidenhain {
         if section.clearance_mm > end.z {
             let _ = writeln!(out, "L Z{} R0 FMAX", signed(page, section.clearance_mm));
         }
-        let home = page.machine.home.iter().flatten();
-        home.for_each(|line| out.push_str(&format!("{line}\n")));
+        match &page.machine.home {
+            Some(lines) => lines.iter().for_each(|line| out.push_str(&format!("{line}\n"))),
+            None if section.retreat_mm > section.clearance_mm => {
+                let _ = writeln!(out, "L Z{} R0 FMAX", signed(page, section.retreat_mm));
+            }
+            None => {}
+        }
         if let Some(text) = stop {
             let _ = writeln!(out, "; {text}");
             let _ = writeln!(out, "STOP M5");

@@ -168,6 +168,10 @@ pub(crate) struct Page<'a> {
     pub(crate) number: usize,
     /// Lines for the header, the dialect's tag among them.
     pub(crate) header: Vec<String>,
+    /// Whether the tool goes up out of the way: a stream has no stops, and its machine may not reach that far.
+    pub(crate) retreats: bool,
+    /// Speed of the section that is written, 1/min; 0 where none is known.
+    pub(crate) speed_rpm: f64,
 }
 
 /// What whoever sets the machine up must know of a section: the tool and what is programmed of it, where the zero is,
@@ -185,9 +189,9 @@ pub(crate) fn title(page: &Page, section: &Section) -> [String; 2] {
     let lowest = points.map(|p| p.z).fold(f64::INFINITY, f64::min);
     [
         format!(
-            "setup {} tool {} ball R{}, its tip is programmed",
+            "setup {} tool T{} ball R{}, its tip is programmed",
             section.setup,
-            section.tool,
+            section.tool_number,
             text(section.radius_mm)
         ),
         format!(
@@ -234,7 +238,7 @@ pub(crate) trait Grammar: Sync {
     fn section(&self, out: &mut String, page: &Page, section: &Section, start: &Point3);
     /// One move.
     fn stroke(&self, out: &mut String, page: &Page, stroke: &Stroke, lowered: &Lowered, id: u64);
-    /// Up to the clearance height, and a stop where the next section has another setup.
+    /// Up to the clearance height and on, out of the way, and a stop where the next section has another setup.
     /// `ids` are those of the moves since [`Grammar::section`].
     fn leave(
         &self,
@@ -245,6 +249,10 @@ pub(crate) trait Grammar: Sync {
         stop: Option<&str>,
         ids: std::ops::Range<u64>,
     );
+    /// How the tool gets out of the way where the machine says nothing: in words, for the header.
+    fn retreat(&self, machine: &Machine) -> String {
+        format!("up to {} mm above the clearance height", machine.retreat_mm)
+    }
     /// The file's end; `groups` are the first ids of its sections.
     fn end(&self, out: &mut String, page: &Page, groups: &[u64]);
     /// Whether a line takes a line number, and is there one in any case.

@@ -96,7 +96,10 @@ impl Grammar for StepNc {
         let mut next = if numbers(lowered) <= room { trajectory + 3 } else { FAR + id * FAR_STRIDE };
         let curve = geometry(out, page, stroke, lowered, &mut next);
         let feed = decimal(stroke.feed / MM_PER_MIN, 9);
-        let spindle = decimal(page.machine.spindle.speed_rpm / 60.0, 6);
+        let spindle = match page.speed_rpm > 0.0 {
+            true => decimal(page.speed_rpm / 60.0, 6),
+            false => "$".to_owned(),
+        };
         let _ = writeln!(out, "#{technology}=MILLING_TECHNOLOGY({feed},.TCP.,$,{spindle},$,.F.,.F.,.F.,$);");
         let kind = match stroke.kind {
             MoveKind::Cut => ".CONTACT.",
@@ -162,6 +165,11 @@ impl Grammar for StepNc {
             plan - 11
         );
         let _ = writeln!(out, "#{plan}=WORKPLAN('{}',(#{}),$,#{},$);", section.setup, plan - 13, plan - 8);
+    }
+
+    fn retreat(&self, _: &Machine) -> String {
+        // Between workplans the control moves by itself.
+        "over the clearance plane of each setup".into()
     }
 
     fn end(&self, out: &mut String, page: &Page, groups: &[u64]) {

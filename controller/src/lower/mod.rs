@@ -113,8 +113,11 @@ pub(crate) fn lower(
         return Err(Refusal::new(
             "digits",
             format!(
-                "rounding to {} decimals takes more than the tolerance of {tolerance_mm} mm",
-                format.digits
+                "rounding to {} decimals takes up to {:.4} mm, more than the tolerance of {tolerance_mm} mm: give \
+                 tolerance_mm = {:.3} or more digits",
+                format.digits,
+                0.87 * format.step_mm(),
+                (1e3 * format.step_mm()).ceil() / 1e3
             ),
         ));
     }

@@ -100,6 +100,13 @@ fn facts() {
         fact("G70 and G71 choose the unit, G20 and G21 do not")
             .right("G70\nG1 X1. Y0.")
             .refused("G20\nG1 X1. Y0.", "unknown-code"),
+        fact("work offsets are G54 to G57 and G505 to G599")
+            .right("G55\nG1 X10. Y0.")
+            .right("G505\nG1 X10. Y0.")
+            .right("G599\nG1 X10. Y0.")
+            .refused("G504\nG1 X10. Y0.", "unknown-code")
+            .refused("G600\nG1 X10. Y0.", "unknown-code")
+            .refused("G507.5\nG1 X10. Y0.", "unknown-code"),
         fact("G4 is a dwell, whose F is a time").right("G4 F2.\nG1 X10. Y0.").refused("G1 X10. F0.", "feed"),
     ];
     hold(Dialect::Siemens, &facts);

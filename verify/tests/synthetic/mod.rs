@@ -41,6 +41,7 @@ pub(crate) fn job(model: &Model) -> Job {
         format_version: FORMAT_VERSION,
         claymill_version: String::new(),
         model: ModelFacts {
+            place: None,
             path: String::new(),
             sha256: String::new(),
             units: "MM".into(),

@@ -32,7 +32,12 @@ struct Now {
     since: Option<Instant>,
     /// How many of what a part has to do, where that is known.
     totals: BTreeMap<&'static str, (u64, &'static str)>,
+    /// When a line of progress was last written where there is no bar.
+    line_at: Option<Instant>,
 }
+
+/// Where standard error is no terminal, a line of progress is written this often.
+const LINE_EVERY: Duration = Duration::from_secs(10);
 
 const STEPS: u64 = 1000;
 /// Lines for the user are no longer than the narrowest terminal is wide.
@@ -46,6 +51,22 @@ pub(crate) enum Tone {
     Good,
     Bad,
     Warning,
+}
+
+/// `1 region`, `2 regions`: a count with its noun.
+pub(crate) fn counted(n: usize, noun: &str) -> String {
+    format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
+}
+
+/// Metres of a length, to the millimetre; what is less is nothing, never a negative nothing.
+pub(crate) fn metres(mm: f64) -> String {
+    format!("{:.3}", (mm / 1000.0 * 1e3).round() / 1e3 + 0.0)
+}
+
+/// A number as people write it: six significant digits, no tail of a conversion.
+pub(crate) fn six_digits(value: f64) -> String {
+    let rounded = format!("{value:.5e}").parse().unwrap_or(value);
+    format!("{rounded}")
 }
 
 impl Tone {
@@ -122,7 +143,14 @@ impl Console {
                 (now.part, now.since) = (name.to_owned(), Some(Instant::now()));
             }
             let seconds = now.since.map_or(0.0, |t| t.elapsed().as_secs_f64());
-            self.bar.set_prefix(rate(share, seconds, now.totals.get(name).copied()));
+            let rate = rate(share, seconds, now.totals.get(name).copied());
+            let last = *now.line_at.get_or_insert_with(Instant::now);
+            if self.bar.is_hidden() && !self.quiet && last.elapsed() >= LINE_EVERY {
+                now.line_at = Some(Instant::now());
+                let comma = if rate.is_empty() { "" } else { ", " };
+                eprintln!("{:<INDENT$}{name}: {:.0} %{comma}{rate}", "progress", 100.0 * share);
+            }
+            self.bar.set_prefix(rate);
         }
         self.bar.set_position((share * STEPS as f64) as u64);
     }

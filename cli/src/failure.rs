@@ -14,6 +14,8 @@ pub(crate) struct Failure {
 pub(crate) const PROBLEM: u8 = 1;
 /// The command line is wrong.
 pub(crate) const USAGE: u8 = 2;
+/// The command did its work, and what it judged does not pass.
+pub(crate) const NOT_PASSED: u8 = 3;
 
 impl Failure {
     pub(crate) fn problem(message: impl fmt::Display, advice: impl Into<String>) -> Self {

@@ -41,7 +41,19 @@ fn main() -> ExitCode {
 /// used of it takes memory.
 const STACK_BYTES: usize = 64 << 20;
 
+/// More worker threads than this for each core only take memory.
+const MOST_THREADS_PER_CORE: usize = 8;
+const FEWEST_MOST_THREADS: usize = 64;
+
 fn run(cli: &Cli) -> Result<ExitCode, Failure> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let most = (MOST_THREADS_PER_CORE * cores).max(FEWEST_MOST_THREADS);
+    if cli.threads > most {
+        return Err(Failure::usage(
+            format!("{} worker threads are too many for {cores} cores: at most {most}", cli.threads),
+            "Leave --threads out: there is one for each core.",
+        ));
+    }
     rayon::ThreadPoolBuilder::new()
         .num_threads(cli.threads)
         .stack_size(STACK_BYTES)

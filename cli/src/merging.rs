@@ -7,6 +7,7 @@ use claymill_nurbs::Model;
 use claymill_surface_merge::{Absorption, Constraints, CurvatureLimit, Limits, MergeOptions, Preset};
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::args::JOINING;
 use crate::failure::Failure;
 use crate::select::{self, colour_name};
 
@@ -18,21 +19,22 @@ const LARGEST_TOLERANCE_MM: f64 = 10.0;
 #[serde(default)]
 pub(crate) struct MergingArgs {
     /// Edges within this distance are neighbours [default: found from the gaps of the model].
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(help_heading = JOINING, long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) joint_tolerance: Option<f64>,
     /// Largest gap along the normal across which faces merge [default: the preset's].
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(help_heading = JOINING, long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) joint_gap: Option<f64>,
     /// Largest gap in the tangent plane across which faces merge [default: the preset's].
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(help_heading = JOINING, long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) joint_lateral_gap: Option<f64>,
     /// Largest angle between normals, for faces alone and, after a colon, for whole borders of regions: 0.5:1
     /// [default: the preset's; without a colon as many times higher for borders as in the preset].
-    #[arg(long, value_name = "DEG[:DEG]", allow_hyphen_values = true)]
+    #[arg(help_heading = JOINING, long, value_name = "DEG[:DEG]", allow_hyphen_values = true)]
     #[serde(deserialize_with = "text_or_number")]
     pub(crate) joint_angle: Option<String>,
     /// Largest curvature jump R·|Δκ|, in the same way [default: the preset's; twice as high for borders].
     #[arg(
+        help_heading = JOINING,
         long,
         value_name = "X[:X]",
         allow_hyphen_values = true,
@@ -41,22 +43,22 @@ pub(crate) struct MergingArgs {
     #[serde(deserialize_with = "text_or_number")]
     pub(crate) joint_curvature: Option<String>,
     /// Largest relative difference of curvatures, in the same way.
-    #[arg(long, value_name = "X[:X]", allow_hyphen_values = true)]
+    #[arg(help_heading = JOINING, long, value_name = "X[:X]", allow_hyphen_values = true)]
     #[serde(deserialize_with = "text_or_number")]
     pub(crate) joint_relative_curvature: Option<String>,
     /// Keep faces apart whatever their joints: `layer` or `colour` (each by itself), or some from all others:
     /// `layer:NAME`, `colour:#RRGGBB`, `face:10-20`, several with commas; may be repeated.
-    #[arg(long, value_name = "WHAT")]
+    #[arg(help_heading = JOINING, long, value_name = "WHAT")]
     pub(crate) keep_apart: Vec<String>,
     /// Join these faces over every joint among them, creases too: `layer:NAME`, `colour:#RRGGBB`, `face:10-20`,
     /// several with commas; may be repeated.
-    #[arg(long, value_name = "WHAT")]
+    #[arg(help_heading = JOINING, long, value_name = "WHAT")]
     pub(crate) keep_together: Vec<String>,
     /// Regions of a smaller area join the neighbour that they run into most smoothly.
-    #[arg(long, value_name = "MM2", allow_negative_numbers = true)]
+    #[arg(help_heading = JOINING, long, value_name = "MM2", allow_negative_numbers = true)]
     pub(crate) absorb_area: Option<f64>,
     /// Narrower regions too.
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(help_heading = JOINING, long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) absorb_width: Option<f64>,
 }
 

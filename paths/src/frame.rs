@@ -1,6 +1,8 @@
 use claymill_nurbs::{Point3, Vector3};
 use thiserror::Error;
 
+use crate::orientation::Orientation;
+
 /// A signed coordinate axis of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Axis {
@@ -152,55 +154,6 @@ impl RowsAlong {
     /// The place at a position along the rows and across them.
     pub(crate) fn at(&self, [s, q]: [f64; 2]) -> [f64; 2] {
         [s * self.cosine - q * self.sine, s * self.sine + q * self.cosine]
-    }
-}
-
-/// How the vehicle lies in its file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Orientation {
-    /// Points up.
-    pub up: Axis,
-    /// Points from rear to front.
-    pub front: Axis,
-}
-
-/// The two axes are parallel.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("up axis {up} and length axis {length} are parallel; choose two different ones")]
-pub struct ParallelAxes {
-    /// Up.
-    pub up: Axis,
-    /// Length.
-    pub length: Axis,
-}
-
-impl Orientation {
-    /// Checks that the axes differ.
-    ///
-    /// # Errors
-    /// They are parallel.
-    pub fn new(up: Axis, front: Axis) -> Result<Self, ParallelAxes> {
-        if up.index == front.index {
-            Err(ParallelAxes { up, length: front })
-        } else {
-            Ok(Orientation { up, front })
-        }
-    }
-
-    /// A sensible guess from the model's box: length is the longest side; up is `+z`, or `+y` where the
-    /// length runs along `z`. Which end is the front cannot be told from a box: the negative end is taken,
-    /// which only decides whether a setup is called front or rear.
-    #[must_use]
-    pub fn guess(size: &Vector3) -> Self {
-        let length = if size.x >= size.y && size.x >= size.z {
-            0
-        } else if size.y >= size.z {
-            1
-        } else {
-            2
-        };
-        let up = if length == 2 { 1 } else { 2 };
-        Orientation { up: Axis { index: up, negative: false }, front: Axis { index: length, negative: true } }
     }
 }
 

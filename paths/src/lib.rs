@@ -51,6 +51,7 @@ mod mend;
 mod near;
 mod obstacles;
 mod order;
+mod orientation;
 mod outline;
 mod part;
 mod patch_levels;
@@ -87,9 +88,10 @@ pub use contact::{
     BallDrop, Covering, END_EPSILON_MM, EndDrop, EndLocation, Location, March, Support, ToolPart,
 };
 pub use fit_tolerance::FitTolerance;
-pub use frame::{Axis, AxisError, Frame, Orientation, ParallelAxes, RowsAlong};
+pub use frame::{Axis, AxisError, Frame, RowsAlong};
 pub use kinematics::times_s;
 pub use obstacles::plan_around;
+pub use orientation::{Orientation, OrientationGuess, ParallelAxes};
 pub use part::CLEARANCE_MM;
 pub use plan::{
     Feeds, Plan, PlanError, PlanOptions, Progress, Regions, STEEP_DEG, TOOL_ID, check_tools, plan,

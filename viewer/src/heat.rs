@@ -128,6 +128,7 @@ impl Scene {
                 v.colour = [r, g, b, 255];
             });
         }
+        self.is_map = true;
         for (colour, text) in heat_legend(scale.asked_mm) {
             self.legend.push(LegendEntry { mark: Mark::Area, colour, text });
         }

@@ -49,6 +49,7 @@ impl Scene {
                 v.colour = [r, g, b, 255];
             });
         }
+        self.is_map = true;
         for (colour, text) in scale.states.iter().filter(|s| !s.1.is_empty()) {
             self.legend.push(LegendEntry { mark: Mark::Area, colour: *colour, text: text.clone() });
         }

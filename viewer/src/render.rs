@@ -340,7 +340,11 @@ fn frame_constants(scene: &Scene, camera: &Camera, options: &PictureOptions, fac
     let mm_per_px = camera.mm_per_px() as f32;
     let wide = |v: &Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32, 0.0];
     let mut sky = wide(&options.sky.try_normalize(0.0).unwrap_or(Vector3::z()));
-    sky[3] = f32::from(u8::from(options.reflection_lines));
+    sky[3] = match (options.reflection_lines, scene.is_map) {
+        (true, _) => 1.0,
+        (false, true) => 2.0,
+        (false, false) => 0.0,
+    };
     let depth = camera.depth_decode().map(|v| v as f32);
     let backdrop = match options.backdrop {
         Backdrop::Studio => [[0.855, 0.875, 0.9, 1.0], [0.975, 0.975, 0.97, 1.0]],

@@ -155,6 +155,8 @@ pub struct Scene {
     pub caption: Vec<String>,
     /// Largest distance of the triangles from the true surface, mm: lines this far behind still show.
     pub deviation_mm: f64,
+    /// The surfaces are a map: they keep the colours of the legend, unlit.
+    pub is_map: bool,
     /// What the camera frames instead of everything, so that pictures of a series stand still; empty: everything.
     pub framed: Vec<Point3>,
 }

@@ -6,7 +6,7 @@ struct Frame {
     right: vec4<f32>,
     up: vec4<f32>,
     back: vec4<f32>,
-    sky: vec4<f32>,        // the model's up; w = 1: reflection lines
+    sky: vec4<f32>,        // the model's up; w = 1: reflection lines, w = 2: a map, in the colours of its legend
     viewport: vec4<f32>,   // width px, height px, samples per px, mm per px
     depth: vec4<f32>,      // mm = (x·d + y) / (z·d + 1)
     occlusion: vec4<f32>,  // radius px, radius mm, strength
@@ -66,6 +66,10 @@ fn surface_fragment(in: Surface, @builtin(front_facing) front: bool) -> @locatio
     let rim_light = 0.12 * max(0.0, dot(n, rim));
     let shine = 0.09 * pow(max(0.0, dot(n, normalize(key + e))), 48.0);
     let light = ambient + vec3(1.0, 0.985, 0.96) * key_light + vec3(0.94, 0.97, 1.0) * (fill_light + rim_light);
+    if (frame.sky.w > 1.5) {
+        // Darker only where the surface turns away, so that its form shows.
+        return vec4(in.colour.rgb * (0.85 + 0.15 * smoothstep(0.0, 0.5, dot(n, e))), in.colour.a);
+    }
     let mirrored = reflect(-e, n);
     let lines = stripes(acos(clamp(dot(mirrored, frame.sky.xyz), -1.0, 1.0)));
     let zebra = (0.25 + 0.75 * in.colour.rgb) * mix(0.04, 0.9, lines) * (0.6 + 0.4 * light);

@@ -150,15 +150,14 @@ pub(crate) fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyl
         }
         let own =
             matches!(style.by, ColourBy::Kind) || layer != LineKind::Cut && style.by == ColourBy::Region;
-        if layer == LineKind::Cut && style.by == ColourBy::Region && style.region_colours.is_some() {
-            colour = [60, 60, 64];
+        let mut name = name.to_owned();
+        let mut shades = lines.strips.iter().map(|s| s.colour);
+        let first = shades.next().unwrap_or(colour);
+        if layer == LineKind::Cut && style.by == ColourBy::Region && shades.any(|c| c != first) {
+            name += ", in a darker shade of its region";
         }
         if own || style.by == ColourBy::Region {
-            scene.legend.push(LegendEntry {
-                mark: Mark::Line(width_px.max(1.5)),
-                colour,
-                text: name.to_owned(),
-            });
+            scene.legend.push(LegendEntry { mark: Mark::Line(width_px.max(1.5)), colour: first, text: name });
         }
         scene.lines.push(lines);
     }

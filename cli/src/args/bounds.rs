@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 use claymill_toolpath::{Bounds, Contain};
 use serde::{Deserialize, Serialize};
 
-use super::first_given;
+use super::{CHOICE, first_given};
 use crate::failure::Failure;
 
 /// Distance kept from what is to be avoided, where none is asked for, mm.
@@ -18,19 +18,19 @@ const LONGEST_EXTENSION_MM: f64 = 100.0;
 pub(crate) struct BoundsArgs {
     /// Box that the tool stays in, by two corners in the model's coordinates, mm; coordinates left out are sides left out, as in
     /// 1200,,:2400,,. With several the tool stays in one of them.
-    #[arg(long, value_name = "X,Y,Z:X,Y,Z", allow_hyphen_values = true)]
+    #[arg(help_heading = CHOICE, long, value_name = "X,Y,Z:X,Y,Z", allow_hyphen_values = true)]
     pub(crate) within: Vec<String>,
     /// What of the tool stays in the box, seen along the tool axis; centre and edge also stay over what is cut [default: contact].
-    #[arg(long, value_enum)]
+    #[arg(help_heading = CHOICE, long, value_enum)]
     pub(crate) contain: Option<ContainName>,
     /// Keep away from these faces, which are not cut; same forms as --only.
-    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    #[arg(help_heading = CHOICE, long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) avoid: Vec<String>,
     /// How far the tool keeps away from what --avoid names, mm [default: 1].
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(help_heading = CHOICE, long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) avoid_margin: Option<f64>,
     /// Let passes run on straight over open borders, mm [default: 0].
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(help_heading = CHOICE, long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) extend: Option<f64>,
 }
 

@@ -7,7 +7,7 @@ use claymill_nurbs::Point3;
 use claymill_paths::STEEP_DEG;
 use serde::{Deserialize, Serialize};
 
-use super::BoundsArgs;
+use super::{BoundsArgs, CHOICE, JOINING, MACHINE, PASSES, SETUP, TOOL};
 use crate::failure::Failure;
 use crate::merging::MergingArgs;
 
@@ -39,7 +39,7 @@ pub(crate) struct CompareArgs {
                               StrategyName::Auto])]
     pub(crate) strategies: Vec<StrategyName>,
     /// Scallop heights, mm.
-    #[arg(long, value_delimiter = ',', value_name = "MM", default_values_t = [0.1])]
+    #[arg(long, value_delimiter = ',', value_name = "MM", default_values_t = [0.1], allow_negative_numbers = true)]
     pub(crate) scallop: Vec<f64>,
     /// Tools: `ball:R` with the radius in mm; a taper and a shank as in `plan --tool`.
     #[arg(long, value_delimiter = ',', value_name = "SHAPE:SIZE", default_values_t = ["ball:10".to_owned()])]
@@ -57,7 +57,7 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) skip: Vec<String>,
     /// Cutting feed, mm/min [default: 6000, or what the machine allows].
-    #[arg(long, value_name = "MM_PER_MIN")]
+    #[arg(long, value_name = "MM_PER_MIN", allow_negative_numbers = true)]
     pub(crate) feed: Option<f64>,
     /// Machine definition (TOML): rapids and times are those of its feeds, acceleration and jerk.
     #[arg(long, value_name = "FILE")]
@@ -72,73 +72,73 @@ pub(crate) struct CompareArgs {
 pub(crate) struct JobOptions {
     /// Tool: `ball:R` with the radius in mm; with a taper or a shank of its own above the height `length`,
     /// `ball:5,taper:3,length:30,shank:12` (angle in degrees, diameter in mm) [default: ball:10].
-    #[arg(long, value_name = "SHAPE:SIZE")]
+    #[arg(help_heading = TOOL, long, value_name = "SHAPE:SIZE")]
     pub(crate) tool: Option<String>,
     /// Number of the tool in the machine [default: 1].
-    #[arg(long, value_name = "NUMBER")]
+    #[arg(help_heading = TOOL, long, value_name = "NUMBER", allow_negative_numbers = true)]
     pub(crate) tool_number: Option<u32>,
     /// What holds the tool: how far it sticks out, mm, and sections from the tool up as diameters and length, for
     /// example 60:27-34x50,63x26; without sections a shrink-fit chuck on HSK-A63. auto for the least that does. It is
     /// drawn and verified, not planned around.
-    #[arg(long, value_name = "STICKOUT[:SECTIONS]")]
+    #[arg(help_heading = TOOL, long, value_name = "STICKOUT[:SECTIONS]")]
     pub(crate) holder: Option<String>,
     /// Distance that the holder has to keep from the model, mm [default: 1].
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(help_heading = TOOL, long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) holder_clearance: Option<f64>,
     /// Rest passes: cut only what this larger tool could not, for example ball:10.
-    #[arg(long, value_name = "SHAPE:SIZE")]
+    #[arg(help_heading = TOOL, long, value_name = "SHAPE:SIZE")]
     pub(crate) rest_of: Option<String>,
     /// Scallop height between passes, mm [default: 0.1].
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(help_heading = PASSES, long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) scallop: Option<f64>,
     /// Strategy [default: planar].
-    #[arg(long, value_enum)]
+    #[arg(help_heading = PASSES, long, value_enum)]
     pub(crate) strategy: Option<StrategyName>,
     /// Slope above which steep-shallow has waterlines instead of rows, degrees [default: 45].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(help_heading = PASSES, long, value_name = "DEG", allow_negative_numbers = true)]
     pub(crate) steep: Option<f64>,
     /// Parameter lines of every patch for iso-patch, evenly over it, whatever scallop they leave [default: as many as the
     /// scallop height takes].
-    #[arg(long, value_name = "COUNT")]
+    #[arg(help_heading = PASSES, long, value_name = "COUNT", allow_negative_numbers = true)]
     pub(crate) lines: Option<usize>,
     /// Place beside the side of a region that iso, scallop or auto start from, mm, in the model's coordinates (where you click in
     /// `claymill view`); a second place beside the same region says which side they run to. May be repeated.
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    #[arg(help_heading = PASSES, long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(crate) guide: Vec<String>,
     /// Pencil passes: last in every region along the valleys in which the ball touches on both sides.
-    #[arg(long)]
+    #[arg(help_heading = PASSES, long)]
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub(crate) pencil: bool,
     /// Direction of planar rows in each setup, degrees [default: the cheapest one by region].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(help_heading = PASSES, long, value_name = "DEG", allow_negative_numbers = true)]
     pub(crate) angle: Option<f64>,
     /// How passes are joined [default: lace].
-    #[arg(long, value_enum)]
+    #[arg(help_heading = PASSES, long, value_enum)]
     pub(crate) link: Option<LinkName>,
     /// Merge preset [default: clay].
-    #[arg(long, value_enum)]
+    #[arg(help_heading = JOINING, long, value_enum)]
     pub(crate) preset: Option<PresetName>,
     /// Cut only these: `region:3`, `layer:NAME`, `colour:#RRGGBB`, `face:10-20`; may be repeated.
-    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    #[arg(help_heading = CHOICE, long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) only: Vec<String>,
     /// Leave these out; same forms as --only.
-    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    #[arg(help_heading = CHOICE, long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) skip: Vec<String>,
     #[command(flatten)]
     #[serde(flatten)]
     pub(crate) bounds: BoundsArgs,
     /// Obstacle that no move may touch, as a mesh in the model's place: STL, OBJ or glTF; may be repeated.
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = CHOICE, long, value_name = "FILE")]
     #[serde(with = "super::paths::many")]
     pub(crate) check: Vec<PathBuf>,
     /// Millimetres in one unit of obstacles whose format has no unit (STL, OBJ) [default: 1].
-    #[arg(long, value_name = "MM", requires = "check")]
+    #[arg(help_heading = CHOICE, long, value_name = "MM", requires = "check", allow_negative_numbers = true)]
     pub(crate) mesh_unit: Option<f64>,
     /// Cutting feed, mm/min [default: 6000, or what the machine allows].
-    #[arg(long, value_name = "MM_PER_MIN")]
+    #[arg(help_heading = MACHINE, long, value_name = "MM_PER_MIN", allow_negative_numbers = true)]
     pub(crate) feed: Option<f64>,
     /// Machine definition (TOML): rapids and times are those of its feeds, acceleration and jerk.
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = MACHINE, long, value_name = "FILE")]
     #[serde(with = "super::paths::maybe")]
     pub(crate) machine: Option<PathBuf>,
     #[command(flatten)]
@@ -206,10 +206,10 @@ impl JobOptions {
 #[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
 pub(crate) struct AxisArgs {
     /// Model axis that points up, for example +z [default: guessed and printed].
-    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
+    #[arg(help_heading = SETUP, long, value_name = "AXIS", allow_hyphen_values = true)]
     pub(crate) up: Option<String>,
     /// Model axis that points from the rear of the vehicle to its front, for example -y [default: guessed].
-    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
+    #[arg(help_heading = SETUP, long, value_name = "AXIS", allow_hyphen_values = true)]
     pub(crate) length: Option<String>,
 }
 

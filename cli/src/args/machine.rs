@@ -13,7 +13,7 @@ pub(crate) struct StreamArgs {
     pub(crate) to: String,
     /// Begin at this move: over the clearance height, down by the lead-in of the job before it or, where there is none,
     /// straight down at the feed of leads. A rapid, a link or a lead-out is passed over, to the cut behind it.
-    #[arg(long, value_name = "SEQ", default_value_t = 0)]
+    #[arg(long, value_name = "SEQ", default_value_t = 0, allow_negative_numbers = true)]
     pub(crate) from: u64,
     /// First come to rest and drop what the machine was doing, then go up from there: at the feed of leads, then
     /// rapidly to the clearance height. LinuxCNC is told to abort, which stops its spindle until the tool is up.
@@ -21,10 +21,10 @@ pub(crate) struct StreamArgs {
     pub(crate) restart: bool,
     /// Come down rapidly to this height above a cut that has no lead-in, mm. Without it the whole way from the clearance
     /// height is at the feed of leads, since nobody looked at what stands beside it.
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) plunge: Option<f64>,
     /// Only this region.
-    #[arg(long, value_name = "ID")]
+    #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     pub(crate) region: Option<usize>,
     /// Machine definition (TOML), for linuxcnc.
     #[arg(long, value_name = "FILE")]

@@ -1,6 +1,7 @@
 //! What the command line takes.
 
 mod bounds;
+mod examples;
 mod job;
 mod machine;
 mod model;
@@ -20,6 +21,16 @@ pub(crate) fn first_given<T>(first: Vec<T>, second: Vec<T>) -> Vec<T> {
     if first.is_empty() { second } else { first }
 }
 
+/// Options of every command.
+const GENERAL: &str = "General options";
+/// What a job is made with, in groups.
+const TOOL: &str = "Tool and holder";
+const PASSES: &str = "Passes";
+const CHOICE: &str = "What is cut";
+const MACHINE: &str = "Machine";
+const SETUP: &str = "Axes and setups";
+pub(crate) const JOINING: &str = "Merging";
+
 /// Freeform surface machining of whole vehicles: from an IGES, STEP or Rhino file to verified NURBS tool paths.
 #[derive(Debug, Parser)]
 #[command(name = "claymill", version, arg_required_else_help = true)]
@@ -27,56 +38,73 @@ pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
     /// Print the result as JSON on standard output.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = GENERAL)]
     pub(crate) json: bool,
     /// Replace files that claymill did not write. An input of the command is never replaced, and a job folder only where
     /// nothing in it would be lost.
     #[arg(long, global = true)]
     pub(crate) force: bool,
     /// No progress and no summary.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = GENERAL)]
     pub(crate) quiet: bool,
     /// Worker threads; 0 means one for each core.
-    #[arg(long, global = true, default_value_t = 0, value_name = "N")]
+    #[arg(long, global = true, default_value_t = 0, value_name = "N", help_heading = GENERAL, allow_negative_numbers = true)]
     pub(crate) threads: usize,
 }
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// The built-in vehicle through the whole pipeline.
+    #[command(after_help = examples::DEMO)]
     Demo(DemoArgs),
     /// What is in a file: faces, units, area, box, defects.
+    #[command(after_help = examples::INSPECT)]
     Inspect(InspectArgs),
     /// Lower a tool of any kind on a model: where it comes to rest, on what, and what is proven of that.
+    #[command(after_help = examples::DROP)]
     Drop(DropArgs),
     /// Find the joints between faces and sew smooth ones into regions.
+    #[command(after_help = examples::MERGE)]
     Merge(MergeArgs),
     /// The main job: regions, setups, tool paths, verification, pictures, report.
+    #[command(after_help = examples::PLAN)]
     Plan(PlanArgs),
     /// The same job by several strategies, scallop heights and tools, side by side.
+    #[command(after_help = examples::COMPARE)]
     Compare(CompareArgs),
     /// Check a job folder against its model.
+    #[command(after_help = examples::VERIFY)]
     Verify(VerifyArgs),
     /// Write a job for a machine's control, and read it back.
+    #[command(after_help = examples::POST)]
     Post(PostArgs),
     /// Run a program on a virtual control of its dialect: cut error, feed, time.
+    #[command(after_help = examples::SIMULATE)]
     Simulate(SimulateArgs),
     /// Stream a job into a control's queue.
+    #[command(after_help = examples::STREAM)]
     Stream(StreamArgs),
     /// The reference controller: takes a stream and runs along its curves. Orders come on standard input, or by
     /// `claymill order`: hold, run, step, abort, discard.
+    #[command(after_help = examples::CONTROL)]
     Control(ControlArgs),
     /// Give a running reference controller an order, and say where the machine is.
+    #[command(after_help = examples::ORDER)]
     Order(OrderArgs),
     /// Pictures of a model or a job folder.
+    #[command(after_help = examples::RENDER)]
     Render(RenderArgs),
     /// Look at a model or a job folder in a window: turn, pick, measure, cut open, run along the paths.
+    #[command(after_help = examples::VIEW)]
     View(ViewArgs),
     /// The tool on its way over the model, as an animation true to the time.
+    #[command(after_help = examples::ANIMATE)]
     Animate(AnimateArgs),
     /// Pictures and report of a job folder, made anew.
+    #[command(after_help = examples::REPORT)]
     Report(ReportArgs),
     /// Write a generated model with its planted answers.
+    #[command(after_help = examples::SAMPLE)]
     Sample(SampleArgs),
     /// JSON Schemas of the job folder.
     Schema,

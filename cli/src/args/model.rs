@@ -13,7 +13,7 @@ pub(crate) struct InspectArgs {
     /// IGES, STEP or Rhino 3dm file; or an obstacle mesh: STL, OBJ, glTF.
     pub(crate) model: PathBuf,
     /// Millimetres in one unit of a mesh whose format has no unit (STL, OBJ).
-    #[arg(long, default_value_t = 1.0, value_name = "MM")]
+    #[arg(long, default_value_t = 1.0, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) mesh_unit: f64,
     /// Picture of the model with its defects marked.
     #[arg(short, long, value_name = "PNG")]
@@ -34,7 +34,7 @@ pub(crate) struct DemoArgs {
     #[arg(short, long, default_value = "out/demo", value_name = "DIR")]
     pub(crate) out: PathBuf,
     /// Number of patches that the vehicle is cut into.
-    #[arg(long, default_value_t = 2000, value_name = "N")]
+    #[arg(long, default_value_t = 2000, value_name = "N", allow_negative_numbers = true)]
     pub(crate) patches: usize,
     /// Seed of the shuffle of patches.
     #[arg(long, default_value_t = 1)]
@@ -90,7 +90,7 @@ pub(crate) struct MergeArgs {
     pub(crate) preset: PresetName,
     /// Say of the N longest joints that were not merged what is missing, and how many regions there would
     /// be if they had been.
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "20")]
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "20", allow_negative_numbers = true)]
     pub(crate) why: Option<usize>,
     /// Count the regions for a range of limits on angle and curvature; with --out also as sweep.json and
     /// sweep.svg. With --json the merge trees are printed instead of the regions.
@@ -110,7 +110,7 @@ pub(crate) struct SampleArgs {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     /// Number of patches.
-    #[arg(long, default_value_t = 2000, value_name = "N")]
+    #[arg(long, default_value_t = 2000, value_name = "N", allow_negative_numbers = true)]
     pub(crate) patches: usize,
     /// Seed of the shuffle.
     #[arg(long, default_value_t = 1)]

@@ -18,7 +18,7 @@ pub(crate) struct VerifyArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) check: Vec<PathBuf>,
     /// Millimetres in one unit of obstacles whose format has no unit (STL, OBJ).
-    #[arg(long, default_value_t = 1.0, value_name = "MM", requires = "check")]
+    #[arg(long, default_value_t = 1.0, value_name = "MM", requires = "check", allow_negative_numbers = true)]
     pub(crate) mesh_unit: f64,
     /// Look at this holder instead of the job's: see plan.
     #[arg(long, value_name = "STICKOUT[:SECTIONS]")]
@@ -49,7 +49,7 @@ pub(crate) struct AnimateArgs {
     #[arg(long)]
     pub(crate) model: Option<PathBuf>,
     /// How long the animation takes, s: the whole job in that time.
-    #[arg(long, default_value_t = 10.0, value_name = "S")]
+    #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
     pub(crate) seconds: f64,
     /// Frames a second.
     #[arg(long, default_value_t = 12)]
@@ -59,13 +59,13 @@ pub(crate) struct AnimateArgs {
     pub(crate) storyboard: bool,
     /// Show the material that is left instead of the paths: at the start of every setup it stands this far above what
     /// was not cut before, along the tool axis, mm.
-    #[arg(long, value_name = "MM", num_args = 0..=1, default_missing_value = "3")]
+    #[arg(long, value_name = "MM", num_args = 0..=1, default_missing_value = "3", allow_negative_numbers = true)]
     pub(crate) stock: Option<f64>,
     /// Draw the tool with this holder instead of the job's: see plan.
     #[arg(long, value_name = "STICKOUT[:SECTIONS]")]
     pub(crate) holder: Option<String>,
     /// Look only at a box of this size around the tool, mm.
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) follow: Option<f64>,
     /// iso, top, left, right, front or rear.
     #[arg(long, default_value = "iso")]
@@ -115,7 +115,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "TIME")]
     pub(crate) at: Option<String>,
     /// Material over the model where it is drawn (stock), mm along the tool axis.
-    #[arg(long, default_value_t = 3.0, value_name = "MM")]
+    #[arg(long, default_value_t = 3.0, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) allowance: f64,
     /// Draw the tool with this holder instead of the job's: see plan.
     #[arg(long, value_name = "STICKOUT[:SECTIONS]")]

@@ -34,7 +34,7 @@ pub(crate) fn drop(context: &Context, args: &DropArgs) -> Result<ExitCode, Failu
         args.tool.parse().map_err(|e| Failure::usage(e, "For example: --tool bull:10:2, --tool ball:10."))?;
     let lines = args.at.iter().map(|text| place(text)).collect::<Result<Vec<Point3>, _>>()?;
     let loaded = context.load(&args.model)?;
-    let orientation = orientation(context.console, &args.axes, &loaded.bounds)?;
+    let orientation = orientation(context.console, &args.axes, &loaded)?;
     let model = &loaded.import.model;
     context.console.stage("covering");
     let excluded = vec![false; model.faces.len()];

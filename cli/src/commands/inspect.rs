@@ -10,9 +10,9 @@ use serde::Serialize;
 
 use super::inspect_mesh::{inspect_mesh, is_mesh};
 use super::inspect_picture::save_picture;
-use super::{Context, box_mm};
+use super::{Context, box_mm, guess};
 use crate::args::InspectArgs;
-use crate::console::outln;
+use crate::console::{outln, six_digits};
 use crate::failure::Failure;
 use crate::output;
 
@@ -37,12 +37,23 @@ struct Inspection<'a> {
     boundary: BoundaryAccount,
     /// Length of edges that no other face shares, mm.
     free_boundary_mm: f64,
+    /// How the vehicle lies in its file.
+    axes: Axes,
     /// How near neighbours had to be, with the histogram of gaps.
     gaps: Tolerance,
     /// How many defects there are of each code.
     defect_counts: BTreeMap<&'static str, usize>,
     defects: Vec<Defect>,
     report: &'a ImportReport,
+}
+
+/// The axes that `plan` takes unless others are told.
+#[derive(Debug, Serialize)]
+struct Axes {
+    up: String,
+    length: String,
+    is_likely: bool,
+    reason: String,
 }
 
 /// `claymill inspect`.
@@ -77,7 +88,14 @@ pub(crate) fn inspect(context: &Context, args: &InspectArgs) -> Result<ExitCode,
     for defect in &defects {
         *defect_counts.entry(defect.code.code()).or_default() += 1;
     }
+    let guess = guess(&args.axes, &loaded)?;
     let found = Inspection {
+        axes: Axes {
+            up: guess.orientation.up.to_string(),
+            length: guess.orientation.front.to_string(),
+            is_likely: guess.is_likely,
+            reason: guess.reason,
+        },
         file: args.model.display().to_string(),
         faces: faces.len(),
         area_mm2: loaded.face_area_mm2.iter().sum(),
@@ -113,8 +131,8 @@ fn print(found: &Inspection) {
     let size: Vec<String> = (0..3).map(|k| format!("{:.1}", found.box_mm[k + 3] - found.box_mm[k])).collect();
     outln!("{}", found.file);
     outln!("  written by  {}", found.system.as_deref().unwrap_or("(does not say)"));
-    outln!("  units       {} ({} mm each)", found.units, found.unit_mm);
-    outln!("  tolerance   {} mm", found.tolerance_mm);
+    outln!("  units       {} ({} mm each)", found.units, six_digits(found.unit_mm));
+    outln!("  tolerance   {} mm", six_digits(found.tolerance_mm));
     outln!(
         "  faces       {} in the file, {} read, {} skipped",
         found.faces_in_file,
@@ -124,14 +142,21 @@ fn print(found: &Inspection) {
     outln!("  trimmed     {} of {}, rational {}", found.trimmed, found.faces, found.rational);
     outln!("  area        {:.4} m²", found.area_mm2 * 1e-6);
     outln!("  size        {} mm", size.join(" x "));
+    let certain = if found.axes.is_likely { "" } else { "not certain: " };
+    let (up, length) = (&found.axes.up, &found.axes.length);
+    outln!("  axes        --up {up} --length={length} ({certain}{})", found.axes.reason);
     let listed = |name: String, count: &usize| format!("{count} {name}");
     let kinds: Vec<_> =
         found.surface_kinds.iter().map(|(k, n)| listed(format!("{k:?}").to_lowercase(), n)).collect();
     outln!("  surfaces    {}", kinds.join(", "));
     let degrees: Vec<_> = found.degrees.iter().map(|(k, n)| listed(format!("of degree {k}"), n)).collect();
     outln!("  degrees     {}", degrees.join(", "));
-    for (entity, count) in &found.report.entities {
+    for (entity, count) in found.report.entities.iter().filter(|(_, count)| count.used > 0) {
         outln!("  entity      {entity}: {} in the file, {} used", count.in_file, count.used);
+    }
+    let unused = found.report.entities.values().filter(|count| count.used == 0).count();
+    if unused > 0 {
+        outln!("  entities    {} that hold no geometry or are not used; --json lists all", kinds_of(unused));
     }
     for r in found.report.repairs.iter().take(super::LISTED) {
         outln!("  mended      {}: {} ({:.4} mm)", r.entity, r.what, r.size_mm);
@@ -139,6 +164,10 @@ fn print(found: &Inspection) {
     if found.report.repairs.len() > super::LISTED {
         outln!("  mended      ... and {} more", found.report.repairs.len() - super::LISTED);
     }
+}
+
+fn kinds_of(count: usize) -> String {
+    if count == 1 { "1 other kind".to_owned() } else { format!("{count} other kinds") }
 }
 
 /// The free boundary and the gaps of what is joined, decade by decade.

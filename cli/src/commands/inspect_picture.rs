@@ -7,6 +7,7 @@ use claymill_viewer::{LegendEntry, Mark, PictureOptions, Pin, PinShape, Renderer
 use super::render::{named_view, parse_size};
 use super::{Context, Loaded, orientation, pictures};
 use crate::args::{InspectArgs, ShowName};
+use crate::console::counted;
 use crate::failure::Failure;
 
 /// How a defect is marked: gaps and laps of a model by rings and squares in strong colours, since they matter most to
@@ -39,14 +40,15 @@ pub(crate) fn save_picture(
     defects: &[Defect],
     path: &Path,
 ) -> Result<(), Failure> {
-    let axes = pictures::axes(orientation(context.console, &args.axes, &loaded.bounds)?);
+    let axes = pictures::axes(orientation(context.console, &args.axes, loaded)?);
     let view = named_view(&args.view, &axes)?;
     let options = PictureOptions { size: parse_size(&args.size)?, ..pictures::options(&axes) };
     let model = &loaded.import.model;
     let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
     let title = args.model.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let mut scene = album.scene(&title, None, &[ShowName::Model, ShowName::Trims])?;
-    scene.caption[1] = format!("{} faces, {} defects", model.faces.len(), defects.len());
+    scene.caption[1] =
+        format!("{}, {}", counted(model.faces.len(), "face"), counted(defects.len(), "defect"));
     for of_code in defects.chunk_by(|a, b| a.code == b.code) {
         let code = of_code[0].code;
         let (shape, colour) = sign(code);

@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::export::{ExportFormat, export};
 use super::{Context, box_mm, drive, orientation, pictures, sweep, why};
 use crate::args::{MergeArgs, PresetName};
-use crate::console::outln;
+use crate::console::{counted, metres, outln};
 use crate::failure::Failure;
 use crate::{interrupt, output};
 
@@ -61,7 +61,7 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
         if args.sweep {
             sweep::save(&folder, &trees)?;
         }
-        let axes = orientation(context.console, &args.axes, &loaded.bounds)?;
+        let axes = orientation(context.console, &args.axes, &loaded)?;
         context.console.stage("pictures");
         let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
         album.save_regions(context.console, axes, folder.path())?;
@@ -235,14 +235,14 @@ pub(crate) fn name(value: &impl Serialize) -> String {
 fn print(record: &RegionsFile, angle_limit_deg: f64) {
     let faces: usize = record.regions.iter().map(|r| r.faces.len()).sum();
     outln!(
-        "{faces} faces in {} regions (preset {}, tolerance {:.4} mm)",
-        record.regions.len(),
+        "{} in {} (preset {}, tolerance {:.4} mm)",
+        counted(faces, "face"),
+        counted(record.regions.len(), "region"),
         record.preset,
         record.tolerance_mm
     );
-    let metres = |mm: f64| mm / 1000.0;
     outln!(
-        "edges: {:.3} m, matched {:.3} m, lapped {:.3} m, naked {:.3} m, non-manifold {:.3} m",
+        "edges: {} m, matched {} m, lapped {} m, naked {} m, non-manifold {} m",
         metres(record.boundary_total_mm),
         metres(record.boundary_matched_mm),
         metres(record.boundary_lapped_mm),
@@ -277,11 +277,11 @@ fn print(record: &RegionsFile, angle_limit_deg: f64) {
     print_small(record, angle_limit_deg);
     for r in &record.regions {
         outln!(
-            "region {:>3}: {:>5} faces, {:>9.4} m², {} loops, normals within {:.0}°",
+            "region {:>3}: {:>11}, {:>9.4} m², {}, normals within {:.0}°",
             r.id,
-            r.faces.len(),
+            counted(r.faces.len(), "face"),
             r.area_mm2 * 1e-6,
-            r.boundary_loops,
+            counted(r.boundary_loops, "loop"),
             r.normal_half_angle_deg
         );
     }

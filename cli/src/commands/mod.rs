@@ -37,7 +37,7 @@ use std::process::ExitCode;
 
 use claymill_exchange::{Import, ImportReport};
 use claymill_nurbs::{Aabb, Face};
-use claymill_paths::{Axis, Orientation};
+use claymill_paths::{Axis, Orientation, OrientationGuess};
 use claymill_toolpath::RegionsFile;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -118,19 +118,26 @@ fn say_skipped(console: &Console, report: &ImportReport) {
     }
 }
 
-/// The vehicle's axes as told, or guessed from its box and printed.
-fn orientation(console: &Console, axes: &AxisArgs, bounds: &Aabb) -> Result<Orientation, Failure> {
-    let guess = Orientation::guess(&(bounds.max - bounds.min));
-    let axis = |text: &Option<String>, guess: Axis| text.as_ref().map_or(Ok(guess), |t| t.parse());
-    let chosen = Orientation::new(axis(&axes.up, guess.up)?, axis(&axes.length, guess.front)?)
-        .map_err(|e| Failure::usage(e, "For example: --up +z --length -y."))?;
+/// The vehicle's axes as told, or worked out from the model and printed.
+fn orientation(console: &Console, axes: &AxisArgs, loaded: &Loaded) -> Result<Orientation, Failure> {
+    let guess = guess(axes, loaded)?;
+    let chosen = guess.orientation;
     if axes.up.is_none() || axes.length.is_none() {
+        let doubt = if guess.is_likely { "axes:" } else { "warning: axes are not certain:" };
         console.say(format!(
-            "axes: up {}, front {} (guessed from the box; --up and --length change them)",
-            chosen.up, chosen.front
+            "{doubt} up {}, front {} ({}; --up and --length change them)",
+            chosen.up, chosen.front, guess.reason
         ));
     }
     Ok(chosen)
+}
+
+/// The axes that were told, and what the model says of the others.
+fn guess(axes: &AxisArgs, loaded: &Loaded) -> Result<OrientationGuess, Failure> {
+    let axis = |text: &Option<String>| text.as_ref().map(|t| t.parse::<Axis>()).transpose();
+    let (up, front) = (axis(&axes.up)?, axis(&axes.length)?);
+    Orientation::guess(&loaded.import.model, &loaded.face_area_mm2, up, front)
+        .map_err(|e| Failure::usage(e, "For example: --up +z --length -y."))
 }
 
 /// The region of each face of a model of so many faces.

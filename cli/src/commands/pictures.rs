@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use super::report::{self, Finished};
 use crate::args::ShowName;
-use crate::console::Console;
+use crate::console::{Console, counted};
 use crate::failure::{Failure, advice_on};
 
 /// Fine enough for pictures of a whole vehicle: half a pixel is about 1 mm there.
@@ -28,8 +28,8 @@ const REFLECTION_MESH: MeshOptions = MeshOptions { deviation_mm: 0.05, longest_e
 /// Fine enough for a map of heights.
 const MAP_MESH: MeshOptions = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 12.0 };
 /// What previews show: ways through the air would hide what is cut.
-const PREVIEWED: [ShowName; 5] =
-    [ShowName::Regions, ShowName::Joints, ShowName::Trims, ShowName::Cut, ShowName::Link];
+const PREVIEWED: [ShowName; 6] =
+    [ShowName::Regions, ShowName::Joints, ShowName::Trims, ShowName::Cut, ShowName::Link, ShowName::Labels];
 /// Captions of pictures that others look for.
 const COVER: &str = "Tool paths over the regions";
 const SCALLOP_MAP: &str = "Scallop height as measured";
@@ -148,9 +148,10 @@ impl<'a> Album<'a> {
             LineKind::Regions => shown(ShowName::Joints),
             _ => true,
         });
-        let facts = format!("{} faces in {} regions", self.model.faces.len(), colours.len());
+        let facts =
+            format!("{} in {}", counted(self.model.faces.len(), "face"), counted(colours.len(), "region"));
         scene.caption = vec![title.to_owned(), facts];
-        if shown(ShowName::Regions) {
+        if shown(ShowName::Regions) && !shown(ShowName::Labels) {
             scene.legend.extend(region_legend(&colours));
         }
         if shown(ShowName::Labels) {
@@ -280,12 +281,14 @@ impl Album<'_> {
                 scene.caption = vec![format!("{title}: setup {}", setup.name)];
                 scene.legend.clear();
                 scene.add_paths(&Program { moves: mine.cloned().collect() }, &style);
-                let view = View::named(&setup.name, axes)
-                    .filter(|v| v.direction.dot(&axis) < -0.999)
-                    .unwrap_or_else(|| View::looking(&setup.name, -axis, along(Vector3::y())));
+                // As the operator sees it: the machine's X to the right, its Y away.
+                let view = View::looking(&setup.name, -axis, along(Vector3::y()));
                 let options = PictureOptions { size: SHEET_SIZE, lettering: SHOWN_SMALL, ..options(axes) };
                 Ok(ReportPicture {
-                    caption: format!("Seen along the tool, with the passes of setup {}", setup.name),
+                    caption: format!(
+                        "Setup {} on the machine: X to the right, Y up, the tool towards you",
+                        setup.name
+                    ),
                     alt: format!("{title} seen along the tool axis of setup {}, with its passes", setup.name),
                     png: renderer.render(&scene, &view, &options)?.png(),
                 })

@@ -7,18 +7,21 @@ use claymill_nurbs::{Model, Point3};
 use claymill_paths::{Feeds, Plan, PlanOptions, Regions, Strategy, check_tools, plan_around};
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
-    Bounds, FORMAT_VERSION, FilePlace, FolderWriter, HOLDER_CLEARANCE_MM, Holder, JOB_FILE, Job, Judged,
-    LinkStyle, MachineLimits, ModelFacts, Obstacle, Program, REGIONS_FILE, REPORT_FILE, Skipped, Tool,
-    ToolRecord, VERIFY_FILE, read_moves, sha256_of,
+    Area, Bounds, FORMAT_VERSION, FilePlace, FolderWriter, HOLDER_CLEARANCE_MM, Holder, JOB_FILE, Job,
+    Judged, LinkStyle, MachineLimits, ModelFacts, Obstacle, Program, REGIONS_FILE, REPORT_FILE, Skipped,
+    Tool, ToolRecord, Totals, VERIFY_FILE, read_moves, sha256_of,
 };
-use claymill_verify::{Verification, VerifyOptions, stick_out_needed_mm, verify_with_crests, write_crests};
+use claymill_verify::{
+    Verdict, Verification, VerifyOptions, stick_out_needed_mm, verify_with_crests, write_crests,
+};
 
 use claymill_viewer::ReportPicture;
+use serde::Serialize;
 
 use super::report::{self, Finished};
 use super::{Context, Loaded, box_mm, merge, orientation, pictures, plan_summary, verify};
 use crate::args::{JobOptions, LinkName, PlanArgs, PresetName, StrategyName, first_given};
-use crate::console::peak_memory_mb;
+use crate::console::{counted, peak_memory_mb};
 use crate::failure::Failure;
 use crate::{interrupt, select};
 
@@ -31,6 +34,11 @@ const LEAST: &str = "auto";
 const LARGEST_TOOL: u32 = 999_999;
 /// Holders are asked to keep no more than this from the model, mm.
 const LARGEST_CLEARANCE_MM: f64 = 1000.0;
+
+/// No machine cuts faster, mm/min.
+const LARGEST_FEED_MM_PER_MIN: f64 = 500_000.0;
+/// Passes are fitted and written to a few tenths of a micrometre: lower scallops cannot be told from that, mm.
+const LOWEST_SCALLOP_MM: f64 = 0.001;
 
 /// A job with all defaults filled in.
 pub(crate) struct Request {
@@ -63,6 +71,17 @@ pub(crate) struct Done {
     pub(crate) program: Program,
     pub(crate) found: Verification,
     pub(crate) scallop_map: Option<ReportPicture>,
+}
+
+/// What `claymill plan --json` prints: the totals, and what came of them.
+#[derive(Serialize)]
+struct Summary<'a> {
+    folder: &'a Path,
+    passed: bool,
+    verdict: &'a Verdict,
+    area: &'a Area,
+    #[serde(flatten)]
+    totals: &'a Totals,
 }
 
 /// `claymill plan`.
@@ -140,6 +159,14 @@ impl Request {
         let rest_of = options.rest_of.as_deref().map(str::parse::<Tool>).transpose();
         let rest_of = rest_of.map_err(|e| Failure::usage(e, "For example: --rest-of ball:10."))?;
         let scallop_mm = options.scallop.unwrap_or(0.1);
+        if (0.0..LOWEST_SCALLOP_MM).contains(&scallop_mm) {
+            return Err(Failure::usage(
+                format!(
+                    "scallop height {scallop_mm} mm is below {LOWEST_SCALLOP_MM} mm, to which passes are exact"
+                ),
+                "Usual scallop heights are 0.02 to 0.2 mm, for example --scallop 0.1.",
+            ));
+        }
         // Said before the model is read, which may take a while.
         check_tools(&tool, rest_of.as_ref(), scallop_mm)?;
         let machine = options.machine.as_deref().map(Machine::read).transpose()?;
@@ -181,8 +208,8 @@ impl Request {
 fn feeds(asked_mm_per_min: Option<f64>, machine: Option<&Machine>) -> Result<Feeds, Failure> {
     let usual = Feeds::default();
     let cut_mm_per_min = asked_mm_per_min.unwrap_or(usual.cut_mm_per_min);
-    if !(cut_mm_per_min.is_finite() && cut_mm_per_min > 0.0) {
-        let what = format!("feed {cut_mm_per_min} mm/min must be positive");
+    if !(cut_mm_per_min > 0.0 && cut_mm_per_min <= LARGEST_FEED_MM_PER_MIN) {
+        let what = format!("feed {cut_mm_per_min} mm/min is not between 0 and {LARGEST_FEED_MM_PER_MIN}");
         return Err(Failure::usage(what, "For example: --feed 6000."));
     }
     let Some(machine) = machine else { return Ok(Feeds { cut_mm_per_min, ..usual }) };
@@ -239,7 +266,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     let loaded = context.load(&request.model)?;
     let model = &loaded.import.model;
     let sha256 = sha256_of(&request.model)?;
-    let orientation = orientation(console, &request.options.axes, &loaded.bounds)?;
+    let orientation = orientation(console, &request.options.axes, &loaded)?;
 
     console.stage("merging");
     let preset = Preset::from(request.preset);
@@ -250,10 +277,10 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     let mut regions = merge::record(&merged, preset);
     merge::add_quality(&mut regions, model, &merged, options.ball_radius_mm);
     console.say(format!(
-        "regions   {} faces in {} regions, {} joints",
-        model.faces.len(),
-        regions.regions.len(),
-        regions.joints.len()
+        "regions   {} in {}, {}",
+        counted(model.faces.len(), "face"),
+        counted(regions.regions.len(), "region"),
+        counted(regions.joints.len(), "joint")
     ));
 
     console.stage("planning");
@@ -344,7 +371,13 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     console.say(format!("job       {} ({seconds:.1} s, {:.0} MB)", out.display(), job.peak_memory_mb));
     console.say(format!("report    {}", out.join(REPORT_FILE).display()));
     if context.json {
-        context.print_json(&job.totals)?;
+        context.print_json(&Summary {
+            folder: out,
+            passed: found.verdict.passed,
+            verdict: &found.verdict,
+            area: &job.area,
+            totals: &job.totals,
+        })?;
     }
     Ok(Done {
         exit: verify::exit_code(&found),

@@ -121,7 +121,7 @@ fn one_of<'a>(
 
 /// The dialect of a name and, for LinuxCNC, a version.
 pub(crate) fn dialect(name: &str, version: Option<&str>) -> Result<Dialect, Failure> {
-    let known = |text: &str| text.parse::<Dialect>().map_err(|e| Failure::usage(e, ""));
+    let known = |text: &str| text.parse::<Dialect>().map_err(|e| Failure::usage(e, suggestion(text)));
     match (name, version) {
         ("linuxcnc", Some(version @ ("2.9" | "2.10"))) => known(&format!("linuxcnc-{version}")),
         ("linuxcnc", Some(other)) => {
@@ -129,6 +129,44 @@ pub(crate) fn dialect(name: &str, version: Option<&str>) -> Result<Dialect, Fail
         }
         (_, Some(_)) => Err(Failure::usage("--version is for LinuxCNC only", "Leave it out.")),
         (name, None) => known(name),
+    }
+}
+
+/// Other names of controls, and what they read.
+const ALSO_CALLED: [(&str, &str); 14] = [
+    ("sinumerik", "siemens"),
+    ("840d", "siemens"),
+    ("tnc", "heidenhain"),
+    ("twincat", "beckhoff"),
+    ("isg", "beckhoff"),
+    ("emc", "linuxcnc"),
+    ("catia", "apt"),
+    ("creo", "apt-creo"),
+    ("haas", "g1"),
+    ("mazak", "g1"),
+    ("okuma", "g1"),
+    ("mach", "g1"),
+    ("grbl", "g1"),
+    ("gcode", "g1"),
+];
+/// Names no farther apart than this are a slip of the keyboard.
+const ALIKE: f64 = 0.75;
+
+/// What somebody may have meant by a name that is no dialect.
+fn suggestion(text: &str) -> String {
+    let text = text.to_lowercase();
+    let names = Dialect::ALL.map(Dialect::name).into_iter().chain(["linuxcnc", "apt"]);
+    let likeness = |name: &str| {
+        let begins = name.starts_with(&text) || text.starts_with(name);
+        if begins { 1.0 } else { strsim::jaro_winkler(&text, name) }
+    };
+    let near = names.map(|name| (likeness(name), name)).max_by(|a, b| a.0.total_cmp(&b.0));
+    let also = ALSO_CALLED.iter().find(|(other, _)| text.contains(other));
+    match (also, near) {
+        (Some((_, "g1")), _) => "Write plain G-code for it: --to g1.".into(),
+        (Some((_, dialect)), _) => format!("It reads {dialect}: --to {dialect}."),
+        (None, Some((share, dialect))) if share >= ALIKE => format!("Did you mean --to {dialect}?"),
+        _ => "Most controls read plain G-code: --to g1.".into(),
     }
 }
 
@@ -201,5 +239,25 @@ fn say_shared_offsets(context: &Context, job: &MachineJob, machine: &Machine) {
             "note      {} has the work offset of {}: set it anew when the part is turned, or give --work-offset {}=G55",
             after.setup, before.setup, after.setup
         ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_and_other_names_of_controls_are_understood() {
+        for (said, meant) in [
+            ("fanuk", "Did you mean --to fanuc?"),
+            ("Heidenhain", "Did you mean --to heidenhain?"),
+            ("linux", "Did you mean --to linuxcnc?"),
+            ("iTNC530", "It reads heidenhain: --to heidenhain."),
+            ("sinumerik840d", "It reads siemens: --to siemens."),
+            ("haas", "Write plain G-code for it: --to g1."),
+            ("qqq", "Most controls read plain G-code: --to g1."),
+        ] {
+            assert_eq!(suggestion(said), meant, "{said}");
+        }
     }
 }

@@ -55,7 +55,7 @@ pub(crate) fn report(context: &Context, args: &ReportArgs) -> Result<ExitCode, F
     let loaded = context.load(&path)?;
     let model = &loaded.import.model;
     let axes = AxisArgs { up: Some(job.request.up.clone()), length: Some(job.request.length.clone()) };
-    let orientation = orientation(context.console, &axes, &loaded.bounds)?;
+    let orientation = orientation(context.console, &axes, &loaded)?;
     let region_of_face = region_of_face(&regions, model.faces.len())?;
     let (program, judged) = read_moves_judged(folder, &job)?;
 

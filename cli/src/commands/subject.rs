@@ -45,7 +45,7 @@ impl Subject {
             up: of_job(&axes.up, |job| &job.request.up),
             length: of_job(&axes.length, |job| &job.request.length),
         };
-        let axes = pictures::axes(orientation(context.console, &axes, &loaded.bounds)?);
+        let axes = pictures::axes(orientation(context.console, &axes, &loaded)?);
         let title = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         Ok(Subject { title, loaded, axes })
     }

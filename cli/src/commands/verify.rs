@@ -9,7 +9,7 @@ use claymill_verify::{
 use super::{Context, plan, post};
 use crate::args::VerifyArgs;
 use crate::console::{Console, Tone};
-use crate::failure::{Failure, PROBLEM, advice_on};
+use crate::failure::{Failure, NOT_PASSED, PROBLEM, advice_on};
 use crate::interrupt;
 
 impl From<claymill_verify::VerifyError> for Failure {
@@ -111,9 +111,9 @@ fn program(
     Ok(claymill_verify::verify_instead(&args.folder, &program, &options, &progress)?)
 }
 
-/// 0 when every bar was met, 1 when a finding is an error.
+/// 0 when every bar was met, 3 when a finding is an error.
 pub(crate) fn exit_code(found: &Verification) -> ExitCode {
-    if found.verdict.passed { ExitCode::SUCCESS } else { ExitCode::from(PROBLEM) }
+    if found.verdict.passed { ExitCode::SUCCESS } else { ExitCode::from(NOT_PASSED) }
 }
 
 /// Findings that are printed; the rest is in `verify.json` and the report.

@@ -83,7 +83,7 @@ fn a_post_is_milled_around_and_found_where_it_is_not() {
     assert_eq!(verified(folder, "through")["obstacles"], Value::Null);
     assert!(depth(folder, "through", low, high) > 5.0);
     let told = run(folder, ["verify", "through", "--check", "post.stl", "--json"]);
-    assert_eq!(told.code, Some(1));
+    assert_eq!(told.code, Some(3));
     let findings = told.json()["verdict"]["findings"].clone();
     assert_eq!(findings[0]["code"], "obstacle", "{findings}");
 

@@ -59,7 +59,7 @@ fn every_dialect_is_written_and_verified_from_its_file() {
     lines[deep] = format!("{head}Z{:.4}", z.parse::<f64>().unwrap() - 0.5);
     fs::write(folder.join("deep.nc"), lines.join("\n") + "\n").unwrap();
     let verified = run(folder, ["verify", "job", "--program", "deep.nc", "--json"]);
-    assert_eq!(verified.code, Some(1), "{verified:?}");
+    assert_eq!(verified.code, Some(3), "{verified:?}");
     let depth = verified.json()["gouge"]["deepest_mm"].as_f64().unwrap();
     assert!((0.3..0.6).contains(&depth), "{depth}");
     // A block that the control would not execute as it looks is named with its line.

@@ -62,7 +62,7 @@ fn what_stands_above_the_ball_is_planned_around_and_verified() {
     }
     fs::write(&path, job.to_string()).unwrap();
     let entered = run(folder, ["verify", "plain"]);
-    assert_eq!(entered.code, Some(1), "{entered:?}");
+    assert_eq!(entered.code, Some(3), "{entered:?}");
     assert!(entered.stderr.contains("FAILED: the shank enters the model on"), "{entered:?}");
 }
 

@@ -281,7 +281,7 @@ fn the_verifier_passes_a_sound_job_and_finds_a_lowered_move() {
     let lines = moves.iter().map(|m| serde_json::to_string(m).unwrap() + "\n");
     fs::write(&path, lines.collect::<String>()).unwrap();
     let spoilt = run(copy.path(), ["verify", "lace", "--json"]);
-    assert_eq!(spoilt.code, Some(1), "{}", spoilt.stderr);
+    assert_eq!(spoilt.code, Some(3), "{}", spoilt.stderr);
     let found: Verification = serde_json::from_str(&spoilt.stdout).unwrap();
     assert!((0.018..0.022).contains(&found.gouge.deepest_mm), "{:?}", found.gouge);
     assert_eq!(found.gouge.deepest_at.unwrap().move_seq, Some(seq));

@@ -3,7 +3,7 @@ use claymill_verify::{
 };
 use maud::{Markup, html};
 
-use super::figures::{area, area_of, count, crest, deviation, plural, point, share};
+use super::figures::{area_beside, area_of, count, crest, deviation, plural, point, share};
 use super::plots::{Part, Tick, against_limit, histogram, stacked_bar};
 use crate::palette::Rgb;
 
@@ -245,7 +245,7 @@ fn too_tight(tight: &TooTight) -> Markup {
             caption { "Rest milling: smaller balls, and how much of it they reach" }
             thead { tr { th.n scope="col" { "Ball radius" } th.n scope="col" { "Share" } th.n scope="col" { "Area" } } }
             tbody { @for ball in &tight.balls {
-                tr { td.n { (format!("{} mm", ball.radius_mm)) } td.n { (share(ball.share, 1.0)) } td.n { (area(ball.share * tight.area_mm2)) } }
+                tr { td.n { (format!("{} mm", ball.radius_mm)) } td.n { (share(ball.share, 1.0)) } td.n { (area_beside(ball.share * tight.area_mm2, tight.area_mm2)) } }
             } }
         } }
     }
@@ -266,7 +266,7 @@ fn coverage(c: &Coverage) -> Markup {
         })
         .collect();
     html! {
-        h3 { "Coverage, as measured" }
+        h3 id="coverage" { "Coverage, as measured" }
         (stacked_bar("Area by what became of it", &parts))
         @if let Some(tight) = &c.too_tight { (too_tight(tight)) }
         @if !c.reachable_left_at.is_empty() {
@@ -274,7 +274,7 @@ fn coverage(c: &Coverage) -> Markup {
                 caption { "Largest reachable areas that were left" }
                 thead { tr { th.n scope="col" { "Area" } th scope="col" { "Where" } } }
                 tbody { @for left in &c.reachable_left_at {
-                    tr { td.n { (area(left.area_mm2)) } td { (place(&left.at)) } }
+                    tr { td.n { (area_beside(left.area_mm2, c.reachable_left_at[0].area_mm2)) } td { (place(&left.at)) } }
                 } }
             } }
         }

@@ -63,6 +63,18 @@ pub fn area_of(part_mm2: f64, whole_mm2: f64) -> String {
     three_digits(part_mm2 / size_mm2, unit)
 }
 
+/// An area in the unit of another one, with as many digits whatever it is: areas of a table stand below each other.
+pub(super) fn area_beside(part_mm2: f64, largest_mm2: f64) -> String {
+    let (size_mm2, unit) = unit_of_area(largest_mm2);
+    let decimals: usize = if unit == "m²" { 4 } else { 2 };
+    let least = 0.1_f64.powi(decimals as i32);
+    let value = part_mm2 / size_mm2;
+    if value > 0.0 && value < 0.5 * least {
+        return format!("<{THIN}{least:.decimals$}{THIN}{unit}");
+    }
+    format!("{value:.decimals$}{THIN}{unit}")
+}
+
 /// A deviation: µm below a tenth of a millimetre.
 pub(super) fn deviation(mm: f64) -> String {
     if mm.abs() < 0.1 { three_digits(mm * 1e3, "µm") } else { three_digits(mm, "mm") }
@@ -133,6 +145,10 @@ mod tests {
         assert_eq!(spaces(&area_of(40_200.0, 2.8e6)), "0.040 m²");
         assert_eq!(spaces(&area_of(950.0, 2.8e6)), "9.50 cm²");
         assert_eq!(spaces(&area_of(0.0, 2.8e6)), "0 m²");
+        assert_eq!(spaces(&area_beside(40_200.0, 2.8e6)), "0.0402 m²");
+        assert_eq!(spaces(&area_beside(12.0, 2.8e6)), "< 0.0001 m²");
+        assert_eq!(spaces(&area_beside(0.0, 2.8e6)), "0.0000 m²");
+        assert_eq!(spaces(&area_beside(950.0, 9_500.0)), "9.50 cm²");
         assert_eq!(spaces(&deviation(0.000_42)), "0.420 µm");
         assert_eq!(spaces(&deviation(0.25)), "0.250 mm");
         assert_eq!(spaces(&deviation(0.0)), "0 µm");

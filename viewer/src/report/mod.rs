@@ -124,7 +124,7 @@ pub fn report_html(input: &ReportInput<'_>) -> String {
                     h1 { (input.title) }
                     p.soft { (work::subtitle(job)) }
                     (checks::verdict(input.verification))
-                    (work::key_figures(job, input.regions))
+                    (work::key_figures(job, input.regions, input.verification))
                 }
                 main {
                     (space::section(input, input.pictures.first()))
@@ -136,7 +136,7 @@ pub fn report_html(input: &ReportInput<'_>) -> String {
                     (checks::section(input.verification))
                     (work::regions(input))
                     (choices::section(job))
-                    (work::not_cut(job))
+                    (work::not_cut(job, input.verification.is_some()))
                     (sheets::section(input))
                     (merging::section(input.regions))
                     (model::section(job, input.regions))

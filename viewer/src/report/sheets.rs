@@ -108,14 +108,11 @@ fn rows(input: &ReportInput<'_>, setup: &Setup, axes: Option<[[f64; 3]; 3]>) -> 
     if let Some(axes) = axes {
         let [x, y, z] = axes.map(axis_name);
         rows.push(("Axes", format!("X is the model's {x}, Y its {y}, Z (towards the spindle) its {z}")));
-        rows.push((
-            "Origin",
-            "the origin of the model's file, unless the machine definition of the post moves it".to_owned(),
-        ));
         let turned = |p: [f64; 3]| axes.map(|a| Vector3::from(a).dot(&Vector3::from(p)));
         let b = job.model.box_mm;
         let corners = (0..8).map(|k| [0, 1, 2].map(|i| b[i + 3 * (k >> i & 1)]));
         if let Some(stock) = Extent::of(corners.map(turned)) {
+            rows.push(("Zero point", zero_point(&stock)));
             rows.push(("Model, X", stock.words(0)));
             rows.push(("Model, Y", stock.words(1)));
             rows.push(("Model, Z", stock.words(2)));
@@ -124,7 +121,12 @@ fn rows(input: &ReportInput<'_>, setup: &Setup, axes: Option<[[f64; 3]; 3]>) -> 
             rows.push(("Tip while cutting, Z", tips.words(2)));
         }
     }
-    rows.push(("Rapids between regions", format!("at {:.1} mm along the tool axis", setup.clearance_mm)));
+    let height = match axes {
+        // The machine's Z is the tool axis.
+        Some(_) => format!("at Z {:.1} mm", setup.clearance_mm),
+        None => format!("at {}", height_along(setup.axis, setup.clearance_mm)),
+    };
+    rows.push(("Rapids between regions", height));
     let r = &job.request;
     rows.push(("Feed", format!("{} mm/min cutting, {} mm/min rapid", r.feed_mm_per_min, r.rapid_mm_per_min)));
     rows.push(("Time", format!("{} of {}", duration(setup.time_s), duration(job.totals.time_s))));
@@ -142,12 +144,30 @@ fn rows(input: &ReportInput<'_>, setup: &Setup, axes: Option<[[f64; 3]; 3]>) -> 
 }
 
 /// `+x` where the direction is an axis, else its components.
-fn axis_name(direction: [f64; 3]) -> String {
+pub(super) fn axis_name(direction: [f64; 3]) -> String {
     let along = (0..3).find(|&i| direction[i].abs() > 1.0 - 1e-9);
     match along {
         Some(i) => format!("{}{}", if direction[i] > 0.0 { '+' } else { '-' }, ['x', 'y', 'z'][i]),
         None => format!("({:.4}, {:.4}, {:.4})", direction[0], direction[1], direction[2]),
     }
+}
+
+/// A height along a direction as a coordinate: `y = -12.5 mm` where the direction is an axis.
+pub(super) fn height_along(direction: [f64; 3], height_mm: f64) -> String {
+    match (0..3).find(|&i| direction[i].abs() > 1.0 - 1e-9) {
+        Some(i) => format!("{} = {:.1} mm", ['x', 'y', 'z'][i], direction[i].signum() * height_mm + 0.0),
+        None => format!("{height_mm:.1} mm along it"),
+    }
+}
+
+/// Where the zero point lies, seen from a corner of the model that an operator finds: the one with the smallest X and Y, on top.
+fn zero_point(model: &Extent) -> String {
+    let from = [model.low[0], model.low[1], model.high[2]];
+    let [x, y, z] = from.map(|c| -c + 0.0);
+    format!(
+        "the origin of the model's file, unless the machine definition of the post moves it; from the corner of the model's box \
+         with the smallest X and Y and the largest Z it lies at X {x:+.2}, Y {y:+.2}, Z {z:+.2} mm"
+    )
 }
 
 #[cfg(test)]
@@ -157,6 +177,8 @@ mod tests {
     #[test]
     fn axes_have_names_and_slanting_ones_components() {
         assert_eq!(axis_name([0.0, -1.0, 0.0]), "-y");
+        assert_eq!(height_along([0.0, -1.0, 0.0], 1733.4), "y = -1733.4 mm");
+        assert_eq!(height_along([1.0, 0.0, 0.0], -0.0), "x = 0.0 mm");
         assert_eq!(axis_name([0.6, 0.0, 0.8]), "(0.6000, 0.0000, 0.8000)");
     }
 }

@@ -6,11 +6,13 @@ use claymill_toolpath::{
     Bounds, Contain, FaceAccount, Job, LengthByKind, LinkStyle, MachineLimits, MoveKind, RegionTotals,
     RegionsFile, UncutReason,
 };
+use claymill_verify::{SurfaceState, Verification};
 use maud::{Markup, html};
 
 use super::ReportInput;
-use super::figures::{area, area_of, count, crest, duration, length, plural, share};
+use super::figures::{area, area_beside, area_of, count, crest, duration, length, plural, share};
 use super::plots::{Part, stacked_bar, swatch};
+use super::sheets::{axis_name, height_along};
 use crate::palette::{CLAY, Rgb};
 use crate::strokes::kind_colour;
 
@@ -34,8 +36,15 @@ pub(super) fn subtitle(job: &Job) -> String {
     )
 }
 
-pub(super) fn key_figures(job: &Job, regions: &RegionsFile) -> Markup {
+pub(super) fn key_figures(job: &Job, regions: &RegionsFile, verification: Option<&Verification>) -> Markup {
     let totals = &job.totals;
+    // As measured where it was: one share of the area everywhere.
+    let measured = verification.map(|v| &v.coverage);
+    let cut_mm2 = match measured {
+        Some(found) => found.by_state_mm2.get(&SurfaceState::Cut).copied().unwrap_or_default(),
+        None => job.area.cut_mm2,
+    };
+    let whole_mm2 = measured.map_or(job.area.total_mm2, |found| found.total_mm2);
     let facts = [
         ("Machining time", duration(totals.time_s), "estimated".to_owned()),
         (
@@ -43,7 +52,7 @@ pub(super) fn key_figures(job: &Job, regions: &RegionsFile) -> Markup {
             length(totals.length.cut_mm),
             share(totals.length.cut_mm, totals.length.total_mm()) + " of all motion",
         ),
-        ("Area cut", area(job.area.cut_mm2), share(job.area.cut_mm2, job.area.total_mm2) + " of the model"),
+        ("Area cut", area(cut_mm2), share(cut_mm2, whole_mm2) + " of the model"),
         (
             "Regions",
             count(regions.regions.len() as u64),
@@ -202,6 +211,7 @@ fn sum_headings() -> Markup {
 
 pub(super) fn setups(job: &Job) -> Markup {
     let palette = crate::palette::region_palette();
+    let whole_mm2 = job.area.total_mm2;
     let parts: Vec<Part> = job
         .setups
         .iter()
@@ -209,7 +219,7 @@ pub(super) fn setups(job: &Job) -> Markup {
         .map(|(i, s)| Part {
             label: s.name.clone(),
             value: s.area_mm2,
-            figure: area(s.area_mm2),
+            figure: area_beside(s.area_mm2, whole_mm2),
             colour: palette[i % palette.len()],
         })
         .collect();
@@ -218,7 +228,7 @@ pub(super) fn setups(job: &Job) -> Markup {
         (stacked_bar("Area cut by setup", &parts))
         div.wide { table {
             thead { tr {
-                th scope="col" { "Setup" } th scope="col" { "Tool axis" } th.n scope="col" { "Clearance" }
+                th scope="col" { "Setup" } th scope="col" { "Tool axis" } th.n scope="col" { "Height of rapids" }
                 th.n scope="col" { "Area" } (sum_headings())
             } }
             tbody { @for setup in &job.setups {
@@ -227,9 +237,9 @@ pub(super) fn setups(job: &Job) -> Markup {
                 @let [x, y, z] = setup.axis;
                 tr {
                     th scope="row" { (setup.name) }
-                    td { (format!("{x:.3}, {y:.3}, {z:.3}")) }
-                    td.n { (format!("{:.1} mm", setup.clearance_mm)) }
-                    td.n { (area(setup.area_mm2)) }
+                    td { (axis_name([x, y, z])) }
+                    td.n { (height_along([x, y, z], setup.clearance_mm)) }
+                    td.n { (area_beside(setup.area_mm2, whole_mm2)) }
                     (sum.cells())
                 }
             } }
@@ -240,12 +250,13 @@ pub(super) fn setups(job: &Job) -> Markup {
 /// One region: where it is, what it is, what its passes leave.
 fn region_row(input: &ReportInput<'_>, index: usize, sum: &Sum) -> Markup {
     let region = &input.regions.regions[index];
+    let largest_mm2 = input.regions.regions.iter().map(|r| r.area_mm2).fold(0.0, f64::max);
     let id = region.id;
     let by_setup: Vec<String> = region
         .setup_area_mm2
         .iter()
         .filter(|(_, a)| **a > 0.0)
-        .map(|(name, a)| format!("{name} {}", area(*a)))
+        .map(|(name, a)| format!("{name} {}", area_beside(*a, largest_mm2)))
         .collect();
     let crests = input.verification.and_then(|v| v.scallop.crests.by_region.iter().find(|c| c.region == id));
     let held = input.verification.is_some_and(|v| v.holder.is_some());
@@ -264,7 +275,7 @@ fn region_row(input: &ReportInput<'_>, index: usize, sum: &Sum) -> Markup {
             @if input.space.is_some() { a href="#space" data-region=(id) { (id) } } @else { (id) }
         }
         td.n { (count(region.faces.len() as u64)) }
-        td.n { (area(region.area_mm2)) }
+        td.n { (area_beside(region.area_mm2, largest_mm2)) }
         td.parts { @if by_setup.is_empty() { span.soft { "not cut" } } @for part in &by_setup { span { (part) } } }
         (sum.cells())
         @if held {
@@ -314,7 +325,7 @@ pub(super) fn regions(input: &ReportInput<'_>) -> Markup {
     }
 }
 
-pub(super) fn not_cut(job: &Job) -> Markup {
+pub(super) fn not_cut(job: &Job, is_measured: bool) -> Markup {
     let whole = job.area.total_mm2;
     let part = |label: &str, mm2: f64, colour| Part {
         label: label.to_owned(),
@@ -330,7 +341,12 @@ pub(super) fn not_cut(job: &Job) -> Markup {
     let unaccounted = whole - job.area.cut_mm2 - job.area.uncut_mm2.values().sum::<f64>();
     html! {
         h2 id="uncut" { "Where the model's area went" }
-        (stacked_bar(&format!("{} in all", area(whole)), &parts))
+        @if is_measured {
+            p { "The shares are measured: see " a href="#coverage" { "coverage" } ". The faces below are the planner's account, which \
+                 decides triangle by triangle and so differs from the measured areas by a few triangles along every border." }
+        } @else {
+            (stacked_bar(&format!("{} in all, as planned", area(whole)), &parts))
+        }
         @if unaccounted.abs() > 1e-6 * whole {
             p.error { b { "The account does not close: " } (area(unaccounted)) " are missing." }
         }
@@ -352,6 +368,7 @@ fn faces_not_cut(job: &Job) -> Markup {
     html! {
         @for (reason, faces) in &left {
             @let (words, _) = why_not_cut(*reason);
+            @let largest_mm2 = faces.iter().map(|f| f.0).fold(0.0, f64::max);
             details open[*reason != UncutReason::Hidden] {
                 summary { (plural(faces.len() as u64, "face")) " " (words) }
                 div.wide { table {
@@ -361,7 +378,7 @@ fn faces_not_cut(job: &Job) -> Markup {
                     } }
                     tbody { @for (mm2, face) in faces.iter().take(FACES_SHOWN) { tr {
                         th scope="row" { (face.face) } td { (face.entity) } td { (face.region) }
-                        td.n { (area(*mm2)) } td.n { (share(*mm2, face.area.total_mm2)) }
+                        td.n { (area_beside(*mm2, largest_mm2)) } td.n { (share(*mm2, face.area.total_mm2)) }
                     } } }
                 } }
                 @if faces.len() > FACES_SHOWN {

@@ -5,6 +5,7 @@ mod commands;
 mod console;
 mod failure;
 mod interrupt;
+mod material;
 mod memory;
 mod merging;
 mod select;

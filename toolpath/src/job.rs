@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Bounds, Holder, MoveKind, Tool};
+use crate::{Bounds, FreeSide, Holder, MoveKind, Tool};
 
 /// Version of the job folder's format; raised when a reader of the old one would misread the new one.
 pub const FORMAT_VERSION: u32 = 1;
@@ -111,6 +111,9 @@ pub struct Request {
     pub only: Vec<String>,
     /// All but these.
     pub skip: Vec<String>,
+    /// On which side of sheets the material is, where that was said.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub material_side: Vec<String>,
     /// Where the tool is kept.
     #[serde(default, skip_serializing_if = "Bounds::is_none")]
     pub bounds: Bounds,
@@ -323,6 +326,9 @@ pub struct FaceAccount {
     pub entity: String,
     /// Its region.
     pub region: usize,
+    /// The side that is free of material.
+    #[serde(default, skip_serializing_if = "FreeSide::is_both")]
+    pub free_side: FreeSide,
     /// Its area.
     #[serde(flatten)]
     pub area: Area,

@@ -29,6 +29,7 @@ mod holder;
 mod job;
 mod moves;
 mod regions;
+mod side;
 mod tool;
 mod whole;
 
@@ -48,5 +49,6 @@ pub use regions::{
     FailingRecord, JointRecord, LapRecord, RegionQualityRecord, RegionRecord, RegionsFile, SmallRegionRecord,
     WideGapRecord,
 };
+pub use side::{FreeSide, SheetRecord};
 pub use tool::{End, Tool, ToolError};
 pub use whole::write_whole;

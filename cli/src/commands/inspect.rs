@@ -5,6 +5,7 @@ use claymill_exchange::{ImportReport, Skipped};
 use claymill_nurbs::{Face, SurfaceKind};
 use claymill_surface_merge::defects::{Defect, defects};
 use claymill_surface_merge::{BoundaryAccount, Preset, Tolerance};
+use claymill_toolpath::SheetRecord;
 use serde::Serialize;
 
 use super::inspect_mesh::{inspect_mesh, is_mesh};
@@ -13,6 +14,7 @@ use super::{Context, box_mm};
 use crate::args::InspectArgs;
 use crate::console::outln;
 use crate::failure::Failure;
+use crate::material;
 
 /// What `claymill inspect --json` prints.
 #[derive(Debug, Serialize)]
@@ -37,6 +39,8 @@ struct Inspection<'a> {
     free_boundary_mm: f64,
     /// How near neighbours had to be, with the histogram of gaps.
     gaps: Tolerance,
+    /// Faces that hang together, and on which side of them the material is.
+    sheets: Vec<SheetRecord>,
     /// How many defects there are of each code.
     defect_counts: BTreeMap<&'static str, usize>,
     defects: Vec<Defect>,
@@ -53,9 +57,10 @@ pub(crate) fn inspect(context: &Context, args: &InspectArgs) -> Result<ExitCode,
     context.console.stage("looking for defects");
     let merged = super::merge::regions(model, &Preset::Clay.options())?;
     let defects = defects(model, &merged, &loaded.face_area_mm2);
+    let sheets = material::find(&loaded, &merged, material::up(&args.axes, &loaded), &[])?;
     if let Some(path) = &args.out {
         context.console.stage("drawing");
-        save_picture(context, args, &loaded, &merged, &defects, path)?;
+        save_picture(context, args, &loaded, &merged, &defects, &sheets, path)?;
     }
     context.console.finish();
     let (faces, report) = (&loaded.import.model.faces, &loaded.import.report);
@@ -88,6 +93,7 @@ pub(crate) fn inspect(context: &Context, args: &InspectArgs) -> Result<ExitCode,
         boundary: merged.account,
         free_boundary_mm: merged.account.naked_mm,
         gaps: merged.tolerance,
+        sheets,
         defect_counts,
         defects,
         report,
@@ -97,6 +103,7 @@ pub(crate) fn inspect(context: &Context, args: &InspectArgs) -> Result<ExitCode,
     } else {
         print(&found);
         print_borders(&found);
+        print_sheets(&found);
         print_defects(&found, faces);
     }
     Ok(ExitCode::SUCCESS)
@@ -148,6 +155,25 @@ fn print_borders(found: &Inspection) {
     }
     for (decade, length) in decades {
         outln!("  gaps        up to {} mm: {length:.1} mm", 10.0_f64.powi(decade));
+    }
+}
+
+/// The largest sheets, and all whose material side is unclear as far as they fit.
+fn print_sheets(found: &Inspection) {
+    let unclear = found.sheets.iter().filter(|s| !s.clear).count();
+    let (mut listed, mut doubtful) = (0, 0);
+    for sheet in &found.sheets {
+        let shown = if sheet.clear { &mut listed } else { &mut doubtful };
+        *shown += 1;
+        if *shown > super::LISTED {
+            continue;
+        }
+        let note = if sheet.clear { "" } else { " UNCLEAR: say --material-side" };
+        outln!("  sheet       face {}: {}{note}", sheet.faces[0], material::words(sheet));
+    }
+    let more = found.sheets.len() - listed.min(super::LISTED) - doubtful.min(super::LISTED);
+    if more > 0 {
+        outln!("  sheet       ... and {more} more, {unclear} unclear in all; --json lists them");
     }
 }
 

@@ -16,6 +16,7 @@ mod holder;
 mod iges_text;
 mod large;
 mod machine;
+mod material;
 mod obstacle;
 mod other_formats;
 mod post;

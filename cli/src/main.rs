@@ -6,6 +6,7 @@ mod commands;
 mod console;
 mod failure;
 mod interrupt;
+mod material;
 mod memory;
 mod merging;
 mod output;

@@ -98,6 +98,18 @@ pub(crate) fn faces(model: &Model, what: &str) -> Result<Vec<bool>, Failure> {
     Ok((0..model.faces.len()).map(named).collect())
 }
 
+/// The faces named by one choice, regions included.
+pub(crate) fn named(model: &Model, region_of_face: &[usize], what: &str) -> Result<Vec<bool>, Failure> {
+    let regions = region_of_face.iter().max().map_or(0, |m| m + 1);
+    let choice = parse(what, Some(regions), model)?;
+    let is_named = |face: usize| match choice {
+        Choice::Region(r) => region_of_face[face] == r,
+        Choice::Faces(a, b) => (a..=b).contains(&face),
+        Choice::Layer(_) | Choice::Colour(_) => choice.is(&model.faces[face]),
+    };
+    Ok((0..model.faces.len()).map(is_named).collect())
+}
+
 /// Which faces are left out, given `--only` (everything when empty), `--skip` and `--avoid`; and the numbers of those that the
 /// last one names.
 pub(crate) fn left_out(

@@ -6,6 +6,7 @@ use claymill_nurbs::Model;
 use claymill_toolpath::{Area, FaceAccount, UncutReason};
 
 use crate::contact::Covering;
+use crate::free_sides::FreeSides;
 use crate::plan::Regions;
 use crate::reach::Fate;
 
@@ -67,7 +68,12 @@ impl Account {
 
     /// The account by face and in total. What the shares leave over by rounding goes to the largest entry,
     /// so that the sum is the face's area.
-    pub(crate) fn faces(&self, model: &Model, regions: &Regions) -> (Area, Vec<FaceAccount>) {
+    pub(crate) fn faces(
+        &self,
+        model: &Model,
+        regions: &Regions,
+        free: FreeSides,
+    ) -> (Area, Vec<FaceAccount>) {
         let mut all = Area::default();
         let mut rows = Vec::with_capacity(self.faces.len());
         for (face, sums) in self.faces.iter().enumerate() {
@@ -93,7 +99,8 @@ impl Account {
                 *all.uncut_mm2.entry(*reason).or_default() += value;
             }
             let entity = model.faces[face].source.entity.clone();
-            rows.push(FaceAccount { face, entity, region: regions.of_face[face], area });
+            let free_side = free.of(face);
+            rows.push(FaceAccount { face, entity, region: regions.of_face[face], free_side, area });
         }
         (all, rows)
     }

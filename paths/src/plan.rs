@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use claymill_nurbs::{Aabb, FaceId, Model, NurbsError, Point3};
 use claymill_surface_merge::{FieldError, Guides, Merge, RegionMesh};
 use claymill_toolpath::{
-    Area, Bounds, FaceAccount, LinkStyle, MachineLimits, Program, RegionTotals, Setup, Tool, Totals,
+    Area, Bounds, FaceAccount, FreeSide, LinkStyle, MachineLimits, Program, RegionTotals, Setup, Tool, Totals,
 };
 use rayon::prelude::*;
 use thiserror::Error;
@@ -13,12 +13,14 @@ use crate::account::Account;
 use crate::claims::Claims;
 use crate::contact::{BallDrop, CONTACT_EPSILON_MM, Covering};
 use crate::field_levels::mesh_edge_mm;
+use crate::free_sides::FreeSides;
 use crate::heights::Heights;
 use crate::keep::{Avoided, Keep};
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
 use crate::probe::{LEAST_FACING, LEAST_SLANT, Views};
 use crate::program::Output;
 use crate::reach::{Fates, assign};
+use crate::rims::Rims;
 use crate::sides::Sides;
 use crate::slopes::Slopes;
 use crate::space::Space;
@@ -50,6 +52,8 @@ pub struct PlanOptions {
     pub pencil: bool,
     /// Direction of planar rows, degrees from each setup's `x` to its `y`; the cheapest one by region if `None`.
     pub row_angle_deg: Option<f64>,
+    /// The side of each face that is free of material, and cut; either one of faces beyond the end of the list.
+    pub free_sides: Vec<FreeSide>,
     /// Where the tool is kept.
     pub bounds: Bounds,
     /// How passes are joined.
@@ -76,6 +80,7 @@ impl PlanOptions {
             guides: Vec::new(),
             pencil: false,
             row_angle_deg: None,
+            free_sides: Vec::new(),
             bounds: Bounds::default(),
             link: LinkStyle::Lace,
             orientation,
@@ -259,8 +264,13 @@ pub fn plan(
     };
     let covering = Covering::new(model, regions.excluded, area_mm2, fineness_mm).map_err(uncovered)?;
     let frames = Frame::five(options.orientation);
+    let free = FreeSides::new(&options.free_sides);
     let of_tool = |tool: &Tool| -> Vec<BallDrop> {
-        frames.par_iter().map(|f| BallDrop::of_tool(model, &covering, f, tool)).collect()
+        let drop = |f: &Frame| {
+            let rims = Rims::new(model, regions.merged, free, f);
+            BallDrop::of_tool(model, &covering, f, tool).on_free_sides(free, rims)
+        };
+        frames.par_iter().map(drop).collect()
     };
     let balls = of_tool(&options.tool);
     let earlier = options.rest_of.map_or_else(Vec::new, |tool| of_tool(&tool));
@@ -277,6 +287,7 @@ pub fn plan(
         balls: &balls,
         earlier: &earlier,
         space: &space,
+        free,
         scallop_mm: options.scallop_mm,
         divides: area_mm2 <= FEW_SQUARES * (FINEST * radius_mm).powi(2),
     };
@@ -364,7 +375,7 @@ pub fn plan(
         return Err(if earlier.is_empty() { PlanError::NothingToCut } else { PlanError::NoRest });
     }
     out.add_up();
-    let (area, faces) = account.faces(model, regions);
+    let (area, faces) = account.faces(model, regions, free);
     let name_areas = |region: usize| {
         let named = frames.iter().zip(account.region_setup_mm2[region]).filter(|(_, a)| *a > 0.0);
         named.map(|(f, a)| (f.name.to_owned(), a)).collect()

@@ -3,6 +3,7 @@
 use claymill_nurbs::{Model, Point2, Point3, Vector3};
 
 use crate::contact::{BallDrop, Covering, Held, Location};
+use crate::free_sides::FreeSides;
 use crate::keep::{Keep, On};
 use crate::space::Space;
 use crate::{FitTolerance, Frame};
@@ -64,6 +65,8 @@ pub(crate) enum Seen {
     Tight,
     /// Something else is in the way.
     Hidden,
+    /// The material is on the side that faces the setup.
+    Material,
 }
 
 impl Seen {
@@ -99,6 +102,8 @@ pub(crate) struct Views<'a> {
     /// The tool whose rest is cut, if any.
     pub(crate) earlier: &'a [BallDrop<'a>],
     pub(crate) space: &'a Space<'a>,
+    /// The sides that may be cut.
+    pub(crate) free: FreeSides<'a>,
     /// What keeps the tool in its bounds.
     pub(crate) keeps: &'a [Option<Keep<'a>>],
     pub(crate) scallop_mm: f64,
@@ -126,6 +131,9 @@ impl Place {
     /// The same however far it leans.
     fn seen_facing(&self, frame: &Frame, ball: &BallDrop, keep: Option<&Keep>, allowed_mm: f64) -> Seen {
         let facing = self.normal.dot(&frame.axis());
+        if !ball.free().allow(self.face, facing > 0.0) {
+            return Seen::Material;
+        }
         let n = self.normal * facing.signum();
         let centre = frame.to_setup(&(self.point + n * ball.radius_mm()));
         let normal = frame.to_setup(&n.into()).coords;
@@ -157,7 +165,7 @@ impl Place {
     ) -> Seen {
         let (frame, radius_mm) = (&views.frames[setup], ball.radius_mm());
         let mut seen = Seen::Steep;
-        for other_side in [false, true] {
+        for other_side in [false, true].into_iter().filter(|other| views.free.allow(self.face, !other)) {
             let n = if other_side { -self.normal } else { self.normal };
             let facing = n.dot(&frame.axis());
             let aside = (n - frame.axis() * facing).try_normalize(0.0);

@@ -273,7 +273,7 @@ impl Walk<'_> {
 
     fn sample(&mut self, s: f64) -> Option<Sample> {
         let location = self.drop(s)?;
-        if location.normal.z < STEEPEST_NZ {
+        if location.normal.z < STEEPEST_NZ || self.march.touches_material(&location) {
             return None;
         }
         self.proofs.add(&location);

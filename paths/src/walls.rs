@@ -178,8 +178,9 @@ impl SetupContext<'_> {
             let [x, y] = guide.at(s);
             let centre = Point3::new(x, y, height);
             let (foot, away) = beside.nearest(centre)?;
-            let is_free =
-                foot.distance_mm >= self.ball.radius_mm() && self.is_free_above(centre, &foot, away);
+            let is_free = foot.distance_mm >= self.ball.radius_mm()
+                && self.is_on_free_side(&foot, away)
+                && self.is_free_above(centre, &foot, away);
             proofs.locations += u64::from(is_free);
             is_free.then_some(Sample { s, z: height, face: Some(foot.face), ..Sample::default() })
         };
@@ -314,6 +315,15 @@ impl SetupContext<'_> {
             Some((foot, away)) => self.is_free_above(at, &foot, away),
             None => self.ball.drop(at.x, at.y).is_none_or(|rest| rest.centre.z <= at.z + HELD_MM),
         }
+    }
+
+    /// Whether a ball that is this way from the nearest place of the model is where no material is.
+    fn is_on_free_side(&self, foot: &Foot, away: Vector3) -> bool {
+        let free = self.ball.free();
+        free.of(foot.face).is_both()
+            || foot.on_boundary
+            || (self.ball.surface(foot.face).normal(foot.u, foot.v))
+                .is_none_or(|(n, _)| free.allow(foot.face, n.dot(&away) > 0.0))
     }
 
     /// Whether nothing holds a ball up that comes down beside the nearest place of the model, which way it is from there.

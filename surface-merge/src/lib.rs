@@ -55,6 +55,7 @@ mod quality;
 mod quotient;
 mod region;
 mod region_mesh;
+mod sheets;
 mod sweep;
 mod tolerance;
 mod verdict;
@@ -83,6 +84,7 @@ pub use region_mesh::{
     BoundaryLoop, DriveSurface, Field, FieldError, GuideKind, Guides, IsoPoint, NoDriveSurface, Polyline,
     RegionMesh, SurfacePoint,
 };
+pub use sheets::{Evidence, Sheet, SheetOptions, sheets};
 pub use sweep::{Join, MergeTree, Step, SweptLimit, sweep};
 pub use verdict::Verdict;
 pub use wide_gaps::WideGap;

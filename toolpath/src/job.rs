@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Bounds, FilePlace, Holder, MoveKind, Tool, find_file};
+use crate::{Bounds, FilePlace, FreeSide, Holder, MoveKind, Tool, find_file};
 
 /// Version of the job folder's format; raised when a reader of the old one would misread the new one.
 pub const FORMAT_VERSION: u32 = 1;
@@ -115,6 +115,9 @@ pub struct Request {
     pub only: Vec<String>,
     /// All but these.
     pub skip: Vec<String>,
+    /// On which side of sheets the material is, where that was said.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub material_side: Vec<String>,
     /// Where the tool is kept.
     #[serde(default, skip_serializing_if = "Bounds::is_none")]
     pub bounds: Bounds,
@@ -346,6 +349,9 @@ pub struct FaceAccount {
     pub entity: String,
     /// Its region.
     pub region: usize,
+    /// The side that is free of material.
+    #[serde(default, skip_serializing_if = "FreeSide::is_both")]
+    pub free_side: FreeSide,
     /// Its area.
     #[serde(flatten)]
     pub area: Area,

@@ -34,6 +34,7 @@ mod place;
 mod regions;
 mod renewal;
 mod scratch;
+mod side;
 mod standing;
 mod tool;
 mod whole;
@@ -59,6 +60,7 @@ pub use regions::{
 };
 pub use renewal::Renewal;
 pub use scratch::is_own_scratch;
+pub use side::{FreeSide, SheetRecord};
 pub use standing::{Judged, Standing, read_judged, read_moves_judged};
 pub use tool::{End, Tool, ToolError};
 pub use whole::write_whole;

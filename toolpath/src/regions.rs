@@ -1,6 +1,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::SheetRecord;
+
 /// `regions.json`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RegionsFile {
@@ -38,6 +40,9 @@ pub struct RegionsFile {
     /// absorption, and what still is.
     #[serde(default)]
     pub small: Vec<SmallRegionRecord>,
+    /// Faces that hang together, largest first, and on which side of them the material is.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sheets: Vec<SheetRecord>,
 }
 
 /// A stretch of a face's boundary beside another face, farther away than the tolerance.

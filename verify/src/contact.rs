@@ -45,6 +45,15 @@ struct Along {
     edge_mm: f64,
     air_mm: f64,
     cut_mm: f64,
+    material: InMaterial,
+}
+
+/// Where the ball is on the side of the material.
+#[derive(Default)]
+pub(crate) struct InMaterial {
+    pub(crate) length_mm: f64,
+    /// The first place.
+    pub(crate) at: Option<Place>,
 }
 
 /// Measures gouges on all kinds of moves but rapids and the contact along passes: samples at equal spacing
@@ -54,7 +63,10 @@ struct Along {
 /// - the derivatives predict the gaps and a larger ball at the same contact is empty: the gap is a smooth
 ///   curve, and its extremum is where the derivative vanishes;
 /// - otherwise the interval is halved.
-pub(crate) fn measure(scene: &Scene<'_>, stage: &Stage<'_>) -> (Gouge, Contact, Vec<GougeSample>) {
+pub(crate) fn measure(
+    scene: &Scene<'_>,
+    stage: &Stage<'_>,
+) -> (Gouge, Contact, InMaterial, Vec<GougeSample>) {
     let tracks: Vec<&Track> = scene.tracks.iter().filter(|t| t.sweeps()).collect();
     let found: Vec<Along> = tracks
         .par_iter()
@@ -94,6 +106,7 @@ impl Walk<'_> {
             let after = stations.get(i + 1).map_or(0.0, |t| t - probe.t);
             self.record(probe, &mut along);
             self.weigh(probe, 0.5 * (before + after), &mut along);
+            self.tell_side(probe, 0.5 * (before + after), &mut along);
         }
         for pair in probes.windows(2) {
             self.between(&pair[0], &pair[1], HALVINGS, &mut along);
@@ -198,6 +211,22 @@ impl Walk<'_> {
         }
     }
 
+    /// The ball is in the material where what is nearest to its centre is the inside of a face, whose material is on that side:
+    /// nothing lies between.
+    fn tell_side(&self, probe: &Probe, length_mm: f64, along: &mut Along) {
+        let Some(foot) = probe.foot.filter(|foot| !foot.on_boundary) else { return };
+        let free = self.scene.free_sides[foot.face];
+        if free.is_both() {
+            return;
+        }
+        let away = self.track.centre(probe.t).0 - foot.point;
+        let normal = self.scene.model.faces[foot.face].surface.normal(foot.u, foot.v);
+        if normal.is_some_and(|(n, _)| !free.allows(n.dot(&away) > 0.0)) {
+            along.material.length_mm += length_mm;
+            along.material.at.get_or_insert_with(|| self.place(probe, &foot));
+        }
+    }
+
     fn rests(&self, probe: &Probe, foot: &Foot) -> bool {
         self.scene.faces_squarely(foot, &self.track.centre(probe.t).0)
     }
@@ -211,12 +240,14 @@ impl Walk<'_> {
     }
 }
 
-fn summarise(found: Vec<Along>, limit_mm: f64) -> (Gouge, Contact, Vec<GougeSample>) {
+fn summarise(found: Vec<Along>, limit_mm: f64) -> (Gouge, Contact, InMaterial, Vec<GougeSample>) {
     let mut all = Along::default();
     for one in found {
         all.samples += one.samples;
         all.contact_samples += one.contact_samples;
         all.edge_mm += one.edge_mm;
+        all.material.length_mm += one.material.length_mm;
+        all.material.at = all.material.at.or(one.material.at);
         all.air_mm += one.air_mm;
         all.cut_mm += one.cut_mm;
         for (sum, count) in all.deeper.iter_mut().zip(one.deeper) {
@@ -256,5 +287,5 @@ fn summarise(found: Vec<Along>, limit_mm: f64) -> (Gouge, Contact, Vec<GougeSamp
         on_edge_share: share(all.edge_mm),
         in_air_share: share(all.air_mm),
     };
-    (gouge, contact, all.gouges)
+    (gouge, contact, all.material, all.gouges)
 }

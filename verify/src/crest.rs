@@ -181,7 +181,12 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
             }
             let below = (top - foot.point).dot(&normal) < 0.0;
             let height_mm = if below { -foot.distance_mm } else { foot.distance_mm };
-            if height_mm > limit && !reach.is_left(&foot.point, &normal, spare) {
+            let free = scene.free_sides[foot.face];
+            let is_left = || {
+                free.allows(n.dot(&normal) > 0.0)
+                    && reach.is_left(&foot.point, &normal, spare, free.is_both())
+            };
+            if height_mm > limit && !is_left() {
                 along.out_of_reach += 1;
                 continue;
             }

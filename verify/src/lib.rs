@@ -44,6 +44,7 @@ mod reach;
 mod report;
 mod scene;
 mod shadow;
+mod sides;
 mod surface;
 mod swept;
 mod tight;
@@ -62,7 +63,7 @@ pub use options::{Progress, SCALLOP_BAR, USUAL_RADIUS_MM, USUAL_SCALLOP_MM, Veri
 pub use report::{
     AreaAt, BallShare, BoundsKept, Contact, Coverage, CrestSample, Crests, FaceCoverage, Gouge, GougeSample,
     HISTOGRAM_BIN, HISTOGRAM_BINS, Obstacles, Place, Rapids, RegionCrests, ResidualSample, Scallop,
-    SurfaceResidual, SurfaceState, TooTight, Verification,
+    SidesKept, SurfaceResidual, SurfaceState, TooTight, Verification,
 };
 pub use verdict::{Finding, FindingCode, Severity, Verdict};
 
@@ -164,7 +165,7 @@ pub fn verify_with_crests(
     let reach = reach::Reach::new(scene, &mesh);
 
     let stage = |name| scene::Stage::begin(name, progress);
-    let (gouge, contact, _) = contact::measure(scene, &stage("gouge and contact"));
+    let (gouge, contact, touched, _) = contact::measure(scene, &stage("gouge and contact"));
     let rapids = rapids::measure(scene, &bench.meshes, &reach, &stage("rapids"));
     let obstacles = obstacles::measure(scene, &stage("obstacles"));
     let bounds = bounds::measure(scene, reach.limits(), &stage("bounds"));
@@ -173,6 +174,7 @@ pub fn verify_with_crests(
     let (crests, samples) = crest::measure(scene, &swept, &reach, &stage("scallop crests"));
     let faces = surface::measure(scene, &bench.meshes, &swept, &reach, &stage("coverage"));
     let coverage = coverage::account(scene, &faces, tight::measure(scene, &reach, &faces));
+    let sides = sides::account(scene, touched, &faces);
     let scallop = Scallop { crests, surface: coverage::residual_on_cut_area(scene, &faces) };
     let verdict = verdict::conclude(
         job,
@@ -187,6 +189,7 @@ pub fn verify_with_crests(
             holder: holder.as_ref(),
             scallop: &scallop,
             coverage: &coverage,
+            sides: sides.as_ref(),
         },
     );
     let found = Verification {
@@ -202,6 +205,7 @@ pub fn verify_with_crests(
         holder,
         scallop,
         coverage,
+        sides,
         verdict,
     };
     Ok((found, samples))
@@ -284,7 +288,7 @@ pub fn gouge_samples(
     let avoided = limits::avoided_model(model, job);
     let bench = Bench::new([model, &avoided], job, program, options, progress)?;
     let stage = scene::Stage::begin("gouge and contact", progress);
-    Ok(contact::measure(&bench.scene, &stage).2)
+    Ok(contact::measure(&bench.scene, &stage).3)
 }
 
 /// What all measurements need.
@@ -318,6 +322,7 @@ impl<'a> Bench<'a> {
                 tracks,
                 obstacles,
                 avoided: ClosestPoints::new(avoided),
+                free_sides: scene::free_sides(model, job),
             },
         })
     }

@@ -1,7 +1,7 @@
 use std::cmp::Ordering;
 
 use claymill_nurbs::{Point3, Vector3};
-use claymill_toolpath::Tool;
+use claymill_toolpath::{FreeSide, Tool};
 
 use crate::directions::{axis, directions};
 use crate::drop::DropMesh;
@@ -25,6 +25,18 @@ const RISE_RADII: f64 = 0.25;
 /// What looks down by more than this (`−n·up`, 10°), over so many tool radii of room, is no wall.
 const DOWNWARD: f64 = 0.173_648;
 const ROOM_RADII: f64 = 10.0;
+/// No model is larger, mm; and ways out of it that run along nothing.
+const FAR_MM: f64 = 1e7;
+const WAYS_OUT: [[f64; 3]; 8] = [
+    [0.61, 0.53, 0.59],
+    [-0.57, 0.49, 0.66],
+    [0.52, -0.63, 0.58],
+    [0.55, 0.62, -0.56],
+    [-0.64, -0.51, 0.57],
+    [-0.5, 0.66, -0.56],
+    [0.58, -0.54, -0.61],
+    [-0.6, -0.58, -0.55],
+];
 /// The room begins this far from the surface, mm.
 const OFF_SURFACE_MM: f64 = 0.01;
 
@@ -79,18 +91,21 @@ impl<'a> Reach<'a> {
         self.limits.as_ref()
     }
 
-    /// What a point with normal `±n` is to the tool, if the ball may enter other places by `sink_mm`:
+    /// What a point with normal `n`, of which a side is `free`, is to the tool, if the ball may enter other places by `sink_mm`:
     /// [`SurfaceState::ReachableLeft`], [`SurfaceState::EarlierTool`], [`SurfaceState::OutOfBounds`],
     /// [`SurfaceState::TooTight`] or [`SurfaceState::Hidden`].
-    pub(crate) fn judge(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
-        let mut sides = [*n, -n].map(|n| (self.side(p, &n, sink_mm), n));
+    pub(crate) fn judge(&self, p: &Point3, n: &Vector3, sink_mm: f64, free: FreeSide) -> SurfaceState {
+        let mut sides = [(true, *n), (false, -n)].map(|(along, n)| {
+            let state = if free.allows(along) { self.side(p, &n, sink_mm) } else { SurfaceState::Hidden };
+            (state, n)
+        });
         // Of a sheet without thickness the side counts that faces a setup best, and of equal ones that which is done.
         let second_counts = match self.facing(&sides[1].1).total_cmp(&self.facing(&sides[0].1)) {
             Ordering::Less => false,
             Ordering::Equal => sides[1].0 == SurfaceState::EarlierTool,
             Ordering::Greater => true,
         };
-        if self.earlier.is_some() && second_counts {
+        if self.earlier.is_some() && free.is_both() && second_counts {
             sides.swap(0, 1);
         }
         let reached = [SurfaceState::ReachableLeft, SurfaceState::EarlierTool];
@@ -106,9 +121,9 @@ impl<'a> Reach<'a> {
         }
     }
 
-    /// The one of `±n` that faces a setup best.
-    pub(crate) fn best_facing(&self, n: &Vector3) -> Vector3 {
-        if self.facing(&-n) > self.facing(n) { -n } else { *n }
+    /// The one of `±n` that faces a setup best; `n` where that is the free side.
+    pub(crate) fn best_facing(&self, n: &Vector3, free: FreeSide) -> Vector3 {
+        if free.is_both() && self.facing(&-n) > self.facing(n) { -n } else { *n }
     }
 
     /// How well a normal faces the setup that it faces best (cosine).
@@ -130,10 +145,30 @@ impl<'a> Reach<'a> {
         })
     }
 
-    /// Whether what is left over this side of a point is the tool's to cut, and no earlier one's on the other side.
-    pub(crate) fn is_left(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> bool {
-        let left = SurfaceState::ReachableLeft;
-        self.side(p, n, sink_mm) == left && (self.earlier.is_none() || self.judge(p, n, sink_mm) == left)
+    /// Whether what is left over this side of a point, which is free or as free as the other one, is the tool's to cut, and no
+    /// earlier one's on the other side.
+    pub(crate) fn is_left(&self, p: &Point3, n: &Vector3, sink_mm: f64, is_both: bool) -> bool {
+        let (left, free) =
+            (SurfaceState::ReachableLeft, if is_both { FreeSide::Both } else { FreeSide::Along });
+        self.side(p, n, sink_mm) == left
+            && (self.earlier.is_none() || self.judge(p, n, sink_mm, free) == left)
+    }
+
+    /// Whether a ball that touches a point from the side of `n` is inside of a body: it leads out through an odd number of faces
+    /// whichever way one goes. Not where the material's side was asked for.
+    pub(crate) fn is_inside(&self, p: &Point3, n: &Vector3) -> bool {
+        if !self.scene.job.request.material_side.is_empty() {
+            return false;
+        }
+        let centre = p + n * self.tool.radius_mm();
+        // Mostly the way the tool came is free, which settles it.
+        let mut axes: Vec<Vector3> = self.setups.iter().map(|setup| setup.0).collect();
+        axes.sort_by(|a, b| n.dot(b).total_cmp(&n.dot(a)));
+        let is_odd = |way: Vector3| {
+            let met = self.scene.closest.crossings(&centre, &way, FAR_MM);
+            met.complete && met.all.len() % 2 == 1
+        };
+        axes.into_iter().chain(WAYS_OUT.map(Vector3::from)).all(is_odd)
     }
 
     /// How far the tool comes to rest above a point.

@@ -38,8 +38,29 @@ pub struct Verification {
     pub scallop: Scallop,
     /// What is cut and what is not, and why.
     pub coverage: Coverage,
+    /// Whether the tool keeps out of the material, where the job says on which side of faces that is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sides: Option<SidesKept>,
     /// The conclusion.
     pub verdict: Verdict,
+}
+
+/// Cuts from the side of the material.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SidesKept {
+    /// Area of the faces of which the job says on which side the material is, mm².
+    pub one_sided_mm2: f64,
+    /// Area that is cut from the side of the material, mm².
+    pub wrong_mm2: f64,
+    /// Length of moves along which the ball is nearest to the inside of a face, on the side of its material, mm.
+    pub wrong_length_mm: f64,
+    /// Where: on such a face.
+    pub wrong_at: Option<Place>,
+    /// Area that is cut with the ball inside of a body, whatever the job says: every line from there leads out through an odd
+    /// number of faces; mm². Not looked for where the material's side was asked for.
+    pub inside_mm2: f64,
+    /// Where.
+    pub inside_at: Option<Place>,
 }
 
 /// How near the ball comes to obstacles on any move, rapids too.
@@ -359,4 +380,8 @@ pub struct ResidualSample {
     pub step_over_mm: Option<f64>,
     /// What became of the surface there.
     pub state: SurfaceState,
+    /// A ball cuts it from the side of the material.
+    pub cut_from_material: bool,
+    /// The ball that cuts it is inside of a body.
+    pub cut_from_inside: bool,
 }

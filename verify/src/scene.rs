@@ -1,7 +1,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use claymill_nurbs::{ClosestPoints, FaceId, Foot, Model, Point3};
-use claymill_toolpath::{Holder, Job};
+use claymill_toolpath::{FreeSide, Holder, Job};
 
 use crate::obstacles::ObstacleSet;
 use crate::options::{Progress, VerifyOptions};
@@ -23,6 +23,19 @@ pub(crate) struct Scene<'a> {
     pub(crate) obstacles: ObstacleSet,
     /// Of the faces to be avoided alone, by their number among these.
     pub(crate) avoided: ClosestPoints<'a>,
+    /// The side of each face that is free of material, as the job says.
+    pub(crate) free_sides: Vec<FreeSide>,
+}
+
+/// The free side of each face of a model, as a job says.
+pub(crate) fn free_sides(model: &Model, job: &Job) -> Vec<FreeSide> {
+    let mut sides = vec![FreeSide::Both; model.faces.len()];
+    for account in &job.faces {
+        if let Some(side) = sides.get_mut(account.face) {
+            *side = account.free_side;
+        }
+    }
+    sides
 }
 
 impl Scene<'_> {

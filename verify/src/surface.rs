@@ -1,4 +1,5 @@
 use claymill_nurbs::{Face, FaceId, FaceMesh, Jet, Point2, Vector3};
+use claymill_toolpath::FreeSide;
 use rayon::prelude::*;
 
 use crate::limits::avoided_faces;
@@ -79,26 +80,34 @@ fn sample(
         residual_mm: None,
         step_over_mm: None,
         state: SurfaceState::NotMeasured,
+        cut_from_material: false,
+        cut_from_inside: false,
     };
     let Some((normal, _)) = surface.normal(uv.x, uv.y) else {
         return sample;
     };
-    sample.normal = normal;
+    let free = scene.free_sides[face];
+    sample.normal = if free == FreeSide::Against { -normal } else { normal };
     let h = scene.scallop_mm();
-    if let Some(left) = swept.residual(&point, &normal, MEASURED_UP_TO * h) {
+    if let Some(left) = swept.residual(&point, &normal, MEASURED_UP_TO * h, free) {
         sample.residual_mm = Some(left.height_mm);
         sample.normal = normal * left.side;
         sample.step_over_mm =
             step_over_mm(&jet, &left.way, &sample.normal, scene.job.request.tool.radius_mm(), h);
     }
     let limit = scene.options.cut_limit * h;
+    if !free.is_both() {
+        let material = FreeSide::one(free == FreeSide::Against);
+        sample.cut_from_material = swept.residual(&point, &normal, limit, material).is_some();
+    }
     sample.state = if sample.residual_mm.is_some_and(|height| height <= limit) {
         SurfaceState::Cut
     } else if excluded {
         SurfaceState::Excluded
     } else {
-        reach.judge(&point, &normal, limit - h)
+        reach.judge(&point, &normal, limit - h, free)
     };
+    sample.cut_from_inside = sample.state == SurfaceState::Cut && reach.is_inside(&point, &sample.normal);
     sample
 }
 

@@ -1,6 +1,7 @@
 use std::ops::ControlFlow;
 
 use claymill_nurbs::{Aabb, BoxTree, Point3, Vector3, outward};
+use claymill_toolpath::FreeSide;
 use rayon::prelude::*;
 
 use crate::capsule::Capsule;
@@ -95,14 +96,15 @@ impl<'a> Swept<'a> {
         covered
     }
 
-    /// Height of the material that all balls together leave on the surface point `p` with normal `±n`, mm,
-    /// if it is no higher than `cap_mm`; a sheet may be cut from either side, the lower height counts.
-    pub(crate) fn residual(&self, p: &Point3, n: &Vector3, cap_mm: f64) -> Option<Residual> {
+    /// Height of the material that all balls on a `free` side together leave on the surface point `p` with normal `±n`, mm,
+    /// if it is no higher than `cap_mm`; where a sheet may be cut from either side, the lower height counts.
+    pub(crate) fn residual(&self, p: &Point3, n: &Vector3, cap_mm: f64, free: FreeSide) -> Option<Residual> {
         let mut lowest: Option<Residual> = None;
         self.visit_near(p, self.largest_radius_mm + cap_mm, |piece| {
             let capsule = &piece.capsule;
             let side = (nalgebra::center(&capsule.a, &capsule.b) - p).dot(n).signum();
-            if let Some(t) = capsule.entry(p, &(n * side))
+            if free.allows(side > 0.0)
+                && let Some(t) = capsule.entry(p, &(n * side))
                 && t <= cap_mm
                 && t > -FAR_SIDE * capsule.radius
                 && lowest.as_ref().is_none_or(|low| t < low.height_mm)

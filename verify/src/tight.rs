@@ -26,7 +26,7 @@ struct Place<'a> {
 
 impl<'a> Place<'a> {
     fn new(scene: &Scene<'_>, reach: &Reach<'_>, sample: &'a ResidualSample) -> Self {
-        let normal = reach.best_facing(&sample.normal);
+        let normal = reach.best_facing(&sample.normal, scene.free_sides[sample.face]);
         let radius_mm = scene.job.request.tool.radius_mm();
         Place {
             sample,

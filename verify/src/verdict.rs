@@ -4,7 +4,9 @@ use serde::{Deserialize, Serialize};
 use claymill_toolpath::{Contain, Job};
 
 use crate::options::VerifyOptions;
-use crate::report::{BoundsKept, Contact, Coverage, Gouge, Obstacles, Place, Rapids, Scallop, SurfaceState};
+use crate::report::{
+    BoundsKept, Contact, Coverage, Gouge, Obstacles, Place, Rapids, Scallop, SidesKept, SurfaceState,
+};
 use crate::{HolderClearance, ShankContact};
 
 /// Areas of states sum to the total, and the total to the planner's, within this share.
@@ -13,6 +15,9 @@ const AREAS_AGREE: f64 = 1e-6;
 const LEFT_SHARE: f64 = 1e-3;
 /// The planner's areas by state may differ from the measured ones by this share of the total.
 const ACCOUNT_SHARE: f64 = 0.01;
+
+/// Where passes end at a border, a ball may be on the other side for no longer than this, mm.
+const WRONG_SIDE_MM: f64 = 1.0;
 
 /// Regions that a finding names; the others are in `verify.json`.
 const REGIONS_NAMED: usize = 5;
@@ -55,6 +60,8 @@ pub enum FindingCode {
     Obstacle,
     /// The tool leaves its bounds, or comes too near to a face to be avoided.
     OutOfBounds,
+    /// The tool cuts on the side of the material.
+    WrongSide,
     /// The shank touches the model.
     Shank,
     /// A holder touches the model or an obstacle, or comes nearer than was asked for.
@@ -95,6 +102,7 @@ pub(crate) struct Measured<'a> {
     pub(crate) holder: Option<&'a HolderClearance>,
     pub(crate) scallop: &'a Scallop,
     pub(crate) coverage: &'a Coverage,
+    pub(crate) sides: Option<&'a SidesKept>,
 }
 
 /// Holds the measurements against the bars.
@@ -145,6 +153,9 @@ pub(crate) fn conclude(job: &Job, options: &VerifyOptions, m: &Measured<'_>) -> 
     if let Some(kept) = m.bounds {
         bounds_findings(job, kept, &mut find);
     }
+    if let Some(sides) = m.sides {
+        side_findings(sides, options, &mut find);
+    }
     if m.shank.touching > 0 {
         let (moves, depth) = (m.shank.touching, m.shank.deepest_mm);
         let text = format!("the shank enters the model on {moves} moves, the worst by {depth:.3} mm");
@@ -189,6 +200,30 @@ fn bounds_findings(
             kept.too_near
         );
         find(FindingCode::OutOfBounds, Severity::Error, text, &kept.avoided_min_at);
+    }
+}
+
+fn side_findings(
+    sides: &SidesKept,
+    options: &VerifyOptions,
+    find: &mut impl FnMut(FindingCode, Severity, String, &Option<Place>),
+) {
+    if sides.wrong_length_mm > WRONG_SIDE_MM {
+        let text = format!(
+            "the ball is on the side of the material along {:.1} mm, and cuts {:.1} mm² from there",
+            sides.wrong_length_mm, sides.wrong_mm2
+        );
+        find(FindingCode::WrongSide, Severity::Error, text, &sides.wrong_at);
+    } else if sides.wrong_mm2 > 0.0 {
+        let text = format!(
+            "{:.1} mm² beside open borders are cut from the side of the material, by a ball that rolls over them",
+            sides.wrong_mm2
+        );
+        find(FindingCode::WrongSide, Severity::Warning, text, &sides.wrong_at);
+    }
+    if sides.inside_mm2 > options.area_per_sample_mm2 {
+        let text = format!("{:.1} mm² are cut with the ball inside of a body", sides.inside_mm2);
+        find(FindingCode::WrongSide, Severity::Error, text, &sides.inside_at);
     }
 }
 

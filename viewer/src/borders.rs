@@ -188,6 +188,7 @@ mod tests {
             region_of_face: &[0, 0, 0, 1],
             cut: None,
             joint_tolerance_mm: 0.01,
+            free_sides: None,
         };
         let length = |kind: BorderKind| {
             let of = |b: &Border| b.points.windows(2).map(|ab| (ab[1] - ab[0]).norm()).sum::<f64>();

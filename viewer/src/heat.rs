@@ -125,7 +125,7 @@ impl Scene {
         for mesh in &mut self.surfaces {
             mesh.vertices.par_iter_mut().for_each(|v| {
                 let [r, g, b] = colour(&(Point3::from(v.position.map(f64::from)) + origin));
-                v.colour = [r, g, b, 255];
+                v.colour = [r, g, b, v.colour[3]];
             });
         }
         self.is_map = true;

@@ -67,7 +67,8 @@ pub use marks::StateScale;
 pub use movie::Movie;
 pub use overlay::Places;
 pub use palette::{
-    CLAY, NOT_CUT, RegionExtent, Rgb, colour_regions, region_legend, region_palette, stroke_shade,
+    CLAY, MATERIAL_SIDE, NOT_CUT, RegionExtent, Rgb, colour_regions, region_legend, region_palette,
+    stroke_shade,
 };
 pub use passes::{DEPTH_FORMAT, FrameLayouts, MULTIPLY, Pass, Press, surface_layout};
 pub use picture::Picture;
@@ -79,8 +80,8 @@ pub use report::{
     report_html, write_report,
 };
 pub use scene::{
-    Colouring, LegendEntry, LineKind, LineLayer, Mark, ModelView, Scene, Strip, SurfaceMesh, SurfaceVertex,
-    face_colours, region_colours,
+    BOTH_SIDES, Colouring, FREE_AGAINST, FREE_ALONG, LegendEntry, LineKind, LineLayer, Mark, ModelView,
+    Scene, Strip, SurfaceMesh, SurfaceVertex, face_colours, region_colours,
 };
 pub use segments::CLOSEST_PASSES_PX;
 pub use stock::Stock;

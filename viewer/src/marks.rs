@@ -46,7 +46,7 @@ impl Scene {
                 let p = Point3::from(v.position.map(f64::from)) + origin;
                 let state = nearest(&p, &Vector3::from(v.normal.map(f64::from)));
                 let [r, g, b] = state.and_then(|s| scale.states.get(s)).map_or(NOT_CUT, |s| s.0);
-                v.colour = [r, g, b, 255];
+                v.colour = [r, g, b, v.colour[3]];
             });
         }
         self.is_map = true;

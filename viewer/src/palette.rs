@@ -7,6 +7,8 @@ pub type Rgb = [u8; 3];
 
 /// Clay: the colour of a model that is not coloured by anything.
 pub const CLAY: Rgb = [205, 196, 184];
+/// The side of the material, as legends show it.
+pub const MATERIAL_SIDE: Rgb = [118, 86, 70];
 /// Faces or areas that are not cut.
 pub const NOT_CUT: Rgb = [150, 152, 156];
 

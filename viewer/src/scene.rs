@@ -2,7 +2,7 @@ use std::collections::HashSet;
 use std::ops::Range;
 
 use claymill_nurbs::{Aabb, Curve2, Face, FaceMesh, Model, Point3, Vector3};
-use claymill_toolpath::Program;
+use claymill_toolpath::{FreeSide, Program};
 use rayon::prelude::*;
 
 use crate::ViewError;
@@ -25,6 +25,8 @@ pub struct ModelView<'a> {
     pub cut: Option<&'a [bool]>,
     /// Distance within which edges of two faces count as one joint, mm.
     pub joint_tolerance_mm: f64,
+    /// The side of each face that is free of material: the other one is hatched. `None`: both are alike.
+    pub free_sides: Option<&'a [FreeSide]>,
 }
 
 /// What decides a surface's colour.
@@ -46,9 +48,17 @@ pub struct SurfaceVertex {
     pub position: [f32; 3],
     /// Unit normal, `Su × Sv` side.
     pub normal: [f32; 3],
-    /// sRGB and opacity.
+    /// sRGB, and whether one of the two sides is drawn as that of the material: [`BOTH_SIDES`], [`FREE_ALONG`] or
+    /// [`FREE_AGAINST`].
     pub colour: [u8; 4],
 }
+
+/// Both sides of a surface are alike.
+pub const BOTH_SIDES: u8 = 255;
+/// The side that the normal does not point to is the material's.
+pub const FREE_ALONG: u8 = 254;
+/// The side that the normal points to is the material's.
+pub const FREE_AGAINST: u8 = 253;
 
 /// Triangles that share one vertex buffer.
 #[derive(Debug, Clone, Default)]
@@ -181,6 +191,7 @@ impl Scene {
             ("meshes", view.meshes.len()),
             ("regions", view.region_of_face.len()),
             ("cut marks", view.cut.map_or(faces, <[bool]>::len)),
+            ("sides", view.free_sides.map_or(faces, <[FreeSide]>::len)),
         ];
         if let Some(&(what, given)) = lists.iter().find(|(_, given)| *given != faces) {
             return Err(ViewError::Mismatch { what, given, faces });
@@ -343,6 +354,11 @@ pub(crate) fn face_vertices(
     let outward = outward_on_rings(mesh);
     // Chords of two faces along one edge are apart by what both deviate at most: wider by that, no gap shows between them.
     let wider_mm = f64::from(mesh.deviation_mm.iter().copied().fold(0.0, f32::max)) + HAIR_MM;
+    let sides = match view.free_sides.map_or(FreeSide::Both, |sides| sides[f]) {
+        FreeSide::Both => BOTH_SIDES,
+        FreeSide::Along => FREE_ALONG,
+        FreeSide::Against => FREE_AGAINST,
+    };
     let vertex = |i: usize| {
         let exact = surface.normal(mesh.uv[i].x, mesh.uv[i].y).map(|(n, _)| n);
         let n = exact.unwrap_or(normals[i]);
@@ -350,7 +366,7 @@ pub(crate) fn face_vertices(
         SurfaceVertex {
             position: relative(&(mesh.points[i] + out), origin),
             normal: [n.x as f32, n.y as f32, n.z as f32],
-            colour: [colour[0], colour[1], colour[2], 255],
+            colour: [colour[0], colour[1], colour[2], sides],
         }
     };
     (0..mesh.points.len()).map(vertex).collect()

@@ -265,6 +265,7 @@ mod tests {
             region_of_face: &[0, 1, 2],
             cut: None,
             joint_tolerance_mm: 0.01,
+            free_sides: None,
         };
         let all = region_thumbnails(&view, &Axes::default(), &[[200, 60, 60], [60, 200, 60], [60, 60, 200]]);
         assert_eq!(all[0].seen_from, "front left, above");

@@ -50,6 +50,7 @@ impl Exhibit {
             region_of_face: &self.region_of_face,
             cut,
             joint_tolerance_mm: self.regions.tolerance_mm,
+            free_sides: None,
         }
     }
 

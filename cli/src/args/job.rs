@@ -124,6 +124,13 @@ pub(crate) struct JobOptions {
     /// Leave these out; same forms as --only.
     #[arg(help_heading = CHOICE, long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) skip: Vec<String>,
+    /// Where the material is, which is not cut from inside: `auto` as found, `inside` or `outside` of what is closed or
+    /// bulges, `file` behind the faces as the file turns them, `against-file`, `both` for sheets that are cut from either
+    /// side, or a direction, as in -z; for some sheets alone `face:12=outside`, `region:3=-z`, also layer: and colour:; may be
+    /// repeated [default: auto].
+    #[arg(long, value_name = "[WHAT=]SIDE", value_delimiter = ',', allow_hyphen_values = true)]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) material_side: Vec<String>,
     #[command(flatten)]
     #[serde(flatten)]
     pub(crate) bounds: BoundsArgs,

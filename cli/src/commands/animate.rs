@@ -71,7 +71,8 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
 
     console.stage("preparing");
     let cut = pictures::cut_faces(&job);
-    let album = Album::new(model, &region_of_face, Some(&cut), regions.tolerance_mm);
+    let album =
+        Album::new(model, &region_of_face, Some(&cut), regions.tolerance_mm).with_sides(&regions.sheets);
     let album = if args.stock.is_some() { album.for_maps() } else { album };
     let shown = if args.stock.is_some() { &SHOWN[..2] } else { &SHOWN[..] };
     let mut bare = album.scene(&report::title(&job), None, shown)?;

@@ -5,7 +5,7 @@ use claymill_exchange::{ImportReport, Skipped};
 use claymill_nurbs::{Face, SurfaceKind};
 use claymill_surface_merge::defects::{Defect, defects};
 use claymill_surface_merge::{BoundaryAccount, Preset, Tolerance};
-use claymill_toolpath::Kind;
+use claymill_toolpath::{Kind, SheetRecord};
 use serde::Serialize;
 
 use super::inspect_mesh::{inspect_mesh, is_mesh};
@@ -14,7 +14,7 @@ use super::{Context, box_mm, guess};
 use crate::args::InspectArgs;
 use crate::console::{outln, six_digits};
 use crate::failure::Failure;
-use crate::output;
+use crate::{material, output};
 
 /// What `claymill inspect --json` prints.
 #[derive(Debug, Serialize)]
@@ -41,6 +41,8 @@ struct Inspection<'a> {
     axes: Axes,
     /// How near neighbours had to be, with the histogram of gaps.
     gaps: Tolerance,
+    /// Faces that hang together, and on which side of them the material is.
+    sheets: Vec<SheetRecord>,
     /// How many defects there are of each code.
     defect_counts: BTreeMap<&'static str, usize>,
     defects: Vec<Defect>,
@@ -69,9 +71,10 @@ pub(crate) fn inspect(context: &Context, args: &InspectArgs) -> Result<ExitCode,
     context.console.stage("looking for defects");
     let merged = super::merge::regions(model, &Preset::Clay.options())?;
     let defects = defects(model, &merged, &loaded.face_area_mm2);
+    let sheets = material::find(&loaded, &merged, material::up(&args.axes, &loaded), &[])?;
     if let Some((path, out)) = args.out.as_ref().zip(out) {
         context.console.stage("drawing");
-        save_picture(context, args, &loaded, &merged, &defects, &out.staged())?;
+        save_picture(context, args, &loaded, &merged, &defects, &sheets, &out.staged())?;
         out.finish(Kind::Picture)?;
         context.console.say(path.display());
     }
@@ -113,6 +116,7 @@ pub(crate) fn inspect(context: &Context, args: &InspectArgs) -> Result<ExitCode,
         boundary: merged.account,
         free_boundary_mm: merged.account.naked_mm,
         gaps: merged.tolerance,
+        sheets,
         defect_counts,
         defects,
         report,
@@ -122,6 +126,7 @@ pub(crate) fn inspect(context: &Context, args: &InspectArgs) -> Result<ExitCode,
     } else {
         print(&found);
         print_borders(&found);
+        print_sheets(&found);
         print_defects(&found, faces);
     }
     Ok(ExitCode::SUCCESS)
@@ -184,6 +189,25 @@ fn print_borders(found: &Inspection) {
     }
     for (decade, length) in decades {
         outln!("  gaps        up to {} mm: {length:.1} mm", 10.0_f64.powi(decade));
+    }
+}
+
+/// The largest sheets, and all whose material side is unclear as far as they fit.
+fn print_sheets(found: &Inspection) {
+    let unclear = found.sheets.iter().filter(|s| !s.clear).count();
+    let (mut listed, mut doubtful) = (0, 0);
+    for sheet in &found.sheets {
+        let shown = if sheet.clear { &mut listed } else { &mut doubtful };
+        *shown += 1;
+        if *shown > super::LISTED {
+            continue;
+        }
+        let note = if sheet.clear { "" } else { " UNCLEAR: say --material-side" };
+        outln!("  sheet       face {}: {}{note}", sheet.faces[0], material::words(sheet));
+    }
+    let more = found.sheets.len() - listed.min(super::LISTED) - doubtful.min(super::LISTED);
+    if more > 0 {
+        outln!("  sheet       ... and {more} more, {unclear} unclear in all; --json lists them");
     }
 }
 

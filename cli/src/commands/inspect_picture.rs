@@ -2,6 +2,7 @@ use std::path::Path;
 
 use claymill_surface_merge::Merge;
 use claymill_surface_merge::defects::{Defect, DefectCode};
+use claymill_toolpath::SheetRecord;
 use claymill_viewer::{LegendEntry, Mark, PictureOptions, Pin, PinShape, Renderer, Rgb};
 
 use super::render::{named_view, parse_size};
@@ -38,13 +39,15 @@ pub(crate) fn save_picture(
     loaded: &Loaded,
     merged: &Merge,
     defects: &[Defect],
+    sheets: &[SheetRecord],
     path: &Path,
 ) -> Result<(), Failure> {
     let axes = pictures::axes(orientation(context.console, &args.axes, loaded)?);
     let view = named_view(&args.view, &axes)?;
     let options = PictureOptions { size: parse_size(&args.size)?, ..pictures::options(&axes) };
     let model = &loaded.import.model;
-    let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
+    let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm)
+        .with_sides(sheets);
     let title = args.model.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let mut scene = album.scene(&title, None, &[ShowName::Model, ShowName::Trims])?;
     scene.caption[1] =

@@ -15,7 +15,7 @@ use super::{Context, box_mm, drive, orientation, pictures, sweep, why};
 use crate::args::{MergeArgs, PresetName};
 use crate::console::{counted, metres, outln};
 use crate::failure::Failure;
-use crate::{interrupt, output};
+use crate::{interrupt, material, output};
 
 impl From<PresetName> for Preset {
     fn from(name: PresetName) -> Self {
@@ -52,6 +52,7 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
     say_parts(context, &args.merging.keep_together, &options, &merged);
     let trees = if args.sweep { sweep::trees(&merged, &options) } else { Vec::new() };
     let mut record = record(&merged, preset);
+    record.sheets = material::find(&loaded, &merged, material::up(&args.axes, &loaded), &[])?;
     if folder.is_some() || context.json {
         context.console.stage("measuring regions");
         add_quality(&mut record, model, &merged, options.ball_radius_mm);
@@ -63,7 +64,8 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
         }
         let axes = orientation(context.console, &args.axes, &loaded)?;
         context.console.stage("pictures");
-        let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
+        let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm)
+            .with_sides(&record.sheets);
         album.save_regions(context.console, axes, folder.path())?;
         if let Some(kept) = folder.finish()? {
             context.console.say(format!("kept      what came into the folder meanwhile: {}", kept.display()));
@@ -221,6 +223,7 @@ pub(crate) fn record(merged: &Merge, preset: Preset) -> RegionsFile {
         gaps: merged.wide_gaps.iter().map(gap).collect(),
         duplicates: merged.duplicates.iter().map(|d| [d.original, d.copy]).collect(),
         small: merged.small.iter().map(small).collect(),
+        sheets: Vec::new(),
     }
 }
 

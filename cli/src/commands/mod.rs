@@ -54,6 +54,7 @@ pub(crate) use demo::demo;
 pub(crate) use drop::drop;
 pub(crate) use inspect::inspect;
 pub(crate) use merge::merge;
+pub(crate) use merge::name;
 pub(crate) use order::order;
 pub(crate) use plan::plan;
 pub(crate) use post::post;

@@ -3,12 +3,12 @@ use std::path::Path;
 use claymill_controller::Frame;
 use claymill_nurbs::{Aabb, FaceMesh, MeshOptions, Model, Point3, Vector3, tessellate};
 use claymill_paths::Orientation;
-use claymill_toolpath::{Job, MoveKind, Program, Request, Setup};
+use claymill_toolpath::{FreeSide, Job, MoveKind, Program, Request, Setup, SheetRecord};
 use claymill_verify::CrestSample;
 use claymill_viewer::{
-    Axes, BrowserInput, Colouring, HeatScale, Label, LineKind, ModelView, Picture, PictureOptions, Renderer,
-    ReportPicture, Rgb, Scene, SetupSheet, StrokeStyle, Thumbnail, View, ViewError, browser_glb,
-    region_colours, region_legend, region_thumbnails,
+    Axes, BrowserInput, Colouring, HeatScale, Label, LegendEntry, LineKind, MATERIAL_SIDE, Mark, ModelView,
+    Picture, PictureOptions, Renderer, ReportPicture, Rgb, Scene, SetupSheet, StrokeStyle, Thumbnail, View,
+    ViewError, browser_glb, region_colours, region_legend, region_thumbnails,
 };
 use rayon::prelude::*;
 
@@ -16,6 +16,7 @@ use super::report::{self, Finished};
 use crate::args::ShowName;
 use crate::console::{Console, counted};
 use crate::failure::{Failure, advice_on};
+use crate::material::free_sides;
 
 /// Fine enough for pictures of a whole vehicle: half a pixel is about 1 mm there.
 pub(crate) const PICTURE_MESH: MeshOptions = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 60.0 };
@@ -73,6 +74,10 @@ pub(crate) struct Album<'a> {
     region_of_face: &'a [usize],
     cut: Option<&'a [bool]>,
     tolerance_mm: f64,
+    /// The side of each face that is free of material.
+    free_sides: Option<Vec<FreeSide>>,
+    /// Some face can be seen from the other side.
+    shows_material: bool,
 }
 
 impl<'a> Album<'a> {
@@ -83,7 +88,15 @@ impl<'a> Album<'a> {
         tolerance_mm: f64,
     ) -> Self {
         let meshes = meshes(model, &sized(PICTURE_MESH, model));
-        Album { model, meshes, region_of_face, cut, tolerance_mm }
+        Album { model, meshes, region_of_face, cut, tolerance_mm, free_sides: None, shows_material: false }
+    }
+
+    /// The same with the two sides of sheets told apart.
+    pub(crate) fn with_sides(self, sheets: &[SheetRecord]) -> Self {
+        let is_one_sided = |sheet: &SheetRecord| sheet.free_sides.iter().any(|side| !side.is_both());
+        let shows_material = sheets.iter().any(|sheet| sheet.open_mm > 0.0 && is_one_sided(sheet));
+        let free_sides = (!sheets.is_empty()).then(|| free_sides(sheets, self.model.faces.len()));
+        Album { free_sides, shows_material, ..self }
     }
 
     /// The same with triangles fine enough for reflections.
@@ -125,6 +138,7 @@ impl<'a> Album<'a> {
             region_of_face: self.region_of_face,
             cut: self.cut,
             joint_tolerance_mm: self.tolerance_mm,
+            free_sides: self.free_sides.as_deref(),
         }
     }
 
@@ -153,6 +167,10 @@ impl<'a> Album<'a> {
         scene.caption = vec![title.to_owned(), facts];
         if shown(ShowName::Regions) && !shown(ShowName::Labels) {
             scene.legend.extend(region_legend(&colours));
+        }
+        if self.shows_material && SURFACES.iter().any(|s| shown(*s)) {
+            let text = "side of the material, not cut".to_owned();
+            scene.legend.push(LegendEntry { mark: Mark::Area, colour: MATERIAL_SIDE, text });
         }
         if shown(ShowName::Labels) {
             scene.labels = self.labels(&colours);
@@ -214,7 +232,8 @@ pub(crate) fn take(console: &Console, finished: &Finished<'_>, folder: &Path) ->
     let Finished { model, job, region_of_face, program, .. } = *finished;
     let cut = cut_faces(job);
     let tolerance_mm = finished.regions.tolerance_mm;
-    let album = Album::new(model, region_of_face, Some(&cut), tolerance_mm);
+    let album =
+        Album::new(model, region_of_face, Some(&cut), tolerance_mm).with_sides(&finished.regions.sheets);
     let axes = axes(finished.orientation);
     let crests = heights(finished.crests);
     let input = BrowserInput {

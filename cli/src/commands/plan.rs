@@ -23,7 +23,7 @@ use super::{Context, Loaded, box_mm, merge, orientation, pictures, plan_summary,
 use crate::args::{JobOptions, LinkName, PlanArgs, PresetName, StrategyName, first_given};
 use crate::console::{counted, peak_memory_mb};
 use crate::failure::Failure;
-use crate::{interrupt, select};
+use crate::{interrupt, material, select};
 
 /// Name of the job file that `plan` writes beside its results.
 pub(crate) const JOB_TOML: &str = "job.toml";
@@ -124,6 +124,7 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
         preset: first.preset.or(second.preset),
         only: first_given(first.only, second.only),
         skip: first_given(first.skip, second.skip),
+        material_side: first_given(first.material_side, second.material_side),
         bounds: first.bounds.over(second.bounds),
         check: first_given(first.check, second.check),
         mesh_unit: first.mesh_unit.or(second.mesh_unit),
@@ -287,6 +288,9 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     let asked = &request.options;
     let (excluded, avoided) =
         select::left_out(model, &merged.region_of_face, &asked.only, &asked.skip, &asked.bounds.avoid)?;
+    regions.sheets =
+        material::find(&loaded, &merged, orientation.up.vector(), &request.options.material_side)?;
+    material::say(console, &regions.sheets, &excluded);
     let plan_options = PlanOptions {
         tool: request.tool,
         rest_of: request.rest_of,
@@ -297,6 +301,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         guides: request.guides.clone(),
         pencil: request.options.pencil,
         row_angle_deg: request.options.angle,
+        free_sides: material::free_sides(&regions.sheets, model.faces.len()),
         bounds: Bounds { avoid: avoided, ..request.bounds.clone() },
         link: request.link,
         orientation,
@@ -476,6 +481,7 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
             length: options.orientation.front.to_string(),
             only: request.options.only.clone(),
             skip: request.options.skip.clone(),
+            material_side: request.options.material_side.clone(),
             bounds: options.bounds.clone(),
             check: Vec::new(),
             holder_clearance_mm: request.holder_clearance_mm,

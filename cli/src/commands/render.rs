@@ -53,7 +53,8 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
     let views = views(args, model, &region_of_face, &axes)?;
     context.console.stage("drawing");
     let cut = job.as_ref().map(pictures::cut_faces).filter(|cut| cut.len() == model.faces.len());
-    let mut album = pictures::Album::new(model, &region_of_face, cut.as_deref(), regions.tolerance_mm);
+    let mut album = pictures::Album::new(model, &region_of_face, cut.as_deref(), regions.tolerance_mm)
+        .with_sides(&regions.sheets);
     // Anything but a model format is a picture, as ever.
     if let Some(format) = format {
         context.console.stage("exporting");

@@ -10,6 +10,7 @@ use claymill_viewer::Axes;
 use super::{Context, Loaded, merge, orientation, pictures, region_of_face};
 use crate::args::AxisArgs;
 use crate::failure::Failure;
+use crate::material;
 
 /// The job of a folder; none of a model file.
 pub(crate) fn job_in(what: &Path) -> Result<Option<Job>, Failure> {
@@ -63,6 +64,8 @@ impl Subject {
             return Ok((regions, of_face));
         }
         let merged = merge::regions(model, &Preset::Clay.options())?;
-        Ok((merge::record(&merged, Preset::Clay), merged.region_of_face))
+        let mut regions = merge::record(&merged, Preset::Clay);
+        regions.sheets = material::find(&self.loaded, &merged, self.axes.up, &[])?;
+        Ok((regions, merged.region_of_face))
     }
 }

@@ -9,7 +9,7 @@ use claymill_verify::{
 use super::{Context, plan, post};
 use crate::args::VerifyArgs;
 use crate::console::{Console, Tone};
-use crate::failure::{Failure, NOT_PASSED, PROBLEM, advice_on};
+use crate::failure::{Failure, NOT_PASSED, advice_on};
 use crate::interrupt;
 
 impl From<claymill_verify::VerifyError> for Failure {

@@ -17,6 +17,7 @@ mod iges_text;
 mod keeping;
 mod large;
 mod machine;
+mod material;
 mod obstacle;
 mod other_formats;
 mod post;

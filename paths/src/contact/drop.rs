@@ -16,6 +16,8 @@ use super::tops::Tops;
 use super::tree::DropTree;
 use super::{CONTACT_EPSILON_MM, Location, Support};
 use crate::Frame;
+use crate::free_sides::FreeSides;
+use crate::rims::Rims;
 
 /// A triangle where `κ⁺·R` exceeds this may hold more than one contact.
 pub(super) const TIGHT: f64 = 0.8;
@@ -36,6 +38,9 @@ pub struct BallDrop<'a> {
     tops: OnceLock<Tops>,
     /// What stands out above the ball.
     sides: Vec<Body>,
+    /// The sides of faces that it may touch when it cuts.
+    free: FreeSides<'a>,
+    rims: Rims,
     widest_mm: f64,
 }
 
@@ -133,6 +138,8 @@ impl<'a> BallDrop<'a> {
             sheets,
             tops,
             sides,
+            free: FreeSides::default(),
+            rims: Rims::default(),
             widest_mm: radius_mm,
         }
     }
@@ -142,6 +149,31 @@ impl<'a> BallDrop<'a> {
     pub fn of_tool(model: &Model, covering: &'a Covering, frame: &Frame, tool: &Tool) -> Self {
         let ball = BallDrop::new(model, covering, frame, tool.radius_mm());
         BallDrop { sides: Body::sides(tool), widest_mm: tool.widest_mm(), ..ball }
+    }
+
+    /// The same for a ball that cuts these sides of faces. It rests where it would, and is asked whether it may.
+    pub(crate) fn on_free_sides(self, free: FreeSides<'a>, rims: Rims) -> Self {
+        BallDrop { free, rims, ..self }
+    }
+
+    /// The sides of faces that may be cut.
+    pub(crate) fn free(&self) -> FreeSides<'a> {
+        self.free
+    }
+
+    /// Whether the inside of a face carries the ball on the side of the material, or the ball has rolled over an open border to
+    /// that side.
+    pub(crate) fn touches_material(&self, at: &Location) -> bool {
+        let (u, v) = match at.support {
+            Support::Face { u, v } => (u, v),
+            Support::Edge => {
+                return self.rims.is_rolled_over(&(at.centre - at.normal * self.radius_mm), &at.normal);
+            }
+            Support::Bound | Support::Side => return false,
+        };
+        !self.free.of(at.face).is_both()
+            && (self.surface(at.face).normal(u, v))
+                .is_some_and(|(n, _)| !self.free.allow(at.face, n.dot(&at.normal) > 0.0))
     }
 
     /// Corners of the triangles, which lie on the faces.

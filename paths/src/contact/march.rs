@@ -55,6 +55,11 @@ impl<'a> March<'a> {
         }
     }
 
+    /// Whether the ball rests on the side of the material there.
+    pub(crate) fn touches_material(&self, at: &Location) -> bool {
+        self.ball.touches_material(at)
+    }
+
     /// [`BallDrop::drop`] at `(x, y)`.
     pub fn drop(&mut self, x: f64, y: f64) -> Option<Location> {
         let mut search = Search::new(self.ball, x, y);

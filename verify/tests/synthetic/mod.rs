@@ -66,6 +66,7 @@ pub(crate) fn job(model: &Model) -> Job {
             length: "-x".into(),
             only: Vec::new(),
             skip: Vec::new(),
+            material_side: Vec::new(),
             bounds: Default::default(),
             check: Vec::new(),
             holder_clearance_mm: 1.0,
@@ -90,6 +91,7 @@ pub(crate) fn job(model: &Model) -> Job {
                 face,
                 entity: f.source.entity.clone(),
                 region: 0,
+                free_side: Default::default(),
                 area: Area { total_mm2: f.area_mm2(), cut_mm2: f.area_mm2(), uncut_mm2: Default::default() },
             })
             .collect(),

@@ -21,6 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         region_of_face: &regions,
         cut: None,
         joint_tolerance_mm: 0.01,
+        free_sides: None,
     };
     let renderer = Renderer::new()?;
     println!("{}", renderer.adapter());

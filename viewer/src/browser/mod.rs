@@ -79,6 +79,7 @@ pub fn browser_glb(input: &BrowserInput<'_>) -> Result<Vec<u8>, ViewError> {
         region_of_face: input.region_of_face,
         cut: input.cut,
         joint_tolerance_mm: input.joint_tolerance_mm,
+        free_sides: None,
     };
     let scene = Scene::of_model(&view, Colouring::Region)?;
     let colours = region_colours(&view);

@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use claymill_toolpath::{Job, RegionsFile};
+use claymill_toolpath::{Job, RegionsFile, SheetRecord};
 use maud::{Markup, html};
 
 use super::figures::{area, count, deviation, duration, length, plural};
@@ -37,6 +37,7 @@ pub(super) fn section(job: &Job, regions: &RegionsFile) -> Markup {
         table { tbody { @for (name, value) in &rows { tr { th scope="row" { (name) } td { (value) } } } } }
         h3 { "Its flaws" }
         table { tbody { @for (name, value) in &flaws { tr { th scope="row" { (name) } td { (value) } } } } }
+        @if !regions.sheets.is_empty() { (material_sides(&regions.sheets)) }
         p.soft { code { "claymill inspect" } " lists defects face by face, each with its place." }
         @if !reasons.is_empty() {
             h3 { (plural(m.skipped.len() as u64, "face")) " could not be read" }
@@ -49,6 +50,57 @@ pub(super) fn section(job: &Job, regions: &RegionsFile) -> Markup {
                 } } }
             } }
         }
+    }
+}
+
+/// Sheets named in the report: the largest, and before them those in doubt.
+const SHEETS_NAMED: usize = 12;
+
+/// On which side of what hangs together the material is.
+fn material_sides(sheets: &[SheetRecord]) -> Markup {
+    let mut named: Vec<&SheetRecord> = sheets.iter().collect();
+    named.sort_by_key(|sheet| sheet.clear);
+    let why = |sheet: &SheetRecord| match sheet.evidence.as_str() {
+        "asked" => "as asked for",
+        "closed" => "it is closed",
+        "encloses" if !sheet.clear => {
+            "one side sees less of the outside; the file, or an opening upwards, speaks against it"
+        }
+        "encloses" => "one side sees less of the outside",
+        "level" => "it lies level, and no tool comes from below",
+        "file" => "all its faces have it so in the file",
+        "face_by_face" => "it has no two sides: each face by itself",
+        _ => "assumed",
+    };
+    let toward = |sheet: &SheetRecord| {
+        let [x, y, z] = sheet.mean_free_normal.map(|x| x + 0.0);
+        if sheet.free_sides.iter().all(claymill_toolpath::FreeSide::is_both) {
+            "both".to_owned()
+        } else if x * x + y * y + z * z < 0.09 {
+            "all around".to_owned()
+        } else {
+            format!("{x:.2}, {y:.2}, {z:.2}")
+        }
+    };
+    html! {
+        h3 { "Material sides" }
+        p { "Faces that hang together are a sheet. Only the side without material is cut; the other one is hatched in pictures. "
+            code { "--material-side" } " says otherwise." }
+        div.wide { table {
+            thead { tr {
+                th.n scope="col" { "Faces" } th.n scope="col" { "Area" } th.n scope="col" { "Open border" }
+                th scope="col" { "Free side faces" } th scope="col" { "Because" } th scope="col" { "Clear" }
+            } }
+            tbody { @for sheet in named.iter().take(SHEETS_NAMED) { tr {
+                td.n { (count(sheet.faces.len() as u64)) }
+                td.n { (area(sheet.area_mm2)) }
+                td.n { (length(sheet.open_mm)) }
+                td { (toward(sheet)) }
+                td { (why(sheet)) }
+                td { @if sheet.clear { "yes" } @else { strong { "no: check it" } } }
+            } } }
+        } }
+        @if sheets.len() > SHEETS_NAMED { p.soft { "And " (sheets.len() - SHEETS_NAMED) " more in regions.json." } }
     }
 }
 

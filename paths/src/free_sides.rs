@@ -1,0 +1,23 @@
+//! The sides of faces that are free of material.
+
+use claymill_nurbs::FaceId;
+use claymill_toolpath::FreeSide;
+
+/// The free side of each face; either one of faces beyond the end of the list.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct FreeSides<'a>(&'a [FreeSide]);
+
+impl<'a> FreeSides<'a> {
+    pub(crate) fn new(of_face: &'a [FreeSide]) -> Self {
+        FreeSides(of_face)
+    }
+
+    pub(crate) fn of(self, face: FaceId) -> FreeSide {
+        self.0.get(face).copied().unwrap_or_default()
+    }
+
+    /// Whether a ball may touch the face on the side of `Su × Sv`, or, if not `along`, on the other.
+    pub(crate) fn allow(self, face: FaceId, along: bool) -> bool {
+        self.of(face).allows(along)
+    }
+}

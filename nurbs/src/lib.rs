@@ -40,6 +40,7 @@ mod domain;
 mod error;
 mod face;
 mod flatness;
+mod gauss;
 mod insertion;
 mod jet;
 mod knots;
@@ -47,11 +48,13 @@ mod leaf;
 mod measure;
 mod mesh;
 mod model;
+mod nesting;
 mod quadrature;
 mod refine;
 mod rings;
 mod surface;
 pub mod tolerance;
+mod vector_area;
 mod winding;
 
 pub use box_tree::{BRANCHES, BoxTree, Boxes, Eight, outward};
@@ -66,6 +69,7 @@ pub use knots::{KnotVector, MAX_DEGREE};
 pub use leaf::{LANES, Lanes, Leaf, LeafBounds, Leaves, NormalCone, Places, Shapes};
 pub use mesh::{FaceMesh, MeshOptions, tessellate, tessellate_polygons};
 pub use model::{Aabb, FaceId, Model};
+pub use nesting::turn_by_nesting;
 pub use surface::NurbsSurface;
 
 /// A point in model space, mm.

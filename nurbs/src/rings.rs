@@ -1,6 +1,6 @@
 use crate::arc::Arc;
+use crate::nesting::to_be_turned;
 use crate::tolerance::COINCIDENT_MM;
-use crate::winding::Winding;
 use crate::{Face, NurbsSurface, Point2, TrimLoop};
 
 /// A closed trim loop as arcs whose ends chain to the last bit, inside the surface's domain. Outer rings run
@@ -44,7 +44,8 @@ fn rings_of(surface: &NurbsSurface, loops: impl Iterator<Item = Vec<Arc>>) -> Ve
     }
     rings.extend(window.joined(open).into_iter().map(|c| window.closed(c)));
     rings.retain(|r| r.arcs.len() > 1 || r.arcs.iter().any(|a| !a.is_line()));
-    orient(&mut rings);
+    let wrong = to_be_turned(&rings);
+    rings.iter_mut().zip(wrong).filter(|(_, wrong)| *wrong).for_each(|(ring, _)| ring.reverse());
     rings
 }
 
@@ -251,44 +252,12 @@ const CLOSED_MM: f64 = 10.0 * COINCIDENT_MM;
 /// A step within this fraction of the period is a jump across the seam.
 const NEAR_PERIOD: f64 = 1e-4;
 
-/// Turns rings that lie inside an even number of others anticlockwise, the rest clockwise.
-fn orient(rings: &mut [Ring]) {
-    let windings: Vec<Winding> = rings.iter().map(|r| Winding::new(&r.arcs)).collect();
-    let boxes: Vec<(Point2, Point2)> = rings.iter().map(Ring::hull).collect();
-    for i in 0..rings.len() {
-        let probes: Vec<Point2> = rings[i].arcs.iter().take(5).map(|a| a.point(0.37)).collect();
-        let holds = |j: usize| {
-            let ((a, b), (c, d)) = (boxes[i], boxes[j]);
-            let boxed = c.x <= b.x && a.x <= d.x && c.y <= b.y && a.y <= d.y;
-            let area = |(a, b): (Point2, Point2)| (b.x - a.x) * (b.y - a.y);
-            boxed
-                && area(boxes[j]) >= area(boxes[i])
-                && probes.iter().filter(|&&p| windings[j].number(p) != 0).count() * 2 > probes.len()
-        };
-        let depth = (0..rings.len()).filter(|&j| j != i && holds(j)).count();
-        if (rings[i].turning_area() > 0.0) != (depth % 2 == 0) {
-            rings[i].reverse();
-        }
-    }
-}
-
 impl Ring {
     /// Box of the control points.
     pub(crate) fn hull(&self) -> (Point2, Point2) {
         let inf = f64::INFINITY;
         let points = self.arcs.iter().flat_map(Arc::control_points);
         points.fold((Point2::new(inf, inf), Point2::new(-inf, -inf)), |(a, b), p| (a.inf(&p), b.sup(&p)))
-    }
-
-    /// Twice the signed area of an inscribed polygon: its sign is the sense of rotation.
-    fn turning_area(&self) -> f64 {
-        let origin = self.arcs.first().map_or(Point2::origin(), Arc::start);
-        let samples = |a: &Arc| {
-            let pieces = if a.is_line() { 1 } else { 8 };
-            let point = |k: usize| a.point(k as f64 / pieces as f64) - origin;
-            (0..pieces).map(|k| point(k).perp(&point(k + 1))).sum::<f64>()
-        };
-        self.arcs.iter().map(samples).sum()
     }
 
     fn reverse(&mut self) {

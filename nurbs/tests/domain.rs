@@ -4,7 +4,7 @@ mod shapes;
 
 use std::f64::consts::PI;
 
-use claymill_nurbs::{Curve2, Domain, Face, Point2};
+use claymill_nurbs::{Curve2, Domain, Face, Point2, TrimLoop};
 use shapes::{backwards, circle, cylinder, ellipse, face, plane, polygon, random_points, sphere, trim_loop};
 
 /// Compares with `signed`, positive inside and of the size of the distance from the boundary, on a million random
@@ -76,6 +76,31 @@ fn a_hole_may_touch_or_cross_its_outer_loop() {
         check(&face(plane(2.0), loops), |u, v| {
             in_circle(u, v, (0.0, 0.0), 1.5).min(-in_circle(u, v, (1.0, 0.0), r))
         });
+    }
+}
+
+/// The control points of its arcs reach √2 times as far as a circle that begins aslant, beyond a tight outer loop.
+#[test]
+fn a_hole_is_one_however_far_its_control_points_reach() {
+    let (sine, cosine) = (PI / 4.0).sin_cos();
+    let aslant = |ring: TrimLoop| {
+        let turned = |p: &Point2| Point2::new(cosine * p.x - sine * p.y, sine * p.x + cosine * p.y);
+        trim_loop(ring.edges.iter().map(|e| {
+            let c = &e.pcurve;
+            let points = c.points().iter().map(turned).collect();
+            Curve2::new(c.knots().clone(), points, c.weights().map(<[f64]>::to_vec)).unwrap()
+        }))
+    };
+    let hole = || aslant(circle((0.0, 0.0), 1.0));
+    let side = 1.02;
+    let square = || polygon(&[(-side, -side), (side, -side), (side, side), (-side, side)]);
+    for loops in
+        [vec![square(), hole()], vec![backwards(hole()), square()], vec![hole(), backwards(square())]]
+    {
+        let plate = face(plane(2.0), loops);
+        check(&plate, |u, v| (side - u.abs()).min(side - v.abs()).min(-in_circle(u, v, (0.0, 0.0), 1.0)));
+        approx::assert_relative_eq!(plate.area_mm2(), 4.0 * side * side - PI, max_relative = 1e-9);
+        assert!((plate.vector_area_mm2().z - plate.area_mm2()).abs() < 1e-6);
     }
 }
 

@@ -2,12 +2,12 @@
 
 use claymill_exchange::{Format, ImportReport};
 use claymill_nurbs::{Model, Vector3};
-use claymill_paths::{Axis, Orientation};
+use claymill_paths::Axis;
 use claymill_surface_merge::{Evidence, Merge, Sheet, SheetOptions, sheets};
 use claymill_toolpath::{FreeSide, SheetRecord};
 
 use crate::args::AxisArgs;
-use crate::commands::{Loaded, name};
+use crate::commands::{Loaded, guess, name};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::select;
@@ -75,8 +75,8 @@ fn states_sides(report: &ImportReport) -> bool {
 
 /// Upwards as told, or as guessed.
 pub(crate) fn up(axes: &AxisArgs, loaded: &Loaded) -> Vector3 {
-    let guess = Orientation::guess(&(loaded.bounds.max - loaded.bounds.min)).up;
-    axes.up.as_ref().and_then(|text| text.parse().ok()).unwrap_or(guess).vector()
+    let up = guess(axes, loaded).map(|guess| guess.orientation.up);
+    up.unwrap_or(Axis { index: 2, negative: false }).vector()
 }
 
 /// The sheets of a model, largest first, with their sides as found, or as `wishes` say; the last one for a face counts.

@@ -128,7 +128,7 @@ pub(crate) struct JobOptions {
     /// bulges, `file` behind the faces as the file turns them, `against-file`, `both` for sheets that are cut from either
     /// side, or a direction, as in -z; for some sheets alone `face:12=outside`, `region:3=-z`, also layer: and colour:; may be
     /// repeated [default: auto].
-    #[arg(long, value_name = "[WHAT=]SIDE", value_delimiter = ',', allow_hyphen_values = true)]
+    #[arg(help_heading = CHOICE, long, value_name = "[WHAT=]SIDE", value_delimiter = ',', allow_hyphen_values = true)]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) material_side: Vec<String>,
     #[command(flatten)]

@@ -134,7 +134,7 @@ fn orientation(console: &Console, axes: &AxisArgs, loaded: &Loaded) -> Result<Or
 }
 
 /// The axes that were told, and what the model says of the others.
-fn guess(axes: &AxisArgs, loaded: &Loaded) -> Result<OrientationGuess, Failure> {
+pub(crate) fn guess(axes: &AxisArgs, loaded: &Loaded) -> Result<OrientationGuess, Failure> {
     let axis = |text: &Option<String>| text.as_ref().map(|t| t.parse::<Axis>()).transpose();
     let (up, front) = (axis(&axes.up)?, axis(&axes.length)?);
     Orientation::guess(&loaded.import.model, &loaded.face_area_mm2, up, front)

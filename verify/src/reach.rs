@@ -162,7 +162,7 @@ impl<'a> Reach<'a> {
         }
         let centre = p + n * self.tool.radius_mm();
         // Mostly the way the tool came is free, which settles it.
-        let mut axes: Vec<Vector3> = self.setups.iter().map(|setup| setup.0).collect();
+        let mut axes: Vec<Vector3> = self.views.iter().map(|view| view.0).collect();
         axes.sort_by(|a, b| n.dot(b).total_cmp(&n.dot(a)));
         let is_odd = |way: Vector3| {
             let met = self.scene.closest.crossings(&centre, &way, FAR_MM);

@@ -1,7 +1,8 @@
 //! Verification: measures a finished job from its written files and the model alone.
 //!
 //! ```text
-//!   job folder ─ toolpath ─► moves ─┬─ along the paths ──── closest point ──► gouge, contact
+//!   job folder ─ toolpath ─► moves ─┬─ one by one ──────── order, feeds ────► sequence
+//!                                   ├─ along the paths ──── closest point ──► gouge, contact
 //!                                   ├─ between the passes ─ cusp ───────────► scallop crests
 //!                                   ├─ above the model ──── lowered tool ───► rapids
 //!                    obstacles ─────┼─ beside obstacles ─── triangles ──────► clearance
@@ -30,6 +31,7 @@ mod contact;
 mod coverage;
 mod crest;
 mod crest_file;
+mod crest_peak;
 mod distribution;
 mod drop;
 mod error;
@@ -42,6 +44,7 @@ mod rapids;
 mod reach;
 mod report;
 mod scene;
+mod sequence;
 mod shadow;
 mod surface;
 mod swept;
@@ -59,9 +62,9 @@ pub use error::VerifyError;
 pub use holder::{HolderClearance, RegionStickOut, ShankContact};
 pub use options::{Progress, SCALLOP_BAR, USUAL_RADIUS_MM, USUAL_SCALLOP_MM, VerifyOptions};
 pub use report::{
-    AreaAt, BallShare, BoundsKept, Contact, Coverage, CrestSample, Crests, FaceCoverage, Gouge, GougeSample,
-    HISTOGRAM_BIN, HISTOGRAM_BINS, Obstacles, Place, Rapids, RegionCrests, ResidualSample, Scallop,
-    SurfaceResidual, SurfaceState, TooTight, Verification,
+    AreaAt, BallShare, BoundsKept, Contact, Coverage, CrestSample, Crests, FaceCoverage, Fault, Gouge,
+    GougeSample, HISTOGRAM_BIN, HISTOGRAM_BINS, Obstacles, Place, Rapids, RegionCrests, ResidualSample,
+    Scallop, Sequence, SurfaceResidual, SurfaceState, TooTight, Verification,
 };
 pub use verdict::{Finding, FindingCode, Severity, Verdict};
 
@@ -77,10 +80,13 @@ pub fn verify(
 ) -> Result<Verification, VerifyError> {
     progress("reading", 0.0);
     let job = known_job(folder)?;
-    against_model(folder, &job, &read_moves(folder)?, options, progress)
+    let program = read_moves(folder)?;
+    let model = model_of(folder, &job, options)?;
+    verify_program(&model, &job, &program, options, progress)
 }
 
-/// Verifies other moves than the folder's own against its model: those of a program that was written from it.
+/// Verifies other moves than the folder's own against its model: those of a program that was written from it. Their order and
+/// their feeds are not judged: the program is held against the job's moves where it is read.
 ///
 /// # Errors
 /// As [`verify()`].
@@ -90,7 +96,9 @@ pub fn verify_instead(
     options: &VerifyOptions,
     progress: Progress<'_>,
 ) -> Result<Verification, VerifyError> {
-    against_model(folder, &known_job(folder)?, program, options, progress)
+    let job = known_job(folder)?;
+    let model = model_of(folder, &job, options)?;
+    Ok(measure_all(&model, &job, (program, None), options, progress)?.0)
 }
 
 /// The job, if its format is known; the other files are not looked at before.
@@ -102,20 +110,14 @@ fn known_job(folder: &Path) -> Result<Job, VerifyError> {
     Ok(job)
 }
 
-fn against_model(
-    folder: &Path,
-    job: &Job,
-    program: &Program,
-    options: &VerifyOptions,
-    progress: Progress<'_>,
-) -> Result<Verification, VerifyError> {
+/// The very model that the job was planned on.
+fn model_of(folder: &Path, job: &Job, options: &VerifyOptions) -> Result<Model, VerifyError> {
     let path = model_path(folder, job, options);
     let found = sha256_of(&path)?;
     if found != job.model.sha256 {
         return Err(VerifyError::ModelChanged { path, expected: job.model.sha256.clone(), found });
     }
-    let model = claymill_exchange::read(&path)?.model;
-    verify_program(&model, job, program, options, progress)
+    Ok(claymill_exchange::read(&path)?.model)
 }
 
 /// The model file: as told, else where the job says, else beside the job folder.
@@ -153,6 +155,17 @@ pub fn verify_with_crests(
     options: &VerifyOptions,
     progress: Progress<'_>,
 ) -> Result<(Verification, Vec<CrestSample>), VerifyError> {
+    measure_all(model, job, (program, Some(sequence::measure(job, program))), options, progress)
+}
+
+/// The moves, and what is known of their sequence.
+fn measure_all(
+    model: &Model,
+    job: &Job,
+    (program, sequence): (&Program, Option<Sequence>),
+    options: &VerifyOptions,
+    progress: Progress<'_>,
+) -> Result<(Verification, Vec<CrestSample>), VerifyError> {
     let avoided = limits::avoided_model(model, job);
     let bench = Bench::new([model, &avoided], job, program, options, progress)?;
     let scene = &bench.scene;
@@ -167,8 +180,9 @@ pub fn verify_with_crests(
     let bounds = bounds::measure(scene, reach.limits(), &stage("bounds"));
     let shank = holder::measure_shank(scene, &bench.meshes, &reach, &stage("shank"));
     let holder = holder::measure(scene, &bench.meshes, &reach, &stage("holder"));
-    let (crests, samples) = crest::measure(scene, &swept, &reach, &stage("scallop crests"));
+    let (mut crests, samples, seeds) = crest::measure(scene, &swept, &reach, &stage("scallop crests"));
     let faces = surface::measure(scene, &bench.meshes, &swept, &reach, &stage("coverage"));
+    crest_peak::raise(scene, &swept, &reach, &faces, seeds, &mut crests);
     let coverage = coverage::account(scene, &faces, tight::measure(scene, &reach, &faces));
     let scallop = Scallop { crests, surface: coverage::residual_on_cut_area(scene, &faces) };
     let verdict = verdict::conclude(
@@ -177,6 +191,7 @@ pub fn verify_with_crests(
         &verdict::Measured {
             gouge: &gouge,
             contact: &contact,
+            sequence: sequence.as_ref(),
             rapids: &rapids,
             obstacles: obstacles.as_ref(),
             bounds: bounds.as_ref(),
@@ -191,6 +206,7 @@ pub fn verify_with_crests(
         scallop_mm: job.request.scallop_mm,
         gouge,
         contact,
+        sequence,
         rapids,
         obstacles,
         bounds,

@@ -127,6 +127,13 @@ pub(crate) struct JobOptions {
     /// Obstacle that no move may touch, as a mesh in the model's place: STL, OBJ or glTF; may be repeated.
     #[arg(long, value_name = "FILE")]
     pub(crate) check: Vec<PathBuf>,
+    /// Distance that the ball keeps from obstacles, mm [default: 1].
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) check_clearance: Option<f64>,
+    /// Distance that rapids keep from the finished model along the tool axis, mm: raw material must not stand farther out
+    /// than that [default: 5].
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) rapid_clearance: Option<f64>,
     /// Millimetres in one unit of obstacles whose format has no unit (STL, OBJ) [default: 1].
     #[arg(long, value_name = "MM", requires = "check")]
     pub(crate) mesh_unit: Option<f64>,

@@ -1,6 +1,7 @@
 //! What the command line takes.
 
 mod bounds;
+mod clearances;
 mod job;
 mod machine;
 mod model;
@@ -9,6 +10,7 @@ mod result;
 use clap::{Parser, Subcommand};
 
 pub(crate) use bounds::BoundsArgs;
+pub(crate) use clearances::check_clearance;
 pub(crate) use job::{AxisArgs, CompareArgs, JobOptions, LinkName, PlanArgs, PresetName, StrategyName};
 pub(crate) use machine::{ControlArgs, OrderArgs, PostArgs, SimulateArgs, StreamArgs};
 pub(crate) use model::{DemoArgs, DropArgs, InspectArgs, MergeArgs, SampleArgs};

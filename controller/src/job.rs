@@ -47,6 +47,8 @@ pub struct MachineJob {
     pub job: Job,
     /// Sections in machining order.
     pub sections: Vec<Section>,
+    /// Moves that ask for a higher feed than the machine has, and run at that.
+    pub slowed: u64,
 }
 
 impl MachineJob {
@@ -64,6 +66,7 @@ impl MachineJob {
     /// A move is no curve or names an unknown setup, or there are no moves.
     pub fn new(job: Job, program: &Program, machine: &Machine) -> Result<Self, PostError> {
         let mut sections: Vec<Section> = Vec::new();
+        let mut slowed = 0;
         for m in &program.moves {
             if !sections.last().is_some_and(|s| s.setup == m.setup && s.tool == m.tool) {
                 sections.push(section(&job, m, machine)?);
@@ -77,6 +80,7 @@ impl MachineJob {
                     m.seq
                 )));
             }
+            slowed += u64::from(m.feed > machine.feed.of(m.kind));
             section.strokes.push(Stroke {
                 seq: m.seq,
                 kind: m.kind,
@@ -89,7 +93,7 @@ impl MachineJob {
         if sections.is_empty() {
             return Err(PostError::Job("the job has no moves".into()));
         }
-        Ok(MachineJob { job, sections })
+        Ok(MachineJob { job, sections, slowed })
     }
 
     /// Number of moves.

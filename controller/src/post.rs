@@ -398,6 +398,10 @@ impl<'a> Writer<'a> {
             ),
             format!("largest difference from the job, read back: {UNKNOWN} mm"),
         ];
+        if let Some(mm) = self.job.job.tolerances.get("clearance_mm") {
+            self.page.header.push(format!("rapids clear the finished model by {mm} mm along the tool axis"));
+            self.page.header.push(format!("stock is not known: it must not stand out more than {mm} mm"));
+        }
         for line in &mut self.page.header {
             line.retain(|c| !c.is_control());
         }

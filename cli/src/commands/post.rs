@@ -14,6 +14,14 @@ pub(crate) fn post(context: &Context, args: &PostArgs) -> Result<ExitCode, Failu
     let machine = machine(args.machine.as_deref())?;
     context.console.stage("reading");
     let job = MachineJob::read(&args.folder, &machine)?;
+    if job.slowed > 0 {
+        context.console.say(format!(
+            "note: {} of {} moves ask for more feed than machine {} has, and run at what it has",
+            job.slowed,
+            job.strokes(),
+            machine.name
+        ));
+    }
     context.console.stage("writing");
     let partial = |path: &Path| remove_on_interrupt(path.to_owned());
     let mut totals = claymill_controller::post(&job, dialect, &machine, &args.out, &partial)?;

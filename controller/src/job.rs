@@ -55,6 +55,8 @@ pub struct MachineJob {
     pub sections: Vec<Section>,
     /// What stands in the header of every program of it.
     pub notes: Vec<String>,
+    /// Moves that ask for a higher feed than the machine has, and run at that.
+    pub slowed: u64,
 }
 
 impl MachineJob {
@@ -72,6 +74,7 @@ impl MachineJob {
     /// A move is no curve or names an unknown setup, or there are no moves.
     pub fn new(job: Job, program: &Program, machine: &Machine) -> Result<Self, PostError> {
         let mut sections: Vec<Section> = Vec::new();
+        let mut slowed = 0;
         for m in &program.moves {
             if !sections.last().is_some_and(|s| s.setup == m.setup && s.tool == m.tool) {
                 sections.push(section(&job, m, machine)?);
@@ -85,6 +88,7 @@ impl MachineJob {
                     m.seq
                 )));
             }
+            slowed += u64::from(m.feed > machine.feed.of(m.kind));
             section.strokes.push(Stroke {
                 seq: m.seq,
                 kind: m.kind,
@@ -97,7 +101,7 @@ impl MachineJob {
         if sections.is_empty() {
             return Err(PostError::Job("the job has no moves".into()));
         }
-        Ok(MachineJob { job, sections, notes: Vec::new() })
+        Ok(MachineJob { job, sections, notes: Vec::new(), slowed })
     }
 
     /// Number of moves.

@@ -461,6 +461,10 @@ impl<'a> Writer<'a> {
             self.page.header.push("no spindle speed is known: start the spindle by hand".into());
         }
         self.page.header.splice(1..1, self.job.notes.iter().cloned());
+        if let Some(mm) = self.job.job.tolerances.get("clearance_mm") {
+            self.page.header.push(format!("rapids clear the finished model by {mm} mm along the tool axis"));
+            self.page.header.push(format!("stock is not known: it must not stand out more than {mm} mm"));
+        }
         for line in &mut self.page.header {
             line.retain(|c| !c.is_control());
         }

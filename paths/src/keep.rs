@@ -35,10 +35,11 @@ impl On {
     }
 }
 
-/// The faces to be avoided.
+/// Faces that the tool keeps away from, and how far.
 pub(crate) struct Avoided {
     model: Model,
     covering: Covering,
+    margin_mm: f64,
 }
 
 impl Avoided {
@@ -48,20 +49,29 @@ impl Avoided {
     /// A face that cannot be covered with triangles, with the reason.
     pub(crate) fn new(
         model: &Model,
-        bounds: &Bounds,
+        avoid: &[FaceId],
+        margin_mm: f64,
         radius_mm: f64,
     ) -> Result<Option<Self>, (FaceId, NurbsError)> {
-        if bounds.avoid.is_empty() {
+        if avoid.is_empty() {
             return Ok(None);
         }
-        let faces: Vec<_> = bounds.avoid.iter().filter_map(|&face| model.faces.get(face).cloned()).collect();
+        let faces: Vec<_> = avoid.iter().filter_map(|&face| model.faces.get(face).cloned()).collect();
         let area_mm2 = faces.iter().map(claymill_nurbs::Face::area_mm2).sum();
         let excluded = vec![true; faces.len()];
         let Model { tolerance_mm, coordinate_step_mm, .. } = *model;
         let avoided = Model { faces, tolerance_mm, coordinate_step_mm };
         let covering = Covering::new(&avoided, &excluded, area_mm2, radius_mm)
-            .map_err(|(index, source)| (bounds.avoid[index], source))?;
-        Ok(Some(Avoided { model: avoided, covering }))
+            .map_err(|(index, source)| (avoid[index], source))?;
+        Ok(Some(Avoided { model: avoided, covering, margin_mm }))
+    }
+
+    /// Balls that are larger by the distance to be kept, for passes and for ways.
+    fn balls(&self, frame: &Frame, radius_mm: f64) -> [BallDrop<'_>; 2] {
+        [On::Pass, On::Way].map(|on| {
+            let kept_mm = radius_mm + self.margin_mm + on.inside_mm();
+            BallDrop::new(&self.model, &self.covering, frame, kept_mm)
+        })
     }
 }
 
@@ -74,19 +84,25 @@ pub(crate) struct Keep<'a> {
     outline: Option<Outline>,
     /// Balls that are larger by the distance to be kept, on what is to be avoided: for passes, and for ways.
     avoided: Option<[BallDrop<'a>; 2]>,
+    /// The same on obstacles.
+    obstacles: Option<[BallDrop<'a>; 2]>,
 }
 
 impl<'a> Keep<'a> {
-    /// For a ball; `None` where it may be anywhere.
+    /// For a ball, with the faces to be avoided and the obstacles; `None` where it may be anywhere.
     pub(crate) fn new(
         bounds: &Bounds,
         frame: &Frame,
         radius_mm: f64,
         covering: &Covering,
         excluded: &[bool],
-        avoided: Option<&'a Avoided>,
+        avoided: [Option<&'a Avoided>; 2],
     ) -> Option<Self> {
-        let is_free = bounds.within_mm.is_empty() && bounds.contain == Contain::Contact && avoided.is_none();
+        let [avoided, obstacles] = avoided.map(|a| a.map(|a| a.balls(frame, radius_mm)));
+        let is_free = bounds.within_mm.is_empty()
+            && bounds.contain == Contain::Contact
+            && avoided.is_none()
+            && obstacles.is_none();
         if is_free {
             return None;
         }
@@ -100,12 +116,8 @@ impl<'a> Keep<'a> {
             boxes: bounds.within_mm.iter().map(corners).collect(),
             outline: (bounds.contain != Contain::Contact)
                 .then(|| Outline::new(covering, excluded, frame, radius_mm)),
-            avoided: avoided.map(|avoided| {
-                [On::Pass, On::Way].map(|on| {
-                    let kept_mm = radius_mm + bounds.avoid_mm + on.inside_mm();
-                    BallDrop::new(&avoided.model, &avoided.covering, frame, kept_mm)
-                })
-            }),
+            avoided,
+            obstacles,
         })
     }
 
@@ -161,6 +173,13 @@ impl<'a> Keep<'a> {
     /// Whether what is to be avoided is far enough from a ball, and from one that comes down to there.
     fn is_away(&self, centre: &Point3, on: On) -> bool {
         let is_held = |balls: &[BallDrop; 2]| balls[on as usize].is_held_at(centre.x, centre.y, centre.z);
-        !self.avoided.as_ref().is_some_and(is_held)
+        ![&self.avoided, &self.obstacles].into_iter().flatten().any(is_held)
+    }
+
+    /// Height of the tip at which the ball keeps its distance from obstacles over a place, or this one if that is larger.
+    pub(crate) fn over_obstacles(&self, x: f64, y: f64, tip: f64) -> f64 {
+        let balls = self.obstacles.as_ref().map(|balls| &balls[On::Way as usize]);
+        let rest = balls.and_then(|ball| ball.drop_above(x, y, tip + self.radius_mm));
+        rest.map_or(tip, |rest| rest.centre.z - self.radius_mm)
     }
 }

@@ -17,7 +17,7 @@ use claymill_toolpath::{Move, MoveKind, round_to_written};
 
 use crate::contact::BallDrop;
 use crate::guide::{Guide, Line};
-use crate::part::{CLEARANCE_MM, SetupContext, one_span, reversed_from_zero};
+use crate::part::{SetupContext, one_span, reversed_from_zero};
 use crate::profile::follow;
 
 /// Rapids up and down keep this far away from walls, seen in so many directions, mm.
@@ -35,8 +35,8 @@ const BESIDE: [f64; 2] = [0.5, 0.9];
 const SHORT_WAY_MM: f64 = 600.0;
 /// Whether a slanted lead is in its bounds is looked at in so many places.
 const LOOKS: u32 = 8;
-/// Leads are slanted where that saves this much of their height, mm.
-const WORTH_MM: f64 = 2.0 * CLEARANCE_MM;
+/// Leads are slanted where that saves this much of their height, in clearances of rapids.
+const WORTH: f64 = 2.0;
 
 /// Radius of the arcs on which passes are left, in ball radii.
 const ARC_RADII: f64 = 0.5;
@@ -106,11 +106,11 @@ impl SetupContext<'_> {
         let (a, b) = (self.frame.to_setup(&from), self.frame.to_setup(&to));
         let ends = a.z.max(b.z);
         // What an earlier ball has left is no higher than what it rests on.
-        let aside = self.ball.widest_mm() + self.earlier.map_or(0.0, BallDrop::radius_mm);
+        let aside = self.ball.widest_mm() + self.earlier.map_or(0.0, BallDrop::radius_mm) + self.obstacle_mm;
         let top = self.heights.over([a.x, a.y], [b.x, b.y], aside);
-        let high = top.max(ends) + CLEARANCE_MM;
+        let high = top.max(ends) + self.clearance_mm;
         // The map is coarse: a wall beside a short way counts as if it stood in it.
-        let short = (b - a).xy().norm() <= SHORT_WAY_MM && high > ends + WORTH_MM;
+        let short = (b - a).xy().norm() <= SHORT_WAY_MM && high > ends + self.worth_mm();
         let low = if short { self.height_between(&a, &b).max(ends).min(high) } else { high };
         rounded_up(low)
     }
@@ -135,8 +135,12 @@ impl SetupContext<'_> {
         self.up(&self.lead(from), self.safe_height())
     }
 
+    fn worth_mm(&self) -> f64 {
+        WORTH * self.clearance_mm
+    }
+
     fn safe_height(&self) -> f64 {
-        rounded_up(self.heights.highest() + CLEARANCE_MM)
+        rounded_up(self.heights.highest() + self.clearance_mm)
     }
 
     fn lead(&self, End { at: end, onward }: End) -> Lead {
@@ -215,7 +219,7 @@ impl SetupContext<'_> {
         let is_proven =
             |q: &Point3| self.enters_nothing_between(p, self.frame.to_model(q).map(round_to_written));
         let worth = |q: &Point3| {
-            q.z < above.z - WORTH_MM
+            q.z < above.z - self.worth_mm()
                 && is_kept(q)
                 && (self.is_clear(q, &at)
                     || self.is_way_clear(p, self.frame.to_model(q).map(round_to_written)))
@@ -228,12 +232,12 @@ impl SetupContext<'_> {
             })
         };
         // Without a wall in sight there is nothing to be saved.
-        let low = at.z + CLEARANCE_MM + SLANT_MM;
+        let low = at.z + self.clearance_mm + SLANT_MM;
         let lower = |a: &Point3, b: &Point3| a.z.total_cmp(&b.z);
         let best = match () {
             // What the end of a pass just touches may be in the way straight up.
             () if !is_proven(&above) => aside().filter(|q| is_kept(q) && is_proven(q)).min_by(lower),
-            () if above.z < low + WORTH_MM => None,
+            () if above.z < low + self.worth_mm() => None,
             () => aside().filter(worth).min_by(lower),
         };
         self.frame.to_model(&best.unwrap_or(above))
@@ -243,7 +247,8 @@ impl SetupContext<'_> {
     fn clear_height(&self, foot: &Point3) -> f64 {
         let places = [(foot.x, foot.y)].into_iter().chain(around(foot.x, foot.y, ASIDE_MM));
         let high = places.fold(foot.z, |high, (x, y)| rest_above(self.ball, x, y, high));
-        round_to_written(self.above_left_by_earlier(foot, high) + CLEARANCE_MM)
+        let high = self.keep.map_or(high, |keep| keep.over_obstacles(foot.x, foot.y, high));
+        round_to_written(self.above_left_by_earlier(foot, high) + self.clearance_mm)
     }
 
     /// The height, or a larger one below which all is that an earlier ball has left within the ball's radius: that ball was
@@ -254,7 +259,7 @@ impl SetupContext<'_> {
         let earlier_mm = earlier.radius_mm();
         let left = |high: f64, (x, y): (f64, f64)| -> f64 {
             let over = rest_above(earlier, x, y, high);
-            if over <= high.max(foot.z + WORTH_MM) {
+            if over <= high.max(foot.z + self.worth_mm()) {
                 return over;
             }
             let mut sides = BESIDE.into_iter().flat_map(|share| {

@@ -6,16 +6,17 @@ use claymill_nurbs::{
 };
 use claymill_toolpath::{Area, UncutReason};
 
-use crate::plan::{Plan, PlanError, PlanOptions, Progress, Regions, plan};
+use crate::plan::{Plan, PlanError, PlanOptions, Progress, Regions, plan_crowded};
 
 /// A triangle thinner than this is as good as its longest side, which its neighbours have too, mm.
 const THINNEST_MM: f64 = 1e-6;
 
-/// Plans a job as [`plan`] does, with obstacles that no move touches: triangles in the model's coordinates. They are
-/// faces that nobody asks to be cut, so that everything that keeps paths off faces keeps them off obstacles.
+/// Plans a job as [`plan()`](crate::plan()) does, with obstacles that no move comes nearer to than
+/// [`PlanOptions::check_clearance_mm`]: triangles in the model's coordinates. They are faces that nobody asks to be cut, so that
+/// everything that keeps paths off faces keeps them off obstacles; the distance is kept by balls that are larger by it.
 ///
 /// # Errors
-/// As [`plan`].
+/// As [`plan()`](crate::plan()).
 pub fn plan_around(
     model: &Model,
     regions: &Regions,
@@ -36,7 +37,7 @@ pub fn plan_around(
     }
     let added = crowded.faces.len() - own;
     if added == 0 {
-        return plan(model, regions, options, progress);
+        return plan_crowded(model, regions, own..own, options, progress);
     }
     let beside = regions.of_face.iter().max().map_or(0, |m| m + 1);
     let longer = |of: &[usize]| [of, &vec![beside; added]].concat();
@@ -47,7 +48,7 @@ pub fn plan_around(
         excluded: &[regions.excluded, &vec![true; added]].concat(),
         face_area_mm2: &[regions.face_area_mm2, &areas].concat(),
     };
-    let mut plan = plan(&crowded, &around, options, progress)?;
+    let mut plan = plan_crowded(&crowded, &around, own..own + added, options, progress)?;
     plan.faces.truncate(own);
     plan.region_setup_area_mm2.truncate(beside);
     plan.area = plan.faces.iter().fold(Area::default(), |mut sum, face| {

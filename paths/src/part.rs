@@ -24,7 +24,7 @@ use crate::sweeps::Sweeps;
 use crate::walls::Walls;
 use crate::{Feeds, FitTolerance, Frame, RowsAlong, Strategy};
 
-/// Rapids across keep at least this distance above everything within the tool's radius; rapids up and down
+/// By itself, rapids across keep at least this distance above everything within the tool's radius; rapids up and down
 /// end this far above the ball's location, mm.
 pub const CLEARANCE_MM: f64 = 5.0;
 /// A stay-down link may be this long in lace, mm; it must also be quicker than lifting over.
@@ -67,6 +67,10 @@ pub(crate) struct SetupContext<'a> {
     pub(crate) keep: Option<&'a Keep<'a>>,
     /// What leans further is not cut from above (`n·axis`).
     pub(crate) least_facing: f64,
+    /// Distance that it keeps from obstacles, where there are any, mm.
+    pub(crate) obstacle_mm: f64,
+    /// Distance that rapids keep along the tool axis, mm.
+    pub(crate) clearance_mm: f64,
     /// Faces that are not cut.
     pub(crate) excluded: &'a [bool],
     /// How far passes run out over open borders, mm.
@@ -294,7 +298,7 @@ impl SetupContext<'_> {
         let height = self.link_height(from, to);
         let (a, b) = (self.frame.to_setup(&from), self.frame.to_setup(&to));
         let feed = self.feeds.cut_mm_per_min;
-        let lead_mm = (height - a.z).min(CLEARANCE_MM) + (height - b.z).min(CLEARANCE_MM);
+        let lead_mm = (height - a.z).min(self.clearance_mm) + (height - b.z).min(self.clearance_mm);
         let rapid_mm = 2.0 * height - a.z - b.z - lead_mm + (b - a).xy().norm();
         lead_mm * feed / self.feeds.lead_mm_per_min + rapid_mm * feed / self.feeds.rapid_mm_per_min + STOPS_MM
     }

@@ -1,10 +1,12 @@
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use claymill_nurbs::{Aabb, FaceId, Model, NurbsError, Point3};
 use claymill_surface_merge::{FieldError, Guides, Merge, RegionMesh};
 use claymill_toolpath::{
-    Area, Bounds, FaceAccount, FreeSide, LinkStyle, MachineLimits, Program, RegionTotals, Setup, Tool, Totals,
+    Area, Bounds, CHECK_CLEARANCE_MM, FaceAccount, FreeSide, LinkStyle, MachineLimits, Program, RegionTotals,
+    Setup, Tool, Totals,
 };
 use rayon::prelude::*;
 use thiserror::Error;
@@ -56,6 +58,10 @@ pub struct PlanOptions {
     pub free_sides: Vec<FreeSide>,
     /// Where the tool is kept.
     pub bounds: Bounds,
+    /// Distance that the ball keeps from obstacles, mm.
+    pub check_clearance_mm: f64,
+    /// Distance that rapids keep from the finished model along the tool axis, mm.
+    pub clearance_mm: f64,
     /// How passes are joined.
     pub link: LinkStyle,
     /// How the vehicle lies in its file.
@@ -82,6 +88,8 @@ impl PlanOptions {
             row_angle_deg: None,
             free_sides: Vec::new(),
             bounds: Bounds::default(),
+            check_clearance_mm: CHECK_CLEARANCE_MM,
+            clearance_mm: CLEARANCE_MM,
             link: LinkStyle::Lace,
             orientation,
             feeds: Feeds::default(),
@@ -252,6 +260,18 @@ pub fn plan(
     options: &PlanOptions,
     progress: Progress,
 ) -> Result<Plan, PlanError> {
+    let own = model.faces.len();
+    plan_crowded(model, regions, own..own, options, progress)
+}
+
+/// The same for a model of which these faces are obstacles.
+pub(crate) fn plan_crowded(
+    model: &Model,
+    regions: &Regions,
+    obstacles: Range<FaceId>,
+    options: &PlanOptions,
+    progress: Progress,
+) -> Result<Plan, PlanError> {
     let radius_mm = options.tool.radius_mm();
     check_tools(&options.tool, options.rest_of.as_ref(), options.scallop_mm)?;
     check_size(model, radius_mm)?;
@@ -276,10 +296,17 @@ pub fn plan(
     let earlier = options.rest_of.map_or_else(Vec::new, |tool| of_tool(&tool));
     progress("setups", 0.5);
     let space = Space::new(model, frames[0].axis());
-    let avoided = Avoided::new(model, &options.bounds, radius_mm).map_err(uncovered)?;
+    let avoid = |faces: &[FaceId], mm: f64| Avoided::new(model, faces, mm, radius_mm).map_err(uncovered);
+    let avoided = avoid(&options.bounds.avoid, options.bounds.avoid_mm)?;
+    let obstacle_mm = if obstacles.is_empty() { 0.0 } else { options.check_clearance_mm };
+    let obstacles: Vec<FaceId> = if obstacle_mm > 0.0 { obstacles.collect() } else { Vec::new() };
+    let obstacles = avoid(&obstacles, obstacle_mm)?;
     let keeps: Vec<Option<Keep>> = frames
         .par_iter()
-        .map(|f| Keep::new(&options.bounds, f, radius_mm, &covering, regions.excluded, avoided.as_ref()))
+        .map(|f| {
+            let avoided = [avoided.as_ref(), obstacles.as_ref()];
+            Keep::new(&options.bounds, f, radius_mm, &covering, regions.excluded, avoided)
+        })
         .collect();
     let views = Views {
         keeps: &keeps,
@@ -331,6 +358,8 @@ pub fn plan(
             heights: &view.heights,
             keep: keeps[index].as_ref(),
             least_facing: if fates.slants { LEAST_SLANT } else { LEAST_FACING },
+            obstacle_mm,
+            clearance_mm: options.clearance_mm.max(obstacle_mm),
             excluded: regions.excluded,
             extend_mm: options.bounds.extend_mm,
             strategy: options.strategy,
@@ -393,7 +422,7 @@ pub fn plan(
             ("contact_mm", CONTACT_EPSILON_MM),
             ("fit_bias_mm", tolerance.bias_mm),
             ("fit_mm", tolerance.fit_mm),
-            ("clearance_mm", CLEARANCE_MM),
+            ("clearance_mm", options.clearance_mm),
         ]
         .map(|(name, value)| (name.to_owned(), value))
         .into(),

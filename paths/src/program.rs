@@ -8,7 +8,7 @@ use crate::account::Account;
 use crate::kinematics::times_s;
 use crate::leads::End;
 use crate::order::{Ends, order_parts};
-use crate::part::{CLEARANCE_MM, Part, SetupContext};
+use crate::part::{Part, SetupContext};
 use crate::plan::TOOL_ID;
 
 #[derive(Default)]
@@ -89,7 +89,7 @@ impl Output {
         self.setups.push(Setup {
             name: name.to_owned(),
             axis: context.frame.axis().into(),
-            clearance_mm: context.heights.highest() + CLEARANCE_MM,
+            clearance_mm: context.heights.highest() + context.clearance_mm,
             area_mm2: sum(|r| r.area_mm2),
             time_s: sum(|r| r.time_s),
         });

@@ -12,6 +12,14 @@ pub const FORMAT_VERSION: u32 = 1;
 /// Distance that holders keep where nothing else is asked for, mm.
 pub const HOLDER_CLEARANCE_MM: f64 = 1.0;
 
+/// Distance from obstacles where nothing else is asked for, mm: fixtures stand where they are said to stand within some tenths.
+pub const CHECK_CLEARANCE_MM: f64 = 1.0;
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(mm: &f64) -> bool {
+    *mm == 0.0
+}
+
 fn usual_holder_clearance_mm() -> f64 {
     HOLDER_CLEARANCE_MM
 }
@@ -124,11 +132,17 @@ pub struct Request {
     /// Meshes that no move may touch.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub check: Vec<Obstacle>,
+    /// Distance that the ball keeps from these, mm; 0 in jobs of earlier versions.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub check_clearance_mm: f64,
     /// Distance that holders have to keep from model and obstacles, mm.
     #[serde(default = "usual_holder_clearance_mm")]
     pub holder_clearance_mm: f64,
     /// Cutting feed, mm/min.
     pub feed_mm_per_min: f64,
+    /// Feed of leads, mm/min; those that go on straight along a pass have its feed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lead_mm_per_min: Option<f64>,
     /// Rapid rate, mm/min.
     pub rapid_mm_per_min: f64,
     /// What the machine can do, as far as the times are concerned.

@@ -56,7 +56,7 @@ impl Capsule {
 }
 
 /// Where the line `m + t·n` enters the ball of radius `r` about the origin.
-fn ball_entry(m: &Vector3, n: &Vector3, r: f64) -> Option<f64> {
+pub(crate) fn ball_entry(m: &Vector3, n: &Vector3, r: f64) -> Option<f64> {
     let b = m.dot(n);
     let root = b * b - m.norm_squared() + r * r;
     (root >= 0.0).then(|| -b - root.sqrt())

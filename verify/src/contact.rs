@@ -40,8 +40,13 @@ struct Along {
     deeper: [u64; 3],
     gouges: Vec<GougeSample>,
     excess: Option<(f64, Place)>,
+    edge_excess: Option<(f64, Place)>,
     gaps: Distribution,
     contact_samples: u64,
+    /// Of these, those beyond a bar.
+    outside: u64,
+    outside_mm: f64,
+    contact_mm: f64,
     edge_mm: f64,
     air_mm: f64,
     cut_mm: f64,
@@ -83,7 +88,12 @@ pub(crate) fn measure(
             along
         })
         .collect();
-    summarise(found, scene.options.excess_limit_mm)
+    summarise(found, limits_mm(scene))
+}
+
+/// How far the ball may enter a face, and how far off it may run.
+fn limits_mm(scene: &Scene<'_>) -> [f64; 2] {
+    [scene.options.gouge_limit_mm, scene.options.excess_limit_mm]
 }
 
 struct Walk<'a> {
@@ -98,18 +108,22 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     fn run(mut self) -> Along {
-        let mut along = Along::default();
         let stations = self.track.stations(self.scene.options.path_spacing_mm);
-        let probes: Vec<Probe> = stations.iter().map(|&t| self.probe(t)).collect();
+        let stations: Vec<Probe> = stations.into_iter().map(|t| self.probe(t)).collect();
+        let mut probes = Vec::with_capacity(stations.len());
+        for pair in stations.windows(2) {
+            probes.push(pair[0]);
+            self.between(&pair[0], &pair[1], HALVINGS, &mut probes);
+        }
+        probes.extend(stations.last());
+        // All that is said is said of the same places: each stands for the way to halfway to its neighbours.
+        let mut along = Along::default();
         for (i, probe) in probes.iter().enumerate() {
-            let before = if i > 0 { probe.t - stations[i - 1] } else { 0.0 };
-            let after = stations.get(i + 1).map_or(0.0, |t| t - probe.t);
+            let before = if i > 0 { probe.t - probes[i - 1].t } else { 0.0 };
+            let after = probes.get(i + 1).map_or(0.0, |next| next.t - probe.t);
             self.record(probe, &mut along);
             self.weigh(probe, 0.5 * (before + after), &mut along);
             self.tell_side(probe, 0.5 * (before + after), &mut along);
-        }
-        for pair in probes.windows(2) {
-            self.between(&pair[0], &pair[1], HALVINGS, &mut along);
         }
         along
     }
@@ -126,8 +140,8 @@ impl Walk<'_> {
         }
     }
 
-    /// Looks for the lowest and highest gap between two neighbouring probes.
-    fn between(&mut self, a: &Probe, b: &Probe, halvings: u32, along: &mut Along) {
+    /// Looks for the lowest and highest gap between two neighbouring probes, and appends the probes that this takes, in order.
+    fn between(&mut self, a: &Probe, b: &Probe, halvings: u32, found: &mut Vec<Probe>) {
         let step = b.t - a.t;
         let gap = |p: &Probe| p.gap.unwrap_or(self.margin);
         let sag = SAG_MARGIN * step * step / (8.0 * self.track.radius_mm);
@@ -138,17 +152,16 @@ impl Walk<'_> {
         let smooth = surprise.abs() <= BETWEEN_SAMPLES_MM;
         if halvings > 0 && !(smooth && (sag <= UNSEEN_MM || self.alone(a, b))) {
             let middle = self.probe(0.5 * (a.t + b.t));
-            self.record(&middle, along);
-            self.between(a, &middle, halvings - 1, along);
-            self.between(&middle, b, halvings - 1, along);
+            self.between(a, &middle, halvings - 1, found);
+            found.push(middle);
+            self.between(&middle, b, halvings - 1, found);
         } else if a.slope * b.slope < 0.0 {
             // The derivative is nearly straight here, its root is where the gap is extreme; that it can
             // differ enough from both ends to matter is seen from the tangents.
             let rise = a.slope.abs().min(b.slope.abs()) * step;
             if rise > BETWEEN_SAMPLES_MM {
                 let t = a.t + step * a.slope / (a.slope - b.slope);
-                let extreme = self.probe(t);
-                self.record(&extreme, along);
+                found.push(self.probe(t));
             }
         }
     }
@@ -190,8 +203,12 @@ impl Walk<'_> {
             along.deepest = Some((gap, self.place(probe, &foot)));
         }
         let cutting = self.track.kind == MoveKind::Cut;
-        if cutting && gap > along.excess.as_ref().map_or(0.0, |e| e.0) && self.rests(probe, &foot) {
-            along.excess = Some((gap, self.place(probe, &foot)));
+        if !cutting {
+            return;
+        }
+        let highest = if self.rests(probe, &foot) { &mut along.excess } else { &mut along.edge_excess };
+        if gap > highest.as_ref().map_or(0.0, |e| e.0) {
+            *highest = Some((gap, self.place(probe, &foot)));
         }
     }
 
@@ -204,7 +221,13 @@ impl Walk<'_> {
         match (probe.gap, probe.foot) {
             (Some(gap), Some(foot)) if self.rests(probe, &foot) => {
                 along.contact_samples += 1;
+                along.contact_mm += length;
                 along.gaps.add(gap, length);
+                let [below, above] = limits_mm(self.scene);
+                if !(-below..=above).contains(&gap) {
+                    along.outside += 1;
+                    along.outside_mm += length;
+                }
             }
             (Some(_), _) => along.edge_mm += length,
             (None, _) => along.air_mm += length,
@@ -240,11 +263,14 @@ impl Walk<'_> {
     }
 }
 
-fn summarise(found: Vec<Along>, limit_mm: f64) -> (Gouge, Contact, InMaterial, Vec<GougeSample>) {
+fn summarise(found: Vec<Along>, limits_mm: [f64; 2]) -> (Gouge, Contact, InMaterial, Vec<GougeSample>) {
     let mut all = Along::default();
     for one in found {
         all.samples += one.samples;
         all.contact_samples += one.contact_samples;
+        all.contact_mm += one.contact_mm;
+        all.outside += one.outside;
+        all.outside_mm += one.outside_mm;
         all.edge_mm += one.edge_mm;
         all.material.length_mm += one.material.length_mm;
         all.material.at = all.material.at.or(one.material.at);
@@ -263,6 +289,11 @@ fn summarise(found: Vec<Along>, limit_mm: f64) -> (Gouge, Contact, InMaterial, V
         {
             all.excess = Some(e);
         }
+        if let Some(e) = one.edge_excess
+            && all.edge_excess.as_ref().is_none_or(|best| e.0 > best.0)
+        {
+            all.edge_excess = Some(e);
+        }
         all.gaps.append(one.gaps);
         all.gouges.extend(one.gouges);
     }
@@ -272,7 +303,7 @@ fn summarise(found: Vec<Along>, limit_mm: f64) -> (Gouge, Contact, InMaterial, V
     let gouge = Gouge {
         samples: all.samples,
         deepest_mm: all.deepest.as_ref().map_or(0.0, |d| -d.0),
-        deepest_at: all.deepest.map(|d| d.1),
+        deepest_at: all.deepest.as_ref().map(|d| d.1.clone()),
         deeper_than_1_um: all.deeper[0],
         deeper_than_2_um: all.deeper[1],
         deeper_than_5_um: all.deeper[2],
@@ -280,12 +311,25 @@ fn summarise(found: Vec<Along>, limit_mm: f64) -> (Gouge, Contact, InMaterial, V
     let contact = Contact {
         samples: all.contact_samples,
         excess_max_mm: all.excess.as_ref().map_or(0.0, |e| e.0),
-        excess_max_at: all.excess.map(|e| e.1),
+        excess_max_at: all.excess.as_ref().map(|e| e.1.clone()),
+        edge_excess_max_mm: all.edge_excess.as_ref().map_or(0.0, |e| e.0),
+        edge_excess_max_at: all.edge_excess.as_ref().map(|e| e.1.clone()),
         excess_p99_mm: all.gaps.percentile(0.99),
         excess_mean_mm: all.gaps.mean(),
-        within_limit_share: all.gaps.share(|gap| gap.abs() <= limit_mm),
+        within_limit_share: within_share(&all),
+        outside: all.outside,
+        limits_mm,
         on_edge_share: share(all.edge_mm),
         in_air_share: share(all.air_mm),
     };
     (gouge, contact, all.material, all.gouges)
+}
+
+/// The share of the contact within the bars, below 1 as soon as one place is not.
+fn within_share(all: &Along) -> f64 {
+    match all.outside {
+        0 if all.contact_samples > 0 => 1.0,
+        0 => 0.0,
+        _ => (1.0 - all.outside_mm / all.contact_mm.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0 - f64::EPSILON),
+    }
 }

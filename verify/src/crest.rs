@@ -5,6 +5,7 @@ use claymill_nurbs::{Hint, Point3, Vector3};
 use claymill_toolpath::MoveKind;
 use rayon::prelude::*;
 
+use crate::crest_peak::{OF_PASS, Seed, keep_best};
 use crate::distribution::Distribution;
 use crate::options::SCALLOP_BAR;
 use crate::reach::Reach;
@@ -29,6 +30,9 @@ const ALONG: f64 = 0.5;
 /// Of one pass, pieces that cross at distances nearer to each other than by this share are parts of one line.
 const SAME_TURN: f64 = 0.5;
 
+/// Behind the ends of passes, what is left up to so many scallop heights may be a crest.
+const BEYOND_ENDS: f64 = 5.0;
+
 /// Crests within these shares of the height asked for count as even.
 const EVEN: (f64, f64) = (0.90, SCALLOP_BAR);
 
@@ -48,6 +52,16 @@ struct Along {
     highest: Option<(f64, Place)>,
     /// Higher than the limit where the ball does not fit: what is left there is no scallop.
     out_of_reach: u64,
+    /// Where the crests may be higher between two samples, or beyond the last one.
+    seeds: Vec<Seed>,
+}
+
+/// The crest on one side of a pass at one place.
+#[derive(Clone, Copy)]
+struct Beside {
+    foot: Point3,
+    height_mm: f64,
+    feed: Vector3,
 }
 
 /// Measures the crests that neighbouring passes leave between them, from the written paths alone: for each
@@ -65,7 +79,7 @@ pub(crate) fn measure(
     swept: &Swept<'_>,
     reach: &Reach<'_>,
     stage: &Stage<'_>,
-) -> (Crests, Vec<CrestSample>) {
+) -> (Crests, Vec<CrestSample>, Vec<Seed>) {
     let passes: Vec<&Track> = scene.tracks.iter().filter(|t| t.kind == MoveKind::Cut).collect();
     let found: Vec<Along> = passes
         .par_iter()
@@ -81,8 +95,10 @@ pub(crate) fn measure(
     let mut highest: Option<(f64, Place)> = None;
     let mut samples = Vec::with_capacity(found.iter().map(|f| f.crests.len()).sum());
     let mut out_of_reach = 0;
+    let mut seeds = Vec::new();
     for (track, along) in passes.iter().zip(found) {
         out_of_reach += along.out_of_reach;
+        seeds.extend(along.seeds);
         let regional = by_region.entry(track.region).or_default();
         for Standing { crest, length_mm, inside: is_inside } in along.crests {
             heights.add(crest.height_mm, f64::from(length_mm));
@@ -122,7 +138,7 @@ pub(crate) fn measure(
         out_of_reach,
         by_region: by_region.into_iter().filter(|r| r.1.count() > 0).map(regional).collect(),
     };
-    (crests, samples)
+    (crests, samples, seeds)
 }
 
 fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: &Track) -> Along {
@@ -135,6 +151,7 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
     let mut at_contact = Hint::default();
     let mut at_crest = [Hint::default(), Hint::default()];
     let stations = track.stations(scene.options.crest_spacing_mm);
+    let mut beside_pass: [Vec<Option<Beside>>; 2] = Default::default();
     // Interval middles: knots and ends of passes have no perpendicular plane of their own.
     for pair in stations.windows(2) {
         let t = 0.5 * (pair[0] + pair[1]);
@@ -154,6 +171,7 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
             })
         };
         let beside = sides.map(|[nearest, beyond]| [own(nearest), own(beyond)]);
+        beside_pass.iter_mut().for_each(|side| side.push(None));
         for (side, hint) in at_crest.iter_mut().enumerate() {
             let Some(piece) = sides[side][0] else { continue };
             let other = swept.track(&piece);
@@ -190,6 +208,9 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
                 along.out_of_reach += 1;
                 continue;
             }
+            if let Some(last) = beside_pass[side].last_mut() {
+                *last = Some(Beside { foot: foot.point, height_mm, feed });
+            }
             along.crests.push(Standing {
                 crest: CrestSample { foot: foot.point, height_mm },
                 length_mm: (pair[1] - pair[0]) as f32,
@@ -205,7 +226,44 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
             }
         }
     }
+    for side in &beside_pass {
+        along.seeds.extend(promising(side));
+        along.seeds.extend(beyond_ends(scene, swept, side, 0.5 * step_over));
+    }
+    keep_best(&mut along.seeds, OF_PASS);
     along
+}
+
+/// Where crests may rise between two samples: as far again as they rise to a sample from the one beside it.
+fn promising(side: &[Option<Beside>]) -> impl Iterator<Item = Seed> + '_ {
+    let height = |k: Option<usize>| k.and_then(|k| side.get(k).copied().flatten()).map(|b| b.height_mm);
+    side.iter().enumerate().filter_map(move |(k, here)| {
+        let Beside { foot, height_mm, .. } = (*here)?;
+        let rise = [height(k.checked_sub(1)), height(Some(k + 1))].into_iter().flatten();
+        let rise = rise.map(|beside| height_mm - beside).fold(0.0, f64::max);
+        Some(Seed { at: foot, promise_mm: height_mm + rise })
+    })
+}
+
+/// Half a step-over before the first crest beside a pass and behind the last one, where the balls of other moves meet theirs.
+fn beyond_ends<'a>(
+    scene: &'a Scene<'_>,
+    swept: &'a Swept<'_>,
+    side: &'a [Option<Beside>],
+    ahead_mm: f64,
+) -> impl Iterator<Item = Seed> + 'a {
+    let first = side.iter().flatten().next().map(|b| (b, -ahead_mm));
+    let last = side.iter().flatten().next_back().map(|b| (b, ahead_mm));
+    [first, last].into_iter().flatten().filter_map(move |(b, mm)| {
+        let foot = scene.closest.closest(&(b.foot + b.feed * mm), ahead_mm)?;
+        let (n, _) = scene.model.faces[foot.face].surface.normal(foot.u, foot.v)?;
+        let free = scene.free_sides[foot.face];
+        let left = swept.residual(&foot.point, &n, BEYOND_ENDS * scene.scallop_mm(), free)?;
+        Some(Seed {
+            at: foot.point,
+            promise_mm: left.height_mm.max(b.height_mm) + (left.height_mm - b.height_mm).abs(),
+        })
+    })
 }
 
 /// The nearest other pass, or other turn of its own, on either side of `c`, where it crosses the plane perpendicular to the feed,

@@ -90,7 +90,12 @@ impl<'a> DropMesh<'a> {
 
     /// Whether a tool of this radius whose ball centre is at `centre` (in the frame) surely enters the model.
     pub(crate) fn blocks(&self, centre: &Point3, radius: f64) -> bool {
-        self.stops(centre, radius, |deviation| radius - deviation)
+        self.stops(centre, radius, |triangle| radius - self.deviation(triangle))
+    }
+
+    /// Whether a tool of this radius at `centre` (in the frame) enters an obstacle.
+    pub(crate) fn obstacles_block(&self, centre: &Point3, radius: f64) -> bool {
+        self.stops(centre, radius, |triangle| if self.face_of(triangle).is_none() { radius } else { 0.0 })
     }
 
     /// Whether a pin of this radius whose end is about `end` (in the frame) meets the triangles themselves.
@@ -98,13 +103,13 @@ impl<'a> DropMesh<'a> {
         self.stops(end, radius, |_| radius)
     }
 
-    /// Whether a tool enters a triangle, where its radius depends on the triangle's deviation.
-    fn stops(&self, centre: &Point3, largest: f64, radius: impl Fn(f64) -> f64) -> bool {
+    /// Whether a tool enters a triangle, where its radius depends on the triangle.
+    fn stops(&self, centre: &Point3, largest: f64, radius: impl Fn(usize) -> f64) -> bool {
         let mut stopped = false;
         self.visit(
             |b| b.max.z + largest > centre.z && column_distance_squared(b, centre) < largest * largest,
             |i| {
-                let r = radius(self.deviation(i));
+                let r = radius(i);
                 stopped =
                     r > 0.0 && lowered(&self.corners(i), centre.x, centre.y, r).is_some_and(|z| z > centre.z);
                 if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

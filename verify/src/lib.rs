@@ -1,7 +1,8 @@
 //! Verification: measures a finished job from its written files and the model alone.
 //!
 //! ```text
-//!   job folder ─ toolpath ─► moves ─┬─ along the paths ──── closest point ──► gouge, contact
+//!   job folder ─ toolpath ─► moves ─┬─ one by one ──────── order, feeds ────► sequence
+//!                                   ├─ along the paths ──── closest point ──► gouge, contact
 //!                                   ├─ between the passes ─ cusp ───────────► scallop crests
 //!                                   ├─ above the model ──── lowered tool ───► rapids
 //!                    obstacles ─────┼─ beside obstacles ─── triangles ──────► clearance
@@ -30,6 +31,7 @@ mod contact;
 mod coverage;
 mod crest;
 mod crest_file;
+mod crest_peak;
 mod directions;
 mod distribution;
 mod drop;
@@ -43,6 +45,7 @@ mod rapids;
 mod reach;
 mod report;
 mod scene;
+mod sequence;
 mod shadow;
 mod sides;
 mod surface;
@@ -61,9 +64,9 @@ pub use error::VerifyError;
 pub use holder::{HolderClearance, RegionStickOut, ShankContact};
 pub use options::{Progress, SCALLOP_BAR, USUAL_RADIUS_MM, USUAL_SCALLOP_MM, VerifyOptions};
 pub use report::{
-    AreaAt, BallShare, BoundsKept, Contact, Coverage, CrestSample, Crests, FaceCoverage, Gouge, GougeSample,
-    HISTOGRAM_BIN, HISTOGRAM_BINS, Obstacles, Place, Rapids, RegionCrests, ResidualSample, Scallop,
-    SidesKept, SurfaceResidual, SurfaceState, TooTight, Verification,
+    AreaAt, BallShare, BoundsKept, Contact, Coverage, CrestSample, Crests, FaceCoverage, Fault, Gouge,
+    GougeSample, HISTOGRAM_BIN, HISTOGRAM_BINS, Obstacles, Place, Rapids, RegionCrests, ResidualSample,
+    Scallop, Sequence, SidesKept, SurfaceResidual, SurfaceState, TooTight, Verification,
 };
 pub use verdict::{Finding, FindingCode, Severity, Verdict};
 
@@ -80,11 +83,13 @@ pub fn verify(
     progress("reading", 0.0);
     let job = known_job(folder)?;
     let (program, judged) = read_moves_judged(folder, &job)?;
-    let found = against_model(folder, &job, &program, options, progress)?;
+    let (model, options) = asked_of(folder, &job, options)?;
+    let found = verify_program(&model, &job, &program, &options, progress)?;
     Ok(Verification { judged: Some(judged), ..found })
 }
 
-/// Verifies other moves than the folder's own against its model: those of a program that was written from it.
+/// Verifies other moves than the folder's own against its model: those of a program that was written from it. Their order and
+/// their feeds are not judged: the program is held against the job's moves where it is read.
 ///
 /// # Errors
 /// As [`verify()`].
@@ -94,7 +99,9 @@ pub fn verify_instead(
     options: &VerifyOptions,
     progress: Progress<'_>,
 ) -> Result<Verification, VerifyError> {
-    against_model(folder, &known_job(folder)?, program, options, progress)
+    let job = known_job(folder)?;
+    let (model, options) = asked_of(folder, &job, options)?;
+    Ok(measure_all(&model, &job, (program, None), &options, progress)?.0)
 }
 
 /// The job, if its format is known; the other files are not looked at before.
@@ -106,17 +113,15 @@ fn known_job(folder: &Path) -> Result<Job, VerifyError> {
     Ok(job)
 }
 
-fn against_model(
+/// The very model that a job was planned on, and options that know the job's folder.
+fn asked_of(
     folder: &Path,
     job: &Job,
-    program: &Program,
     options: &VerifyOptions,
-    progress: Progress<'_>,
-) -> Result<Verification, VerifyError> {
+) -> Result<(Model, VerifyOptions), VerifyError> {
     let path = model_of(folder, job, options.model.as_deref())?;
     let model = claymill_exchange::read(&path)?.model;
-    let options = VerifyOptions { folder: folder.to_owned(), ..options.clone() };
-    verify_program(&model, job, program, &options, progress)
+    Ok((model, VerifyOptions { folder: folder.to_owned(), ..options.clone() }))
 }
 
 /// The model file of a job: as told, else where the job says. It must be the one that the job was planned on.
@@ -157,6 +162,17 @@ pub fn verify_with_crests(
     options: &VerifyOptions,
     progress: Progress<'_>,
 ) -> Result<(Verification, Vec<CrestSample>), VerifyError> {
+    measure_all(model, job, (program, Some(sequence::measure(job, program))), options, progress)
+}
+
+/// The moves, and what is known of their sequence.
+fn measure_all(
+    model: &Model,
+    job: &Job,
+    (program, sequence): (&Program, Option<Sequence>),
+    options: &VerifyOptions,
+    progress: Progress<'_>,
+) -> Result<(Verification, Vec<CrestSample>), VerifyError> {
     let avoided = limits::avoided_model(model, job);
     let bench = Bench::new([model, &avoided], job, program, options, progress)?;
     let scene = &bench.scene;
@@ -171,8 +187,9 @@ pub fn verify_with_crests(
     let bounds = bounds::measure(scene, reach.limits(), &stage("bounds"));
     let shank = holder::measure_shank(scene, &bench.meshes, &reach, &stage("shank"));
     let holder = holder::measure(scene, &bench.meshes, &reach, &stage("holder"));
-    let (crests, samples) = crest::measure(scene, &swept, &reach, &stage("scallop crests"));
+    let (mut crests, samples, seeds) = crest::measure(scene, &swept, &reach, &stage("scallop crests"));
     let faces = surface::measure(scene, &bench.meshes, &swept, &reach, &stage("coverage"));
+    crest_peak::raise(scene, &swept, &reach, &faces, seeds, &mut crests);
     let coverage = coverage::account(scene, &faces, tight::measure(scene, &reach, &faces));
     let sides = sides::account(scene, touched, &faces);
     let scallop = Scallop { crests, surface: coverage::residual_on_cut_area(scene, &faces) };
@@ -182,6 +199,7 @@ pub fn verify_with_crests(
         &verdict::Measured {
             gouge: &gouge,
             contact: &contact,
+            sequence: sequence.as_ref(),
             rapids: &rapids,
             obstacles: obstacles.as_ref(),
             bounds: bounds.as_ref(),
@@ -198,6 +216,7 @@ pub fn verify_with_crests(
         scallop_mm: job.request.scallop_mm,
         gouge,
         contact,
+        sequence,
         rapids,
         obstacles,
         bounds,

@@ -11,7 +11,7 @@ use crate::surface::excluded_faces;
 /// hundredths only: what goes beyond a border by no more than this does not count, mm.
 const BORDER_MM: f64 = 0.4;
 /// Passes keep a little inside of their bounds: this near to them, mm, nothing is asked of them.
-const STRIP_MM: f64 = 0.05;
+pub(crate) const STRIP_MM: f64 = 0.05;
 
 /// Where the tool is kept, as each setup sees it.
 ///

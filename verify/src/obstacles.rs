@@ -14,6 +14,8 @@ use crate::track::Track;
 /// What may hide between two samples, mm: the distance from a fixed point falls below the straight line between two
 /// values by `step² / 8R` at most.
 pub(crate) const UNSEEN_MM: f64 = 5e-4;
+/// Moves may come nearer to an obstacle than was asked for by this, mm: they are written and fitted beside the exact ones.
+const KEPT_MM: f64 = 0.02;
 /// Allows for the curvature of the path between two samples.
 pub(crate) const SAG_MARGIN: f64 = 1.5;
 
@@ -97,8 +99,10 @@ pub(crate) fn measure(scene: &Scene<'_>, stage: &Stage<'_>) -> Option<Obstacles>
     if set.files.is_empty() {
         return None;
     }
+    let asked_mm = scene.check_clearance_mm();
     let walk = |track: &Track| {
-        let mut walk = Walk { set, track, margin: scene.options.path_spacing_mm, least: None, samples: 0 };
+        let margin = asked_mm + scene.options.path_spacing_mm;
+        let mut walk = Walk { set, track, asked_mm, margin, least: None, samples: 0 };
         let stations = track.stations(scene.options.path_spacing_mm);
         let probes: Vec<Probe> = stations.into_iter().map(|t| walk.probe(t)).collect();
         probes.windows(2).for_each(|pair| walk.between(&pair[0], &pair[1]));
@@ -107,12 +111,15 @@ pub(crate) fn measure(scene: &Scene<'_>, stage: &Stage<'_>) -> Option<Obstacles>
     };
     let found: Vec<_> = scene.tracks.par_iter().map(walk).collect();
     let bar = -scene.options.gouge_limit_mm;
+    let below = |bar: f64| found.iter().filter(|f| f.0.is_some_and(|l| l.0 < bar)).count() as u64;
     let least = found.iter().filter_map(|f| f.0).reduce(|a, b| if b.0 < a.0 { b } else { a });
     Some(Obstacles {
         files: set.files.clone(),
         triangles: set.triangles.len() as u64,
         samples: found.iter().map(|f| f.1).sum(),
-        touching: found.iter().filter(|f| f.0.is_some_and(|l| l.0 < bar)).count() as u64,
+        touching: below(bar),
+        asked_mm,
+        near: if asked_mm > 0.0 { below((asked_mm - KEPT_MM).max(bar)) } else { 0 },
         clearance_min_mm: least.map(|l| l.0),
         clearance_min_at: least.map(|(_, t, at, seq)| Place {
             move_seq: Some(seq),
@@ -125,6 +132,8 @@ pub(crate) fn measure(scene: &Scene<'_>, stage: &Stage<'_>) -> Option<Obstacles>
 struct Walk<'a> {
     set: &'a ObstacleSet,
     track: &'a Track,
+    /// The gap that has to be kept.
+    asked_mm: f64,
     /// Gaps beyond this are not measured.
     margin: f64,
     /// Smallest gap, its parameter, and the obstacle's point there.
@@ -158,7 +167,7 @@ impl Walk<'_> {
     fn between(&mut self, a: &Probe, b: &Probe) {
         let step = (b.centre - a.centre).norm();
         let sag = SAG_MARGIN * step * step / (8.0 * self.track.radius_mm);
-        if sag <= UNSEEN_MM || a.gap.min(b.gap) > sag {
+        if sag <= UNSEEN_MM || a.gap.min(b.gap) - self.asked_mm > sag {
             return;
         }
         let middle = self.probe(0.5 * (a.t + b.t));

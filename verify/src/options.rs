@@ -13,6 +13,8 @@ pub struct VerifyOptions {
     pub obstacles: Vec<PathBuf>,
     /// Millimetres in one unit of those whose format has no unit.
     pub obstacle_unit_mm: f64,
+    /// Distance that the ball has to keep from obstacles, mm; as the job asks if nothing is said here.
+    pub check_clearance_mm: Option<f64>,
     /// Distance between samples along the paths for gouges and contact, mm; for larger balls than [`USUAL_RADIUS_MM`] it
     /// grows with the root of the radius, so that a ball sinks no deeper between two samples.
     pub path_spacing_mm: f64,
@@ -52,6 +54,7 @@ impl Default for VerifyOptions {
             folder: PathBuf::from("."),
             obstacles: Vec::new(),
             obstacle_unit_mm: 1.0,
+            check_clearance_mm: None,
             path_spacing_mm: 1.0,
             crest_spacing_mm: 2.0,
             area_per_sample_mm2: 40.0,

@@ -6,7 +6,7 @@ use claymill_toolpath::{FreeSide, Tool};
 use crate::directions::{axis, directions};
 use crate::drop::DropMesh;
 use crate::holder::sides_enter;
-use crate::limits::Limits;
+use crate::limits::{Limits, STRIP_MM};
 use crate::mesh::Mesh;
 use crate::report::SurfaceState;
 use crate::scene::Scene;
@@ -48,7 +48,7 @@ const OFF_SURFACE_MM: f64 = 0.01;
 ///   along axis    shank there?     tool of radius R − sink lowered on the mesh stops below q; flutes and shank of
 ///                                  another thickness enter nothing
 ///   a wall?       n·axis ≈ 0       not too deep, no underside, no ceiling; no sink, so that nothing opposite is in the way
-///   in bounds?    ball at q        boxes, faces cut and faces avoided allow it; in no setup that it fits in: out of bounds
+///   in bounds?    ball at q        boxes, faces cut, faces avoided and obstacles allow it; in no setup that it fits in: out of bounds
 ///   otherwise     seen at all?     the same with a thin pin at p: yes → too tight, no → hidden
 /// ```
 pub(crate) struct Reach<'a> {
@@ -194,6 +194,15 @@ impl<'a> Reach<'a> {
         })
     }
 
+    /// Whether the ball, and what comes down with it, surely keeps the distance from obstacles that is asked for.
+    fn is_clear_of_obstacles(&self, view: &DropMesh<'_>, centre: &Point3, radius_mm: f64) -> bool {
+        let clearance_mm = self.scene.check_clearance_mm();
+        let kept_mm = radius_mm + clearance_mm + STRIP_MM;
+        self.scene.obstacles.triangles.is_empty()
+            || clearance_mm == 0.0
+            || !view.obstacles_block(&view.in_frame(centre), kept_mm)
+    }
+
     /// What one side of a point is to the tool.
     fn side(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
         let facing = || self.views.iter().enumerate().filter(|(_, (axis, _))| n.dot(axis) >= UPRIGHT);
@@ -223,8 +232,9 @@ impl<'a> Reach<'a> {
                 is_free && passes(view) && counts(axis, view) && (faces_well(axis) || has_room())
             });
             let mut fits = None;
-            for (setup, _) in fitting {
-                if limits.is_none_or(|limits| limits.allow(setup, &ball, p, radius_mm)) {
+            for (setup, (_, view)) in fitting {
+                let is_allowed = limits.is_none_or(|limits| limits.allow(setup, &ball, p, radius_mm));
+                if is_allowed && self.is_clear_of_obstacles(view, &ball, radius_mm) {
                     return Some(SurfaceState::ReachableLeft);
                 }
                 fits = Some(SurfaceState::OutOfBounds);

@@ -20,6 +20,9 @@ pub struct Verification {
     pub gouge: Gouge,
     /// How the ball rests on the faces along the passes.
     pub contact: Contact,
+    /// Whether the moves follow each other as the job says; `None` of a program, which is held against the job's moves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sequence: Option<Sequence>,
     /// Rapids.
     pub rapids: Rapids,
     /// Distance from obstacles, where there are any.
@@ -63,6 +66,39 @@ pub struct SidesKept {
     pub inside_at: Option<Place>,
 }
 
+/// Whether the moves, one after the other, are what the job says.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Sequence {
+    /// Moves.
+    pub moves: u64,
+    /// Moves that begin elsewhere than where the one before ended.
+    pub jump: Fault,
+    /// The farthest of them, mm; below the written step where there is none.
+    pub largest_jump_mm: f64,
+    /// Moves out of their order: of a kind that does not follow the one before, of a setup that was left, or with a number that
+    /// is not their place.
+    pub order: Fault,
+    /// Moves whose feed is not the one that the job has for their kind.
+    pub feed: Fault,
+    /// Setups that do not begin or do not end with a rapid above everything.
+    pub retract: Fault,
+    /// Totals of the job, number and lengths, that the moves do not come to.
+    pub totals: Fault,
+}
+
+/// How often something is wrong, and the first time.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Fault {
+    /// How often.
+    pub count: u64,
+    /// What is wrong the first time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first: Option<String>,
+    /// Where, if at one place.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_at: Option<Place>,
+}
+
 /// How near the ball comes to obstacles on any move, rapids too.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Obstacles {
@@ -78,6 +114,12 @@ pub struct Obstacles {
     pub clearance_min_at: Option<Place>,
     /// Moves that enter deeper than the bar for gouges.
     pub touching: u64,
+    /// Distance that the ball has to keep, mm.
+    #[serde(default)]
+    pub asked_mm: f64,
+    /// Moves that come nearer than that by more than 0.02 mm, those that touch among them.
+    #[serde(default)]
+    pub near: u64,
 }
 
 /// How far the tool goes beyond its bounds on any move but rapids.
@@ -144,16 +186,50 @@ pub struct Contact {
     pub excess_max_mm: f64,
     /// Where that is.
     pub excess_max_at: Option<Place>,
+    /// The same where the ball rolls over the edge of a face: its largest distance from that.
+    #[serde(default)]
+    pub edge_excess_max_mm: f64,
+    /// Where that is.
+    #[serde(default)]
+    pub edge_excess_max_at: Option<Place>,
     /// 99th percentile of the distance, mm.
     pub excess_p99_mm: f64,
     /// Mean of the distance, mm.
     pub excess_mean_mm: f64,
-    /// Share of the contact on faces within the bar on either side.
+    /// Share of the contact on faces within the bar on either side; 1 only where no place is beyond one.
     pub within_limit_share: f64,
+    /// Places beyond a bar.
+    #[serde(default)]
+    pub outside: u64,
+    /// The bars: how far the ball may enter its face, and how far off it may run, mm.
+    #[serde(default = "usual_limits_mm")]
+    pub limits_mm: [f64; 2],
     /// Share of the length where the ball rolls over the edge of a face.
     pub on_edge_share: f64,
     /// Share of the length where no face is within the sampling distance of the ball.
     pub in_air_share: f64,
+}
+
+fn usual_limits_mm() -> [f64; 2] {
+    let usual = crate::VerifyOptions::default();
+    [usual.gouge_limit_mm, usual.excess_limit_mm]
+}
+
+impl Contact {
+    /// How much of the contact is within which bars, in words: `99.998 % within ±5.0 µm`. All of it only where all of it is.
+    #[must_use]
+    pub fn within_limits(&self) -> String {
+        let [below, above] = self.limits_mm.map(|mm| mm * 1e3);
+        let bars = if below == above {
+            format!("±{above:.1} µm")
+        } else {
+            format!("−{below:.1} and +{above:.1} µm")
+        };
+        let share = 100.0 * self.within_limit_share;
+        // Three digits, rounded down.
+        let share = if self.outside > 0 { ((share * 1e3).floor() / 1e3).min(99.999) } else { share };
+        format!("{share:.3} % within {bars}")
+    }
 }
 
 /// Clearance of rapids: how far ball and shank could be lowered along the tool axis before they touch.

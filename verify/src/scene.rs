@@ -1,7 +1,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use claymill_nurbs::{ClosestPoints, FaceId, Foot, Model, Point3};
-use claymill_toolpath::{FreeSide, Holder, Job};
+use claymill_toolpath::{CHECK_CLEARANCE_MM, FreeSide, Holder, Job};
 
 use crate::obstacles::ObstacleSet;
 use crate::options::{Progress, VerifyOptions};
@@ -52,6 +52,14 @@ impl Scene<'_> {
     /// Distance that holders have to keep, mm.
     pub(crate) fn holder_clearance_mm(&self) -> f64 {
         self.options.holder_clearance_mm.unwrap_or(self.job.request.holder_clearance_mm)
+    }
+
+    /// Distance that the ball has to keep from obstacles, mm: as asked about, as the job was planned, or as usual where it was not
+    /// planned around any.
+    pub(crate) fn check_clearance_mm(&self) -> f64 {
+        let request = &self.job.request;
+        let of_job = if request.check.is_empty() { CHECK_CLEARANCE_MM } else { request.check_clearance_mm };
+        self.options.check_clearance_mm.unwrap_or(of_job)
     }
 
     /// Whether `from` stands over its nearest point along the face's normal.

@@ -4,7 +4,7 @@ use claymill_nurbs::{Aabb, BoxTree, Point3, Vector3, outward};
 use claymill_toolpath::FreeSide;
 use rayon::prelude::*;
 
-use crate::capsule::Capsule;
+use crate::capsule::{Capsule, ball_entry};
 use crate::track::Track;
 
 /// How far below the surface an entry may lie and still belong to this side of the sheet, in radii: a ball
@@ -18,6 +18,24 @@ pub(crate) struct Swept<'a> {
     pieces: Vec<Piece>,
     tree: BoxTree,
     largest_radius_mm: f64,
+}
+
+/// Along a chord the exact path is looked for in so many steps of the golden section.
+const GOLDEN_STEPS: u32 = 24;
+/// Pieces between which [`Swept::left_on`] has to choose, with some to spare.
+const RIVALS: usize = 16;
+
+/// What is left exactly on a point of the surface, and which move left it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Left<'a> {
+    /// Height along the normal, mm.
+    pub(crate) height_mm: f64,
+    /// The move that cut lowest.
+    pub(crate) track: &'a Track,
+    /// Its parameter there.
+    pub(crate) parameter: f64,
+    /// Its way there, of any length.
+    pub(crate) way: Vector3,
 }
 
 /// One capsule and where it came from.
@@ -96,6 +114,44 @@ impl<'a> Swept<'a> {
         covered
     }
 
+    /// As [`Swept::residual`], of the exact paths instead of chords within `chord_mm` of them.
+    pub(crate) fn left_on(
+        &self,
+        p: &Point3,
+        n: &Vector3,
+        cap_mm: f64,
+        chord_mm: f64,
+        free: FreeSide,
+    ) -> Option<Left<'a>> {
+        let slack_mm = 2.0 * chord_mm;
+        let mut lowest = cap_mm;
+        let mut rivals: Vec<(f64, Piece, Vector3)> = Vec::with_capacity(RIVALS);
+        self.visit_near(p, self.largest_radius_mm + cap_mm, |piece| {
+            let capsule = &piece.capsule;
+            let side = (nalgebra::center(&capsule.a, &capsule.b) - p).dot(n).signum();
+            let n = n * side;
+            if free.allows(side > 0.0)
+                && let Some(t) = capsule.entry(p, &n)
+                && t <= lowest + slack_mm
+                && t > -FAR_SIDE * capsule.radius
+            {
+                lowest = lowest.min(t);
+                rivals.push((t, *piece, n));
+            }
+            ControlFlow::Continue(())
+        });
+        rivals.retain(|(t, ..)| *t <= lowest + slack_mm);
+        let exact = rivals.into_iter().filter_map(|(_, piece, n)| {
+            let track = self.track(&piece);
+            let parameter = lowest_entry(track, &piece, p, &n);
+            let (centre, way) = track.centre(parameter);
+            let height_mm = ball_entry(&(p - centre), &n, track.radius_mm)?;
+            Some(Left { height_mm, track, parameter, way })
+        });
+        // Ties go to the earlier move.
+        exact.min_by(|a, b| a.height_mm.total_cmp(&b.height_mm).then(a.track.seq.cmp(&b.track.seq)))
+    }
+
     /// Height of the material that all balls on a `free` side together leave on the surface point `p` with normal `±n`, mm,
     /// if it is no higher than `cap_mm`; where a sheet may be cut from either side, the lower height counts.
     pub(crate) fn residual(&self, p: &Point3, n: &Vector3, cap_mm: f64, free: FreeSide) -> Option<Residual> {
@@ -115,4 +171,32 @@ impl<'a> Swept<'a> {
         });
         lowest
     }
+}
+
+/// The parameter within a piece at which the ball enters the line from `p` along `n` lowest: the golden section, for along a
+/// chord the height falls and rises once.
+fn lowest_entry(track: &Track, piece: &Piece, p: &Point3, n: &Vector3) -> f64 {
+    let height = |t: f64| {
+        let m = p - track.centre(t).0;
+        // Beside the ball the line is the nearer the lower.
+        ball_entry(&m, n, track.radius_mm).unwrap_or_else(|| track.radius_mm + (m - n * m.dot(n)).norm())
+    };
+    let ratio = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut a, mut b) = piece.parameters;
+    let (mut c, mut d) = (b - ratio * (b - a), a + ratio * (b - a));
+    let (mut at_c, mut at_d) = (height(c), height(d));
+    for _ in 0..GOLDEN_STEPS {
+        if at_c < at_d {
+            (b, d, at_d) = (d, c, at_c);
+            c = b - ratio * (b - a);
+            at_c = height(c);
+        } else {
+            (a, c, at_c) = (c, d, at_d);
+            d = a + ratio * (b - a);
+            at_d = height(d);
+        }
+    }
+    let (first, last) = piece.parameters;
+    // The ends of a path are sharp.
+    [first, last, 0.5 * (a + b)].into_iter().min_by(|s, t| height(*s).total_cmp(&height(*t))).unwrap_or(first)
 }

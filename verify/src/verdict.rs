@@ -5,7 +5,8 @@ use claymill_toolpath::{Contain, Job};
 
 use crate::options::VerifyOptions;
 use crate::report::{
-    BoundsKept, Contact, Coverage, Gouge, Obstacles, Place, Rapids, Scallop, SidesKept, SurfaceState,
+    BoundsKept, Contact, Coverage, Gouge, Obstacles, Place, Rapids, Scallop, Sequence, SidesKept,
+    SurfaceState,
 };
 use crate::{HolderClearance, ShankContact};
 
@@ -19,6 +20,8 @@ const ACCOUNT_SHARE: f64 = 0.01;
 /// Where passes end at a border, a ball may be on the other side for no longer than this, mm.
 const WRONG_SIDE_MM: f64 = 1.0;
 
+/// Rapids may come nearer than the job says by this, mm: triangles stand for the model below them.
+const RAPIDS_KEPT_MM: f64 = 0.25;
 /// Regions that a finding names; the others are in `verify.json`.
 const REGIONS_NAMED: usize = 5;
 
@@ -52,11 +55,23 @@ pub enum FindingCode {
     Gouge,
     /// A pass leaves more than the bar under the ball.
     Excess,
+    /// A pass stands off the rim of a face that it rolls over by more than the bar.
+    Rim,
     /// Passes run through the air.
     InAir,
+    /// A move begins elsewhere than where the one before ended.
+    Jump,
+    /// A move is out of its order.
+    Order,
+    /// A move's feed is not what the job says.
+    Feed,
+    /// A setup begins or ends down at the model.
+    Retract,
+    /// The moves do not come to the job's totals.
+    Totals,
     /// A rapid touches or enters the model.
     RapidTouches,
-    /// A move enters an obstacle.
+    /// A move enters an obstacle, or comes nearer to it than was asked for.
     Obstacle,
     /// The tool leaves its bounds, or comes too near to a face to be avoided.
     OutOfBounds,
@@ -95,6 +110,7 @@ pub enum Severity {
 pub(crate) struct Measured<'a> {
     pub(crate) gouge: &'a Gouge,
     pub(crate) contact: &'a Contact,
+    pub(crate) sequence: Option<&'a Sequence>,
     pub(crate) rapids: &'a Rapids,
     pub(crate) obstacles: Option<&'a Obstacles>,
     pub(crate) bounds: Option<&'a BoundsKept>,
@@ -124,17 +140,27 @@ pub(crate) fn conclude(job: &Job, options: &VerifyOptions, m: &Measured<'_>) -> 
         find(Code::Gouge, Error, text, &m.gouge.deepest_at);
     }
     if m.contact.excess_max_mm > options.excess_limit_mm {
-        let share = 100.0 * m.contact.within_limit_share;
         let text = format!(
-            "a pass runs {:.2} µm above its face; {share:.3} % of the contact is within ±{:.1} µm",
+            "a pass runs {:.2} µm above its face; of the contact are {}",
             um(m.contact.excess_max_mm),
-            um(options.excess_limit_mm)
+            m.contact.within_limits()
         );
         find(Code::Excess, Error, text, &m.contact.excess_max_at);
+    }
+    if m.contact.edge_excess_max_mm > options.excess_limit_mm {
+        let text = format!(
+            "a pass runs {:.2} µm off the rim of a face that it rolls over, the bar is {:.1} µm",
+            um(m.contact.edge_excess_max_mm),
+            um(options.excess_limit_mm)
+        );
+        find(Code::Rim, Error, text, &m.contact.edge_excess_max_at);
     }
     if m.contact.in_air_share > 0.0 {
         let text = format!("{:.3} % of the cutting length touches no face", 100.0 * m.contact.in_air_share);
         find(Code::InAir, Warning, text, &None);
+    }
+    if let Some(sequence) = m.sequence {
+        sequence_findings(sequence, &mut find);
     }
     if let Some(least) = m.rapids.clearance_min_mm
         && least <= 0.0
@@ -143,12 +169,17 @@ pub(crate) fn conclude(job: &Job, options: &VerifyOptions, m: &Measured<'_>) -> 
             format!("{} rapid moves touch the model, the worst by {:.3} mm", m.rapids.touching, -least);
         find(Code::RapidTouches, Error, text, &m.rapids.clearance_min_at);
     }
-    if let Some(near) = m.obstacles
-        && near.touching > 0
+    if let (Some(least), Some(asked)) = (m.rapids.clearance_min_mm, job.tolerances.get("clearance_mm"))
+        && least > 0.0
+        && least < asked - RAPIDS_KEPT_MM
     {
-        let depth = -near.clearance_min_mm.unwrap_or(0.0);
-        let text = format!("{} moves enter an obstacle, the worst by {depth:.3} mm", near.touching);
-        find(Code::Obstacle, Error, text, &near.clearance_min_at);
+        let text = format!(
+            "rapids come within {least:.2} mm of the finished model, the job says {asked} mm: raw material may stand there"
+        );
+        find(Code::RapidTouches, Warning, text, &m.rapids.clearance_min_at);
+    }
+    if let Some(obstacles) = m.obstacles {
+        obstacle_findings(obstacles, &mut find);
     }
     if let Some(kept) = m.bounds {
         bounds_findings(job, kept, &mut find);
@@ -176,6 +207,43 @@ pub(crate) fn conclude(job: &Job, options: &VerifyOptions, m: &Measured<'_>) -> 
     coverage_findings(job, m.coverage, &mut find);
     findings.sort_by_key(|f| f.severity);
     Verdict { passed: findings.iter().all(|f| f.severity != Error), findings }
+}
+
+fn sequence_findings(
+    sequence: &Sequence,
+    find: &mut impl FnMut(FindingCode, Severity, String, &Option<Place>),
+) {
+    use FindingCode as Code;
+    for (fault, code, what) in [
+        (&sequence.jump, Code::Jump, "moves do not begin where the one before ended"),
+        (&sequence.order, Code::Order, "moves are out of order"),
+        (&sequence.feed, Code::Feed, "moves do not have the job's feed"),
+        (&sequence.retract, Code::Retract, "setups do not begin or end above everything"),
+        (&sequence.totals, Code::Totals, "totals are not those of the moves"),
+    ] {
+        if let Some(first) = &fault.first {
+            let text = match fault.count {
+                1 => first.clone(),
+                count => format!("{count} {what}: {first}"),
+            };
+            find(code, Severity::Error, text, &fault.first_at);
+        }
+    }
+}
+
+fn obstacle_findings(near: &Obstacles, find: &mut impl FnMut(FindingCode, Severity, String, &Option<Place>)) {
+    let least = near.clearance_min_mm.unwrap_or(f64::INFINITY);
+    let text = if near.touching > 0 {
+        format!("{} moves enter an obstacle, the worst by {:.3} mm", near.touching, -least)
+    } else if near.near > 0 {
+        format!(
+            "{} moves come too near to an obstacle, the worst within {least:.3} mm; asked for were {} mm",
+            near.near, near.asked_mm
+        )
+    } else {
+        return;
+    };
+    find(FindingCode::Obstacle, Severity::Error, text, &near.clearance_min_at);
 }
 
 fn bounds_findings(

@@ -66,7 +66,7 @@ fn rows_within_a_box_pass_and_what_is_outside_of_it_is_nobodys_fault() {
     for contain in CONTAIN {
         let (bounds, rows) = boxed(contain);
         let v = checked(&model, bounds, rows.clone());
-        assert!(v.verdict.passed, "{contain:?}: {:?}", v.verdict);
+        assert!(synthetic::is_sound(&v), "{contain:?}: {:?}", v.verdict);
         assert_eq!((kept(&v).beyond, kept(&v).beyond_max_mm, &kept(&v).beyond_at), (0, 0.0, &None));
         assert!(kept(&v).samples > 20 * rows.len() as u64);
         // The ball cuts down to 1.5 scallop heights beyond its last contact.
@@ -91,7 +91,7 @@ fn what_is_left_within_bounds_is_a_defect_all_the_same() {
             let (bounds, mut rows) = boxed(contain);
             rows.remove(missing);
             let v = checked(&model, bounds, rows);
-            assert!(!v.verdict.passed, "{contain:?}");
+            assert!(!synthetic::is_sound(&v), "{contain:?}");
             assert!(area(&v, 0, SurfaceState::ReachableLeft) > 0.3 * 20.0, "{contain:?}");
             assert_eq!(v.scallop.crests.max_mm > 1.5 * H, missing == 7, "{contain:?}");
         }
@@ -172,7 +172,7 @@ fn a_row_too_near_to_a_face_to_be_avoided_is_found() {
     let farthest = 60.0 - R - 2.0;
     let mut rows = rows((0.0, 80.0), (0.5, farthest - INSIDE));
     let v = checked(&model, bounds.clone(), rows.clone());
-    assert!(v.verdict.passed && found(&v).is_empty(), "{:?}", v.verdict);
+    assert!(synthetic::is_sound(&v) && found(&v).is_empty(), "{:?}", v.verdict);
     approx::assert_abs_diff_eq!(kept(&v).avoided_min_mm.unwrap(), 2.0 + INSIDE, epsilon = 1e-6);
     assert_eq!((kept(&v).too_near, kept(&v).avoid_mm), (0, Some(2.0)));
     assert_eq!(area(&v, 0, SurfaceState::ReachableLeft), 0.0);
@@ -194,7 +194,7 @@ fn a_row_too_near_to_a_face_to_be_avoided_is_found() {
     let at = kept(&v).avoided_min_at.as_ref().unwrap();
     assert_eq!((at.move_seq, at.face, at.point_mm[1]), (Some(20), Some(1), 60.0));
     let [finding] = found(&v)[..] else { panic!("{:?}", v.verdict) };
-    assert!(finding.severity == Severity::Error && !v.verdict.passed);
+    assert!(finding.severity == Severity::Error && !synthetic::is_sound(&v));
     assert!(finding.message.contains("within 1.500 mm"), "{finding:?}");
 }
 
@@ -251,7 +251,7 @@ fn the_ball_stays_over_faces_that_are_cut_and_gaps_between_them_are_none() {
 fn without_bounds_nothing_is_said_of_them() {
     let model = model([plate()]);
     let v = checked(&model, Bounds::default(), rows((0.0, 80.0), (0.0, 60.0)));
-    assert!(v.bounds.is_none() && v.verdict.findings.is_empty(), "{:?}", v.verdict);
+    assert!(v.bounds.is_none() && synthetic::findings(&v).is_empty(), "{:?}", v.verdict);
     let folder = tempfile::tempdir().unwrap();
     let written = |name: &str, v: &Verification| {
         let writer = FolderWriter::begin(&folder.path().join(name)).unwrap();

@@ -50,7 +50,7 @@ fn a_pass_beside_its_place() {
     shift(&mut moves[12], 1, STEP / 2.0);
     let v = plate_with(moves);
     approx::assert_abs_diff_eq!(v.scallop.crests.max_mm, crest(1.5 * STEP), epsilon = 1e-8);
-    assert!(has(&v, FindingCode::Scallop) && !v.verdict.passed);
+    assert!(has(&v, FindingCode::Scallop) && !synthetic::is_sound(&v));
     let at = v.scallop.crests.max_at.unwrap();
     approx::assert_abs_diff_eq!(at.point_mm[1], STEP * 11.75 - 0.5, epsilon = 1e-6);
     assert!(matches!(at.move_seq, Some(11 | 12)));
@@ -66,7 +66,7 @@ fn a_missing_pass() {
     let strip = 2.0 * (STEP - (R * R - (R - 1.5 * H).powi(2)).sqrt());
     let left = v.coverage.by_state_mm2[&SurfaceState::ReachableLeft];
     approx::assert_relative_eq!(left, 60.0 * strip, max_relative = 0.05);
-    assert!(has(&v, FindingCode::ReachableLeft) && !v.verdict.passed);
+    assert!(has(&v, FindingCode::ReachableLeft) && !synthetic::is_sound(&v));
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn a_pass_missing_beside_a_wall() {
     let strip = 2.0 * (STEP - (R * R - (R - 1.5 * H).powi(2)).sqrt());
     let left = v.coverage.by_state_mm2[&SurfaceState::ReachableLeft];
     approx::assert_relative_eq!(left, 60.0 * strip, max_relative = 0.05);
-    assert!(has(&v, FindingCode::ReachableLeft) && !v.verdict.passed);
+    assert!(has(&v, FindingCode::ReachableLeft) && !synthetic::is_sound(&v));
 
     // Under an eave that stands out by a little nothing of it is in reach.
     let eave = rectangle((0.0, 60.0), (-0.01, 0.01), 40.0);
@@ -140,7 +140,7 @@ fn a_pass_too_high() {
     shift(&mut moves[7], 2, 0.007);
     let v = plate_with(moves);
     approx::assert_abs_diff_eq!(v.contact.excess_max_mm, 0.007, epsilon = 1e-9);
-    assert!(has(&v, FindingCode::Excess) && !v.verdict.passed);
+    assert!(has(&v, FindingCode::Excess) && !synthetic::is_sound(&v));
 }
 
 #[test]
@@ -272,4 +272,68 @@ fn the_thread_count_changes_nothing() {
         pool.install(|| format!("{:?}", check(&model, &job, &program)))
     };
     assert_eq!(with(1), with(3));
+}
+
+#[test]
+fn a_share_is_never_all_when_one_place_is_not() {
+    // One place of one row is too high, by a hump that is narrower than the spacing of the samples.
+    let hump = |y: f64, by: f64| {
+        let (x, half) = (30.5, 0.4);
+        let points = [0.0, 20.0, x - 2.0 * half, x - half, x, x + half, x + 2.0 * half, 40.0, 60.0];
+        let points: Vec<Point3> =
+            points.map(|at| Point3::new(at, y, R + if at == x { by } else { 0.0 })).to_vec();
+        let (a, b) = (x - half, x + half);
+        let knots = vec![0.0, 0.0, 0.0, 0.0, a - 0.1, a, x, b, b + 0.1, 60.0, 60.0, 60.0, 60.0];
+        synthetic::along(
+            Cut,
+            7,
+            &claymill_nurbs::Curve3::new(KnotVector::new(3, knots).unwrap(), points, None).unwrap(),
+        )
+    };
+    for (by, is_outside) in [(0.004, false), (0.02, true)] {
+        let mut moves = rows();
+        let y = moves[7].points[0][1];
+        moves[7] = hump(y, by);
+        let v = plate_with(moves);
+        let contact = &v.contact;
+        assert_eq!(has(&v, FindingCode::Excess), is_outside, "{contact:?}");
+        assert_eq!(contact.excess_max_mm > 0.005, is_outside, "{contact:?}");
+        assert_eq!(contact.outside > 0, is_outside, "{contact:?}");
+        assert_eq!(contact.within_limit_share < 1.0, is_outside, "{contact:?}");
+        assert_eq!(
+            contact.within_limits().starts_with("100.000 %"),
+            !is_outside,
+            "{}",
+            contact.within_limits()
+        );
+        assert!(contact.within_limits().ends_with(" within ±5.0 µm"), "{}", contact.within_limits());
+        let finding = v.verdict.findings.iter().find(|f| f.code == FindingCode::Excess);
+        assert!(finding.is_none_or(|f| f.message.contains("99.9")), "{finding:?}");
+    }
+}
+
+#[test]
+fn a_pass_that_runs_out_over_an_open_rim_stands_off_it() {
+    // Straight on at the height of the plate, the ball's side leaves the rim by `√(R² + d²) − R`; rolling over it, it does not.
+    let out_mm = 1.7_f64;
+    let lower_mm = R - (R * R - out_mm * out_mm).sqrt();
+    for (drop_mm, off_mm) in [(0.0, (R * R + out_mm * out_mm).sqrt() - R), (lower_mm, 0.0)] {
+        let mut moves = rows();
+        moves.retain(|m| (0.0..30.0).contains(&m.points[0][1]));
+        let end = moves[5].end();
+        let last = Point3::new(end.x + out_mm, end.y, end.z - drop_mm);
+        // Around the rim, in steps too small to matter.
+        let at = |k: f64| {
+            let d = out_mm * k / 50.0;
+            let fall = if drop_mm > 0.0 { R - (R * R - d * d).sqrt() } else { 0.0 };
+            Point3::new(end.x + d, end.y, R - fall)
+        };
+        assert!((at(50.0).z - R - last.z).abs() < 1e-9);
+        moves.extend((0..50).map(|k| straight(Cut, 90, at(f64::from(k)), at(f64::from(k) + 1.0))));
+        let v = plate_with(moves);
+        let contact = &v.contact;
+        assert!(contact.excess_max_mm < 1e-3 + 0.2 * off_mm && contact.on_edge_share > 0.0, "{contact:?}");
+        approx::assert_abs_diff_eq!(contact.edge_excess_max_mm, off_mm, epsilon = 1e-4);
+        assert_eq!(has(&v, FindingCode::Rim), off_mm > 0.0, "{:?}", v.verdict);
+    }
 }

@@ -36,16 +36,16 @@ fn a_sound_job_passes_from_its_files_alone() {
     let (folder, path) = (place.path().join("out"), place.path().join("plate.igs"));
     let model = synthetic::model([rectangle((0.0, 40.0), (0.0, 20.0), 0.0)]);
     write_iges(&path, &model, &[]).unwrap();
-    let mut job = job(&model);
-    job.model.path = path.to_string_lossy().into_owned();
-    job.model.sha256 = sha256_of(&path).unwrap();
     let row = |k: u32| {
         let y = 1.26 * f64::from(k);
         straight(MoveKind::Cut, k, Point3::new(0.0, y, R), Point3::new(40.0, y, R))
     };
+    let (mut job, program) = synthetic::whole(&model, (0..17).map(row));
+    job.model.path = path.to_string_lossy().into_owned();
+    job.model.sha256 = sha256_of(&path).unwrap();
     let writer = FolderWriter::begin(&folder).unwrap();
     writer.json("job.json", &job).unwrap();
-    writer.moves(&program((0..17).map(row))).unwrap();
+    writer.moves(&program).unwrap();
     writer.finish().unwrap();
 
     let result = verify(&folder, &options(), &|_, _| ()).unwrap();

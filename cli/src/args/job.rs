@@ -138,6 +138,13 @@ pub(crate) struct JobOptions {
     #[arg(help_heading = CHOICE, long, value_name = "FILE")]
     #[serde(with = "super::paths::many")]
     pub(crate) check: Vec<PathBuf>,
+    /// Distance that the ball keeps from obstacles, mm [default: 1].
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) check_clearance: Option<f64>,
+    /// Distance that rapids keep from the finished model along the tool axis, mm: raw material must not stand farther out
+    /// than that [default: 5].
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) rapid_clearance: Option<f64>,
     /// Millimetres in one unit of obstacles whose format has no unit (STL, OBJ) [default: 1].
     #[arg(help_heading = CHOICE, long, value_name = "MM", requires = "check", allow_negative_numbers = true)]
     pub(crate) mesh_unit: Option<f64>,

@@ -1,6 +1,7 @@
 //! What the command line takes.
 
 mod bounds;
+mod clearances;
 mod examples;
 mod job;
 mod machine;
@@ -11,6 +12,7 @@ mod result;
 use clap::{Parser, Subcommand};
 
 pub(crate) use bounds::BoundsArgs;
+pub(crate) use clearances::check_clearance;
 pub(crate) use job::{AxisArgs, CompareArgs, JobOptions, LinkName, PlanArgs, PresetName, StrategyName};
 pub(crate) use machine::{ControlArgs, OrderArgs, PlaceArgs, PostArgs, SimulateArgs, StreamArgs};
 pub(crate) use model::{DemoArgs, DropArgs, InspectArgs, MergeArgs, SampleArgs};

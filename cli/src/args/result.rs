@@ -20,6 +20,9 @@ pub(crate) struct VerifyArgs {
     /// Millimetres in one unit of obstacles whose format has no unit (STL, OBJ).
     #[arg(long, default_value_t = 1.0, value_name = "MM", requires = "check", allow_negative_numbers = true)]
     pub(crate) mesh_unit: f64,
+    /// Distance that the ball has to keep from obstacles, mm [default: as planned; 1 where the job was not planned around any].
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) check_clearance: Option<f64>,
     /// Look at this holder instead of the job's: see plan.
     #[arg(long, value_name = "STICKOUT[:SECTIONS]")]
     pub(crate) holder: Option<String>,

@@ -57,6 +57,8 @@ pub(crate) struct Request {
     lines: Option<usize>,
     guides: Vec<Point3>,
     bounds: Bounds,
+    check_clearance_mm: f64,
+    rapid_clearance_mm: f64,
     link: LinkStyle,
     preset: PresetName,
     feeds: Feeds,
@@ -128,6 +130,8 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
         bounds: first.bounds.over(second.bounds),
         check: first_given(first.check, second.check),
         mesh_unit: first.mesh_unit.or(second.mesh_unit),
+        check_clearance: first.check_clearance.or(second.check_clearance),
+        rapid_clearance: first.rapid_clearance.or(second.rapid_clearance),
         feed: first.feed.or(second.feed),
         machine: first.machine.or(second.machine),
         merging: first.merging.or(second.merging),
@@ -193,6 +197,8 @@ impl Request {
             lines: options.lines(strategy)?,
             guides: options.guides(strategy)?,
             bounds: options.bounds.bounds()?,
+            check_clearance_mm: options.check_clearance_mm()?,
+            rapid_clearance_mm: options.rapid_clearance_mm()?,
             link: match options.link {
                 Some(LinkName::Box) => LinkStyle::Box,
                 Some(LinkName::Lace) | None => LinkStyle::Lace,
@@ -303,6 +309,8 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         row_angle_deg: request.options.angle,
         free_sides: material::free_sides(&regions.sheets, model.faces.len()),
         bounds: Bounds { avoid: avoided, ..request.bounds.clone() },
+        check_clearance_mm: request.check_clearance_mm,
+        clearance_mm: request.rapid_clearance_mm,
         link: request.link,
         orientation,
         feeds: request.feeds,
@@ -330,6 +338,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     let seconds = std::mem::take(&mut plan.seconds);
     let mut job = job(request, &loaded, sha256, &plan_options, plan);
     job.model.place = Some(FilePlace::of(&request.model, out));
+    job.request.check_clearance_mm = if check.is_empty() { 0.0 } else { request.check_clearance_mm };
     job.request.check = check;
 
     console.stage("verifying");
@@ -484,8 +493,10 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
             material_side: request.options.material_side.clone(),
             bounds: options.bounds.clone(),
             check: Vec::new(),
+            check_clearance_mm: 0.0,
             holder_clearance_mm: request.holder_clearance_mm,
             feed_mm_per_min: options.feeds.cut_mm_per_min,
+            lead_mm_per_min: Some(options.feeds.lead_mm_per_min),
             rapid_mm_per_min: options.feeds.rapid_mm_per_min,
             machine: options.machine.clone(),
         },
@@ -521,6 +532,8 @@ fn write_job_file(
             LinkStyle::Box => LinkName::Box,
         }),
         preset: Some(request.preset),
+        check_clearance: (!request.options.check.is_empty()).then_some(request.check_clearance_mm),
+        rapid_clearance: Some(request.rapid_clearance_mm),
         feed: Some(request.feeds.cut_mm_per_min),
         axes: crate::args::AxisArgs {
             up: Some(options.orientation.up.to_string()),

@@ -28,6 +28,14 @@ pub(crate) fn post(context: &Context, args: &PostArgs) -> Result<ExitCode, Failu
     let machine = placed(machine, &args.place, &job)?;
     let mut job = MachineJob::new(job, &program, &machine)?;
     job.notes.extend(note);
+    if job.slowed > 0 {
+        context.console.say(format!(
+            "note: {} of {} moves ask for more feed than machine {} has, and run at what it has",
+            job.slowed,
+            job.strokes(),
+            machine.name
+        ));
+    }
     context.console.stage("writing");
     let mut totals = claymill_controller::post_to(&job, dialect, &machine, &out, &args.out)?;
     let mut files: Vec<(OsString, Kind)> = if out.is_stream() {

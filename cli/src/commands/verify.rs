@@ -7,7 +7,7 @@ use claymill_verify::{
 };
 
 use super::{Context, plan, post};
-use crate::args::VerifyArgs;
+use crate::args::{VerifyArgs, check_clearance};
 use crate::console::{Console, Tone};
 use crate::failure::{Failure, NOT_PASSED, advice_on};
 use crate::interrupt;
@@ -27,6 +27,7 @@ pub(crate) fn verify(context: &Context, args: &VerifyArgs) -> Result<ExitCode, F
         model: args.model.clone(),
         obstacles: args.check.clone(),
         obstacle_unit_mm: args.mesh_unit,
+        check_clearance_mm: check_clearance(args.check_clearance)?,
         ..VerifyOptions::default()
     };
     let progress = |stage: &str, share| context.console.at(stage, share);
@@ -175,17 +176,18 @@ pub(crate) fn say(context: &Context, found: &Verification) {
     console.say_long(
         "verified",
         &format!(
-            "deepest gouge {:.2} µm in {} samples; contact on faces within ±5 µm on {:.3} % (worst +{:.2} µm)",
+            "deepest gouge {:.2} µm in {} samples; contact on faces {} (worst +{:.2} µm, on rims +{:.2} µm)",
             gouge.deepest_mm * 1e3,
             gouge.samples,
-            contact.within_limit_share * 100.0,
-            contact.excess_max_mm * 1e3
+            contact.within_limits(),
+            contact.excess_max_mm * 1e3,
+            contact.edge_excess_max_mm * 1e3
         ),
     );
     console.say_long(
         "",
         &format!(
-            "scallop crests: max {:.4}, p99 {:.4}, mean {:.4} mm; rapids clear by {} mm",
+            "scallop crests: max {:.4}, p99 {:.4}, mean {:.4} mm; rapids clear by {} mm of the finished model (stock is not known)",
             crests.max_mm,
             crests.p99_mm,
             crests.mean_mm,
@@ -198,7 +200,10 @@ pub(crate) fn say(context: &Context, found: &Verification) {
         let (files, triangles) = (near.files.len(), near.triangles);
         console.say_long(
             "",
-            &format!("obstacles: {files} files, {triangles} triangles; smallest distance {clearance}"),
+            &format!(
+                "obstacles: {files} files, {triangles} triangles; smallest distance {clearance}, asked for were {} mm",
+                near.asked_mm
+            ),
         );
     }
     if let Some(bounds) = found.bounds.as_ref().filter(|b| b.samples > 0) {

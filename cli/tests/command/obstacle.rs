@@ -64,19 +64,21 @@ fn a_post_is_milled_around_and_found_where_it_is_not() {
     let near = &found["obstacles"];
     assert_eq!((&near["triangles"], &near["touching"]), (&12.into(), &0.into()), "{near}");
     let clearance = near["clearance_min_mm"].as_f64().unwrap();
-    assert!((-0.005..0.05).contains(&clearance), "passes end at the post: {clearance}");
+    assert!((0.98..1.1).contains(&clearance), "passes end a millimetre from the post: {clearance}");
+    assert_eq!((&near["asked_mm"], &near["near"]), (&1.0.into(), &0.into()), "{near}");
     let measured = depth(folder, "around", low, high);
     // Both look at samples of the curves, at different ones.
     assert!(measured < 0.005 && -measured >= clearance - 5e-4, "{measured} {clearance}");
     // What the post covers is not counted as left by mistake, nor the post itself as a part of the model.
     let record: Value = serde_json::from_slice(&fs::read(folder.join("around/job.json")).unwrap()).unwrap();
     assert_eq!(record["faces"].as_array().unwrap().len(), 202);
-    let covered: f64 = ["hidden", "too_tight"]
+    let covered: f64 = ["hidden", "too_tight", "out_of_bounds"]
         .iter()
         .map(|reason| record["area"]["uncut_mm2"][reason].as_f64().unwrap_or(0.0))
         .sum();
-    assert!((covered / 2500.0 - 1.0).abs() < 0.3, "{covered} mm² covered");
+    assert!((covered / 2800.0 - 1.0).abs() < 0.3, "{covered} mm² covered");
     assert_eq!(record["request"]["check"][0]["path"], "post.stl");
+    assert_eq!(record["request"]["check_clearance_mm"], 1.0);
 
     let through = run(folder, job.iter().chain(&["through"]));
     assert_eq!(through.code, Some(0), "{through:?}");
@@ -86,6 +88,36 @@ fn a_post_is_milled_around_and_found_where_it_is_not() {
     assert_eq!(told.code, Some(3));
     let findings = told.json()["verdict"]["findings"].clone();
     assert_eq!(findings[0]["code"], "obstacle", "{findings}");
+
+    // Near enough to touch, or farther away: what is asked for is kept, and what was not kept is found.
+    for (asked, range) in [("0", -0.005..0.05), ("3", 2.98..3.1)] {
+        let options = ["--check", "post.stl", "--check-clearance", asked, "--rapid-clearance", "12"];
+        let made = run(folder, job.iter().chain(&[asked]).chain(&options));
+        assert_eq!(made.code, Some(0), "{made:?}");
+        let found = verified(folder, asked);
+        let least = found["obstacles"]["clearance_min_mm"].as_f64().unwrap();
+        assert!(
+            range.contains(&least) && -depth(folder, asked, low, high) >= least - 5e-4,
+            "{asked}: {least}"
+        );
+        let rapids = found["rapids"]["clearance_min_mm"].as_f64().unwrap();
+        assert!((11.75..14.0).contains(&rapids), "{rapids}");
+    }
+    let closer = run(folder, ["verify", "0", "--check-clearance", "1", "--json"]);
+    assert_eq!(
+        (closer.code, &closer.json()["verdict"]["findings"][0]["code"]),
+        (Some(1), &"obstacle".into())
+    );
+    let alone = run(folder, ["plan", "panel.igs", "-o", "x", "--check-clearance", "1"]);
+    assert!(
+        alone.code == Some(2) && alone.stderr.contains("--check-clearance is for what --check names"),
+        "{alone:?}"
+    );
+    let program = run(folder, ["post", "3", "--to", "linuxcnc", "-o", "3.ngc"]);
+    assert_eq!(program.code, Some(0), "{program:?}");
+    let text = fs::read_to_string(folder.join("3.ngc")).unwrap();
+    assert!(text.contains("rapids clear the finished model by 12 mm"), "{}", &text[..900]);
+    assert!(text.contains("stock is not known: it must not stand out more than 12 mm"), "{}", &text[..900]);
 
     // A job knows its obstacles, and that they are still the same.
     assert_eq!(run(folder, ["verify", "around"]).code, Some(0));

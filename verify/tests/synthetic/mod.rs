@@ -6,7 +6,7 @@ use claymill_toolpath::{
     Area, FORMAT_VERSION, FaceAccount, Job, LinkStyle, ModelFacts, Move, MoveKind, Program, Request, Setup,
     Tool, ToolRecord, Totals,
 };
-use claymill_verify::{Verification, VerifyOptions, verify_program};
+use claymill_verify::{Finding, FindingCode, Severity, Verification, VerifyOptions, verify_program};
 
 /// Ball radius of all tests, mm.
 pub(crate) const R: f64 = 10.0;
@@ -69,8 +69,10 @@ pub(crate) fn job(model: &Model) -> Job {
             material_side: Vec::new(),
             bounds: Default::default(),
             check: Vec::new(),
+            check_clearance_mm: 0.0,
             holder_clearance_mm: 1.0,
             feed_mm_per_min: 6000.0,
+            lead_mm_per_min: Some(3000.0),
             rapid_mm_per_min: 20000.0,
             machine: Default::default(),
         },
@@ -133,4 +135,51 @@ pub(crate) fn options() -> VerifyOptions {
 /// Verifies silently.
 pub(crate) fn check(model: &Model, job: &Job, program: &Program) -> Verification {
     verify_program(model, job, program, &options(), &|_, _| ()).unwrap()
+}
+
+/// Findings besides those on the sequence of moves: most tests have passes alone, which no job has.
+pub(crate) fn findings(v: &Verification) -> Vec<&Finding> {
+    use FindingCode::{Feed, Jump, Order, Retract, Totals};
+    v.verdict.findings.iter().filter(|f| ![Feed, Jump, Order, Retract, Totals].contains(&f.code)).collect()
+}
+
+/// Whether the passes by themselves are as they should be.
+pub(crate) fn is_sound(v: &Verification) -> bool {
+    findings(v).iter().all(|f| f.severity != Severity::Error)
+}
+
+/// Height of rapids over everything, and of the ends of leads over passes, mm.
+pub(crate) const HIGH: f64 = 100.0;
+const LEAD: f64 = 5.0;
+
+/// A job as it should be of passes, each by itself: from above everything down to each, and up again.
+pub(crate) fn whole(model: &Model, passes: impl IntoIterator<Item = Move>) -> (Job, Program) {
+    let mut moves = vec![];
+    for (k, cut) in passes.into_iter().enumerate() {
+        let [a, b] = [cut.start(), cut.end()];
+        let at = |p: Point3, z: f64| Point3::new(p.x, p.y, z);
+        let way = |kind: MoveKind, from: Point3, to: Point3| {
+            let feed = if kind == MoveKind::Rapid { 20000.0 } else { 3000.0 };
+            let up = Vector3::z() * R;
+            Move { feed, ..straight(kind, k as u32, from + up, to + up) }
+        };
+        if let Some(last) = moves.last().map(Move::end) {
+            moves.push(way(MoveKind::Rapid, last, at(a, HIGH)));
+        }
+        moves.push(way(MoveKind::Rapid, at(a, HIGH), at(a, a.z + LEAD)));
+        moves.push(way(MoveKind::LeadIn, at(a, a.z + LEAD), a));
+        moves.push(cut);
+        moves.push(way(MoveKind::LeadOut, b, at(b, b.z + LEAD)));
+        moves.push(way(MoveKind::Rapid, at(b, b.z + LEAD), at(b, HIGH)));
+    }
+    let program = program(moves);
+    let mut job = job(model);
+    count(&mut job, &program);
+    (job, program)
+}
+
+/// Makes the job's totals those of the moves.
+pub(crate) fn count(job: &mut Job, program: &Program) {
+    job.totals = Totals { moves: program.moves.len() as u64, ..Totals::default() };
+    program.moves.iter().for_each(|m| job.totals.length.add(m.kind, m.length_mm()));
 }

@@ -82,7 +82,8 @@ pub(super) fn section(verification: Option<&Verification>) -> Markup {
     let heights = [tick("mean", crests.mean_mm), tick("99 %", crests.p99_mm), tick("max", crests.max_mm)];
     html! {
         h2 id="checks" { "Verification" }
-        p { "Measured from the written files and the exact surfaces alone, without any code of the planner." }
+        p { "Measured from the written files and the exact surfaces alone, without any code of the planner. "
+            "Rapids are checked against the finished model, not against stock: raw material must lie within their clearance." }
         @if !v.verdict.findings.is_empty() {
             ul { @for finding in &v.verdict.findings { (finding_line(finding)) } }
         }
@@ -133,7 +134,12 @@ fn measurements(v: &Verification) -> Markup {
         ),
         ("Ball rolls over an edge", share(c.on_edge_share, 1.0), on_length(), c.samples),
         ("Ball in the air", share(c.in_air_share, 1.0), on_length(), c.samples),
-        ("Smallest clearance of rapids", clearance, place_or_dash(r.clearance_min_at.as_ref()), r.moves),
+        (
+            "Smallest clearance of rapids from the finished model",
+            clearance,
+            place_or_dash(r.clearance_min_at.as_ref()),
+            r.moves,
+        ),
         ("Rapids that touch", count(r.touching), String::new(), r.moves),
         (
             "Highest scallop crest",
@@ -154,6 +160,27 @@ fn measurements(v: &Verification) -> Markup {
             s.surface.samples,
         ),
     ];
+    if let Some(order) = &v.sequence {
+        let faults = [&order.jump, &order.order, &order.feed, &order.retract, &order.totals];
+        let first = faults.iter().find(|f| f.count > 0);
+        rows.push((
+            "Moves that do not begin where the last one ended, are out of order, have another feed",
+            format!("{}, {}, {}", count(order.jump.count), count(order.order.count), count(order.feed.count)),
+            first.map_or_else(|| "–".into(), |f| place_or_dash(f.first_at.as_ref())),
+            order.moves,
+        ));
+    }
+    if let Some(near) = &v.obstacles {
+        let least = near.clearance_min_mm.map_or_else(|| "nothing near".into(), |mm| format!("{mm:.3} mm"));
+        let at = place_or_dash(near.clearance_min_at.as_ref());
+        rows.push(("Smallest distance from obstacles", least, at, near.samples));
+        rows.push((
+            "Moves that enter an obstacle, come too near",
+            format!("{}, {}", count(near.touching), count(near.near)),
+            format!("asked for were {} mm", near.asked_mm),
+            near.samples,
+        ));
+    }
     if let Some(kept) = &v.bounds {
         rows.push((
             "Farthest beyond the tool's bounds",

@@ -127,6 +127,14 @@ fn rows(input: &ReportInput<'_>, setup: &Setup, axes: Option<[[f64; 3]; 3]>) -> 
         None => format!("at {}", height_along(setup.axis, setup.clearance_mm)),
     };
     rows.push(("Rapids between regions", height));
+    if let Some(mm) = input.job.tolerances.get("clearance_mm") {
+        rows.push((
+            "Raw material",
+            format!(
+                "within {mm} mm of the finished model along the tool axis: rapids keep this from the model, stock is not known"
+            ),
+        ));
+    }
     let r = &job.request;
     rows.push(("Feed", format!("{} mm/min cutting, {} mm/min rapid", r.feed_mm_per_min, r.rapid_mm_per_min)));
     rows.push(("Time", format!("{} of {}", duration(setup.time_s), duration(job.totals.time_s))));

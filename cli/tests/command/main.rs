@@ -14,11 +14,15 @@ mod golden;
 mod holder;
 #[path = "../../../exchange/tests/iges_text/mod.rs"]
 mod iges_text;
+mod kills;
 mod large;
 mod machine;
 mod obstacle;
 mod other_formats;
 mod post;
+mod queue;
+#[path = "../../../controller/tests/records/mod.rs"]
+mod records;
 mod rest;
 mod roadster;
 mod run;

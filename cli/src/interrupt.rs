@@ -7,6 +7,12 @@ use claymill_toolpath::is_own_scratch;
 /// process has ended.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
+/// The exit code of an interrupted process.
+pub(crate) const INTERRUPTED: u8 = 130;
+
+/// What the first Ctrl-C does.
+static FIRST: Mutex<Option<Box<dyn FnOnce() + Send>>> = Mutex::new(None);
+
 /// While a folder is removed the job may still be writing files into it: it is tried again this many times.
 const ATTEMPTS: usize = 100;
 
@@ -18,7 +24,19 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
 /// beside its destination and renamed when whole, so there is nothing else to undo, and nothing to wait for.
 pub(crate) fn install() {
     // Without a handler Ctrl-C still works, but may leave a .partial folder: not worth refusing to run.
-    let _ = ctrlc::set_handler(|| end(130, || ()));
+    let _ = ctrlc::set_handler(|| {
+        let gently = FIRST.lock().unwrap_or_else(PoisonError::into_inner).take();
+        match gently {
+            Some(stop) => stop(),
+            None => end(INTERRUPTED.into(), || ()),
+        }
+    });
+}
+
+/// Has the first Ctrl-C do this in place of ending the process: what moves a machine brings it to rest. The second one ends
+/// the process all the same.
+pub(crate) fn at_first(stop: impl FnOnce() + Send + 'static) {
+    *FIRST.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(stop));
 }
 
 /// Ends the process after removing what is half-written and saying why.

@@ -1,7 +1,7 @@
 use std::collections::VecDeque;
 
 use claymill_motion::{Chain, Joint, JointRule, Limits, Looks, Place, Rail, Track};
-use claymill_nurbs::{Point3, Vector3};
+use claymill_nurbs::Vector3;
 
 use crate::reference::Waiting;
 use crate::{Path, Record, SetPoint};
@@ -14,8 +14,6 @@ pub(crate) struct Drive {
     /// One path at a time.
     single: bool,
     waiting: VecDeque<Waiting>,
-    /// End and tool axis of the last path in `waiting`.
-    end: Option<(Point3, Vector3)>,
     /// Rails of the paths at the front of `waiting`, as far as they are laid.
     rails: VecDeque<Laid>,
     /// Records of `waiting` that have been laid, or passed over because they need no rest.
@@ -79,7 +77,6 @@ impl Drive {
             cycle_s,
             single: false,
             waiting: VecDeque::new(),
-            end: None,
             rails: VecDeque::new(),
             laid: 0,
             track: Track::new(limits, rule),
@@ -112,19 +109,12 @@ impl Drive {
         self.waiting.front()
     }
 
-    /// How far from the end of the last path that was taken `path` begins; where the axis is another one, the part is
-    /// turned in between.
-    pub(crate) fn gap_mm(&self, path: &Path) -> f64 {
-        match &self.end {
-            Some((end, axis)) if (axis - path.axis_start).norm() < 1e-6 => (end - path.curve.start()).norm(),
-            _ => 0.0,
-        }
+    /// Whether the stream's end is among what waits.
+    pub(crate) fn knows_the_end(&self) -> bool {
+        matches!(self.waiting.back(), Some(Waiting::Other(_, Record::End)))
     }
 
     pub(crate) fn take(&mut self, record: Waiting) {
-        if let Waiting::Path(_, path) = &record {
-            self.end = Some((path.curve.end(), path.axis_end));
-        }
         self.waiting.push_back(record);
     }
 
@@ -144,7 +134,8 @@ impl Drive {
 
     /// Forgets what waits; the machine stands where it is.
     pub(crate) fn discard(&mut self) {
-        self.end = self.here().map(|p| (p.tip, p.axis));
+        // Where it is, is known from the path that goes.
+        self.here();
         self.waiting.clear();
         self.rails.clear();
         (self.laid, self.way_mm, self.feed_share) = (0, 0.0, 1.0);

@@ -15,7 +15,7 @@ pub struct Panel {
 }
 
 /// What a machine says of itself.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Status {
     /// The order in force.
     pub order: Order,
@@ -29,20 +29,28 @@ pub struct Status {
     pub place: Option<(Point3, Vector3)>,
     /// Speed of the tip, mm/s.
     pub speed: f64,
+    /// Why it comes to rest and does not go on, until it is told to drop what waits.
+    pub fault: Option<String>,
 }
 
 impl Panel {
     /// A panel with a first order; with `single_step`, the machine holds after every path.
     #[must_use]
     pub fn new(order: Order, single_step: bool) -> Self {
-        let status = Status { order, seq: 0, paths: 0, discards: 0, place: None, speed: 0.0 };
+        let status = Status { order, seq: 0, paths: 0, discards: 0, place: None, speed: 0.0, fault: None };
         Panel { single_step, status: Mutex::new(status) }
     }
 
     /// What the machine says of itself.
     #[must_use]
     pub fn status(&self) -> Status {
-        *self.lock()
+        self.lock().clone()
+    }
+
+    /// The order in force.
+    #[must_use]
+    pub fn order(&self) -> Order {
+        self.lock().order
     }
 
     /// Gives an order. An abort is the last one.
@@ -68,14 +76,22 @@ impl Panel {
                     status.order = Order::Hold;
                 }
             }
+            Event::Fault(why) => {
+                status.fault = Some(why.clone());
+                // It could not be done.
+                if status.order == Order::Discard {
+                    status.order = Order::Hold;
+                }
+            }
             Event::Discarded => {
                 status.discards += 1;
+                status.fault = None;
                 // A stream that begins anew recalls the one before it without an order from here: the machine goes on.
                 if status.order == Order::Discard {
                     status.order = Order::Hold;
                 }
             }
-            Event::Executed(..) => {}
+            Event::Executed(..) | Event::ToldAgain(_) | Event::Stands => {}
         }
     }
 
@@ -135,12 +151,15 @@ impl Order {
 }
 
 impl Status {
-    /// Bytes in a connection: order u8, whether there is a place u8, then seq, paths, discards u64, tip and axis (3 × f64
-    /// each), speed f64.
-    pub(crate) const BYTES: usize = 2 + 3 * 8 + 7 * 8;
+    /// Bytes in a connection: order u8, whether there is a place u8, whether there is a fault u8, then seq, paths, discards
+    /// u64, tip and axis (3 × f64 each), speed f64, and the fault's text up to the end.
+    const BYTES: usize = 3 + 3 * 8 + 7 * 8;
+    /// A fault's text is cut behind so many bytes.
+    const LONGEST_FAULT: usize = 1000;
 
     pub(crate) fn encode(&self) -> Vec<u8> {
-        let mut bytes = vec![Order::byte(Some(self.order)), u8::from(self.place.is_some())];
+        let flags = [self.place.is_some(), self.fault.is_some()].map(u8::from);
+        let mut bytes = vec![Order::byte(Some(self.order)), flags[0], flags[1]];
         for count in [self.seq, self.paths, self.discards] {
             bytes.extend(count.to_le_bytes());
         }
@@ -148,25 +167,29 @@ impl Status {
         for number in tip.iter().chain(axis.iter()).chain([&self.speed]) {
             bytes.extend(number.to_le_bytes());
         }
+        bytes.extend(self.fault.iter().flat_map(|text| text.bytes()).take(Status::LONGEST_FAULT));
         bytes
     }
 
-    pub(crate) fn decode(bytes: &[u8; Status::BYTES]) -> Option<Status> {
-        let eight = |i: usize| bytes[2 + 8 * i..10 + 8 * i].try_into().unwrap_or_default();
+    pub(crate) fn decode(bytes: &[u8]) -> Option<Status> {
+        let (bytes, text) = bytes.split_at_checked(Status::BYTES)?;
+        let eight = |i: usize| bytes[3 + 8 * i..11 + 8 * i].try_into().unwrap_or_default();
         let count = |i: usize| u64::from_le_bytes(eight(i));
         let number = |i: usize| f64::from_le_bytes(eight(i));
         let tip = Point3::new(number(3), number(4), number(5));
         let axis = Vector3::new(number(6), number(7), number(8));
         let speed = number(9);
         let finite = tip.iter().chain(axis.iter()).chain([&speed]).all(|v| v.is_finite());
-        let place = match bytes[1] {
-            0 => None,
-            1 => Some((tip, axis)),
-            _ => return None,
+        let flag = |i: usize| match bytes[i] {
+            0 => Some(false),
+            1 => Some(true),
+            _ => None,
         };
+        let place = flag(1)?.then_some((tip, axis));
+        let fault = flag(2)?.then(|| String::from_utf8_lossy(text).into_owned());
         let order = Order::of_byte(bytes[0])??;
         let (seq, paths, discards) = (count(0), count(1), count(2));
-        finite.then_some(Status { order, seq, paths, discards, place, speed })
+        finite.then_some(Status { order, seq, paths, discards, place, speed, fault })
     }
 }
 
@@ -190,6 +213,13 @@ mod tests {
         let stepping = Panel::new(Order::Run, true);
         stepping.saw(&Event::PathDone(0));
         assert_eq!(stepping.status().order, Order::Hold);
+        // A fault leaves the order as it is, unless that is what failed.
+        let panel = Panel::new(Order::Run, false);
+        panel.saw(&Event::Fault("one".into()));
+        assert_eq!(panel.order(), Order::Run);
+        panel.tell(Order::Discard);
+        panel.saw(&Event::Fault("another".into()));
+        assert_eq!((panel.order(), panel.status().fault.as_deref()), (Order::Hold, Some("another")));
     }
 
     #[test]
@@ -206,13 +236,21 @@ mod tests {
             if place {
                 panel.saw(&Event::At(point));
             }
-            let bytes = panel.status().encode();
-            assert_eq!(Status::decode(&bytes.clone().try_into().unwrap()), Some(panel.status()));
-            for i in 0..2 {
-                let mut damaged: [u8; Status::BYTES] = bytes.clone().try_into().unwrap();
-                damaged[i] = 9;
-                assert_eq!(Status::decode(&damaged), None);
+            for fault in ["", "record 3: it is damaged", "ö"] {
+                if !fault.is_empty() {
+                    panel.saw(&Event::Fault(fault.into()));
+                }
+                let bytes = panel.status().encode();
+                assert_eq!(Status::decode(&bytes), Some(panel.status()));
+                for i in 0..3 {
+                    let mut damaged = bytes.clone();
+                    damaged[i] = 9;
+                    assert_eq!(Status::decode(&damaged), None);
+                }
+                assert_eq!(Status::decode(&bytes[..20]), None);
             }
+            panel.saw(&Event::Discarded);
+            assert_eq!(panel.status().fault, None);
         }
         for order in ["hold", "run", "step", "abort", "discard"] {
             let order: Order = order.parse().unwrap();

@@ -1,13 +1,15 @@
 use std::io;
 use std::os::unix::fs::FileExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use thiserror::Error;
 
+use crate::RecordError;
 use crate::record::FEED_SHARES;
 use crate::shared::{
-    ANSWER_AT, CONSUMER_AT, PRODUCER_AT, PROGRESS_AT, RECALL_AT, STREAM_AT, Shared, Word, progress,
+    ANSWER_AT, CONSUMER_AT, LETS_GO, PRODUCER_AT, PROGRESS_AT, RECALL_AT, Role, STREAM_AT, Shared, Word,
+    progress,
 };
 
 /// The file is not a queue, or the other side is gone.
@@ -16,9 +18,42 @@ pub enum QueueError {
     /// The operating system refused.
     #[error("queue: {0}")]
     Io(#[from] io::Error),
+    /// The file cannot be opened or made.
+    #[error("queue {}: {source}", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// The file is somebody else's, or something else: it is left as it is.
+    #[error("queue {}: the file {why}", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: String,
+    },
     /// Not a queue of this version, or damaged.
     #[error("queue: {0}")]
     Format(&'static str),
+    /// Another consumer takes records.
+    #[error("queue: another controller takes records from it")]
+    Taken,
+    /// Another producer writes records.
+    #[error("queue: another program writes records into it")]
+    Written,
+    /// Another stream has not been written to its end.
+    #[error("queue: another stream in it has not ended")]
+    Unfinished,
+    /// A record makes no sense where it stands.
+    #[error("record {seq}: {source}")]
+    Record {
+        /// The number that it has, or claims.
+        seq: u64,
+        /// What is wrong with it.
+        source: Box<RecordError>,
+    },
     /// The consumer was told to drop this stream.
     #[error("queue: this stream was dropped")]
     Dropped,
@@ -28,12 +63,12 @@ pub enum QueueError {
 }
 
 /// In place of a stream's first record: it was dropped.
-const DROPPED: u64 = u64::MAX;
+pub(crate) const DROPPED: u64 = u64::MAX;
 /// The other side counts as dead after this long without a beat.
 pub const SILENCE: Duration = Duration::from_millis(600);
 /// How often a waiting side beats.
 pub(crate) const BEAT: Duration = Duration::from_millis(50);
-const NAP: Duration = Duration::from_micros(100);
+pub(crate) const NAP: Duration = Duration::from_micros(100);
 
 /// Watches the beats of the other side.
 #[derive(Debug)]
@@ -55,190 +90,7 @@ impl Watch {
     }
 }
 
-/// The side that writes records.
-#[derive(Debug)]
-pub struct Producer {
-    pub(crate) shared: Shared,
-    pub(crate) word: Word,
-    taken: Word,
-    /// Name of the stream that is being written, once it was told.
-    stream: Option<u64>,
-    waiting: Vec<u8>,
-    waiting_records: u64,
-    watch: Watch,
-    beaten: Instant,
-}
-
-impl Producer {
-    /// Opens the queue, or makes it with room for `capacity` bytes.
-    ///
-    /// # Errors
-    /// The file cannot be used, or is no queue.
-    pub fn open(path: &Path, capacity: u64) -> Result<Self, QueueError> {
-        let shared = Shared::open(path, capacity)?;
-        let (word, taken) = (shared.read_word(PRODUCER_AT)?, shared.read_word(CONSUMER_AT)?);
-        let (waiting, waiting_records) = (Vec::new(), 0);
-        Ok(Producer {
-            shared,
-            word,
-            taken,
-            stream: None,
-            waiting,
-            waiting_records,
-            watch: Watch::new(),
-            beaten: Instant::now(),
-        })
-    }
-
-    /// Goes on with the stream of this name, or begins it behind what is in the queue already; returns how many
-    /// of its records were written before: where a producer that was restarted goes on.
-    ///
-    /// # Errors
-    /// The queue cannot be used, or the stream was dropped.
-    pub fn resume(&mut self, stream: u64) -> Result<u64, QueueError> {
-        let known = self.shared.read_word(STREAM_AT)?;
-        if known.bytes == stream && known.records == DROPPED {
-            return Err(QueueError::Dropped);
-        }
-        self.flush()?;
-        // Another producer may have written meanwhile.
-        self.word = self.shared.read_word(PRODUCER_AT)?;
-        self.stream = Some(stream);
-        if known.bytes != stream || known.records > self.word.records {
-            let fresh = Word { bytes: stream, records: self.word.records, beats: 0 };
-            self.shared.write_word(STREAM_AT, fresh)?;
-            return Ok(0);
-        }
-        Ok(self.word.records - known.records)
-    }
-
-    /// Drops the stream that was written last: nothing more of it comes, under its name neither. Returns the name.
-    ///
-    /// # Errors
-    /// The queue cannot be used.
-    pub fn abandon(&mut self) -> Result<u64, QueueError> {
-        self.waiting.clear();
-        self.waiting_records = 0;
-        self.stream = None;
-        let known = self.shared.read_word(STREAM_AT)?;
-        self.shared.write_word(STREAM_AT, Word { records: DROPPED, ..known })?;
-        Ok(known.bytes)
-    }
-
-    /// Number of the record that comes next.
-    #[must_use]
-    pub fn next(&self) -> u64 {
-        self.word.records + self.waiting_records
-    }
-
-    /// Records that the consumer has done.
-    ///
-    /// # Errors
-    /// The queue cannot be read.
-    pub fn done(&mut self) -> Result<u64, QueueError> {
-        self.taken = self.shared.read_word(CONSUMER_AT)?;
-        Ok(self.taken.records)
-    }
-
-    /// Adds a record; it goes to the consumer with the next [`Producer::flush`], or when many are waiting.
-    ///
-    /// # Errors
-    /// As [`Producer::flush`]; and the record is larger than the queue.
-    pub fn push(&mut self, record: &[u8]) -> Result<(), QueueError> {
-        while !self.push_for(record, SILENCE)? {}
-        Ok(())
-    }
-
-    /// As [`Producer::push`], but gives up after `patience`; whether the record was added.
-    ///
-    /// # Errors
-    /// As [`Producer::push`].
-    pub fn push_for(&mut self, record: &[u8], patience: Duration) -> Result<bool, QueueError> {
-        let size = 4 + record.len() as u64;
-        if size > self.shared.capacity {
-            return Err(QueueError::Format("the record is larger than the queue"));
-        }
-        if self.waiting.len() as u64 + size > (self.shared.capacity / 4).min(1 << 16)
-            && !self.flush_for(patience)?
-        {
-            return Ok(false);
-        }
-        self.waiting.extend((record.len() as u32).to_le_bytes());
-        self.waiting.extend_from_slice(record);
-        self.waiting_records += 1;
-        Ok(true)
-    }
-
-    /// Hands over what is waiting; blocks while the queue is full.
-    ///
-    /// # Errors
-    /// The queue cannot be written, or it is full and the consumer has not been heard of for [`SILENCE`]: call
-    /// again to go on waiting.
-    pub fn flush(&mut self) -> Result<(), QueueError> {
-        while !self.flush_for(SILENCE)? {}
-        Ok(())
-    }
-
-    /// As [`Producer::flush`], but gives up after `patience`; whether everything was handed over.
-    ///
-    /// # Errors
-    /// As [`Producer::flush`].
-    pub fn flush_for(&mut self, patience: Duration) -> Result<bool, QueueError> {
-        if self.waiting.is_empty() {
-            return Ok(true);
-        }
-        self.is_wanted()?;
-        let size = self.waiting.len() as u64;
-        let begun = Instant::now();
-        while self.word.bytes + size > self.taken.bytes + self.shared.capacity {
-            self.taken = self.shared.read_word(CONSUMER_AT)?;
-            if self.word.bytes + size <= self.taken.bytes + self.shared.capacity {
-                break;
-            }
-            if let Some(silence) = self.watch.silent(self.taken.beats) {
-                self.watch = Watch::new();
-                return Err(QueueError::Silent(silence));
-            }
-            self.beat()?;
-            if begun.elapsed() >= patience {
-                return Ok(false);
-            }
-            std::thread::sleep(NAP);
-        }
-        let (shared, waiting) = (&self.shared, &self.waiting);
-        shared.ring(self.word.bytes, size, |at, part| shared.file.write_all_at(&waiting[part], at))?;
-        self.word.bytes += size;
-        self.word.records += self.waiting_records;
-        self.word.beats += 1;
-        self.shared.write_word(PRODUCER_AT, self.word)?;
-        self.waiting.clear();
-        self.waiting_records = 0;
-        Ok(true)
-    }
-
-    /// Lets the consumer know that the producer lives; to be called every [`SILENCE`] / 4 or so.
-    ///
-    /// # Errors
-    /// The queue cannot be written.
-    pub fn beat(&mut self) -> Result<(), QueueError> {
-        if self.beaten.elapsed() >= BEAT {
-            self.is_wanted()?;
-            self.beaten = Instant::now();
-            self.word.beats += 1;
-            self.shared.write_word(PRODUCER_AT, self.word)?;
-        }
-        Ok(())
-    }
-
-    /// Whether the stream that is being written is still the one that the queue is for.
-    fn is_wanted(&self) -> Result<(), QueueError> {
-        let Some(stream) = self.stream else { return Ok(()) };
-        let known = self.shared.read_word(STREAM_AT)?;
-        if known.bytes == stream && known.records != DROPPED { Ok(()) } else { Err(QueueError::Dropped) }
-    }
-}
-
-/// The side that takes records.
+/// The side that takes records; there is one at a time.
 #[derive(Debug)]
 pub struct Consumer {
     pub(crate) shared: Shared,
@@ -252,6 +104,8 @@ pub struct Consumer {
     pub(crate) recalls: u64,
     pub(crate) obeyed: u64,
     pub(crate) looked: Instant,
+    /// Since when the producer's word cannot be read.
+    torn: Option<Instant>,
     watch: Watch,
     beaten: Instant,
 }
@@ -260,10 +114,15 @@ impl Consumer {
     /// Opens the queue, or makes it with room for `capacity` bytes.
     ///
     /// # Errors
-    /// The file cannot be used, or is no queue.
+    /// The file cannot be used, others could use it too, it is no queue, or another consumer takes from it.
     pub fn open(path: &Path, capacity: u64) -> Result<Self, QueueError> {
         let shared = Shared::open(path, capacity)?;
-        let (word, written) = (shared.read_word(CONSUMER_AT)?, shared.read_word(PRODUCER_AT)?);
+        if !shared.lock(Role::Taker, LETS_GO)? {
+            return Err(QueueError::Taken);
+        }
+        let word = shared.position(CONSUMER_AT)?;
+        // What the other side has written wrongly is met later, and can be cleared.
+        let written = shared.read_word(PRODUCER_AT).unwrap_or_default();
         let [recalls, obeyed] = [shared.read_word(RECALL_AT)?.beats, shared.read_word(ANSWER_AT)?.beats];
         Ok(Consumer {
             shared,
@@ -275,9 +134,20 @@ impl Consumer {
             recalls,
             obeyed,
             looked: Instant::now(),
+            torn: None,
             watch: Watch::new(),
             beaten: Instant::now(),
         })
+    }
+
+    /// Number that the next record has within its stream, as far as the queue knows.
+    pub(crate) fn next_of_stream(&self) -> Option<u64> {
+        let stream = self.shared.read_word(STREAM_AT).ok()?;
+        let nothing_waits = self.word.records == self.written.records;
+        if nothing_waits && (self.written.ends() || stream.records == DROPPED) {
+            return Some(0);
+        }
+        self.word.records.checked_sub(stream.records)
     }
 
     /// Records done so far: the number of the next one.
@@ -328,13 +198,21 @@ impl Consumer {
         if self.ahead.len() - at - 4 < length { Err(bad) } else { Ok(at + 4..at + 4 + length) }
     }
 
-    /// Reads what was written since; whether there was anything.
+    /// Reads what was written since; whether there was anything. Never waits: the machine may be moving.
     fn fill(&mut self) -> Result<bool, QueueError> {
-        self.written = self.shared.read_word(PRODUCER_AT)?;
+        match self.shared.glimpse(PRODUCER_AT)? {
+            Some(word) => self.written = word.checked()?,
+            None if self.torn.get_or_insert_with(Instant::now).elapsed() > SILENCE => {
+                return Err(QueueError::Format("a word of the queue is damaged"));
+            }
+            None => return Ok(false),
+        }
+        self.torn = None;
         let held = (self.ahead.len() - self.at) as u64;
         let from = self.word.bytes + held;
         let length = self.written.bytes.checked_sub(from);
-        let Some(length) = length.filter(|l| *l + held <= self.shared.capacity) else {
+        let fits = |l: &u64| *l + held <= self.shared.capacity && self.written.records >= self.word.records;
+        let Some(length) = length.filter(fits) else {
             return Err(QueueError::Format("the queue's words do not fit"));
         };
         if length == 0 {
@@ -363,22 +241,57 @@ impl Consumer {
         self.at = end;
         self.seen = self.seen.max(end);
         self.word.records += 1;
-        self.word.beats += 1;
+        self.word.beat();
         Ok(self.shared.write_word(CONSUMER_AT, self.word)?)
     }
 
-    /// Takes everything out that was written so far, done or not.
+    /// Takes everything out that was written so far, done or not, and drops the stream that it belongs to: whoever still
+    /// writes it is told so. Words that were damaged are written anew.
     ///
     /// # Errors
     /// The queue cannot be used.
     pub fn discard(&mut self) -> Result<(), QueueError> {
-        self.written = self.shared.read_word(PRODUCER_AT)?;
-        self.go_to(self.written)
+        if self.shared.abandon().is_err() {
+            self.shared.write_word(STREAM_AT, Word { records: DROPPED, ..Word::default() })?;
+        }
+        // He notices at his next beat. One that has been stopped cannot, and is met by his records' numbers.
+        let begun = Instant::now();
+        let mut alone = self.shared.lock(Role::Writer, Duration::ZERO)?;
+        while !alone && begun.elapsed() < LETS_GO {
+            self.beat()?;
+            std::thread::sleep(NAP);
+            alone = self.shared.lock(Role::Writer, Duration::ZERO)?;
+        }
+        let dropped = self.drop_written(alone);
+        if alone {
+            self.shared.unlock(Role::Writer)?;
+        }
+        dropped
+    }
+
+    fn drop_written(&mut self, alone: bool) -> Result<(), QueueError> {
+        let written = self.shared.position(PRODUCER_AT);
+        let fits = |w: &Word| {
+            let behind = w.bytes.checked_sub(self.word.bytes);
+            behind.is_some_and(|b| b <= self.shared.capacity) && w.records >= self.word.records
+        };
+        let up_to = match written.ok().filter(fits) {
+            Some(word) => word,
+            None if alone => {
+                self.shared.write_word(PRODUCER_AT, self.word)?;
+                self.word
+            }
+            None => return Err(QueueError::Written),
+        };
+        self.written = up_to;
+        self.torn = None;
+        self.go_to(up_to)
     }
 
     /// Takes everything out up to where a word stood.
     pub(crate) fn go_to(&mut self, Word { bytes, records, .. }: Word) -> Result<(), QueueError> {
-        self.word = Word { bytes, records, beats: self.word.beats + 1 };
+        self.word = Word { bytes, records, beats: self.word.beats };
+        self.word.beat();
         self.ahead.clear();
         (self.at, self.seen) = (0, 0);
         // Progress of a record that is no longer the next one is not heeded.
@@ -421,7 +334,7 @@ impl Consumer {
     pub fn beat(&mut self) -> Result<(), QueueError> {
         if self.beaten.elapsed() >= BEAT {
             self.beaten = Instant::now();
-            self.word.beats += 1;
+            self.word.beat();
             self.shared.write_word(CONSUMER_AT, self.word)?;
         }
         Ok(())

@@ -5,11 +5,9 @@ use std::time::{Duration, Instant};
 use claymill_nurbs::{Point3, Vector3};
 
 use crate::queue::{BEAT, Watch};
-use crate::shared::{ANSWER_AT, AXIS_AT, CONSUMER_AT, PRODUCER_AT, RECALL_AT, TIP_AT, Word};
+use crate::shared::{ANSWER_AT, AXIS_AT, CONSUMER_AT, RECALL_AT, TIP_AT, Word};
 use crate::{Consumer, Producer, QueueError};
 
-/// A producer whose stream was dropped has noticed after this time: it looks before it writes.
-const NOTICED: Duration = Duration::from_millis(250);
 const NAP: Duration = Duration::from_millis(2);
 
 impl Producer {
@@ -17,12 +15,12 @@ impl Producer {
     /// (tip in mm, tool axis), if it has moved at all. Whoever still writes the old stream is told that it was dropped.
     ///
     /// # Errors
-    /// The queue cannot be used, or nobody takes from it.
+    /// The queue cannot be used, nobody takes from it, or another program writes and does not let go.
     pub fn recall(&mut self) -> Result<Option<(Point3, Vector3)>, QueueError> {
         self.abandon()?;
-        std::thread::sleep(NOTICED);
-        self.word = self.shared.read_word(PRODUCER_AT)?;
-        let count = self.shared.read_word(RECALL_AT)?.beats + 1;
+        // Whoever still writes notices, and lets go.
+        self.write_alone()?;
+        let count = self.shared.read_word(RECALL_AT)?.beats.wrapping_add(1);
         self.shared.write_word(RECALL_AT, Word { beats: count, ..self.word })?;
         let mut watch = Watch::new();
         while self.shared.read_word(ANSWER_AT)?.beats != count {
@@ -47,7 +45,8 @@ impl Consumer {
     pub fn recalled(&mut self) -> Result<bool, QueueError> {
         if self.looked.elapsed() >= BEAT {
             self.looked = Instant::now();
-            self.recalls = self.shared.read_word(RECALL_AT)?.beats;
+            // A word that is being written is looked at again: the machine may be moving.
+            self.recalls = self.shared.glimpse(RECALL_AT)?.map_or(self.recalls, |word| word.beats);
         }
         Ok(self.recalls != self.obeyed)
     }
@@ -57,7 +56,7 @@ impl Consumer {
     /// # Errors
     /// The queue cannot be used.
     pub fn give_back(&mut self, stands: Option<(Point3, Vector3)>) -> Result<(), QueueError> {
-        let recall = self.shared.read_word(RECALL_AT)?;
+        let recall = self.shared.position(RECALL_AT)?;
         // A recall from before this process may lie behind what was done since.
         let behind = recall.bytes < self.word.bytes || recall.records < self.word.records;
         self.go_to(if behind { self.word } else { recall })?;

@@ -3,7 +3,7 @@ use claymill_toolpath::{Move, MoveKind};
 use thiserror::Error;
 
 /// Version of the layout; a reader refuses others, and kinds that it does not know.
-pub const RECORD_VERSION: u16 = 1;
+pub const RECORD_VERSION: u16 = 2;
 /// A record is never longer than this, bytes.
 pub const LONGEST_RECORD: usize = 1 << 20;
 
@@ -14,6 +14,13 @@ const LARGEST_KNOT: f64 = 1e9;
 const CLOSEST_KNOTS: f64 = 1e-9;
 /// Weights of a record's curve.
 const WEIGHTS: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
+/// Spindles of a record turn no faster, 1/min.
+const FASTEST_RPM: f64 = 1e6;
+/// Outputs of a record are numbered from 0 up to this.
+const LAST_OUTPUT: u16 = 63;
+/// Version, kind, 0 and number, and the check sum behind everything.
+const HEAD_BYTES: usize = 12;
+const SUM_BYTES: usize = 4;
 /// Feeds of a record.
 const FEEDS_MM_PER_MIN: std::ops::RangeInclusive<f64> = 1e-3..=1e6;
 
@@ -30,7 +37,7 @@ pub enum Record {
     Coolant(bool),
     /// Switch a numbered output.
     Output {
-        /// Its number.
+        /// Its number, 0 to 63.
         number: u16,
         /// On.
         on: bool,
@@ -63,14 +70,32 @@ pub struct Path {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum RecordError {
     /// Fewer bytes than the record needs.
-    #[error("the record ends after {0} bytes")]
+    #[error("it ends after {0} bytes")]
     Short(usize),
-    /// A version that this reader does not know.
-    #[error("record version {0} is not known, this claymill reads version {RECORD_VERSION}")]
+    /// The layout of another claymill.
+    #[error(
+        "its version is {0}, of {age} claymill; this one reads version {RECORD_VERSION}",
+        age = if *.0 < RECORD_VERSION { "an earlier" } else { "a later" }
+    )]
     Version(u16),
+    /// The check sum does not fit.
+    #[error("it is damaged: its check sum does not fit")]
+    Sum,
     /// A field has no meaning.
-    #[error("record: {0}")]
+    #[error("{0}")]
     Field(String),
+    /// Another record comes next: one was lost, or comes twice.
+    #[error("record {expected} of the stream should come here")]
+    Order {
+        /// The number that comes next.
+        expected: u64,
+    },
+    /// A path begins elsewhere, though the part was not turned in between.
+    #[error("it begins {gap_mm:.4} mm from the end of the path before it")]
+    Gap {
+        /// How far.
+        gap_mm: f64,
+    },
 }
 
 impl Path {
@@ -93,8 +118,8 @@ const KINDS: [MoveKind; 5] =
     [MoveKind::Cut, MoveKind::LeadIn, MoveKind::LeadOut, MoveKind::Link, MoveKind::Rapid];
 
 impl Record {
-    /// Appends the record: version u16, tag u8, reserved u8, sequence number u64, then the fields; all
-    /// little-endian, floating-point numbers as IEEE 754 doubles.
+    /// Appends the record: version u16, tag u8, reserved u8, sequence number u64, then the fields, then the CRC-32 of
+    /// all that; all little-endian, floating-point numbers as IEEE 754 doubles.
     ///
     /// A path: kind u8, degree u8, rational u8, reserved u8, points u32, start axis 3 × f64, end axis 3 × f64,
     /// feed f64, knots, points (x, y, z), weights if rational.
@@ -108,6 +133,7 @@ impl Record {
             Record::End => 6,
             Record::Feed(_) => 7,
         };
+        let begin = out.len();
         out.extend(RECORD_VERSION.to_le_bytes());
         out.extend([tag, 0]);
         out.extend(seq.to_le_bytes());
@@ -122,6 +148,13 @@ impl Record {
             }
             Record::End => {}
         }
+        let sum = crc32fast::hash(&out[begin..]);
+        out.extend(sum.to_le_bytes());
+    }
+
+    /// The number that bytes claim to have, whatever else is wrong with them.
+    pub(crate) fn claimed_seq(bytes: &[u8]) -> Option<u64> {
+        Some(u64::from_le_bytes(bytes.get(4..HEAD_BYTES)?.try_into().ok()?))
     }
 
     /// Reads one record and its sequence number.
@@ -129,12 +162,21 @@ impl Record {
     /// # Errors
     /// The bytes are no record of this version, or some are left over.
     pub fn decode(bytes: &[u8]) -> Result<(u64, Record), RecordError> {
-        let mut from = Bytes { bytes, at: 0 };
-        let version = u16::from_le_bytes(from.take()?);
+        // An earlier layout has no check sum, but says so itself.
+        let version = u16::from_le_bytes(Bytes { bytes, at: 0 }.take()?);
         if version != RECORD_VERSION {
             return Err(RecordError::Version(version));
         }
-        let [tag, _] = from.take::<2>()?;
+        let length = bytes.len().checked_sub(SUM_BYTES).filter(|l| *l >= HEAD_BYTES);
+        let (bytes, sum) = bytes.split_at(length.ok_or(RecordError::Short(bytes.len()))?);
+        if sum != crc32fast::hash(bytes).to_le_bytes() {
+            return Err(RecordError::Sum);
+        }
+        let mut from = Bytes { bytes, at: 2 };
+        let [tag, reserved] = from.take::<2>()?;
+        if reserved != 0 {
+            return Err(RecordError::Field("a byte that means nothing is not 0".into()));
+        }
         let seq = u64::from_le_bytes(from.take()?);
         let flag = |b: [u8; 1]| match b[0] {
             0 => Ok(false),
@@ -144,9 +186,17 @@ impl Record {
         let record = match tag {
             1 => Record::Path(Box::new(Path::decode(&mut from)?)),
             2 => Record::Tool(u32::from_le_bytes(from.take()?)),
-            3 => Record::Spindle(from.number()?),
+            3 => match from.number()? {
+                rpm if rpm.abs() <= FASTEST_RPM => Record::Spindle(rpm),
+                other => return Err(RecordError::Field(format!("no spindle turns {other} times a minute"))),
+            },
             4 => Record::Coolant(flag(from.take()?)?),
-            5 => Record::Output { number: u16::from_le_bytes(from.take()?), on: flag(from.take()?)? },
+            5 => match u16::from_le_bytes(from.take()?) {
+                number @ 0..=LAST_OUTPUT => Record::Output { number, on: flag(from.take()?)? },
+                other => {
+                    return Err(RecordError::Field(format!("output {other} is not from 0 to {LAST_OUTPUT}")));
+                }
+            },
             6 => Record::End,
             7 => match from.number()? {
                 share if FEED_SHARES.contains(&share) => Record::Feed(share),
@@ -181,7 +231,10 @@ impl Path {
 
     fn decode(from: &mut Bytes) -> Result<Path, RecordError> {
         let field = |what: &str| RecordError::Field(what.into());
-        let [kind, degree, rational, _] = from.take::<4>()?;
+        let [kind, degree, rational, reserved] = from.take::<4>()?;
+        if reserved != 0 || rational > 1 {
+            return Err(field("whether the curve is rational is neither 0 nor 1"));
+        }
         let kind = *KINDS.get(usize::from(kind)).ok_or_else(|| field("the kind of move is not known"))?;
         let degree = usize::from(degree);
         let count = u32::from_le_bytes(from.take()?) as usize;
@@ -277,7 +330,23 @@ mod tests {
             for cut in 0..bytes.len() {
                 assert!(Record::decode(&bytes[..cut]).is_err());
             }
+            // A single bit is never taken for another record.
+            for bit in 0..8 * bytes.len() {
+                let mut damaged = bytes.clone();
+                damaged[bit / 8] ^= 1 << (bit % 8);
+                assert!(Record::decode(&damaged).is_err(), "{record:?}, bit {bit}");
+            }
         }
+    }
+
+    #[test]
+    fn an_earlier_layout_is_refused_by_name() {
+        // The end of a stream as version 1 had it, without a check sum.
+        let bytes = [1, 0, 6, 0, 9, 0, 0, 0, 0, 0, 0, 0];
+        let refused = Record::decode(&bytes).unwrap_err();
+        assert_eq!(refused, RecordError::Version(1));
+        assert_eq!(refused.to_string(), "its version is 1, of an earlier claymill; this one reads version 2");
+        assert_eq!(Record::claimed_seq(&bytes), Some(9));
     }
 
     #[test]
@@ -292,6 +361,10 @@ mod tests {
                 bytes[at] = rng.random();
             }
             bytes.truncate(rng.random_range(0..=whole.len()));
+            let _ = Record::decode(&bytes);
+            // The same fields under a check sum that fits.
+            bytes.truncate(bytes.len().saturating_sub(SUM_BYTES));
+            bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
             let _ = Record::decode(&bytes);
         }
     }

@@ -1,10 +1,6 @@
-use std::time::{Duration, Instant};
-
-use claymill_motion::{JointRule, Limits};
 use claymill_nurbs::{Point3, Vector3};
 
-use crate::drive::Drive;
-use crate::route::GAP_MM;
+use crate::run::Run;
 use crate::{Consumer, Dynamics, Path, QueueError, Record, RecordError};
 
 /// What the machine is told while it runs.
@@ -46,6 +42,12 @@ pub enum Event {
     PathDone(u64),
     /// A record that is no path was executed.
     Executed(u64, Record),
+    /// A record that an earlier process had executed, told again before the first motion.
+    ToldAgain(Record),
+    /// Something is wrong: the machine comes to rest, and stays there until what waits is dropped.
+    Fault(String),
+    /// It has come to rest at what is wrong, and waits.
+    Stands,
     /// What waited was dropped.
     Discarded,
 }
@@ -78,21 +80,13 @@ pub enum ReferenceError {
     /// The queue cannot be used.
     #[error(transparent)]
     Queue(#[from] QueueError),
-    /// A record is damaged.
+    /// A record makes no sense.
     #[error("record {seq}: {source}")]
     Record {
-        /// Its number.
+        /// Its number, counted over all streams that went through the queue.
         seq: u64,
         /// What is wrong.
         source: RecordError,
-    },
-    /// A path begins elsewhere, though the part was not turned in between.
-    #[error("record {seq} begins {gap_mm:.4} mm from the end of the path before it")]
-    Gap {
-        /// Its number.
-        seq: u64,
-        /// How far.
-        gap_mm: f64,
     },
 }
 
@@ -111,13 +105,6 @@ pub struct Reference {
     pub single_step: bool,
 }
 
-/// Records that are read ahead at most.
-const LOOK_AHEAD: usize = 256;
-/// How long a machine without work sleeps before it looks again.
-const NAP: Duration = Duration::from_micros(200);
-/// A clock that is more than this late begins anew.
-const LATE: Duration = Duration::from_millis(100);
-
 /// A record that waits to be done.
 pub(crate) enum Waiting {
     Path(u64, Box<Path>),
@@ -127,170 +114,20 @@ pub(crate) enum Waiting {
 impl Reference {
     /// Runs until the stream ends. `order` is asked once a cycle; `report` gets every set point, and what was done. A
     /// record counts as done when its end was reached; one that was interrupted is taken up again where
-    /// `progress` of the queue says.
+    /// `progress` of the queue says, after tool, spindle, coolant and outputs have been told again.
+    ///
+    /// Whatever goes wrong with a record ends at rest before it, and whatever goes wrong with the queue at rest on the path,
+    /// within the limits; it is reported, and nothing moves until what waits is dropped by an order. A producer that falls
+    /// silent is waited for.
     ///
     /// # Errors
-    /// The queue cannot be used, or a record is damaged. A producer that falls silent is waited for.
+    /// What went wrong, where the machine was told to leave before that was cleared.
     pub fn run(
         &self,
         queue: &mut Consumer,
         order: &mut dyn FnMut() -> Order,
         report: &mut dyn FnMut(Event),
     ) -> Result<(Ended, Tally), ReferenceError> {
-        let limits = Limits {
-            acceleration_mm_per_s2: self.limits.acceleration_mm_per_s2,
-            jerk_mm_per_s3: self.limits.jerk_mm_per_s3,
-        };
-        let rule = JointRule::OnPath { cycle_s: self.limits.cycle_s };
-        let mut drive = Drive::new(limits, rule, self.limits.cycle_s);
-        let interrupted = queue.progress(queue.next())?;
-        if let Some(way_mm) = interrupted {
-            drive.begin_at(way_mm);
-        }
-        drive.feed_share = queue.feed_share()?;
-        let mut tally = Tally::default();
-        let mut clock = Clock::new(self.real_time, self.limits.cycle_s);
-        loop {
-            self.look_ahead(queue, &mut drive)?;
-            let recalled = queue.recalled()?;
-            let now = if recalled { Order::Discard } else { order() };
-            if drive.at_rest() {
-                let goes_on = matches!(now, Order::Run | Order::Step);
-                match now {
-                    Order::Abort => return Ok((Ended::Aborted, tally)),
-                    Order::Discard => {
-                        if recalled {
-                            queue.give_back(drive.here().map(|p| (p.tip, p.axis)))?;
-                        } else {
-                            queue.discard()?;
-                        }
-                        drive.discard();
-                        report(Event::Discarded);
-                        continue;
-                    }
-                    _ => {}
-                }
-                match drive.front() {
-                    Some(Waiting::Other(..)) if goes_on => {
-                        if self.execute(queue, &mut drive, report)? {
-                            return Ok((Ended::Done, tally));
-                        }
-                        continue;
-                    }
-                    Some(Waiting::Path(..)) if goes_on => {
-                        drive.start(self.single_step || now == Order::Step);
-                    }
-                    Some(_) => {
-                        if let Some(point) = drive.here() {
-                            report(Event::At(point));
-                        }
-                        queue.beat()?;
-                        if self.real_time {
-                            clock.tick()
-                        } else {
-                            std::thread::sleep(NAP)
-                        }
-                        continue;
-                    }
-                    None => {
-                        // Nothing to do: whoever fills the queue is waited for, however long he is silent.
-                        match queue.peek() {
-                            Ok(_) | Err(QueueError::Silent(_)) => {}
-                            Err(e) => return Err(e.into()),
-                        }
-                        std::thread::sleep(NAP);
-                        continue;
-                    }
-                }
-            }
-            if !(now == Order::Run || now == Order::Step && drive.is_single()) {
-                drive.hold();
-            }
-            drive.cycle();
-            tally.cycles += 1;
-            if let Some(point) = drive.here() {
-                report(Event::At(point));
-            }
-            while let Some(seq) = drive.pass() {
-                report(Event::PathDone(seq));
-                tally.paths += 1;
-                queue.done()?;
-                let switches = |w: &Waiting| matches!(w, Waiting::Other(_, r) if !r.needs_rest());
-                while drive.front().is_some_and(switches) {
-                    self.execute(queue, &mut drive, report)?;
-                }
-            }
-            if let Some(way_mm) = drive.way_on_path_mm() {
-                queue.set_progress(queue.next(), way_mm, drive.feed_share)?;
-            }
-            if let Some(planned_s) = drive.come_to_rest() {
-                tally.planned_s += planned_s;
-                tally.stops += 1;
-            }
-            queue.beat()?;
-            clock.tick();
-        }
-    }
-
-    fn look_ahead(&self, queue: &mut Consumer, drive: &mut Drive) -> Result<(), ReferenceError> {
-        while drive.waiting() < LOOK_AHEAD {
-            let seq = queue.next() + drive.waiting() as u64;
-            let Some(bytes) = queue.look()? else { break };
-            let (stream_seq, record) =
-                Record::decode(bytes).map_err(|source| ReferenceError::Record { seq, source })?;
-            drive.take(match record {
-                Record::Path(path) => {
-                    let gap_mm = drive.gap_mm(&path);
-                    if gap_mm > GAP_MM {
-                        return Err(ReferenceError::Gap { seq, gap_mm });
-                    }
-                    Waiting::Path(stream_seq, path)
-                }
-                other => Waiting::Other(stream_seq, other),
-            });
-        }
-        drive.look_ahead();
-        Ok(())
-    }
-
-    /// Executes the record in front, which is no path; whether it was the stream's end.
-    fn execute(
-        &self,
-        queue: &mut Consumer,
-        drive: &mut Drive,
-        report: &mut dyn FnMut(Event),
-    ) -> Result<bool, ReferenceError> {
-        let Some(Waiting::Other(seq, record)) = drive.pop() else { return Ok(false) };
-        if let Record::Feed(share) = record {
-            drive.feed_share = share;
-            queue.set_progress(queue.next() + 1, 0.0, share)?;
-        }
-        let end = record == Record::End;
-        report(Event::Executed(seq, record));
-        queue.done()?;
-        Ok(end)
-    }
-}
-
-/// Keeps to real time.
-struct Clock {
-    due: Option<Instant>,
-    cycle: Duration,
-}
-
-impl Clock {
-    fn new(real_time: bool, cycle_s: f64) -> Self {
-        Clock { due: real_time.then(Instant::now), cycle: Duration::from_secs_f64(cycle_s) }
-    }
-
-    fn tick(&mut self) {
-        let Some(due) = &mut self.due else { return };
-        *due += self.cycle;
-        let now = Instant::now();
-        match due.checked_duration_since(now) {
-            Some(wait) => std::thread::sleep(wait),
-            None if now.duration_since(*due) > LATE => *due = now,
-            None => {}
-        }
+        Run::new(self, queue, report).to_the_end(order)
     }
 }

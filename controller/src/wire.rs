@@ -1,11 +1,11 @@
-use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io;
 use std::net::TcpStream;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use sha2::{Digest, Sha256};
 use thiserror::Error;
 
+use crate::frames::Line;
+use crate::handshake::{PATIENCE, answer, call};
 use crate::{LONGEST_RECORD, Producer, QueueError};
 
 /// Why a connection ended.
@@ -17,144 +17,174 @@ pub enum WireError {
     /// The other side does not know the secret.
     #[error("the other side does not know the shared secret")]
     Secret,
+    /// Somebody else has written into the connection.
+    #[error("connection: bytes came that the other side has not sent, or not there")]
+    Forged,
     /// The other side speaks something else.
     #[error("connection: {0}")]
     Format(&'static str),
     /// The machine was told to drop this stream.
     #[error("the machine was told to drop this stream")]
     Dropped,
+    /// The machine takes another stream.
+    #[error("the machine does not take this stream: {0}")]
+    Busy(String),
+    /// The machine does not take a record.
+    #[error("the machine refuses a record: {0}")]
+    Refused(String),
     /// The queue at this side cannot be used.
     #[error(transparent)]
     Queue(#[from] QueueError),
 }
 
-const HELLO: &[u8; 16] = b"claymill stream1";
-/// A side that says nothing for this long is gone.
-const PATIENCE: Duration = Duration::from_millis(900);
 /// How often a side whose queue is full says that it lives.
 const BEAT: Duration = Duration::from_millis(200);
-/// What it says then, in place of how far things are.
-const STILL_FULL: u64 = u64::MAX;
-/// What it says to whoever sends a stream that it was told to drop.
-const DROPPED: u64 = u64::MAX - 1;
-const NONCE: usize = 32;
-const PROOF: usize = 32;
-/// What a machine answers to a wrong proof, in place of its own: silence would look like a machine that has left.
-const REFUSED: [u8; PROOF] = [0; PROOF];
+/// Whoever is told that his record is refused has this long to hear it.
+const HEARS: Duration = Duration::from_secs(3);
+/// No answer of a machine is longer.
+pub(crate) const LONGEST_ANSWER: usize = 4096;
 
-/// HMAC with SHA-256 (RFC 2104).
-fn proof(secret: &[u8], parts: &[&[u8]]) -> [u8; PROOF] {
-    let mut key = [0u8; 64];
-    if secret.len() > key.len() {
-        key[..PROOF].copy_from_slice(&Sha256::digest(secret));
-    } else {
-        key[..secret.len()].copy_from_slice(secret);
+/// What a sender's frame begins with: a record follows, or nothing: it asks how far things are.
+const RECORD: u8 = 1;
+const QUESTION: u8 = 2;
+
+/// What a machine answers to a sender.
+#[derive(Debug, Clone, PartialEq)]
+enum Answer {
+    /// The number of the record that comes next.
+    Next(u64),
+    /// The queue is full; this side lives.
+    StillFull,
+    /// It was told to drop the stream.
+    Dropped,
+    /// It takes another stream.
+    Busy(String),
+    /// A record makes no sense; none behind it is taken either.
+    Refused(String),
+}
+
+impl Answer {
+    fn encode(&self) -> Vec<u8> {
+        let (kind, rest) = match self {
+            Answer::Next(next) => (1, next.to_le_bytes().to_vec()),
+            Answer::StillFull => (2, Vec::new()),
+            Answer::Dropped => (3, Vec::new()),
+            Answer::Busy(why) => (4, short(why)),
+            Answer::Refused(why) => (5, short(why)),
+        };
+        [vec![kind], rest].concat()
     }
-    let mut inner = Sha256::new();
-    inner.update(key.map(|b| b ^ 0x36));
-    parts.iter().for_each(|p| inner.update(p));
-    let mut outer = Sha256::new();
-    outer.update(key.map(|b| b ^ 0x5c));
-    outer.update(inner.finalize());
-    outer.finalize().into()
+
+    fn decode(bytes: &[u8]) -> Option<Answer> {
+        let (kind, rest) = bytes.split_first()?;
+        let text = || String::from_utf8_lossy(rest).into_owned();
+        Some(match kind {
+            1 => Answer::Next(u64::from_le_bytes(rest.try_into().ok()?)),
+            2 => Answer::StillFull,
+            3 => Answer::Dropped,
+            4 => Answer::Busy(text()),
+            5 => Answer::Refused(text()),
+            _ => return None,
+        })
+    }
+
+    fn say(&self, line: &mut Line) -> io::Result<()> {
+        line.say(&self.encode())
+    }
 }
 
-/// Compares in the same time wherever the difference is.
-fn same(a: &[u8; PROOF], b: &[u8; PROOF]) -> bool {
-    a.iter().zip(b).fold(0, |d, (x, y)| d | (x ^ y)) == 0
-}
-
-fn nonce() -> io::Result<[u8; NONCE]> {
-    let mut bytes = [0; NONCE];
-    File::open("/dev/urandom")?.read_exact(&mut bytes)?;
-    Ok(bytes)
-}
-
-fn prepare(stream: &TcpStream) -> io::Result<()> {
-    stream.set_nodelay(true)?;
-    stream.set_read_timeout(Some(PATIENCE))?;
-    stream.set_write_timeout(Some(PATIENCE))
+fn short(text: &str) -> Vec<u8> {
+    text.bytes().take(LONGEST_ANSWER - 1).collect()
 }
 
 /// Takes the records of one connection into a queue, after the peer has proven the secret and before it has
 /// proven anything to nobody. Returns when the peer has gone.
 ///
 /// # Errors
-/// The peer does not know the secret, speaks something else or falls silent; the queue cannot be used.
-pub fn serve(mut stream: TcpStream, secret: &[u8], queue: &mut Producer) -> Result<(), WireError> {
-    let name = answer(&mut stream, secret)?;
-    receive(stream, name, queue, &|| true)
-}
-
-/// The machine's part of proving the secret both ways; returns the connection's name.
-pub(crate) fn answer(stream: &mut TcpStream, secret: &[u8]) -> Result<u64, WireError> {
-    prepare(stream)?;
-    let mine = nonce()?;
-    stream.write_all(HELLO)?;
-    stream.write_all(&mine)?;
-    let (mut theirs, mut claim) = ([0; NONCE], [0; PROOF]);
-    stream.read_exact(&mut theirs)?;
-    stream.read_exact(&mut claim)?;
-    if !same(&claim, &proof(secret, &[b"sender", &mine, &theirs])) {
-        stream.write_all(&REFUSED)?;
-        return Err(WireError::Secret);
-    }
-    stream.write_all(&proof(secret, &[b"machine", &theirs, &mine]))?;
-    let mut name = [0; 8];
-    stream.read_exact(&mut name)?;
-    Ok(u64::from_le_bytes(name))
+/// The peer does not know the secret, speaks something else, falls silent or sends what makes no sense; the queue cannot be
+/// used.
+pub fn serve(stream: TcpStream, secret: &[u8], queue: &mut Producer) -> Result<(), WireError> {
+    let (line, name) = answer(stream, secret)?;
+    receive(line, name, queue, &|| true)
 }
 
 /// Tells the peer that the machine does not want its stream.
-pub(crate) fn take_leave(stream: &mut TcpStream) -> io::Result<()> {
-    stream.write_all(&DROPPED.to_le_bytes())
+pub(crate) fn take_leave(line: &mut Line) -> Result<(), WireError> {
+    Answer::Dropped.say(line)?;
+    Err(WireError::Dropped)
+}
+
+/// Tells the peer that the machine takes another stream.
+pub(crate) fn turn_away(line: &mut Line, why: String) -> Result<(), WireError> {
+    Answer::Busy(why.clone()).say(line)?;
+    Err(WireError::Busy(why))
 }
 
 /// Takes the records of a stream into the queue while it is `wanted`.
 pub(crate) fn receive(
-    mut stream: TcpStream,
+    mut line: Line,
     name: u64,
     queue: &mut Producer,
     wanted: &dyn Fn() -> bool,
 ) -> Result<(), WireError> {
-    let begun = match queue.resume(name) {
-        Err(QueueError::Dropped) => {
-            take_leave(&mut stream)?;
-            return Err(WireError::Dropped);
-        }
-        other => other?,
+    let taken = match queue.resume(name) {
+        Err(QueueError::Dropped) => take_leave(&mut line),
+        Err(why @ (QueueError::Written | QueueError::Unfinished)) => turn_away(&mut line, why.to_string()),
+        Ok(begun) => take(&mut line, begun, queue, wanted),
+        Err(e) => Err(e.into()),
     };
+    let released = queue.release();
+    taken?;
+    released?;
+    Ok(())
+}
+
+fn take(
+    line: &mut Line,
+    begun: u64,
+    queue: &mut Producer,
+    wanted: &dyn Fn() -> bool,
+) -> Result<(), WireError> {
     let first = queue.next() - begun;
-    stream.write_all(&begun.to_le_bytes())?;
-    let mut record = Vec::new();
+    Answer::Next(begun).say(line)?;
+    let mut frame = Vec::new();
     loop {
         if !wanted() {
             return Err(WireError::Dropped);
         }
-        let mut head = [0; 4];
-        match stream.read_exact(&mut head) {
-            Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => return Ok(()),
-            other => other?,
+        if !line.hear(&mut frame, 1 + LONGEST_RECORD)? {
+            return Ok(());
         }
-        let length = u32::from_le_bytes(head) as usize;
-        if length > LONGEST_RECORD {
-            return Err(WireError::Format("a record that is too long"));
-        }
-        if length > 0 {
-            record.resize(length, 0);
-            stream.read_exact(&mut record)?;
-            patiently(&mut stream, wanted, || queue.push_for(&record, BEAT))?;
-        } else {
-            // An empty frame asks how far things are.
-            patiently(&mut stream, wanted, || queue.flush_for(BEAT))?;
-            stream.write_all(&(queue.next() - first).to_le_bytes())?;
+        match frame.split_first() {
+            Some((&RECORD, record)) => match patiently(line, wanted, || queue.push_for(record, BEAT)) {
+                Err(WireError::Queue(error @ (QueueError::Record { .. } | QueueError::Format(_)))) => {
+                    refuse(line, &error.to_string())?;
+                    return Err(error.into());
+                }
+                other => other?,
+            },
+            Some((&QUESTION, [])) => {
+                patiently(line, wanted, || queue.flush_for(BEAT))?;
+                Answer::Next(queue.next() - first).say(line)?;
+            }
+            _ => return Err(WireError::Format("a frame that makes no sense")),
         }
     }
 }
 
+/// Says that a record is refused, and listens until the peer has heard it: whoever goes with words of the peer unheard takes
+/// back what he has said.
+fn refuse(line: &mut Line, why: &str) -> Result<(), WireError> {
+    Answer::Refused(why.to_owned()).say(line)?;
+    let begun = Instant::now();
+    let mut frame = Vec::new();
+    while begun.elapsed() < HEARS && line.hear(&mut frame, 1 + LONGEST_RECORD).is_ok_and(|more| more) {}
+    Ok(())
+}
+
 /// Tries until it is done; meanwhile the peer is told that this side lives.
 fn patiently(
-    stream: &mut TcpStream,
+    line: &mut Line,
     wanted: &dyn Fn() -> bool,
     mut attempt: impl FnMut() -> Result<bool, QueueError>,
 ) -> Result<(), WireError> {
@@ -163,40 +193,19 @@ fn patiently(
             Ok(true) => return Ok(()),
             // The consumer may be silent for long: he is waited for.
             Ok(false) | Err(QueueError::Silent(_)) if !wanted() => return Err(WireError::Dropped),
-            Ok(false) | Err(QueueError::Silent(_)) => stream.write_all(&STILL_FULL.to_le_bytes())?,
+            Ok(false) | Err(QueueError::Silent(_)) => Answer::StillFull.say(line)?,
             Err(e) => return Err(e.into()),
         }
     }
 }
 
-/// Connects, proves the secret both ways, and says what the connection is for.
-pub(crate) fn call(address: &str, secret: &[u8], name: u64) -> Result<TcpStream, WireError> {
-    let mut stream = TcpStream::connect(address)?;
-    prepare(&stream)?;
-    let mut hello = [0; HELLO.len()];
-    stream.read_exact(&mut hello)?;
-    if hello != *HELLO {
-        return Err(WireError::Format("the other side is no machine of claymill"));
-    }
-    let (mut theirs, mine) = ([0; NONCE], nonce()?);
-    stream.read_exact(&mut theirs)?;
-    stream.write_all(&mine)?;
-    stream.write_all(&proof(secret, &[b"sender", &theirs, &mine]))?;
-    let mut claim = [0; PROOF];
-    stream.read_exact(&mut claim)?;
-    if !same(&claim, &proof(secret, &[b"machine", &mine, &theirs])) {
-        return Err(WireError::Secret);
-    }
-    stream.write_all(&name.to_le_bytes())?;
-    Ok(stream)
-}
-
 /// The sending side of a connection.
 #[derive(Debug)]
 pub struct Sender {
-    stream: TcpStream,
+    line: Line,
     next: u64,
     unasked: usize,
+    frame: Vec<u8>,
 }
 
 /// Bytes between two questions how far things are, one longer record aside: what a connection holds while the other side
@@ -207,15 +216,15 @@ impl Sender {
     /// Connects, proves the secret both ways, and goes on with the stream of this name.
     ///
     /// # Errors
-    /// There is no connection, or the other side does not know the secret.
+    /// There is no connection, the other side does not know the secret, or it does not take this stream.
     pub fn connect(address: &str, secret: &[u8], name: u64) -> Result<Self, WireError> {
-        let mut stream = call(address, secret, name)?;
-        let mut next = [0; 8];
-        stream.read_exact(&mut next)?;
-        match u64::from_le_bytes(next) {
-            DROPPED => Err(WireError::Dropped),
-            next => Ok(Sender { stream, next, unasked: 0 }),
-        }
+        let line = call(address, secret, name)?;
+        // The machine may wait for another connection of the same stream to be noticed as broken.
+        line.set_patience(2 * PATIENCE)?;
+        let mut sender = Sender { line, next: 0, unasked: 0, frame: Vec::new() };
+        sender.next = sender.hear()?;
+        sender.line.set_patience(PATIENCE)?;
+        Ok(sender)
     }
 
     /// Number of the record that the machine wants next: where to go on after a break.
@@ -227,13 +236,15 @@ impl Sender {
     /// Sends a record; blocks while the machine's queue is full.
     ///
     /// # Errors
-    /// The connection broke: connect again and go on at [`Sender::next`].
+    /// The connection broke: connect again and go on at [`Sender::next`]. Or the machine refused a record.
     pub fn send(&mut self, record: &[u8]) -> Result<(), WireError> {
         if self.unasked > 0 && self.unasked + record.len() > WINDOW {
             self.confirm()?;
         }
-        self.stream.write_all(&(record.len() as u32).to_le_bytes())?;
-        self.stream.write_all(record)?;
+        self.frame.clear();
+        self.frame.push(RECORD);
+        self.frame.extend_from_slice(record);
+        self.line.say(&self.frame)?;
         self.unasked += 4 + record.len();
         Ok(())
     }
@@ -243,52 +254,67 @@ impl Sender {
     /// # Errors
     /// As [`Sender::send`].
     pub fn confirm(&mut self) -> Result<(), WireError> {
-        self.stream.write_all(&0u32.to_le_bytes())?;
-        let mut next = [0; 8];
+        self.line.say(&[QUESTION])?;
+        self.next = self.hear()?;
+        self.unasked = 0;
+        Ok(())
+    }
+
+    /// The number of the record that comes next, when the machine says it.
+    fn hear(&mut self) -> Result<u64, WireError> {
         loop {
-            self.stream.read_exact(&mut next)?;
-            self.next = match u64::from_le_bytes(next) {
-                STILL_FULL => continue,
-                next => next,
+            if !self.line.hear(&mut self.frame, LONGEST_ANSWER)? {
+                return Err(io::Error::from(io::ErrorKind::UnexpectedEof).into());
+            }
+            return match Answer::decode(&self.frame) {
+                Some(Answer::Next(next)) => Ok(next),
+                Some(Answer::StillFull) => continue,
+                Some(Answer::Dropped) => Err(WireError::Dropped),
+                Some(Answer::Busy(why)) => Err(WireError::Busy(why)),
+                Some(Answer::Refused(why)) => Err(WireError::Refused(why)),
+                None => Err(WireError::Format("an answer that makes no sense")),
             };
-            self.unasked = 0;
-            return Ok(());
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::Consumer;
+    use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
+    use claymill_toolpath::MoveKind;
 
-    #[test]
-    fn proofs_are_hmac_sha256() {
-        // RFC 4231, test cases 2 and 6.
-        let hex = |b: [u8; PROOF]| b.iter().map(|x| format!("{x:02x}")).collect::<String>();
-        assert_eq!(
-            hex(proof(b"Jefe", &[b"what do ya want ", b"for nothing?"])),
-            "5bdcc146bf60754e6a042426089575c75a003f089d2739839dec58b964ec3843"
-        );
-        assert_eq!(
-            hex(proof(&[0xaa; 131], &[b"Test Using Larger Than Block-Size Key - Hash Key First"])),
-            "60e431591ee0b67f0d8a26aacbf5b77f8e0bc6213728c5140546040f0ee37f54"
-        );
+    use super::*;
+    use crate::{Consumer, Path, Record};
+
+    /// A record that says its number and is about so long.
+    fn record(seq: u64, bytes: usize) -> Vec<u8> {
+        let at = |i: u64| Point3::new(i as f64, 0.0, 0.0);
+        let axis = Vector3::z();
+        let count = 2 + bytes / 32;
+        let ends = [at(seq), at(seq + 1)];
+        let points = (0..count).map(|i| ends[0] + (ends[1] - ends[0]) * (i as f64 / (count - 1) as f64));
+        let inner = (1..count - 1).map(|i| i as f64);
+        let knots = [0.0, 0.0].into_iter().chain(inner).chain([(count - 1) as f64; 2]).collect();
+        let curve = Curve3::new(KnotVector::new(1, knots).unwrap(), points.collect(), None).unwrap();
+        let path = Path { kind: MoveKind::Cut, curve, axis_start: axis, axis_end: axis, feed: 600.0 };
+        let mut bytes = Vec::new();
+        Record::Path(Box::new(path)).encode(seq, &mut bytes);
+        bytes
     }
 
     #[test]
-    fn a_machine_that_leaves_is_not_taken_for_one_with_another_secret() {
-        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-        let address = listener.local_addr().unwrap().to_string();
-        let machine = std::thread::spawn(move || {
-            // It leaves after its greeting and everything that the caller says.
-            let (mut stream, _) = listener.accept().unwrap();
-            stream.write_all(HELLO).unwrap();
-            stream.write_all(&[7; NONCE]).unwrap();
-            stream.read_exact(&mut [0; NONCE + PROOF]).unwrap();
-        });
-        assert!(matches!(call(&address, b"right", 1), Err(WireError::Io(_))));
-        machine.join().unwrap();
+    fn answers_survive() {
+        for answer in [
+            Answer::Next(7),
+            Answer::StillFull,
+            Answer::Dropped,
+            Answer::Busy("another".into()),
+            Answer::Refused("why".into()),
+        ] {
+            assert_eq!(Answer::decode(&answer.encode()), Some(answer));
+        }
+        assert_eq!(Answer::decode(&[9]), None);
+        assert_eq!(Answer::decode(&[1, 2]), None);
     }
 
     #[test]
@@ -311,7 +337,7 @@ mod tests {
                     std::thread::sleep(Duration::from_millis(10));
                 }
                 if let Ok(Some(bytes)) = consumer.peek() {
-                    assert_eq!(bytes[..8], seq.to_le_bytes());
+                    assert_eq!(Record::decode(bytes).unwrap().0, seq);
                     consumer.done().unwrap();
                     seq += 1;
                 }
@@ -319,9 +345,7 @@ mod tests {
         });
         let mut sender = Sender::connect(&address, b"right", 5).unwrap();
         for seq in 0..40u64 {
-            let mut record = vec![0; 9000];
-            record[..8].copy_from_slice(&seq.to_le_bytes());
-            sender.send(&record).unwrap();
+            sender.send(&record(seq, 9000)).unwrap();
         }
         sender.confirm().unwrap();
         assert_eq!(sender.next(), 40);
@@ -348,7 +372,7 @@ mod tests {
         for breaks in [true, false] {
             let mut sender = Sender::connect(&address, b"right", 9).unwrap();
             for seq in sender.next()..1000 {
-                sender.send(&seq.to_le_bytes()).unwrap();
+                sender.send(&record(seq, 0)).unwrap();
                 if breaks && seq == 600 {
                     sender.confirm().unwrap();
                     break;
@@ -362,7 +386,7 @@ mod tests {
         assert_eq!(machine.join().unwrap(), [false, true, true]);
         let mut consumer = Consumer::open(&path, 1 << 20).unwrap();
         for seq in 0..1000u64 {
-            assert_eq!(consumer.peek().unwrap().unwrap(), seq.to_le_bytes());
+            assert_eq!(consumer.peek().unwrap().unwrap(), record(seq, 0));
             consumer.done().unwrap();
         }
     }

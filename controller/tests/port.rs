@@ -36,6 +36,15 @@ fn sent(address: &str, name: u64, from: Point3, count: u64) -> Result<(), WireEr
     sender.confirm()
 }
 
+/// A port into a queue; its address.
+fn port(queue: &std::path::Path, panel: &Arc<Panel>) -> String {
+    let port = Arc::new(Port::new(Producer::open(queue, CAPACITY).unwrap(), Arc::clone(panel)));
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    std::thread::spawn(move || port.listen(&listener, &Arc::from(SECRET), |_| ()));
+    address
+}
+
 /// Asks until the machine's status is as wanted.
 fn until(address: &str, wanted: impl Fn(&claymill_controller::Status) -> bool) {
     let begun = Instant::now();
@@ -67,15 +76,7 @@ fn a_stream_that_is_dropped_does_not_come_again() {
     let folder = tempfile::tempdir().unwrap();
     let queue = folder.path().join("queue");
     let panel = Arc::new(Panel::new(Order::Hold, false));
-    let port = Arc::new(Port::new(Producer::open(&queue, CAPACITY).unwrap(), Arc::clone(&panel)));
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let address = listener.local_addr().unwrap().to_string();
-    std::thread::spawn(move || {
-        for stream in listener.incoming().flatten() {
-            let port = Arc::clone(&port);
-            std::thread::spawn(move || port.serve(stream, SECRET));
-        }
-    });
+    let address = port(&queue, &panel);
     let machine = machine(queue, &panel, false);
     // Far more than the queue holds: the sender waits.
     let old = {
@@ -123,6 +124,7 @@ fn what_was_dropped_stays_dropped_when_the_machine_is_started_again() {
     }
     producer.flush().unwrap();
     assert_eq!(producer.abandon().unwrap(), 7);
+    drop(producer);
     let mut consumer = Consumer::open(&queue, CAPACITY).unwrap();
     assert!(consumer.look().unwrap().is_some());
     consumer.discard().unwrap();
@@ -133,6 +135,7 @@ fn what_was_dropped_stays_dropped_when_the_machine_is_started_again() {
     assert_eq!(again.resume(8).unwrap(), 0);
     again.push(&line(Point3::origin(), 0)).unwrap();
     again.flush().unwrap();
+    drop(consumer);
     let mut consumer = Consumer::open(&queue, CAPACITY).unwrap();
     assert_eq!(consumer.peek().unwrap().unwrap(), line(Point3::origin(), 0));
 }
@@ -182,4 +185,85 @@ fn a_stream_that_is_recalled_ends_and_the_machine_says_where_it_stands() {
     assert!((tips[tips.len() - 1] - (tip + Vector3::new(5.0, 5.0, 0.0))).norm() < 1e-6);
     // Nobody is there any more: that is said, not waited for.
     assert!(matches!(producer.recall(), Err(QueueError::Silent(_))));
+}
+
+#[test]
+fn a_second_stream_is_turned_away_and_the_first_one_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let queue = folder.path().join("queue");
+    let panel = Arc::new(Panel::new(Order::Run, false));
+    let address = port(&queue, &panel);
+    let machine = machine(queue.clone(), &panel, false);
+    let turned_away = |name| match Sender::connect(&address, SECRET, name) {
+        Err(WireError::Busy(why)) => why,
+        other => panic!("{other:?}"),
+    };
+    let mut first = Sender::connect(&address, SECRET, 7).unwrap();
+    first.send(&line(Point3::origin(), 0)).unwrap();
+    first.confirm().unwrap();
+    assert!(turned_away(8).contains("being received"));
+    first.send(&line(Point3::origin(), 1)).unwrap();
+    first.confirm().unwrap();
+    // Beside it, a program on this side is turned away too.
+    let mut beside = Producer::open(&queue, CAPACITY).unwrap();
+    assert!(matches!(beside.resume(9), Err(QueueError::Written)));
+    drop(first);
+    // Gone in the middle: still nobody takes its place without a word.
+    let begun = Instant::now();
+    while turned_away(8).contains("being received") {
+        assert!(begun.elapsed() < Duration::from_secs(10));
+    }
+    assert!(turned_away(8).contains("not ended"));
+    assert!(matches!(beside.resume(9), Err(QueueError::Unfinished)));
+    let mut again = Sender::connect(&address, SECRET, 7).unwrap();
+    assert_eq!(again.next(), 2);
+    let mut end = Vec::new();
+    Record::End.encode(2, &mut end);
+    again.send(&end).unwrap();
+    again.confirm().unwrap();
+    let ((ended, tally), _) = machine.join().unwrap();
+    assert_eq!((ended, tally.paths), (Ended::Done, 2));
+}
+
+#[test]
+fn strangers_that_drip_do_not_keep_orders_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let panel = Arc::new(Panel::new(Order::Run, false));
+    let address = port(&folder.path().join("queue"), &panel);
+    let mut strangers = Vec::new();
+    for _ in 0..300 {
+        let stream = std::net::TcpStream::connect(&address).unwrap();
+        stream.set_nonblocking(true).unwrap();
+        strangers.push((stream, Instant::now()));
+    }
+    let begun = Instant::now();
+    let mut lived = Duration::ZERO;
+    let mut most = 0;
+    while !strangers.is_empty() {
+        // Each says a byte now and then, and looks whether it was sent away.
+        strangers.retain_mut(|(stream, since)| {
+            use std::io::{Read, Write};
+            let _ = stream.write(&[1]);
+            let mut bytes = [0; 64];
+            let gone = loop {
+                match stream.read(&mut bytes) {
+                    Ok(0) => break true,
+                    Ok(_) => {}
+                    Err(e) => break e.kind() != std::io::ErrorKind::WouldBlock,
+                }
+            };
+            if gone {
+                lived = lived.max(since.elapsed());
+            }
+            !gone
+        });
+        most = most.max(strangers.len());
+        let asked = Instant::now();
+        assert_eq!(tell(&address, SECRET, Some(Order::Hold)).unwrap().order, Order::Hold);
+        assert!(asked.elapsed() < Duration::from_secs(3), "{:?}", asked.elapsed());
+        assert!(begun.elapsed() < Duration::from_secs(20), "{} never go", strangers.len());
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    eprintln!("the last of 300 was sent away after {lived:?}, of at most {most} at once");
+    assert!(lived < Duration::from_secs(6), "{lived:?}");
 }

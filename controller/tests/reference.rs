@@ -4,8 +4,8 @@
 mod job;
 
 use claymill_controller::{
-    Consumer, Dynamics, Ended, Event, Machine, Order, Path, Producer, Record, Reference, ReferenceError,
-    SetPoint,
+    Consumer, Dynamics, Ended, Event, Machine, Order, Path, Producer, QueueError, Record, RecordError,
+    Reference, SetPoint,
 };
 use claymill_motion::{JointRule, Limits, Looks, Rail, Schedule, Track};
 use claymill_nurbs::{Curve3, Point3, Vector3};
@@ -233,7 +233,7 @@ fn orders_between_paths_are_executed_in_their_place() {
     let order: Vec<u64> = (events.iter())
         .filter_map(|e| match e {
             Event::PathDone(seq) | Event::Executed(seq, _) => Some(*seq),
-            Event::At(_) | Event::Discarded => None,
+            Event::At(_) | Event::ToldAgain(_) | Event::Fault(_) | Event::Stands | Event::Discarded => None,
         })
         .collect();
     assert_eq!(order, (0..records.len() as u64).collect::<Vec<_>>());
@@ -269,11 +269,19 @@ fn a_path_that_begins_elsewhere_is_refused_unless_the_part_was_turned() {
         let second = Path { curve, axis_start: lift, axis_end: lift, ..first.clone() };
         let folder = tempfile::tempdir().unwrap();
         let queue = folder.path().join("queue");
-        let _producer = filled(&queue, &[first, second]);
+        let mut producer = Producer::open(&queue, 1 << 20).unwrap();
+        for (seq, path) in [first, second].into_iter().enumerate() {
+            producer.push(&encoded(seq as u64, &Record::Path(Box::new(path))))?;
+        }
+        producer.push(&encoded(2, &Record::End))?;
+        producer.flush().unwrap();
         let mut consumer = Consumer::open(&queue, 1 << 20).unwrap();
-        reference().run(&mut consumer, &mut || Order::Run, &mut |_| ()).map(|(_, tally)| tally.stops)
+        Ok(reference().run(&mut consumer, &mut || Order::Run, &mut |_| ()).unwrap().1.stops)
     };
-    assert!(matches!(away(Vector3::z()), Err(ReferenceError::Gap { seq: 1, .. })));
+    match away(Vector3::z()) {
+        Err(QueueError::Record { seq: 1, source }) => assert_eq!(*source, RecordError::Gap { gap_mm: 10.0 }),
+        other => panic!("{other:?}"),
+    }
     assert_eq!(away(Vector3::x()).unwrap(), 2);
 }
 
@@ -296,7 +304,7 @@ fn one_path_at_a_time() {
     let mut report = |e: Event| match e {
         Event::At(p) => points.push(p),
         Event::PathDone(_) => held.set(20),
-        Event::Executed(..) | Event::Discarded => {}
+        Event::Executed(..) | Event::ToldAgain(_) | Event::Fault(_) | Event::Stands | Event::Discarded => {}
     };
     let stepping = Reference { single_step: true, ..reference() };
     let (_, tally) = stepping.run(&mut consumer, &mut order, &mut report).unwrap();

@@ -16,7 +16,8 @@ pub(crate) struct StreamArgs {
     #[arg(long, value_name = "SEQ", default_value_t = 0, allow_negative_numbers = true)]
     pub(crate) from: u64,
     /// First come to rest and drop what the machine was doing, then go up from there: at the feed of leads, then
-    /// rapidly to the clearance height. LinuxCNC is told to abort, which stops its spindle until the tool is up.
+    /// rapidly to the clearance height. LinuxCNC is told to abort, which stops its spindle until the tool is up. Without
+    /// it, another stream that has not ended is not displaced.
     #[arg(long)]
     pub(crate) restart: bool,
     /// Come down rapidly to this height above a cut that has no lead-in, mm. Without it the whole way from the clearance
@@ -62,7 +63,7 @@ pub(crate) struct PlaceArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct ControlArgs {
-    /// The queue's file, for example /dev/shm/mill.
+    /// The queue's file, for example /dev/shm/mill: new, or a queue of yours that nobody else may touch.
     #[arg(long, value_name = "FILE")]
     pub(crate) queue: PathBuf,
     /// Take connections at this address into the queue.
@@ -91,7 +92,8 @@ pub(crate) struct ControlArgs {
 #[derive(Debug, Args)]
 pub(crate) struct OrderArgs {
     /// hold: come to rest on the path. run: go on. step: go on to the end of the path. abort: come to rest and leave;
-    /// what was not done stays in the queue. discard: come to rest and drop the path and all that waits. status: none.
+    /// what was not done stays in the queue. discard: come to rest and drop the path and all that waits, a fault
+    /// with it. status: none.
     pub(crate) order: String,
     /// Address of `claymill control --listen`.
     #[arg(long, value_name = "HOST:PORT")]

@@ -1,24 +1,30 @@
+use std::cell::Cell;
 use std::io::{BufRead, Write};
 use std::net::TcpListener;
 use std::process::ExitCode;
-use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
-use claymill_controller::{Consumer, Ended, Event, Order, Panel, Port, Producer, Reference, ReferenceError};
+use claymill_controller::{
+    Consumer, Ended, Event, Order, Panel, Port, Producer, Reference, ReferenceError, WireError,
+};
 
 use super::stream::{QUEUE_BYTES, is_local, secret};
 use super::{Context, post};
 use crate::args::ControlArgs;
 use crate::console::outln;
 use crate::failure::{Failure, advice_on};
+use crate::interrupt;
+
+/// What goes wrong on connections is said no more often than this.
+const QUIET: Duration = Duration::from_secs(1);
 
 impl From<ReferenceError> for Failure {
     fn from(error: ReferenceError) -> Self {
-        match error {
-            ReferenceError::Queue(e) => e.into(),
-            damaged @ (ReferenceError::Record { .. } | ReferenceError::Gap { .. }) => {
-                Failure::problem(damaged, "Stream the job again into a new queue.")
-            }
-        }
+        let advice = "The machine came to rest. Drop what waits by the order discard (`claymill order discard` \
+            with --listen, or a line on standard input), then stream the job again.";
+        Failure::problem(error, advice)
     }
 }
 
@@ -26,6 +32,8 @@ impl From<ReferenceError> for Failure {
 pub(crate) fn control(context: &Context, args: &ControlArgs) -> Result<ExitCode, Failure> {
     let machine = post::machine(args.machine.as_deref())?;
     let panel = Arc::new(Panel::new(if args.hold { Order::Hold } else { Order::Run }, args.step));
+    // The queue first: where another controller takes from it, nobody is to reach this one.
+    let mut queue = Consumer::open(&args.queue, QUEUE_BYTES)?;
     let port = if let Some(address) = &args.listen {
         if !args.remote && !is_local(address) {
             let advice = "Say --remote if other machines may connect.";
@@ -35,16 +43,35 @@ pub(crate) fn control(context: &Context, args: &ControlArgs) -> Result<ExitCode,
     } else {
         None
     };
-    let told = Arc::clone(&panel);
-    std::thread::spawn(move || orders(&told));
-    let mut queue = Consumer::open(&args.queue, QUEUE_BYTES)?;
+    let stopped = Arc::new(AtomicBool::new(false));
+    let (told, stops) = (Arc::clone(&panel), Arc::clone(&stopped));
+    interrupt::at_first(move || {
+        stops.store(true, Ordering::SeqCst);
+        told.tell(Order::Abort);
+    });
+    // Whether somebody could still give an order.
+    let heard = Arc::new(AtomicBool::new(true));
+    let (told, hears) = (Arc::clone(&panel), Arc::clone(&heard));
+    std::thread::spawn(move || {
+        orders(&told);
+        hears.store(false, Ordering::SeqCst);
+    });
     let limits = machine.dynamics;
     let reference = Reference { limits, real_time: !args.fast, single_step: args.step };
     context.console.stage("running");
     let json = context.json;
-    let mut order = || panel.status().order;
+    let alone = port.is_none();
+    // A fault that nobody could clear ends the process, once the machine stands there.
+    let stands = Cell::new(false);
+    let mut order = || match panel.order() {
+        _ if stands.get() && alone && !heard.load(Ordering::SeqCst) => Order::Abort,
+        order => order,
+    };
     let mut report = |event: Event| {
         panel.saw(&event);
+        if event == Event::Discarded {
+            stands.set(false);
+        }
         match event {
             Event::At(p) if json => outln!(
                 "{{\"seq\":{},\"t\":{},\"tip\":[{},{},{}],\"mm_per_s\":{}}}",
@@ -57,6 +84,16 @@ pub(crate) fn control(context: &Context, args: &ControlArgs) -> Result<ExitCode,
             ),
             Event::Executed(seq, record) if json => {
                 outln!("{{\"seq\":{seq},\"executed\":\"{record:?}\"}}");
+            }
+            Event::Stands => stands.set(true),
+            Event::Discarded if json => outln!("{{\"discarded\":true}}"),
+            Event::ToldAgain(record) if json => outln!("{{\"told_again\":\"{record:?}\"}}"),
+            Event::ToldAgain(record) => context.console.say(format!("again     {record:?}")),
+            Event::Fault(why) => {
+                if json {
+                    outln!("{}", serde_json::json!({ "fault": why }));
+                }
+                context.console.say(format!("fault     {why}; the machine comes to rest"));
             }
             _ => {}
         }
@@ -75,6 +112,9 @@ pub(crate) fn control(context: &Context, args: &ControlArgs) -> Result<ExitCode,
         tally.planned_s,
         tally.stops
     ));
+    if stopped.load(Ordering::SeqCst) && ended == Ended::Aborted {
+        return Ok(ExitCode::from(interrupt::INTERRUPTED));
+    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -102,16 +142,15 @@ fn listen(
     let place = listener.local_addr().map_or_else(|_| address.to_owned(), |a| a.to_string());
     context.console.say(format!("listening {place}"));
     let secret: Arc<[u8]> = secret.into();
-    let served = Arc::clone(&port);
-    std::thread::spawn(move || {
-        for stream in listener.incoming().flatten() {
-            let (port, secret) = (Arc::clone(&served), Arc::clone(&secret));
-            std::thread::spawn(move || {
-                if let Err(error) = port.serve(stream, &secret) {
-                    eprintln!("{error}");
-                }
-            });
+    let said = Arc::new(Mutex::new(None::<Instant>));
+    let report = move |error: WireError| {
+        let mut said = said.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if said.is_none_or(|s| s.elapsed() > QUIET) {
+            *said = Some(Instant::now());
+            eprintln!("{error}");
         }
-    });
+    };
+    let served = Arc::clone(&port);
+    std::thread::spawn(move || served.listen(&listener, &secret, report));
     Ok(port)
 }

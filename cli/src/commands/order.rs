@@ -25,6 +25,16 @@ pub(crate) fn order(context: &Context, args: &OrderArgs) -> Result<ExitCode, Fai
     let ask = |order| tell(&args.to, &secret, order);
     let begun = Instant::now();
     let mut status = ask(order)?;
+    if let (Some(given), Some(fault)) = (order, &status.fault)
+        && matches!(given, Order::Run | Order::Step | Order::Discard)
+    {
+        let advice = if given == Order::Discard {
+            "What waits could not be dropped: abort, and remove the queue's file."
+        } else {
+            "Say discard to drop what waits, then stream the job again."
+        };
+        return Err(Failure::problem(format!("the machine does not go on: {fault}"), advice));
+    }
     while let Some(given) = order.filter(|given| !done(*given, &status)) {
         // Only a step may take as long as its path.
         if given != Order::Step && begun.elapsed() > BRAKES {
@@ -49,6 +59,7 @@ pub(crate) fn order(context: &Context, args: &OrderArgs) -> Result<ExitCode, Fai
             "mm_per_s": status.speed,
             "tip_mm": place.map(|p| p[0]),
             "axis": place.map(|p| p[1]),
+            "fault": status.fault,
         }))?;
     } else {
         context.console.say(line(&status));
@@ -62,7 +73,7 @@ fn done(given: Order, status: &Status) -> bool {
     match given {
         Order::Run => true,
         Order::Hold => rests,
-        Order::Step => rests && status.order != Order::Step,
+        Order::Step => rests && (status.order != Order::Step || status.fault.is_some()),
         Order::Abort => false,
         Order::Discard => rests && status.order != Order::Discard,
     }
@@ -78,5 +89,6 @@ fn line(status: &Status) -> String {
             )
         },
     );
-    format!("{:9} {place}; {} paths done", status.order, status.paths)
+    let fault = status.fault.as_ref().map_or_else(String::new, |why| format!("; fault: {why}"));
+    format!("{:9} {place}; {} paths done{fault}", status.order, status.paths)
 }

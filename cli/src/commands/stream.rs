@@ -26,10 +26,24 @@ const RETRY: Duration = Duration::from_millis(300);
 
 impl From<QueueError> for Failure {
     fn from(error: QueueError) -> Self {
-        let advice = match error {
+        let advice = match &error {
             QueueError::Dropped => "Say --restart, and --from SEQ, to begin anew.",
             QueueError::Silent(_) => "Start `claymill control --queue` with this queue, then say it again.",
-            _ => "Check the queue's path, or remove the file to begin anew.",
+            QueueError::Taken => "One controller at a time: end the other one, or choose another queue.",
+            QueueError::Written => {
+                "Wait until it has ended, or say --restart: the machine comes to rest and drops that stream."
+            }
+            QueueError::Unfinished => {
+                "Stream that one again, and it goes on; or say --restart: the machine comes to rest and drops it."
+            }
+            QueueError::Foreign { .. } => {
+                "Nothing was changed. Choose a path where claymill may make a new file, for you alone (mode 0600)."
+            }
+            QueueError::Open { source, .. } => advice_on(source),
+            QueueError::Record { .. } => "Plan the job again.",
+            QueueError::Io(_) | QueueError::Format(_) => {
+                "Check the queue's path, or remove the file to begin anew."
+            }
         };
         Failure::problem(&error, advice)
     }
@@ -43,7 +57,11 @@ impl From<RemoteError> for Failure {
 
 impl From<WireError> for Failure {
     fn from(error: WireError) -> Self {
-        let advice = match error {
+        let advice = match &error {
+            WireError::Busy(_) => {
+                "Wait until it has ended, or say --restart: the machine comes to rest and drops that stream."
+            }
+            WireError::Refused(_) => "Plan the job again, with the claymill that runs the machine.",
             WireError::Dropped => "Say --restart, and --from SEQ, to begin anew.",
             _ => "Check the address, and that both sides have the same --secret.",
         };

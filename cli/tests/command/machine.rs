@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
@@ -15,9 +15,9 @@ use crate::scratch;
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// `claymill control`, with the lines that it prints.
-struct Machine {
+pub(crate) struct Machine {
     process: Child,
-    address: String,
+    pub(crate) address: String,
     lines: Receiver<Value>,
     folder: PathBuf,
 }
@@ -31,8 +31,12 @@ impl Drop for Machine {
 
 impl Machine {
     /// Starts on a port of its own choice.
-    fn start(folder: &Path, more: &[&str]) -> Machine {
-        let mut command = claymill();
+    pub(crate) fn start(folder: &Path, more: &[&str]) -> Machine {
+        Machine::start_by(claymill(), folder, more)
+    }
+
+    /// Starts by a command that runs claymill with its own arguments.
+    pub(crate) fn start_by(mut command: Command, folder: &Path, more: &[&str]) -> Machine {
         command.current_dir(folder).args([
             "control",
             "--queue",
@@ -63,17 +67,17 @@ impl Machine {
         Machine { process, address, lines, folder: folder.to_owned() }
     }
 
-    fn order(&self, order: &str) -> Value {
+    pub(crate) fn order(&self, order: &str) -> Value {
         let made = self.try_order(order);
         assert_eq!(made.code, Some(0), "{order}: {made:?}");
         made.json()
     }
 
-    fn try_order(&self, order: &str) -> Run {
+    pub(crate) fn try_order(&self, order: &str) -> Run {
         run(&self.folder, ["order", order, "--to", &self.address, "--secret", "secret", "--json"])
     }
 
-    fn stream(&self, more: &[&str]) -> Child {
+    pub(crate) fn stream(&self, more: &[&str]) -> Child {
         let mut command = claymill();
         command.current_dir(&self.folder).args(["stream", "job", "--secret", "secret"]);
         command.args(["--to", &format!("tcp:{}", self.address)]).args(more);
@@ -81,7 +85,7 @@ impl Machine {
     }
 
     /// Set points up to the first one that is `wanted`.
-    fn until(&self, what: &str, mut wanted: impl FnMut(&Value) -> bool) -> Vec<Value> {
+    pub(crate) fn until(&self, what: &str, mut wanted: impl FnMut(&Value) -> bool) -> Vec<Value> {
         let begun = Instant::now();
         let mut seen = Vec::new();
         loop {
@@ -96,27 +100,36 @@ impl Machine {
     }
 
     fn ends(&mut self) -> bool {
+        self.code() == Some(0)
+    }
+
+    /// Its exit code, when it has come to its end.
+    pub(crate) fn code(&mut self) -> Option<i32> {
         let begun = Instant::now();
         while begun.elapsed() < PATIENCE {
             if let Some(status) = self.process.try_wait().expect("a process") {
-                return status.success();
+                return status.code();
             }
             std::thread::sleep(Duration::from_millis(20));
         }
-        false
+        None
+    }
+
+    pub(crate) fn id(&self) -> u32 {
+        self.process.id()
     }
 }
 
-fn tip(value: &Value) -> [f64; 3] {
+pub(crate) fn tip(value: &Value) -> [f64; 3] {
     [0, 1, 2].map(|i| value[i].as_f64().expect("a coordinate"))
 }
 
-fn far(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(crate) fn far(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }
 
 /// A planned job, a secret, and a machine that is quick.
-fn workshop(folder: &Path) -> Vec<Value> {
+pub(crate) fn workshop(folder: &Path) -> Vec<Value> {
     panel(folder);
     let made = run(folder, ["plan", "panel.igs", "--tool", "ball:10", "--scallop", "2", "-o", "job"]);
     assert_eq!(made.code, Some(0), "{made:?}");

@@ -15,12 +15,16 @@ mod holder;
 #[path = "../../../exchange/tests/iges_text/mod.rs"]
 mod iges_text;
 mod keeping;
+mod kills;
 mod large;
 mod machine;
 mod material;
 mod obstacle;
 mod other_formats;
 mod post;
+mod queue;
+#[path = "../../../controller/tests/records/mod.rs"]
+mod records;
 mod rest;
 mod roadster;
 mod run;

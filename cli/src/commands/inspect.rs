@@ -60,7 +60,7 @@ pub(crate) fn inspect(context: &Context, args: &InspectArgs) -> Result<ExitCode,
     let defects = defects(model, &merged, &loaded.face_area_mm2);
     if let Some((path, out)) = args.out.as_ref().zip(out) {
         context.console.stage("drawing");
-        save_picture(context, args, &loaded, &merged, &defects, &out.staged())?;
+        output::staged(&out, path, |staged| save_picture(context, args, &loaded, &merged, &defects, staged))?;
         out.finish(Kind::Picture)?;
         context.console.say(path.display());
     }

@@ -1,4 +1,5 @@
 use std::fmt;
+use std::path::Path;
 
 use crate::console::{Tone, takes_colours};
 
@@ -24,6 +25,15 @@ impl Failure {
 
     pub(crate) fn usage(message: impl fmt::Display, advice: impl Into<String>) -> Self {
         Failure { message: message.to_string(), advice: advice.into(), code: USAGE }
+    }
+
+    /// The same about other paths: what is written in a scratch folder is told as if it were beside `told`.
+    pub(crate) fn about(mut self, scratch: &Path, told: &Path) -> Self {
+        // With the separator behind it, which an empty path has not.
+        let folder = |path: &Path| path.join("").to_string_lossy().into_owned();
+        let beside = told.parent().map(folder).unwrap_or_default();
+        self.message = self.message.replace(&folder(scratch), &beside);
+        self
     }
 
     pub(crate) fn message(&self) -> &str {

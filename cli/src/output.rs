@@ -56,6 +56,15 @@ pub(crate) fn begin_beside_text(
     begin(context, told, kind, inputs)
 }
 
+/// Writes to a destination through `by`, whose failures name the destination, not the place beside it.
+pub(crate) fn staged<T, E: Into<Failure>>(
+    out: &Output,
+    told: &Path,
+    by: impl FnOnce(&Path) -> Result<T, E>,
+) -> Result<T, Failure> {
+    by(&out.staged()).map_err(|e| e.into().about(out.folder(), told))
+}
+
 /// Writes bytes to a destination.
 pub(crate) fn write(output: Output, kind: Kind, bytes: &[u8]) -> Result<(), Failure> {
     Ok(output.write(kind, bytes)?)

@@ -26,18 +26,20 @@ impl FilePlace {
     }
 }
 
-/// The file that a job folder names: at its place relative to the folder, at its whole path, as it was given, or beside the
-/// folder. The first with the right bytes, else the first that is there, else as it was given.
+/// The file that a job folder names. What lies at its place relative to the folder is it, changed or not. Where nothing does: at
+/// its whole path, as it was given, or beside the folder; the first with the right bytes, else the first that is there, else as it
+/// was given.
 #[must_use]
 pub fn find_file(folder: &Path, given: &str, place: Option<&FilePlace>, sha256: &str) -> PathBuf {
+    if let Some(path) = place.map(|p| folder.join(path_from_text(&p.relative))).filter(|p| p.is_file()) {
+        return path;
+    }
     let given = PathBuf::from(given);
-    let name = place.map_or_else(|| given.clone(), |p| path_from_text(&p.absolute));
-    let placed = place
-        .into_iter()
-        .flat_map(|p| [folder.join(path_from_text(&p.relative)), path_from_text(&p.absolute)]);
+    let absolute = place.map(|p| path_from_text(&p.absolute));
+    let name = absolute.clone().unwrap_or_else(|| given.clone());
     let beside = name.file_name().map(|name| folder.join("..").join(name));
-    let there: Vec<PathBuf> =
-        placed.chain([given.clone()]).chain(beside).filter(|path| path.is_file()).collect();
+    let all = absolute.into_iter().chain([given.clone()]).chain(beside);
+    let there: Vec<PathBuf> = all.filter(|path| path.is_file()).collect();
     let right = |path: &&PathBuf| sha256_of(path).is_ok_and(|found| found == sha256);
     match &there[..] {
         // One candidate is looked at by whoever asked.
@@ -155,10 +157,14 @@ mod tests {
         std::fs::rename(moved.join("models/m.igs"), moved.join("work/jobs/m.igs")).unwrap();
         let found = find(&moved.join("work/jobs/out"));
         assert_eq!(found.canonicalize().unwrap(), moved.join("work/jobs/m.igs").canonicalize().unwrap());
-        // Of two the right one.
+        // Of two the right one; what lies where the job and it always lay is it, whatever it has become.
         std::fs::create_dir_all(&models).unwrap();
         std::fs::write(&model, "another").unwrap();
         let found = find(&moved.join("work/jobs/out"));
         assert_eq!(found.canonicalize().unwrap(), moved.join("work/jobs/m.igs").canonicalize().unwrap());
+        std::fs::create_dir_all(moved.join("models")).unwrap();
+        std::fs::write(moved.join("models/m.igs"), "edited").unwrap();
+        let found = find(&moved.join("work/jobs/out"));
+        assert_eq!(found.canonicalize().unwrap(), moved.join("models/m.igs").canonicalize().unwrap());
     }
 }

@@ -74,7 +74,9 @@ pub(crate) fn inspect(context: &Context, args: &InspectArgs) -> Result<ExitCode,
     let sheets = material::find(&loaded, &merged, material::up(&args.axes, &loaded), &[])?;
     if let Some((path, out)) = args.out.as_ref().zip(out) {
         context.console.stage("drawing");
-        save_picture(context, args, &loaded, &merged, &defects, &sheets, &out.staged())?;
+        output::staged(&out, path, |staged| {
+            save_picture(context, args, &loaded, &merged, &defects, &sheets, staged)
+        })?;
         out.finish(Kind::Picture)?;
         context.console.say(path.display());
     }

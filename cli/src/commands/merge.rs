@@ -28,6 +28,9 @@ impl From<PresetName> for Preset {
     }
 }
 
+/// A model file to be written: as it was told, and in which format.
+type Target = (Output, PathBuf, ExportFormat);
+
 /// Lines printed of a list that may be long.
 const SHOWN: usize = 10;
 
@@ -36,11 +39,11 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
     let folder =
         args.out.as_deref().map(|out| FolderWriter::begin_replacing(out, REGIONS_FILE)).transpose()?;
     folder.iter().flat_map(FolderWriter::leftovers).for_each(interrupt::remove_on_interrupt);
-    let target = |path: &Option<PathBuf>| -> Result<Option<(Output, ExportFormat)>, Failure> {
-        let Some(path) = path else { return Ok(None) };
-        let format = ExportFormat::of(path)?;
-        let inputs = [args.model.clone()];
-        Ok(Some((output::begin_beside_text(context, path, Kind::Model, &inputs)?, format)))
+    let target = |path: &Option<PathBuf>| -> Result<Option<Target>, Failure> {
+        let Some(path) = path.clone() else { return Ok(None) };
+        let format = ExportFormat::of(&path)?;
+        let out = output::begin_beside_text(context, &path, Kind::Model, &[args.model.clone()])?;
+        Ok(Some((out, path, format)))
     };
     let (exported, drive_surfaces) = (target(&args.export)?, target(&args.drive_surfaces)?);
     let loaded = context.load(&args.model)?;
@@ -71,17 +74,21 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
             context.console.say(format!("kept      what came into the folder meanwhile: {}", kept.display()));
         }
     }
-    if let Some((out, format)) = exported {
+    if let Some((out, path, format)) = exported {
         context.console.stage("exporting");
         let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
-        export(&out.staged(), format, model, &album, &merged.region_of_face, &Program::default())?;
+        output::staged(&out, &path, |staged| {
+            export(staged, format, model, &album, &merged.region_of_face, &Program::default())
+        })?;
         out.finish(Kind::Model)?;
     }
     let mut drives = Vec::new();
-    if let Some((out, format)) = drive_surfaces {
+    if let Some((out, path, format)) = drive_surfaces {
         context.console.stage("drive surfaces");
         let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
-        drives = drive::write(&out.staged(), format, model, &merged, &album.colours())?;
+        drives = output::staged(&out, &path, |staged| {
+            drive::write(staged, format, model, &merged, &album.colours())
+        })?;
         out.finish(Kind::Model)?;
     }
     context.console.finish();

@@ -37,7 +37,8 @@ pub(crate) fn post(context: &Context, args: &PostArgs) -> Result<ExitCode, Failu
         ));
     }
     context.console.stage("writing");
-    let mut totals = claymill_controller::post_to(&job, dialect, &machine, &out, &args.out)?;
+    let written = claymill_controller::post_to(&job, dialect, &machine, &out, &args.out);
+    let mut totals = written.map_err(|e| Failure::from(e).about(out.folder(), &args.out))?;
     let mut files: Vec<(OsString, Kind)> = if out.is_stream() {
         vec![(out.name().to_owned(), Kind::Program)]
     } else {

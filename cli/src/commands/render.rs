@@ -58,7 +58,9 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
     // Anything but a model format is a picture, as ever.
     if let Some(format) = format {
         context.console.stage("exporting");
-        export(&out.staged(), format, model, &album, &region_of_face, &program)?;
+        output::staged(&out, &args.out, |staged| {
+            export(staged, format, model, &album, &region_of_face, &program)
+        })?;
         out.finish(kind)?;
         return done(context, &Made { written: vec![args.out.clone()], ..Made::default() });
     }
@@ -99,9 +101,11 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
     for (k, (view, name)) in views.iter().zip(&staged).enumerate() {
         context.console.at("pictures", k as f64 / views.len() as f64);
         let before = if k == 0 { Duration::ZERO } else { began.elapsed() };
-        claymill_viewer::render_png(&renderer, &scene, view, &options, &out.folder().join(name))?;
+        let (staged, told) = (out.folder().join(name), args.out.with_file_name(&names[k]));
+        let drawn = claymill_viewer::render_png(&renderer, &scene, view, &options, &staged);
+        drawn.map_err(|e| Failure::from(e).about(out.folder(), &told))?;
         made.took.push(began.elapsed().saturating_sub(before));
-        made.written.push(args.out.with_file_name(&names[k]));
+        made.written.push(told);
     }
     let files: Vec<(OsString, Kind)> = staged.into_iter().map(|name| (name, kind)).collect();
     out.finish_all(&files)?;

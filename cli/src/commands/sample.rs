@@ -67,7 +67,7 @@ pub(crate) fn write(
         other => problem(other),
     })?;
     let sample = sample.scaled(scale);
-    sample.write(&staged).map_err(problem)?;
+    output::staged(&out, path, |staged| sample.write(staged).map_err(problem))?;
     let model = out.name().to_owned();
     out.finish_all(&[(model, Kind::Model), (answers, Kind::Json)])?;
     Ok(sample)

@@ -31,6 +31,7 @@ pub mod analytic;
 mod arc;
 mod area;
 mod bernstein;
+mod bisect;
 mod boundary;
 mod box_tree;
 mod closest;
@@ -54,6 +55,8 @@ mod surface;
 pub mod tolerance;
 mod winding;
 
+pub use area::FaceArea;
+pub use bisect::{between, bisect};
 pub use box_tree::{BRANCHES, BoxTree, Boxes, Eight, outward};
 pub use closest::{ClosestPoints, Crossing, Crossings, Foot, Hint, Nearest};
 pub use curve::{Curve2, Curve3, NurbsCurve};

@@ -1,12 +1,36 @@
 use crate::NurbsSurface;
 use crate::arc::Arc;
-use crate::quadrature::integral;
+use crate::quadrature::{Budget, integral, integral_of_integrals};
 
-/// Relative accuracy asked of the quadrature; the error estimate is far on the safe side.
-const ACCURACY: f64 = 1e-8;
+/// Relative accuracy asked of the quadrature; the error estimate is far on the safe side. Where that takes too long, the next.
+const ACCURACIES: [f64; 3] = [1e-8, 1e-6, 1e-4];
 /// The part of a tolerance that the inner of two nested integrals may use: its error must not look like a
 /// feature of the outer integrand.
 const INNER: f64 = 0.1;
+/// Arcs whose extent is less than this share of their distance from the left side of their cell count from the leftmost.
+const APART: f64 = 0.25;
+/// Halvings of all integrals of a face together: what is smooth between its knots takes about ten for each part, a pole some
+/// thousands.
+const HALVINGS: u64 = 50_000;
+const HALVINGS_FOR_EACH_PART: u64 = 30;
+
+/// The area of a trimmed face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FaceArea {
+    /// The area, mm².
+    pub mm2: f64,
+    /// Relative accuracy to which it was integrated: 1e-8, or less where the surface is so uneven (folded over, or with one
+    /// weight a million times as large as its neighbours) that this took too long; infinite where nothing is known.
+    pub accuracy: f64,
+}
+
+impl FaceArea {
+    /// Whether it is as accurate as areas usually are.
+    #[must_use]
+    pub fn is_exact(&self) -> bool {
+        self.accuracy <= ACCURACIES[0]
+    }
+}
 
 /// Area that closed chains of arcs in the parameter plane enclose on the surface, by winding number, mm².
 /// Level arcs may be left out.
@@ -15,7 +39,10 @@ const INNER: f64 = 0.1;
 /// An arc contributes the integral from the left side of its own cell to itself, and, over its range of `v`,
 /// all cells left of it in its row. Summed over all arcs these ranges cancel, except inside, where each cell is
 /// counted once: so the cost is that of the cells inside and of the arcs, not of their product.
-pub(crate) fn enclosed_mm2(surface: &NurbsSurface, arcs: &[Arc]) -> f64 {
+///
+/// Where all arcs of a cell are close together and far from its left side, they count from the leftmost of them instead,
+/// and what is left of that is one more cell: the difference of large integrals would be no more than their rounding.
+pub(crate) fn enclosed(surface: &NurbsSurface, arcs: &[Arc]) -> FaceArea {
     let (us, vs) = (surface.knots_u().breaks(), surface.knots_v().breaks());
     let cell = |breaks: &[f64], x: f64| {
         breaks.partition_point(|&k| k <= x).saturating_sub(1).min(breaks.len().saturating_sub(2))
@@ -26,49 +53,73 @@ pub(crate) fn enclosed_mm2(surface: &NurbsSurface, arcs: &[Arc]) -> f64 {
         .filter(|a| a.start().y != a.end().y)
         .map(|arc| {
             let middle = nalgebra::center(&arc.start(), &arc.end());
-            Part { row: cell(&vs, middle.y), column: cell(&us, middle.x), arc }
+            Part { row: cell(&vs, middle.y), column: cell(&us, middle.x), left: 0.0, arc }
         })
         .collect();
     // Right to left in each row.
     parts.sort_by_key(|p| (p.row, usize::MAX - p.column));
+    for cell in parts.chunk_by_mut(|a, b| (a.row, a.column) == (b.row, b.column)) {
+        let left = us[cell[0].column];
+        let from = leftmost(left, cell).unwrap_or(left);
+        cell.iter_mut().for_each(|p| p.left = from);
+    }
     let element = |u: f64, v: f64| {
         let jet = surface.jet(u, v);
         jet.su.cross(&jet.sv).norm()
     };
-    let cells = cells(&parts);
-    let total = |tolerance: f64| -> f64 {
+    let cells = cells(&parts, &us);
+    let count = (cells.len() + parts.len()).max(1);
+    let halvings = HALVINGS.saturating_add(HALVINGS_FOR_EACH_PART.saturating_mul(count as u64));
+    let total = |tolerance: f64, budget: &Budget| -> f64 {
         let whole = |c: &Cell| {
-            let columns = (us[c.column], us[c.column + 1]);
             let inner = INNER * tolerance / (c.v.1 - c.v.0);
-            let strip = &mut |v: f64| integral(columns, inner, &mut |u| element(u, v));
-            f64::from(c.times) * integral(c.v, tolerance, strip)
+            let strip = &mut |v: f64| integral(c.u, inner, budget, &mut |u| element(u, v));
+            f64::from(c.times) * integral_of_integrals(c.v, tolerance, budget, strip)
         };
         let border = |p: &Part| {
-            let left = us[p.column];
             let inner = INNER * tolerance / (p.arc.end().y - p.arc.start().y).abs();
-            integral((0.0, 1.0), tolerance, &mut |t| {
+            integral_of_integrals((0.0, 1.0), tolerance, budget, &mut |t| {
                 let (at, slope) = p.arc.jet(t);
-                integral((left, at.x), inner, &mut |u| element(u, at.y)) * slope.y
+                integral((p.left, at.x), inner, budget, &mut |u| element(u, at.y)) * slope.y
             })
         };
         cells.iter().map(whole).sum::<f64>() + parts.iter().map(border).sum::<f64>()
     };
     // Relative to the whole, as a cell at a pole may hold nothing but rounding errors.
-    let rough = total(f64::INFINITY).abs();
-    total(rough * ACCURACY / (cells.len() + parts.len()).max(1) as f64)
+    let rough = total(f64::INFINITY, &Budget::of(0));
+    let integrated = ACCURACIES.into_iter().find_map(|accuracy| {
+        let budget = Budget::of(halvings);
+        let mm2 = total(rough.abs() * accuracy / count as f64, &budget);
+        budget.sufficed().then_some(FaceArea { mm2, accuracy })
+    });
+    integrated.unwrap_or(FaceArea { mm2: rough, accuracy: f64::INFINITY })
+}
+
+/// Where the arcs of a cell begin, if they are far from its left side for their extent.
+fn leftmost(left: f64, parts: &[Part]) -> Option<f64> {
+    let ends = || parts.iter().flat_map(|p| [p.arc.start().x, p.arc.end().x]);
+    let (low, high) = (ends().fold(f64::INFINITY, f64::min), ends().fold(f64::NEG_INFINITY, f64::max));
+    (high - low < APART * (low - left)).then_some(low)
 }
 
 /// The cells left of the arcs, with the ranges of `v` that do not cancel.
-fn cells(parts: &[Part]) -> Vec<Cell> {
+fn cells(parts: &[Part], us: &[f64]) -> Vec<Cell> {
     let mut cells = Vec::new();
     for row in parts.chunk_by(|a, b| a.row == b.row) {
         let (mut steps, mut rest) = (Vec::new(), row);
         for column in (0..=row[0].column).rev() {
-            cells.extend(counted(&steps).map(|(v, times)| Cell { column, v, times }));
+            let whole = (us[column], us[column + 1]);
+            cells.extend(counted(&steps).map(|(v, times)| Cell { u: whole, v, times }));
             let (now, later) = rest.split_at(rest.iter().take_while(|p| p.column == column).count());
             rest = later;
-            steps.extend(now.iter().flat_map(|p| [(p.arc.start().y, 1), (p.arc.end().y, -1)]));
+            let mut own: Vec<(f64, i32)> =
+                now.iter().flat_map(|p| [(p.arc.start().y, 1), (p.arc.end().y, -1)]).collect();
+            steps.extend(&own);
             merge(&mut steps);
+            if let Some(part) = now.first().filter(|p| p.left > whole.0) {
+                merge(&mut own);
+                cells.extend(counted(&own).map(|(v, times)| Cell { u: (whole.0, part.left), v, times }));
+            }
             if rest.is_empty() && steps.is_empty() {
                 break;
             }
@@ -77,9 +128,9 @@ fn cells(parts: &[Part]) -> Vec<Cell> {
     cells
 }
 
-/// A cell over a range of `v`, counted `times` times.
+/// A cell, or the left part of one, over a range of `v`, counted `times` times.
 struct Cell {
-    column: usize,
+    u: (f64, f64),
     v: (f64, f64),
     times: i32,
 }
@@ -88,6 +139,8 @@ struct Cell {
 struct Part {
     row: usize,
     column: usize,
+    /// Where its integrals over `u` begin.
+    left: f64,
     arc: Arc,
 }
 

@@ -31,6 +31,7 @@ pub mod analytic;
 mod arc;
 mod area;
 mod bernstein;
+mod bisect;
 mod boundary;
 mod box_tree;
 mod closest;
@@ -57,6 +58,8 @@ pub mod tolerance;
 mod vector_area;
 mod winding;
 
+pub use area::FaceArea;
+pub use bisect::{between, bisect};
 pub use box_tree::{BRANCHES, BoxTree, Boxes, Eight, outward};
 pub use closest::{ClosestPoints, Crossing, Crossings, Foot, Hint, Nearest};
 pub use curve::{Curve2, Curve3, NurbsCurve};

@@ -41,7 +41,7 @@ const RECTANGLE_MM: f64 = 1e-5;
 /// triangulation of the exact trim curves' samples and a grid inside.
 ///
 /// # Errors
-/// Options that are not positive, a tolerance that asks for more than fifty million points, or trim loops
+/// Options that are not positive, a tolerance that asks for more than ten million points, or trim loops
 /// that enclose nothing.
 pub fn tessellate(face: &Face, options: &MeshOptions) -> Result<FaceMesh, NurbsError> {
     options.check()?;

@@ -2,6 +2,7 @@ use nalgebra::Vector2;
 
 use crate::Point2;
 use crate::arc::Arc;
+use crate::bisect::between;
 
 /// Winding numbers of closed chains of arcs, exact to rounding: signed crossings of the ray from the point
 /// toward `+u`. Arcs are cut at their extremes, so that a ray meets each at most once and most are decided
@@ -107,14 +108,14 @@ impl Monotone {
     fn crossed_within_hull(&self, p: Point2) -> i32 {
         let (mut low, mut high) = ((0.0, self.arc.start()), (1.0, self.arc.end()));
         // Parameters closer than the last digit give the same point.
-        while high.0 - low.0 > f64::EPSILON * high.0 {
+        let apart = |low: f64, high: f64| high - low > f64::EPSILON * high;
+        while let Some(t) = between(low.0, high.0).filter(|_| apart(low.0, high.0)) {
             if p.x < low.1.x.min(high.1.x) {
                 return self.sign;
             }
             if p.x >= low.1.x.max(high.1.x) {
                 return 0;
             }
-            let t = 0.5 * (low.0 + high.0);
             let m = self.arc.point(t);
             *(if m.y <= p.y { &mut low } else { &mut high }) = (t, m);
         }

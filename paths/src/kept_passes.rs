@@ -1,6 +1,6 @@
 //! Passes as far as the tool may follow them.
 
-use claymill_nurbs::{FaceId, Hint, Point3};
+use claymill_nurbs::{FaceId, Hint, Point3, bisect};
 
 use crate::guide::Guide;
 use crate::keep::{Keep, On};
@@ -97,14 +97,8 @@ impl Cutter<'_, '_> {
     }
 
     /// The last place that is allowed on the way from one that is to one that is not.
-    fn border(&mut self, profile: &Profile, [mut inside, mut outside]: [f64; 2]) -> Sample {
-        while (outside - inside).abs() > END_MM {
-            let middle = 0.5 * (inside + outside);
-            match self.allows(&profile.sampled(middle)) {
-                true => inside = middle,
-                false => outside = middle,
-            }
-        }
+    fn border(&mut self, profile: &Profile, [inside, outside]: [f64; 2]) -> Sample {
+        let (inside, _) = bisect(inside, outside, END_MM, |s| self.allows(&profile.sampled(s)));
         profile.sampled(inside)
     }
 

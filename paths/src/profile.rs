@@ -20,6 +20,8 @@ const NARROWEST_MM: f64 = 1e-4;
 /// well enough for any way of interpolating between them.
 pub(crate) const SHARPEST_TURN: f64 = 0.12;
 pub(crate) const CLOSEST_MM: f64 = 0.01;
+/// However steep a profile seems to be, a walk along its guide gets on by this, mm.
+const SHORTEST_STEP_MM: f64 = 1e-3;
 /// Where a pass ends is narrowed down to this, mm.
 pub(crate) const END_MM: f64 = 0.05;
 /// And there it ends this much earlier, mm: what lifts a written pass clear also moves it along, by no more than the
@@ -216,6 +218,7 @@ pub(crate) fn follow(ball: &BallDrop, guide: &Guide, s0: f64, s1: f64) -> Follow
     while s < s1 {
         // The stride is along the profile: steep ground needs smaller steps on the guide.
         let step = here.map_or(stride_mm, |a| stride_mm / (1.0 + a.slope * a.slope).sqrt());
+        let step = step.max(SHORTEST_STEP_MM);
         let next = if s + 1.5 * step >= s1 { s1 } else { s + step };
         let there = walk.sample(next);
         walk.step(s, here, next, there);

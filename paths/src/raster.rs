@@ -239,7 +239,8 @@ impl Raster {
             let needs = self.band(q, q + ahead);
             let step = if ahead <= 0.0 { 0.0 } else { cheapest_step(&needs, widest).min(last - q) };
             self.push(&mut rows, q, &self.band(q - 0.5 * before, q + 0.5 * step), |n| n.is_finite());
-            if step <= 0.0 {
+            // A step that rounding takes away leads nowhere.
+            if step <= 0.0 || q + step == q {
                 return rows;
             }
             let needs = self.band(q, q + step);

@@ -8,7 +8,7 @@
 //! ```
 
 use claymill_nurbs::{
-    ClosestPoints, Curve3, FaceId, Foot, Hint, KnotVector, Point2, Point3, Vector2, Vector3,
+    ClosestPoints, Curve3, FaceId, Foot, Hint, KnotVector, Point2, Point3, Vector2, Vector3, bisect,
 };
 use claymill_surface_merge::{Joint, RegionMesh};
 use claymill_toolpath::{Move, MoveKind, round_to_written};
@@ -197,13 +197,13 @@ impl SetupContext<'_> {
             }
             let there = sample(next);
             if here.is_some() != there.is_some() {
-                let (mut free, mut held) = (here.or(there), if here.is_some() { next } else { s });
-                while let Some(a) = free.filter(|a| (a.s - held).abs() > END_MM) {
-                    let middle = 0.5 * (a.s + held);
-                    match sample(middle) {
-                        Some(m) => free = Some(m),
-                        None => held = middle,
-                    }
+                let (mut free, held) = (here.or(there), if here.is_some() { next } else { s });
+                if let Some(a) = free {
+                    bisect(a.s, held, END_MM, |s| {
+                        let found = sample(s);
+                        free = found.or(free);
+                        found.is_some()
+                    });
                 }
                 if here.is_none() {
                     stretches.push(Vec::new());

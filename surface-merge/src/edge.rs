@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use claymill_nurbs::{Curve2, Domain, FaceId, Model, NurbsSurface, Point3, Vector3};
+use claymill_nurbs::{Curve2, Domain, FaceId, Model, NurbsSurface, Point3, Vector3, bisect};
 use rayon::prelude::*;
 
 use crate::joint::EdgeStretch;
@@ -178,15 +178,7 @@ impl Edge<'_> {
         let last = self.stations.len() - 1;
         let i = self.stations.partition_point(|station| station.s <= s).clamp(1, last);
         let (a, b) = (&self.stations[i - 1], &self.stations[i]);
-        let (mut low, mut high) = (0.0, 1.0);
-        while high - low > 1e-12 {
-            let middle = 0.5 * (low + high);
-            if arc_length_between(a, b, middle) < s {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
+        let (low, high) = bisect(0.0, 1.0, 1e-12, |x| arc_length_between(a, b, x) < s);
         a.t + (b.t - a.t) * 0.5 * (low + high)
     }
 

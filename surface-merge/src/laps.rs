@@ -1,6 +1,6 @@
 //! Boundaries that end on the middle of another face: patches on patches, overlaps, walls on floors.
 
-use claymill_nurbs::{Aabb, FaceId, Point3};
+use claymill_nurbs::{Aabb, FaceId, Point3, bisect};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +27,8 @@ pub struct Lap {
 
 /// Ends of laps are located to this, mm.
 const END_MM: f64 = 1e-6;
+/// Places on one stretch that are looked at, at most: half a kilometre of steps.
+const MOST_STEPS: f64 = 1e5;
 
 /// Tells which parts of the stretches without a neighbouring edge lie on the inside of another face, and
 /// which are left. Laps shorter than [`LAP_STEP_MM`] may be missed, and a lap is longer than what any edge has within the
@@ -98,11 +100,7 @@ impl<'a, 'm, 'l> Walk<'a, 'm, 'l> {
 
     /// The last place where `at`'s answer holds before `beyond`, where another one does.
     fn change(&self, at: Place, beyond: f64) -> f64 {
-        let (mut low, mut high) = (at.s, beyond);
-        while high - low > END_MM {
-            let middle = 0.5 * (low + high);
-            if self.place(middle).onto == at.onto { low = middle } else { high = middle }
-        }
+        let (low, high) = bisect(at.s, beyond, END_MM, |s| self.place(s).onto == at.onto);
         0.5 * (low + high)
     }
 
@@ -113,7 +111,7 @@ impl<'a, 'm, 'l> Walk<'a, 'm, 'l> {
         }
         // An edge that leaves a face at a larger angle than neighbours may have does not lie on it.
         let shortest = self.tolerance_mm / ALONG_DEG.to_radians().sin();
-        let steps = ((to - from) / LAP_STEP_MM).ceil().clamp(8.0, 1e6) as usize;
+        let steps = ((to - from) / LAP_STEP_MM).ceil().clamp(8.0, MOST_STEPS) as usize;
         let mut laps = Vec::new();
         let mut left: Vec<Bare> = Vec::new();
         let mut close = |start: f64, end: f64, onto: Option<FaceId>, gap_mm: f64| match onto {

@@ -1,6 +1,6 @@
 //! Which edges run along each other, and where.
 
-use claymill_nurbs::{Aabb, Point3};
+use claymill_nurbs::{Aabb, Point3, bisect};
 use rayon::prelude::*;
 
 use crate::chord_tree::{Chord, ChordTree};
@@ -173,18 +173,18 @@ fn run_end(
     ea: &Edge<'_>,
     eb: &Edge<'_>,
     mut inside: Opposite,
-    mut outside: f64,
+    outside: f64,
     good: impl Fn(&Opposite) -> bool,
 ) -> Opposite {
     let (t0, t1) = ea.ends();
-    while (outside - inside.ta).abs() > RUN_END_SHARE * (t1 - t0) {
-        let middle = opposite(ea, eb, 0.5 * (inside.ta + outside));
-        if good(&middle) {
+    bisect(inside.ta, outside, RUN_END_SHARE * (t1 - t0), |t| {
+        let middle = opposite(ea, eb, t);
+        let is_good = good(&middle);
+        if is_good {
             inside = middle;
-        } else {
-            outside = middle.ta;
         }
-    }
+        is_good
+    });
     inside
 }
 

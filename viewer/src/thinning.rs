@@ -120,6 +120,9 @@ fn runs(rooms: &[Room], neighbours: impl Fn(usize) -> bool) -> Vec<Range<usize>>
     runs
 }
 
+/// Places on one polyline at most: more are closer than any picture shows.
+const MOST_STATIONS: usize = 10_000_000;
+
 /// Places every `step_mm` along a polyline, on its segments in the frame.
 fn stations(points: &[Place], step_mm: f32, in_frame: impl Fn(&Place, &Place) -> bool) -> Vec<Station> {
     let mut stations = Vec::new();
@@ -129,7 +132,7 @@ fn stations(points: &[Place], step_mm: f32, in_frame: impl Fn(&Place, &Place) ->
         let length = f64::from(distance2(&ab[0], &ab[1]).sqrt());
         let end = along_mm + length;
         if in_frame(&ab[0], &ab[1]) {
-            while next * step_mm < end {
+            while next * step_mm < end && stations.len() < MOST_STATIONS {
                 let along = next * step_mm;
                 let at = between(&ab[0], &ab[1], ((along - along_mm) / length) as f32);
                 stations.push(Station { along_mm: along as f32, at });

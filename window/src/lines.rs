@@ -279,7 +279,12 @@ impl Drawn {
                 let cell = p.map(|mm| (mm / (2.0 * self.spacing_mm)).floor() as i32);
                 self.cells.entry(cell).or_default().push(p);
                 since_mm = -at_mm;
-                at_mm += step_mm;
+                let next_mm = at_mm + step_mm;
+                // So far from the beginning, rounding takes the step away.
+                if next_mm <= at_mm {
+                    break;
+                }
+                at_mm = next_mm;
             }
             since_mm += length_mm;
         }

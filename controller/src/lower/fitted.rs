@@ -1,9 +1,13 @@
-use claymill_nurbs::{Curve3, KnotVector, Point3};
+use claymill_nurbs::{Curve3, KnotVector, Point3, between};
 
 /// Pieces below which a curve is no longer halved: it has a cusp that nothing smooth follows.
 const SMALLEST_MM: f64 = 1e-3;
 
-/// A cubic without weights, with the curve's points and derivatives at its joints, within `tolerance_mm`.
+/// Pieces of one curve at most: more are not smooth, but a curve that no cubic follows.
+const MOST_PARTS: usize = 100_000;
+
+/// A cubic without weights, with the curve's points and derivatives at its joints, within `tolerance_mm`; `None` where that
+/// takes too many.
 pub(super) fn hermite(curve: &Curve3, tolerance_mm: f64) -> Option<Curve3> {
     let mut stations = Vec::new();
     let cubic = |a: f64, b: f64| {
@@ -23,7 +27,7 @@ pub(super) fn hermite(curve: &Curve3, tolerance_mm: f64) -> Option<Curve3> {
         })
     };
     for span in curve.knots().breaks().windows(2) {
-        halve(curve, (span[0], span[1]), &far, &mut stations);
+        halve(curve, (span[0], span[1]), &far, &mut stations)?;
     }
     let mut knots = vec![stations.first()?.0; 4];
     let mut points = vec![Point3::from(cubic(stations[0].0, stations[0].1)[0])];
@@ -35,11 +39,20 @@ pub(super) fn hermite(curve: &Curve3, tolerance_mm: f64) -> Option<Curve3> {
     Curve3::new(KnotVector::new(3, knots).ok()?, points, None).ok()
 }
 
-/// Cuts `span` in halves until no part is `far` from what stands for it.
-fn halve(curve: &Curve3, span: (f64, f64), far: &dyn Fn(f64, f64) -> bool, parts: &mut Vec<(f64, f64)>) {
+/// Cuts `span` in halves until no part is `far` from what stands for it; `None` where that takes too many parts.
+fn halve(
+    curve: &Curve3,
+    span: (f64, f64),
+    far: &dyn Fn(f64, f64) -> bool,
+    parts: &mut Vec<(f64, f64)>,
+) -> Option<()> {
     let mut waiting = vec![span];
     while let Some((a, b)) = waiting.pop() {
-        let middle = 0.5 * (a + b);
+        // Halving ends where no parameter is left between two, too.
+        let Some(middle) = between(a, b) else {
+            parts.push((a, b));
+            continue;
+        };
         let small = (curve.point(b) - curve.point(a)).norm() < SMALLEST_MM
             && (curve.point(middle) - curve.point(a)).norm() < SMALLEST_MM;
         if !small && far(a, b) {
@@ -47,5 +60,9 @@ fn halve(curve: &Curve3, span: (f64, f64), far: &dyn Fn(f64, f64) -> bool, parts
         } else {
             parts.push((a, b));
         }
+        if parts.len() + waiting.len() > MOST_PARTS {
+            return None;
+        }
     }
+    Some(())
 }

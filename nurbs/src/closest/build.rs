@@ -13,6 +13,8 @@ const MIXED_SIZE_MM: f64 = 5.0;
 /// Cuts of one Bézier piece, at most; where it remains longer than [`REACH_MM`], twice that (a rim of a small radius
 /// along the whole of a long surface).
 const LARGEST_DEPTH: usize = 8;
+/// A face that has so many pieces is cut no further: queries do so where they have to.
+const MOST_PIECES: usize = 200_000;
 /// A trim curve this near a side of the parameter rectangle (relative to its width) lies on it.
 const ON_SIDE: f64 = 1e-12;
 /// Sides nearer to each other, or shorter, than this are a seam or a pole, mm.
@@ -102,7 +104,7 @@ pub(super) fn parts(id: FaceId, face: &Face) -> Parts {
 
 fn refine(piece: Option<Piece>, depth: usize, parts: &mut Parts) {
     let Some(piece) = piece else { return };
-    match cut(&piece, depth) {
+    match cut(&piece, depth).filter(|_| parts.pieces.len() < MOST_PIECES) {
         Some(direction) => {
             for half in piece.net.cut(direction, 0.5) {
                 let half = parts.trim.piece(half, piece.face, &piece.chords);

@@ -10,7 +10,7 @@ pub(crate) struct Lines {
 }
 
 /// More grid points than this on one face are refused rather than stored.
-const MOST_POINTS: f64 = 5e7;
+const MOST_POINTS: f64 = 1e7;
 
 impl Lines {
     pub(crate) fn new(

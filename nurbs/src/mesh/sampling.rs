@@ -24,10 +24,19 @@ pub(crate) struct Limits {
 
 /// Halvings of one arc at most; 2^16 edges are more than any tolerance asks of a sound curve.
 const DEEPEST: u32 = 16;
+/// Samples on the loops of one face, at most: ten kilometres of edges of 25 mm.
+pub(crate) const MOST_SAMPLES: usize = 400_000;
 
 /// Samples an arc so densely that the edges between samples keep to the curve and to the surface. The end
-/// belongs to the next arc and is left out.
-pub(crate) fn sample(surface: &NurbsSurface, curved: &Curvedness, arc: &Arc, limits: &Limits) -> Vec<Sample> {
+/// belongs to the next arc and is left out. Where that takes more than there is `room` for, edges stay as coarse as they
+/// are, and say so.
+pub(crate) fn sample(
+    surface: &NurbsSurface,
+    curved: &Curvedness,
+    arc: &Arc,
+    limits: &Limits,
+    room: usize,
+) -> Vec<Sample> {
     let lift = |t: f64| {
         // The ends are those of the arc to the last bit, so that neighbours share them.
         let uv = match t {
@@ -56,7 +65,7 @@ pub(crate) fn sample(surface: &NurbsSurface, curved: &Curvedness, arc: &Arc, lim
         let coarse = sagitta_mm > limits.sagitta_mm
             || facet_mm > limits.facet_mm
             || (b.1 - a.1).norm() > limits.edge_mm;
-        if coarse && depth < DEEPEST {
+        if coarse && depth < DEEPEST && samples.len() + open.len() < room {
             let t = inner[1];
             let middle = lift(t);
             open.push((t, middle, t1, b, depth + 1));

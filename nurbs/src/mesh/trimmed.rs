@@ -4,7 +4,7 @@ use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Triangulation};
 
 use super::lines::Lines;
-use super::sampling::{Limits, Sample, sample};
+use super::sampling::{Limits, MOST_SAMPLES, Sample, sample};
 use crate::arc::Arc;
 use crate::curvedness::Curvedness;
 use crate::rings::Ring;
@@ -39,6 +39,12 @@ const NEW: u32 = u32::MAX;
 const FLAT: f64 = 1e-11;
 /// Rounds of adding points where triangles are still too coarse.
 const ROUNDS: usize = 16;
+/// Points that these add, at most. Triangles that stay too coarse then know by how much.
+const MOST_EXTRA: usize = 1_000_000;
+/// Edges of trim loops that cross others, at most: each crossing is a further point.
+const MOST_CROSSING: usize = 10_000;
+/// Places nearer to a grid line than this share of a step lie on it: the triangulation refuses such small numbers.
+const ON_LINE: f64 = 1e-30;
 
 /// What becomes of the boundary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -132,8 +138,7 @@ struct Builder<'a> {
 
 impl Builder<'_> {
     fn place(&self, uv: Point2) -> spade::Point2<f64> {
-        // The triangulation refuses denormal coordinates.
-        let clean = |x: f64| if x.abs() < 1e-100 { 0.0 } else { x };
+        let clean = |x: f64| if x.abs() < ON_LINE { 0.0 } else { x };
         let at = |axis: usize| clean((uv[axis] - self.origin[axis]) * self.scale[axis]);
         spade::Point2::new(at(0), at(1))
     }
@@ -156,8 +161,11 @@ impl Builder<'_> {
     }
 
     fn add_ring(&mut self, ring: &Ring, creases: &[Vec<f64>; 2], limits: &Limits, edges: &mut Vec<[u32; 2]>) {
-        let arcs = ring.arcs.iter().flat_map(|a| cut_at_creases(a, creases));
-        let samples: Vec<Sample> = arcs.flat_map(|a| sample(self.surface, self.curved, &a, limits)).collect();
+        let mut samples: Vec<Sample> = Vec::new();
+        for arc in ring.arcs.iter().flat_map(|a| cut_at_creases(a, creases)) {
+            let room = MOST_SAMPLES.saturating_sub(self.mesh.uv.len() + samples.len());
+            samples.extend(sample(self.surface, self.curved, &arc, limits, room));
+        }
         let ids: Vec<u32> = samples.iter().map(|s| self.add(*s)).collect();
         for i in 0..ids.len() {
             let (a, b) = (ids[i], ids[(i + 1) % ids.len()]);
@@ -254,6 +262,11 @@ impl Builder<'_> {
         cdt.vertices().for_each(|v| handles[v.data().index as usize] = v.fix());
         let edges = edges.into_iter().map(|e| e.map(|i| handles[i as usize]));
         let crossing: Vec<_> = edges.filter(|&[a, b]| cdt.try_add_constraint(a, b).is_empty()).collect();
+        if crossing.len() > MOST_CROSSING {
+            let reason =
+                format!("its trim loops cross themselves or each other in {} places", crossing.len());
+            return Err(NurbsError::Mesh { reason });
+        }
         // Loops that cross are cut where they do.
         for [a, b] in crossing {
             cdt.add_constraint_and_split(a, b, |place| Vertex { place, index: NEW });
@@ -269,8 +282,9 @@ impl Builder<'_> {
         Ok(cdt)
     }
 
-    /// Splits triangles that are too coarse until none is.
+    /// Splits triangles that are too coarse until none is, or there are too many.
     fn refine(&mut self, cdt: &mut Cdt) -> Result<(), NurbsError> {
+        let mut added = 0;
         for _ in 0..ROUNDS {
             let mut extra = Vec::new();
             for face in cdt.inner_faces() {
@@ -289,7 +303,8 @@ impl Builder<'_> {
                     None => (centroid(ids.map(uv)), None),
                 });
             }
-            if extra.is_empty() {
+            added += extra.len();
+            if extra.is_empty() || added > MOST_EXTRA {
                 break;
             }
             for (uv, ends) in extra {

@@ -345,6 +345,8 @@ pub(super) struct Search<'a> {
     unproven: Vec<(&'a Triangle, [Point2; 3])>,
     /// The last flat face that was looked at.
     flat: Option<u32>,
+    /// Triangles that were cut in four so far.
+    pub(super) cuts: u32,
 }
 
 impl<'a> Search<'a> {
@@ -359,6 +361,7 @@ impl<'a> Search<'a> {
             triangle: None,
             unproven: Vec::new(),
             flat: None,
+            cuts: 0,
         }
     }
 

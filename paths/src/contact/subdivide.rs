@@ -17,6 +17,8 @@ const ALONG_COSINE: f64 = 0.5;
 const WIDEST_TURNING: f64 = 1.0;
 /// Deepest subdivision of a triangle; its deviation shrinks by 4 at each level.
 const DEEPEST: u32 = 12;
+/// Triangles that are cut at one place, at most; then bounds serve as heights.
+const MOST_CUTS: u32 = 50_000;
 
 impl Search<'_> {
     /// Cuts a triangle in four in the parameter plane until its bound falls below the best contact, or is so
@@ -53,7 +55,7 @@ impl Search<'_> {
             fine &= inside == 1.0;
         }
         fine = fine && self.lies_flat(t, &uv, &n);
-        if level >= DEEPEST || fine {
+        if level >= DEEPEST || fine || self.cuts == MOST_CUTS {
             let at = weighted(&p, high.at);
             let centre = Point3::new(self.x, self.y, high.z);
             let normal = (centre - at).normalize();
@@ -61,6 +63,7 @@ impl Search<'_> {
             self.offer(Location { centre, normal, face, support, certified: false }, None);
             return;
         }
+        self.cuts += 1;
         let surface = &self.ball.faces[t.face as usize].leaves;
         let middle = |i: usize, j: usize| Point2::from((uv[i].coords + uv[j].coords) * 0.5);
         let m = [middle(0, 1), middle(1, 2), middle(2, 0)];

@@ -16,6 +16,8 @@ const BORDER_MM: f64 = 0.01;
 const BOW: f64 = 0.066;
 /// A stretch is halved at most this often.
 const MOST_HALVINGS: usize = 6;
+/// Parts of one edge to begin with, at most.
+const MOST_PARTS: f64 = 1e5;
 /// Corners of a polygon on a side of the parameter rectangle that is one point, a pole.
 const POLE_PARTS: usize = 16;
 /// Points of a polygon nearer to each other than this are one point, mm.
@@ -163,7 +165,7 @@ impl Outlines<'_> {
         at: impl Fn(f64) -> T,
         fine: impl Fn(&T, &T) -> bool,
     ) -> Vec<T> {
-        let parts = (length_mm / self.edge_mm).ceil().max(1.0);
+        let parts = (length_mm / self.edge_mm).ceil().clamp(1.0, MOST_PARTS);
         let mut found = vec![at(0.0)];
         for k in 0..parts as usize {
             let mut open = vec![(k as f64 / parts, (k as f64 + 1.0) / parts, 0)];

@@ -51,6 +51,8 @@ const FINE_FOR_SHANKS_MM: f64 = 1e-3;
 const NEAR_MM: f64 = 0.5;
 /// Shares of the way to a corner that are no longer tried in looking for the deepest place.
 const CLIMBED: f64 = 1e-5;
+/// Ways that are tried, at most: each is a share of the one before, or leads higher.
+const MOST_CLIMBS: usize = 1000;
 
 /// The least that a body has to be raised for.
 pub(super) struct Raise {
@@ -200,7 +202,10 @@ impl Entry<'_> {
         }
         let mut best = (self.depth_at(&spot, &spot.point), spot.point);
         let mut share = 0.5;
-        while share > CLIMBED {
+        for _ in 0..MOST_CLIMBS {
+            if share <= CLIMBED {
+                break;
+            }
             let ways = patch.corners.map(|corner| best.1 + (corner - best.1) * share);
             let higher = ways.map(|p| (self.depth_at(&spot, &p), p)).into_iter().find(|way| way.0 > best.0);
             match higher {

@@ -128,6 +128,6 @@ impl Reference {
         order: &mut dyn FnMut() -> Order,
         report: &mut dyn FnMut(Event),
     ) -> Result<(Ended, Tally), ReferenceError> {
-        Run::new(self, queue, report).to_the_end(order)
+        Run::new(self, queue, report).complete(order)
     }
 }

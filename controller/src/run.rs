@@ -83,7 +83,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    pub(crate) fn to_the_end(
+    pub(crate) fn complete(
         mut self,
         order: &mut dyn FnMut() -> Order,
     ) -> Result<(Ended, Tally), ReferenceError> {

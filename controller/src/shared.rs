@@ -38,9 +38,9 @@ pub(crate) struct Shared {
 /// `CLAYMLQ` and the version's digit.
 const NAME: u64 = 0x0051_4c4d_5941_4c43;
 const VERSION: u8 = 3;
-const MAGIC: u64 = NAME | (b'0' + VERSION) as u64 * (1 << 56);
+const MAGIC: u64 = NAME | (((b'0' + VERSION) as u64) << 56);
 /// A queue whose maker has not come to the end.
-const MAKING: u64 = NAME | (b'~' as u64) * (1 << 56);
+const MAKING: u64 = NAME | ((b'~' as u64) << 56);
 pub(crate) const PRODUCER_AT: u64 = 64;
 pub(crate) const CONSUMER_AT: u64 = 128;
 pub(crate) const PROGRESS_AT: u64 = 192;

@@ -1,4 +1,4 @@
-use claymill_nurbs::{Foot, Hint};
+use claymill_nurbs::{Foot, Hint, Point3, Vector3};
 use claymill_toolpath::MoveKind;
 use rayon::prelude::*;
 
@@ -27,6 +27,9 @@ struct Probe {
     slope: f64,
     foot: Option<Foot>,
 }
+
+/// The ball is in the material where it still would be if it were this far aside, mm.
+const ALL_AROUND_MM: f64 = 0.2;
 
 /// Deeper than this is a gouge worth a mark, mm; and how many marks a move has at most.
 const GOUGE_MM: f64 = 1e-3;
@@ -237,17 +240,34 @@ impl Walk<'_> {
     /// The ball is in the material where what is nearest to its centre is the inside of a face, whose material is on that side:
     /// nothing lies between.
     fn tell_side(&self, probe: &Probe, length_mm: f64, along: &mut Along) {
-        let Some(foot) = probe.foot.filter(|foot| !foot.on_boundary) else { return };
-        let free = self.scene.free_sides[foot.face];
-        if free.is_both() {
+        let Some(foot) = probe.foot else { return };
+        let centre = self.track.centre(probe.t).0;
+        if !self.is_in_material(&centre, &foot) {
             return;
         }
-        let away = self.track.centre(probe.t).0 - foot.point;
-        let normal = self.scene.model.faces[foot.face].surface.normal(foot.u, foot.v);
-        if normal.is_some_and(|(n, _)| !free.allows(n.dot(&away) > 0.0)) {
+        // Files let faces curl by some micrometres at their borders: it has to be so all around.
+        let away = (centre - foot.point).try_normalize(1e-9).unwrap_or_else(Vector3::z);
+        let aside = away.cross(&if away.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() }).normalize();
+        let asides = [aside, -aside, away.cross(&aside), -away.cross(&aside)];
+        let is_so_aside = |way: &Vector3| {
+            let beside = centre + way * ALL_AROUND_MM;
+            let foot = self.scene.closest.closest(&beside, self.track.radius_mm + self.margin);
+            foot.is_some_and(|foot| self.is_in_material(&beside, &foot))
+        };
+        if asides.iter().all(is_so_aside) {
             along.material.length_mm += length_mm;
             along.material.at.get_or_insert_with(|| self.place(probe, &foot));
         }
+    }
+
+    /// Whether a place is on the side of the material of the inside of the face that is nearest to it.
+    fn is_in_material(&self, centre: &Point3, foot: &Foot) -> bool {
+        let free = self.scene.free_sides[foot.face];
+        if free.is_both() || foot.on_boundary {
+            return false;
+        }
+        let normal = self.scene.model.faces[foot.face].surface.normal(foot.u, foot.v);
+        normal.is_some_and(|(n, _)| !free.allows(n.dot(&(centre - foot.point)) > 0.0))
     }
 
     fn rests(&self, probe: &Probe, foot: &Foot) -> bool {

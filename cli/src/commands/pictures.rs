@@ -169,7 +169,7 @@ impl<'a> Album<'a> {
             scene.legend.extend(region_legend(&colours));
         }
         if self.shows_material && SURFACES.iter().any(|s| shown(*s)) {
-            let text = "side of the material, not cut".to_owned();
+            let text = "hatched: side of the material, not cut".to_owned();
             scene.legend.push(LegendEntry { mark: Mark::Area, colour: MATERIAL_SIDE, text });
         }
         if shown(ShowName::Labels) {

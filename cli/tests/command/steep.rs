@@ -30,7 +30,9 @@ pub(crate) fn planned(
 ) -> (Job, serde_json::Value) {
     write_iges(&folder.join("model.igs"), &model_of(surfaces), &[]).unwrap();
     let plan = ["plan", "model.igs", "--tool", "ball:6", "--scallop", "0.05", "--up", "+z", "--length", "+x"];
-    let made = run(folder, plan.iter().chain(more).chain(&["-o", out]));
+    // Bowls are cut from within here, domes from outside.
+    let sides = ["--material-side", "both"];
+    let made = run(folder, plan.iter().chain(&sides).chain(more).chain(&["-o", out]));
     assert_eq!(made.code, Some(0), "{made:?}");
     let found = std::fs::read_to_string(folder.join(out).join("verify.json")).unwrap();
     (read_job(&folder.join(out)).unwrap(), serde_json::from_str(&found).unwrap())

@@ -7,6 +7,7 @@ mod failure;
 mod interrupt;
 mod memory;
 mod merging;
+mod secret;
 mod select;
 
 use std::process::ExitCode;

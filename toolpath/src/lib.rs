@@ -27,7 +27,10 @@ mod bounds;
 mod folder;
 mod holder;
 mod job;
+mod largest;
 mod moves;
+mod plain_file;
+mod plausible;
 mod regions;
 mod tool;
 mod whole;
@@ -44,6 +47,7 @@ pub use job::{
     Totals, UncutReason,
 };
 pub use moves::{Move, MoveError, MoveKind, Program, WRITTEN_STEP_MM, round_to_written};
+pub use plain_file::{LONGEST_MADE, LONGEST_WRITTEN, open_plain, read_plain, read_plain_text};
 pub use regions::{
     FailingRecord, JointRecord, LapRecord, RegionQualityRecord, RegionRecord, RegionsFile, SmallRegionRecord,
     WideGapRecord,

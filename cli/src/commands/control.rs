@@ -5,11 +5,12 @@ use std::sync::Arc;
 
 use claymill_controller::{Consumer, Ended, Event, Order, Panel, Port, Producer, Reference, ReferenceError};
 
-use super::stream::{QUEUE_BYTES, is_local, secret};
+use super::stream::{QUEUE_BYTES, is_local};
 use super::{Context, post};
 use crate::args::ControlArgs;
 use crate::console::outln;
 use crate::failure::{Failure, advice_on};
+use crate::secret::secret;
 
 impl From<ReferenceError> for Failure {
     fn from(error: ReferenceError) -> Self {

@@ -61,6 +61,8 @@ pub(crate) fn advice_on(error: &std::io::Error) -> &'static str {
     use std::io::ErrorKind as Kind;
     match error.kind() {
         Kind::NotFound => "Check the path.",
+        Kind::IsADirectory | Kind::InvalidInput => "Name a file.",
+        Kind::FileTooLarge | Kind::InvalidData => "Check the path: this is another kind of file.",
         Kind::PermissionDenied | Kind::ReadOnlyFilesystem => "Choose a folder that you may write to.",
         Kind::NotADirectory | Kind::AlreadyExists => {
             "A file is in the way where a folder is needed: choose another folder."
@@ -89,7 +91,9 @@ impl From<claymill_toolpath::FolderError> for Failure {
         use claymill_toolpath::FolderError as E;
         let advice = match &error {
             E::Io { source, .. } => advice_on(source),
-            E::Format { .. } => "The file was changed or made by another version: plan the job again.",
+            E::Format { .. } | E::Implausible { .. } => {
+                "The file was changed or made by another version: plan the job again."
+            }
             E::NotAJobFolder(_) => {
                 "Choose a new folder, or empty this one; other people's files are never replaced."
             }

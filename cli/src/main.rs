@@ -11,6 +11,7 @@ mod memory;
 mod merging;
 mod output;
 mod relaunch;
+mod secret;
 mod select;
 
 use std::process::ExitCode;

@@ -1,4 +1,9 @@
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
+
+use signal_hook::consts::SIGABRT;
+use signal_hook::flag::register_conditional_shutdown;
 
 use sysinfo::{MemoryRefreshKind, System};
 
@@ -44,6 +49,10 @@ impl Memory {
 
 /// From now on the process ends with a message, and nothing half-written, before the system ends it without either.
 pub(crate) fn watch() {
+    // Where the system refuses memory at once the standard library says so and aborts: that is a problem like others, and
+    // no crash. Without it the message is the same.
+    let always = Arc::new(AtomicBool::new(true));
+    let _ = register_conditional_shutdown(SIGABRT, i32::from(PROBLEM), always);
     let look = || {
         let Ok(mut system) = System::new() else { return };
         loop {

@@ -3,7 +3,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use claymill_nurbs::{Curve3, KnotVector, Point3};
-use claymill_toolpath::{Move, MoveKind, Program};
+use claymill_toolpath::{LONGEST_MADE, Move, MoveKind, Program, open_plain};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -225,7 +225,7 @@ impl<'a, 't> Matcher<'a, 't> {
 
 fn open(path: &Path) -> Result<BufReader<File>, ReadError> {
     let io = |source| ReadError::Io { path: path.to_owned(), source };
-    Ok(BufReader::with_capacity(1 << 18, File::open(path).map_err(io)?))
+    Ok(BufReader::with_capacity(1 << 18, open_plain(path, LONGEST_MADE).map_err(io)?))
 }
 
 /// The dialect that a program's header names.

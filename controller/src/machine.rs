@@ -1,11 +1,25 @@
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
-use claymill_toolpath::{MachineLimits, MoveKind};
+use claymill_toolpath::{LONGEST_WRITTEN, MachineLimits, MoveKind, read_plain_text};
 use serde::{Deserialize, Serialize};
 
 use crate::MachineError;
 use crate::dialects::tool_number;
+
+/// Feeds and rapid rates that a machine may have, mm/min.
+const RATES: RangeInclusive<f64> = 1e-3..=1e7;
+/// Accelerations, mm/s², and jerks, mm/s³.
+const DYNAMICS: RangeInclusive<f64> = 1e-3..=1e9;
+/// Times of one interpolation step, s.
+const CYCLES_S: RangeInclusive<f64> = 1e-6..=1.0;
+/// Blocks that a control may look ahead, the time it may take to read one, s, and how far it may cut a corner, mm.
+const MOST_BLOCKS: usize = 1_000_000;
+const SLOWEST_BLOCK_S: f64 = 1.0;
+const WIDEST_CORNER_MM: f64 = 100.0;
+/// Axes travel no farther than this, mm.
+const FARTHEST_MM: f64 = 1e7;
 
 /// A machine as its TOML file describes it; everything may be left out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -268,7 +282,7 @@ impl Machine {
     /// The file cannot be read, is no TOML of the documented form, or has values that make no sense.
     pub fn read(path: &Path) -> Result<Self, MachineError> {
         let io = |source| MachineError::Io { path: path.to_owned(), source };
-        Self::parse(&std::fs::read_to_string(path).map_err(io)?, path)
+        Self::parse(&read_plain_text(path, LONGEST_WRITTEN).map_err(io)?, path)
     }
 
     /// Reads a machine definition from a text; `path` is for messages.
@@ -316,8 +330,8 @@ impl Machine {
         if self.line_numbers.is_some_and(|n| n.step == 0 || n.step > 1000 || n.first > 1_000_000) {
             return value("line_numbers", "must have a step from 1 to 1000 and begin below 1000000");
         }
-        if !(positive(self.feed.max_mm_per_min) && positive(self.feed.rapid_mm_per_min)) {
-            return value("feed", "must have positive rates");
+        if [self.feed.max_mm_per_min, self.feed.rapid_mm_per_min].iter().any(|v| !RATES.contains(v)) {
+            return value("feed", "must have positive rates, up to 1e7 mm/min");
         }
         let mut speeds = self.tools.values().filter_map(|t| t.speed_rpm).chain([self.spindle.speed_rpm]);
         if !speeds.all(|rpm| rpm.is_finite() && (0.0..=LARGEST_SPEED_RPM).contains(&rpm)) {
@@ -330,17 +344,26 @@ impl Machine {
             return value("retreat_mm", "must be from 0 to 10000");
         }
         let d = &self.dynamics;
-        if !(positive(d.acceleration_mm_per_s2) && positive(d.jerk_mm_per_s3) && positive(d.cycle_s)) {
-            return value("dynamics", "must be positive");
+        let quick = [d.acceleration_mm_per_s2, d.jerk_mm_per_s3];
+        if !(quick.iter().all(|v| DYNAMICS.contains(v)) && CYCLES_S.contains(&d.cycle_s)) {
+            return value(
+                "dynamics",
+                "must be positive, up to 1e9 mm/s² and mm/s³, the cycle from 1e-6 to 1 s",
+            );
         }
         let c = &self.control;
-        if c.look_ahead_blocks == Some(0)
-            || [c.block_s, c.corner_mm].into_iter().flatten().any(|v| !positive(v))
+        let known = |v: Option<f64>, most: f64| v.is_none_or(|v| positive(v) && v <= most);
+        if c.look_ahead_blocks.is_some_and(|n| !(1..=MOST_BLOCKS).contains(&n))
+            || !(known(c.block_s, SLOWEST_BLOCK_S) && known(c.corner_mm, WIDEST_CORNER_MM))
         {
-            return value("control", "must be positive");
+            return value(
+                "control",
+                "must be positive, up to 1000000 blocks, 1 s a block and 100 mm at a corner",
+            );
         }
-        if self.axes.values().any(|[a, b]| !(a.is_finite() && b.is_finite() && a < b)) {
-            return value("axes", "must have a lower limit below the upper one");
+        let travel = |[a, b]: &[f64; 2]| a < b && a.abs() <= FARTHEST_MM && b.abs() <= FARTHEST_MM;
+        if !self.axes.values().all(travel) {
+            return value("axes", "must have a lower limit below the upper one, both within 1e7 mm");
         }
         if self.setups.values().any(|s| s.zero_mm.iter().any(|z| !z.is_finite() || z.abs() > 1e6)) {
             return value("setups", "must have zeros that are finite");
@@ -421,6 +444,14 @@ mod tests {
             "retreat_mm = nan",
             "tools = { T1 = { number = 0 } }",
             "tools = { T1 = { speed_rpm = -5 } }",
+            "control = { block_s = 1e300 }",
+            "control = { corner_mm = inf }",
+            "control = { look_ahead_blocks = 1000000000 }",
+            "feed = { rapid_mm_per_min = 1e300 }",
+            "spindle = { speed_rpm = 1e300 }",
+            "dynamics = { acceleration_mm_per_s2 = 1e-300 }",
+            "dynamics = { cycle_s = 1e300 }",
+            "axes = { x = [-1e300, 1] }",
         ] {
             let machine: Machine = toml::from_str(text).unwrap();
             assert!(machine.check().is_err(), "{text}");

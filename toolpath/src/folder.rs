@@ -7,8 +7,11 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
+use crate::largest::Largest;
 use crate::manifest::{self, Survey};
 use crate::place::whole;
+use crate::plain_file::{LONGEST_MADE, open_plain, read_plain};
+use crate::plausible::{check_move, implausible, impossible_region};
 use crate::scratch::{Scratch, parent_of};
 use crate::{Job, Move, Program, RegionsFile};
 
@@ -43,6 +46,14 @@ pub enum FolderError {
         line: usize,
         /// What is wrong.
         message: String,
+    },
+    /// A value is one that no job has.
+    #[error("{}: {what}", path.display())]
+    Implausible {
+        /// The file.
+        path: PathBuf,
+        /// Which value, and what it may be.
+        what: String,
     },
     /// The destination exists and is not a job folder: it is left alone.
     #[error("{} exists and is not a claymill job folder", .0.display())]
@@ -261,35 +272,58 @@ fn exchange(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
+/// JSON files of a job are no longer than this, bytes.
+const LONGEST_JSON: u64 = 1 << 30;
+/// Neither are lines of moves.
+const LONGEST_LINE: u64 = 256 << 20;
+/// No number of a job, and no area in mm², is larger.
+const LARGEST_NUMBER: f64 = 1e15;
+
+fn format_error(path: &Path, e: &serde_json::Error) -> FolderError {
+    FolderError::Format { path: path.to_owned(), line: e.line(), message: e.to_string() }
+}
+
 fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, FolderError> {
-    let text = fs::read(path).map_err(io_error(path))?;
-    serde_json::from_slice(&text).map_err(|e| FolderError::Format {
-        path: path.to_owned(),
-        line: e.line(),
-        message: e.to_string(),
-    })
+    let text = read_plain(path, LONGEST_JSON).map_err(io_error(path))?;
+    let value = serde_json::from_slice(&text).map_err(|e| format_error(path, &e))?;
+    let Largest(largest) = serde_json::from_slice(&text).map_err(|e| format_error(path, &e))?;
+    if largest > LARGEST_NUMBER {
+        let what = format!("it holds the number {largest:e}, which nothing of a job is");
+        return Err(FolderError::Implausible { path: path.to_owned(), what });
+    }
+    Ok(value)
 }
 
 /// Reads `job.json` of a job folder.
 ///
 /// # Errors
-/// The file is missing or not of the documented form.
+/// The file is missing, not of the documented form, or has values that no job has.
 pub fn read_job(folder: &Path) -> Result<Job, FolderError> {
-    read_json(&folder.join(JOB_FILE))
+    let path = folder.join(JOB_FILE);
+    let job = read_json(&path)?;
+    match implausible(&job) {
+        Some(what) => Err(FolderError::Implausible { path, what }),
+        None => Ok(job),
+    }
 }
 
 /// Reads `regions.json` of a job folder.
 ///
 /// # Errors
-/// The file is missing or not of the documented form.
+/// The file is missing, not of the documented form, or numbers its regions as none does.
 pub fn read_regions(folder: &Path) -> Result<RegionsFile, FolderError> {
-    read_json(&folder.join(REGIONS_FILE))
+    let path = folder.join(REGIONS_FILE);
+    let regions = read_json(&path)?;
+    match impossible_region(&regions) {
+        Some(what) => Err(FolderError::Implausible { path, what }),
+        None => Ok(regions),
+    }
 }
 
 /// Reads `toolpaths.jsonl` of a job folder.
 ///
 /// # Errors
-/// The file is missing, or a line is not a move.
+/// The file is missing, or a line is not a move that a machine could make.
 pub fn read_moves(folder: &Path) -> Result<Program, FolderError> {
     Ok(read_moves_with_hash(folder)?.0)
 }
@@ -297,22 +331,25 @@ pub fn read_moves(folder: &Path) -> Result<Program, FolderError> {
 /// The moves, and the SHA-256 of the very bytes that they were read from.
 pub(crate) fn read_moves_with_hash(folder: &Path) -> Result<(Program, String), FolderError> {
     let path = folder.join(TOOLPATHS_FILE);
-    let mut file = BufReader::new(File::open(&path).map_err(io_error(&path))?);
-    let (mut moves, mut hash, mut line) = (Vec::new(), Sha256::new(), Vec::new());
-    for number in 1.. {
-        line.clear();
-        if file.read_until(b'\n', &mut line).map_err(io_error(&path))? == 0 {
+    let mut file = BufReader::new(open_plain(&path, LONGEST_MADE).map_err(io_error(&path))?);
+    let (mut moves, mut hash, mut text) = (Vec::new(), Sha256::new(), Vec::new());
+    for line in 1.. {
+        text.clear();
+        let length =
+            file.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut text).map_err(io_error(&path))?;
+        if length == 0 {
             break;
         }
-        hash.update(&line);
-        if line.trim_ascii().is_empty() {
+        hash.update(&text);
+        let wrong = |message: String| FolderError::Format { path: path.clone(), line, message };
+        if length as u64 == LONGEST_LINE {
+            return Err(wrong("the line has no end".into()));
+        }
+        if text.trim_ascii().is_empty() {
             continue;
         }
-        let parsed: Move = serde_json::from_slice(&line).map_err(|e| FolderError::Format {
-            path: path.clone(),
-            line: number,
-            message: e.to_string(),
-        })?;
+        let parsed: Move = serde_json::from_slice(&text).map_err(|e| wrong(e.to_string()))?;
+        check_move(&parsed).map_err(|e| wrong(e.to_string()))?;
         moves.push(parsed);
     }
     Ok((Program { moves }, hex(&hash.finalize())))
@@ -326,9 +363,9 @@ pub(crate) fn hex(bytes: &[u8]) -> String {
 /// SHA-256 of a file, hexadecimal.
 ///
 /// # Errors
-/// The file cannot be read.
+/// The file cannot be read, or is a device or pipe.
 pub fn sha256_of(path: &Path) -> Result<String, FolderError> {
-    let mut file = File::open(path).map_err(io_error(path))?;
+    let mut file = open_plain(path, LONGEST_MADE).map_err(io_error(path))?;
     let mut hash = Sha256::new();
     let mut buffer = vec![0; 1 << 16];
     loop {

@@ -48,6 +48,8 @@ pub enum HolderError {
     },
 }
 
+/// No holder is longer or thicker, mm.
+pub(crate) const LONGEST_MM: f64 = 1e4;
 /// Shrink-fit chucks on HSK-A63 (DIN 69882-8): largest shank, diameters of the nose's lower and upper end, mm.
 const SHRINK_FIT_MM: [[f64; 3]; 5] =
     [[8.0, 21.0, 27.0], [12.0, 24.0, 32.0], [16.0, 27.0, 34.0], [20.0, 33.0, 42.0], [32.0, 44.0, 53.0]];
@@ -80,8 +82,9 @@ impl Holder {
     /// Not of that form; a size that is not positive; a stick-out that does not leave the ball free.
     pub fn parse(text: &str, tool: &Tool) -> Result<Self, HolderError> {
         let syntax = || HolderError::Syntax(text.to_owned());
-        let size =
-            |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0).ok_or_else(syntax);
+        let size = |t: &str| {
+            t.trim().parse::<f64>().ok().filter(|v| *v > 0.0 && *v <= LONGEST_MM).ok_or_else(syntax)
+        };
         let (stick_out, sections) = text.split_once(':').map_or((text, None), |(s, more)| (s, Some(more)));
         let stick_out_mm = size(stick_out)?;
         if stick_out_mm < tool.radius_mm() {

@@ -27,10 +27,13 @@ mod bounds;
 mod folder;
 mod holder;
 mod job;
+mod largest;
 mod manifest;
 mod moves;
 mod output;
 mod place;
+mod plain_file;
+mod plausible;
 mod regions;
 mod renewal;
 mod scratch;
@@ -54,6 +57,7 @@ pub use manifest::MANIFEST_FILE;
 pub use moves::{Move, MoveError, MoveKind, Program, WRITTEN_STEP_MM, round_to_written};
 pub use output::{Kind, Output, OutputError, job_files};
 pub use place::{FilePlace, find_file, path_from_text, path_to_text};
+pub use plain_file::{LONGEST_MADE, LONGEST_WRITTEN, open_plain, read_plain, read_plain_text};
 pub use regions::{
     FailingRecord, JointRecord, LapRecord, RegionQualityRecord, RegionRecord, RegionsFile, SmallRegionRecord,
     WideGapRecord,

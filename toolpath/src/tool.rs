@@ -69,9 +69,12 @@ pub enum ToolError {
     /// An end that is not known.
     #[error("`{0}` is not a tool's end; there are ball:R, flat:R and bull:R:CORNER, for example ball:10")]
     Shape(String),
-    /// The radius is not a positive, finite number.
-    #[error("tool radius {0} mm must be a positive number")]
+    /// No tool has the radius.
+    #[error("tool radius {0} mm must be a positive number, from {low} to {high}", low = RADII_MM.0, high = RADII_MM.1)]
     Radius(f64),
+    /// No tool is as long, or as thick.
+    #[error("a length or shank of {0} mm must be at most {LONGEST_MM} mm")]
+    Long(f64),
     /// The corner is not smaller than the tool.
     #[error(
         "a corner radius of {corner_mm} mm does not suit a tool of radius {radius_mm} mm: it must be more than 0, as \
@@ -104,6 +107,10 @@ pub enum ToolError {
     Shank(f64),
 }
 
+/// The smallest and the largest radius that a tool has, mm.
+const RADII_MM: (f64, f64) = (1e-3, 1e3);
+/// No tool is longer or thicker, mm.
+const LONGEST_MM: f64 = 1e4;
 /// Flanks lean no further than this, degrees.
 const LARGEST_TAPER_DEG: f64 = 75.0;
 
@@ -181,8 +188,12 @@ impl Tool {
     fn checked(self) -> Result<Self, ToolError> {
         let positive = |v: f64| v.is_finite() && v > 0.0;
         let (radius_mm, corner_mm) = (self.radius_mm(), self.corner_radius_mm());
-        if !positive(radius_mm) {
+        if !(RADII_MM.0..=RADII_MM.1).contains(&radius_mm) {
             return Err(ToolError::Radius(radius_mm));
+        }
+        let long = [self.shank_diameter_mm, self.flute_length_mm].into_iter().flatten();
+        if let Some(mm) = long.filter(|mm| *mm > LONGEST_MM).reduce(f64::max) {
+            return Err(ToolError::Long(mm));
         }
         if matches!(self.end, End::Bull { .. }) && !(positive(corner_mm) && corner_mm < radius_mm) {
             return Err(ToolError::Corner { corner_mm, radius_mm });

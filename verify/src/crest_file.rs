@@ -11,7 +11,7 @@
 use std::path::Path;
 
 use claymill_nurbs::Point3;
-use claymill_toolpath::{FolderError, Job, Judged, write_whole};
+use claymill_toolpath::{FolderError, Job, Judged, LONGEST_MADE, read_plain, write_whole};
 
 use crate::CrestSample;
 
@@ -46,7 +46,7 @@ pub fn write_crests(folder: &Path, judged: &Judged, crests: &[CrestSample]) -> R
 /// again.
 #[must_use]
 pub fn read_crests(folder: &Path, job: &Job) -> Option<Vec<CrestSample>> {
-    let bytes = std::fs::read(folder.join(CRESTS_FILE)).ok()?;
+    let bytes = read_plain(&folder.join(CRESTS_FILE), LONGEST_MADE).ok()?;
     let end = bytes.iter().enumerate().filter(|(_, b)| **b == b'\n').nth(3)?.0 + 1;
     let (head, places) = bytes.split_at(end);
     let count = places.len() / PLACE;
@@ -58,5 +58,7 @@ pub fn read_crests(folder: &Path, job: &Job) -> Option<Vec<CrestSample>> {
             .map(|k| f64::from(f32::from_le_bytes([place[k], place[k + 1], place[k + 2], place[k + 3]])));
         CrestSample { foot: Point3::new(x, y, z), height_mm: height }
     };
-    Some(places.chunks_exact(PLACE).map(place).collect())
+    let crests: Vec<CrestSample> = places.chunks_exact(PLACE).map(place).collect();
+    let sound = |c: &CrestSample| c.foot.iter().all(|x| x.is_finite()) && c.height_mm.is_finite();
+    crests.iter().all(sound).then_some(crests)
 }

@@ -47,6 +47,18 @@ pub enum VerifyError {
         /// The name.
         name: String,
     },
+    /// A move leads far away from the model.
+    #[error(
+        "toolpaths.jsonl: move {seq} leads {farthest_mm:.0} mm away from the model: more than {limit_mm:.0} mm are implausible"
+    )]
+    Astray {
+        /// The move.
+        seq: u64,
+        /// How far, mm.
+        farthest_mm: f64,
+        /// How far it may be, mm.
+        limit_mm: f64,
+    },
 }
 
 impl VerifyError {
@@ -54,7 +66,10 @@ impl VerifyError {
     #[must_use]
     pub fn advice(&self) -> String {
         match self {
-            VerifyError::Folder(_) | VerifyError::Move(_) | VerifyError::Unknown { .. } => {
+            VerifyError::Folder(_)
+            | VerifyError::Move(_)
+            | VerifyError::Unknown { .. }
+            | VerifyError::Astray { .. } => {
                 "Plan the job again with `claymill plan`; the folder is incomplete or was edited.".into()
             }
             VerifyError::Model(e) => e.advice(),

@@ -25,6 +25,7 @@
 //! # Ok::<(), claymill_verify::VerifyError>(())
 //! ```
 
+mod astray;
 mod bounds;
 mod capsule;
 mod contact;
@@ -329,6 +330,7 @@ impl<'a> Bench<'a> {
         progress("preparing the model", 0.0);
         let options = options.suited_to(job);
         let obstacles = obstacles::ObstacleSet::read(job, &options)?;
+        astray::check(model, &obstacles.triangles, program)?;
         let mesh_options =
             MeshOptions { deviation_mm: options.mesh_deviation_mm, longest_edge_mm: options.mesh_edge_mm };
         Ok(Bench {

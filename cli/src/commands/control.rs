@@ -10,12 +10,13 @@ use claymill_controller::{
     Consumer, Ended, Event, Order, Panel, Port, Producer, Reference, ReferenceError, WireError,
 };
 
-use super::stream::{QUEUE_BYTES, is_local, secret};
+use super::stream::{QUEUE_BYTES, is_local};
 use super::{Context, post};
 use crate::args::ControlArgs;
 use crate::console::outln;
 use crate::failure::{Failure, advice_on};
 use crate::interrupt;
+use crate::secret::secret;
 
 /// What goes wrong on connections is said no more often than this.
 const QUIET: Duration = Duration::from_secs(1);

@@ -5,9 +5,10 @@ use std::time::{Duration, Instant};
 use claymill_controller::{Order, Status, WireError, tell};
 
 use super::Context;
-use super::stream::{near, secret};
+use super::stream::near;
 use crate::args::OrderArgs;
 use crate::failure::Failure;
+use crate::secret::secret;
 
 /// How often the machine is asked.
 const ASK: Duration = Duration::from_millis(30);

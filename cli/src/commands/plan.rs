@@ -8,8 +8,8 @@ use claymill_paths::{Feeds, Plan, PlanOptions, Regions, Strategy, check_tools, p
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
     Area, Bounds, FORMAT_VERSION, FilePlace, FolderWriter, HOLDER_CLEARANCE_MM, Holder, JOB_FILE, Job,
-    Judged, LinkStyle, MachineLimits, ModelFacts, Obstacle, Program, REGIONS_FILE, REPORT_FILE, Skipped,
-    Tool, ToolRecord, Totals, VERIFY_FILE, read_moves, sha256_of,
+    Judged, LONGEST_WRITTEN, LinkStyle, MachineLimits, ModelFacts, Obstacle, Program, REGIONS_FILE,
+    REPORT_FILE, Skipped, Tool, ToolRecord, Totals, VERIFY_FILE, read_moves, read_plain_text, sha256_of,
 };
 use claymill_verify::{
     Verdict, Verification, VerifyOptions, stick_out_needed_mm, verify_with_crests, write_crests,
@@ -22,7 +22,7 @@ use super::report::{self, Finished};
 use super::{Context, Loaded, box_mm, merge, orientation, pictures, plan_summary, verify};
 use crate::args::{JobOptions, LinkName, PlanArgs, PresetName, StrategyName, first_given};
 use crate::console::{counted, peak_memory_mb};
-use crate::failure::Failure;
+use crate::failure::{Failure, advice_on};
 use crate::{interrupt, material, select};
 
 /// Name of the job file that `plan` writes beside its results.
@@ -97,8 +97,8 @@ pub(crate) fn plan(context: &Context, args: &PlanArgs) -> Result<ExitCode, Failu
 }
 
 pub(crate) fn read_job_file(file: &Path) -> Result<JobOptions, Failure> {
-    let text = std::fs::read_to_string(file)
-        .map_err(|e| Failure::problem(format!("{}: {e}", file.display()), "Check the path."))?;
+    let text = read_plain_text(file, LONGEST_WRITTEN)
+        .map_err(|e| Failure::problem(format!("{}: {e}", file.display()), advice_on(&e)))?;
     toml::from_str(&text).map_err(|e| {
         Failure::problem(
             format!("{}: {e}", file.display()),

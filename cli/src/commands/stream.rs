@@ -1,4 +1,3 @@
-use std::fs;
 use std::hash::{BuildHasher, RandomState};
 use std::path::Path;
 use std::process::ExitCode;
@@ -16,6 +15,7 @@ use super::{Context, post};
 use crate::args::StreamArgs;
 use crate::clearance::cleared;
 use crate::failure::{Failure, advice_on};
+use crate::secret::secret;
 
 /// Bytes of a queue in memory.
 pub(crate) const QUEUE_BYTES: u64 = 1 << 20;
@@ -150,23 +150,6 @@ pub(crate) fn near(place: &str, remote: bool) -> Result<(), Failure> {
 
 pub(crate) fn is_local(place: &str) -> bool {
     ["localhost:", "127.0.0.1:", "[::1]:"].iter().any(|local| place.starts_with(local))
-}
-
-/// The shared secret of a file.
-pub(crate) fn secret(path: Option<&Path>) -> Result<Vec<u8>, Failure> {
-    let path = path.ok_or_else(|| {
-        Failure::usage(
-            "a connection needs a shared secret",
-            "Name a file with at least 16 bytes: --secret FILE.",
-        )
-    })?;
-    let bytes =
-        fs::read(path).map_err(|e| Failure::problem(format!("{}: {e}", path.display()), advice_on(&e)))?;
-    if bytes.len() < 16 {
-        let advice = "Make one with: head -c 32 /dev/urandom > secret";
-        return Err(Failure::usage(format!("{}: fewer than 16 bytes are no secret", path.display()), advice));
-    }
-    Ok(bytes)
 }
 
 /// A stream's name: the same moves of the same job go on where they stopped, others begin anew.

@@ -22,7 +22,7 @@ mod with_window {
     use std::sync::Arc;
     use std::time::{Duration, Instant};
 
-    use claymill_toolpath::{Kind, Output, Standing, VERIFY_FILE, read_moves};
+    use claymill_toolpath::{Kind, LONGEST_MADE, Output, Standing, VERIFY_FILE, read_moves, read_plain};
     use claymill_verify::{Verification, read_crests};
     use claymill_viewer::ViewError;
     use claymill_window::{Exhibit, Headless, JobToShow, Paint, Stage, WindowError, WindowOptions, show};
@@ -208,8 +208,8 @@ mod with_window {
             return None;
         }
         let path = folder.join(VERIFY_FILE);
-        let text = std::fs::read_to_string(&path).ok()?;
-        let read = serde_json::from_str(&text);
+        let text = read_plain(&path, LONGEST_MADE).ok()?;
+        let read = serde_json::from_slice(&text);
         read.map_err(|e| context.console.say(format!("warning: {}: {e}", path.display()))).ok()
     }
 }

@@ -128,12 +128,19 @@ pub(crate) fn far(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }
 
+/// A secret that its owner alone may read.
+fn secret(path: &Path, bytes: &str) {
+    use std::os::unix::fs::PermissionsExt;
+    std::fs::write(path, bytes).unwrap();
+    std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o600)).unwrap();
+}
+
 /// A planned job, a secret, and a machine that is quick.
 pub(crate) fn workshop(folder: &Path) -> Vec<Value> {
     panel(folder);
     let made = run(folder, ["plan", "panel.igs", "--tool", "ball:10", "--scallop", "2", "-o", "job"]);
     assert_eq!(made.code, Some(0), "{made:?}");
-    std::fs::write(folder.join("secret"), "sixteen bytes or more").unwrap();
+    secret(&folder.join("secret"), "sixteen bytes or more");
     std::fs::write(
         folder.join("quick.toml"),
         "[dynamics]\nacceleration_mm_per_s2 = 4000\njerk_mm_per_s3 = 80000\n",
@@ -271,9 +278,14 @@ fn orders_need_the_secret() {
     let folder = folder.path();
     workshop(folder);
     let machine = Machine::start(folder, &["--hold"]);
-    std::fs::write(folder.join("other"), "another sixteen bytes").unwrap();
+    secret(&folder.join("other"), "another sixteen bytes");
     let refused = run(folder, ["order", "run", "--to", &machine.address, "--secret", "other"]);
     assert_eq!(refused.code, Some(1), "{refused:?}");
+    // What others could have read is refused before it is used.
+    std::fs::write(folder.join("open"), "sixteen bytes or more").unwrap();
+    let open = run(folder, ["order", "run", "--to", &machine.address, "--secret", "open"]);
+    assert_eq!(open.code, Some(2), "{open:?}");
+    assert!(open.stderr.contains("others than its owner"), "{open:?}");
     assert_eq!(machine.order("status")["order"], "hold");
     for (order, to) in [("stop", machine.address.as_str()), ("run", "10.0.0.1:5000")] {
         let wrong = run(folder, ["order", order, "--to", to, "--secret", "secret"]);

@@ -8,6 +8,7 @@ mod bounds;
 mod browser;
 mod compare;
 mod corpus;
+mod damaged_job;
 mod export;
 mod flaws;
 mod golden;

@@ -9,6 +9,8 @@ use super::layout::{LaidLoop, Path, lay, signed_area};
 use super::{ChartError, EdgeUse, Limits};
 use crate::along::samples;
 
+/// Points of loops are held against sides of others at most about so many times in a face.
+const MOST_STEPS: u64 = 200_000_000;
 /// Strips thinner than this part of a patch are not cut off.
 const SLIVER: f64 = 1e-9;
 
@@ -176,8 +178,19 @@ fn ends(knots: &KnotVector, low: f64, high: f64) -> (f64, f64) {
 /// one, so that the winding number is 1 exactly inside.
 fn oriented(mut loops: Vec<TrimLoop>) -> Vec<TrimLoop> {
     let polygons: Vec<Vec<Point2>> = loops.iter().map(polygon).collect();
+    let boxes: Vec<Range> = polygons.iter().map(|p| Range::of(p.iter().copied())).collect();
+    let meet = |i: usize, k: usize| {
+        let (a, b) = (&boxes[i], &boxes[k]);
+        (0..2).all(|d| a.min[d] <= b.max[d] && b.min[d] <= a.max[d])
+    };
+    let size = |i: usize, k: usize| polygons[i].len() as u64 * polygons[k].len() as u64;
+    let count = polygons.len();
+    let pairs = (0..count).flat_map(|i| (0..count).map(move |k| (i, k))).filter(|(i, k)| meet(*i, *k));
+    let steps: u64 = pairs.map(|(i, k)| size(i, k)).sum();
+    // Thousands of loops in one place: not every point of theirs is looked at.
+    let stride = 1 + (steps / MOST_STEPS) as usize;
     for (i, l) in loops.iter_mut().enumerate() {
-        let around = |k: &usize| *k != i && within(&polygons[i], &polygons[*k]);
+        let around = |k: &usize| *k != i && meet(i, *k) && within(&polygons[i], &polygons[*k], stride);
         let outer = (0..polygons.len()).filter(around).count() % 2 == 0;
         if (signed_area(&polygons[i]) > 0.0) != outer {
             l.edges.reverse();
@@ -188,9 +201,10 @@ fn oriented(mut loops: Vec<TrimLoop>) -> Vec<TrimLoop> {
 }
 
 /// Whether most of `inner` lies in `outer`: touching loops have points on both sides by rounding.
-fn within(inner: &[Point2], outer: &[Point2]) -> bool {
-    let inside = inner.iter().filter(|p| contains(outer, p)).count();
-    2 * inside > inner.len()
+fn within(inner: &[Point2], outer: &[Point2], stride: usize) -> bool {
+    let points = || inner.iter().step_by(stride);
+    let inside = points().filter(|p| contains(outer, p)).count();
+    2 * inside > points().count()
 }
 
 fn polygon(l: &TrimLoop) -> Vec<Point2> {

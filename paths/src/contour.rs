@@ -35,6 +35,7 @@ const DEEPEST: u32 = 20;
 const LONGEST_MM: f64 = 4.0;
 /// Nor do they turn by more, as a cosine.
 const SHARPEST: f64 = 0.94;
+/// Guides over which it is dropped are at least this long, mm.
 const SHORTEST_MM: f64 = 0.5;
 
 /// A place on the line, and the direction uphill.
@@ -89,11 +90,11 @@ impl Hill for Dropped<'_> {
 /// The contour line at `height` through `places`, none of which may be further beside it than `aside_mm`: one guide, or
 /// several where it turns sharply or is interrupted.
 pub(crate) fn contour(ball: &BallDrop, places: &[Point2], height: f64, aside_mm: f64) -> Vec<Drawn> {
-    contour_of(Dropped { march: March::new(ball), height }, places, aside_mm)
+    contour_of(Dropped { march: March::new(ball), height }, places, aside_mm, SHORTEST_MM)
 }
 
-/// The same of any hill.
-pub(crate) fn contour_of(hill: impl Hill, places: &[Point2], aside_mm: f64) -> Vec<Drawn> {
+/// The same of any hill, of guides that are at least so long.
+pub(crate) fn contour_of(hill: impl Hill, places: &[Point2], aside_mm: f64, shortest_mm: f64) -> Vec<Drawn> {
     let mut trace = Trace { hill, uphill: 1.0, runs: Vec::new() };
     let sought = |(index, place): (usize, &Point2)| {
         let node = trace.node(index, *place, aside_mm);
@@ -123,7 +124,7 @@ pub(crate) fn contour_of(hill: impl Hill, places: &[Point2], aside_mm: f64) -> V
         before = Some((place, node));
     }
     let uphill = trace.uphill;
-    trace.runs.iter().filter_map(|run| drawn(run, uphill)).collect()
+    trace.runs.iter().filter_map(|run| drawn(run, uphill, shortest_mm)).collect()
 }
 
 impl Node {
@@ -317,7 +318,7 @@ fn stretches(run: &[Node], uphill: f64) -> Vec<Smooth> {
 }
 
 /// The cubic through the places, C¹ but for its corners; its parameter is about arc length.
-fn drawn(run: &[Node], uphill: f64) -> Option<Drawn> {
+fn drawn(run: &[Node], uphill: f64, shortest_mm: f64) -> Option<Drawn> {
     let (first, last) = (run.first()?, run.last()?);
     let stretches = stretches(run, uphill);
     let mut points = vec![stretches.first()?[0].0];
@@ -340,7 +341,7 @@ fn drawn(run: &[Node], uphill: f64) -> Option<Drawn> {
             at.extend(w[1].2.map(|index| (index, s)));
         }
     }
-    if s < SHORTEST_MM {
+    if s < shortest_mm {
         return None;
     }
     if at[at.len() - 1].1 < s {

@@ -17,7 +17,8 @@ impl SetupContext<'_> {
     pub(crate) fn kept(&self, passes: Vec<Chain>, guide: &Guide) -> Vec<Chain> {
         match self.keep {
             Some(keep) => {
-                self.cut(keep, &passes, guide, On::Pass).into_iter().filter(is_long_enough).collect()
+                let long = |chain: &Chain| is_long_enough(chain, self.shortest_pass_mm());
+                self.cut(keep, &passes, guide, On::Pass).into_iter().filter(long).collect()
             }
             None => passes,
         }

@@ -14,7 +14,7 @@ use crate::keep::Keep;
 use crate::leads::End;
 use crate::near::LaidNear;
 use crate::order::{Ends, Turn, order};
-use crate::profile::{Chain, Profile, SHORTEST_PASS_MM, follow};
+use crate::profile::{Chain, Profile, SHORTEST_BESIDE_MM, SHORTEST_PASS_MM, SHORTEST_PASS_RADII, follow};
 use crate::proofs::Proofs;
 use crate::reach::Fate;
 use crate::refit::{Fit, Over, fit_chain};
@@ -154,6 +154,14 @@ impl SetupContext<'_> {
         flat_mm(self.ball.radius_mm(), self.scallop_mm)
     }
 
+    /// Passes are at least this long, mm.
+    pub(crate) fn shortest_pass_mm(&self) -> f64 {
+        match self.beside_walls {
+            Some(_) => SHORTEST_BESIDE_MM,
+            None => SHORTEST_PASS_MM.min(SHORTEST_PASS_RADII * self.ball.radius_mm()),
+        }
+    }
+
     /// A crest higher than this is worth a further row in a part of `area_mm2`, mm.
     pub(crate) fn too_high_mm(&self, area_mm2: f64) -> f64 {
         let is_small = area_mm2 < SMALL_STEPS2 * self.flat_step_mm().powi(2);
@@ -178,7 +186,7 @@ impl SetupContext<'_> {
         let runs = self.proven_runs(pass.curves).into_iter().map(|curves| Pass { curves, ..pass });
         let mut passes: Vec<Pass> = runs.collect();
         // What something was cut out of has to be worth a pass still.
-        passes.retain(|part| part.length_mm() >= SHORTEST_PASS_MM.min(whole_mm));
+        passes.retain(|part| part.length_mm() >= self.shortest_pass_mm().min(whole_mm));
         passes
     }
 

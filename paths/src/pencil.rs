@@ -106,7 +106,7 @@ impl SetupContext<'_> {
                 let end = drawn.at[drawn.at.len() - 1].1;
                 let found = follow(self.ball, &drawn.guide, 0.0, end);
                 let (proofs, planned) = (found.proofs, vec![(0.0, end)]);
-                let chains = self.kept(found.passes(|_| true), &drawn.guide);
+                let chains = self.kept(found.passes(self.shortest_pass_mm(), |_| true), &drawn.guide);
                 (Laid { q: 0.0, guide: drawn.guide, planned, chains, fresh: false }, proofs)
             });
             laid.collect()

@@ -32,8 +32,11 @@ const CORNER_DEG: f64 = 2.0;
 /// Where two contacts are as good as equally high, now one is taken and now the other: a corner becomes several, with
 /// stretches no longer than this between them, mm.
 const FLICKER_MM: f64 = 2e-3;
-/// Passes are at least this long, mm.
+/// Passes are at least this long, mm, those of a small ball this share of its radius.
 pub(crate) const SHORTEST_PASS_MM: f64 = 1.0;
+pub(crate) const SHORTEST_PASS_RADII: f64 = 0.25;
+/// Beside walls: in a bore hardly wider than the ball its centre goes round in a small circle, and cuts a large one, mm.
+pub(crate) const SHORTEST_BESIDE_MM: f64 = 0.1;
 /// Steeper than this (`n·axis` of the contact normal) a pass ends: the ball's side would cut.
 pub(crate) const STEEPEST_NZ: f64 = 0.12;
 
@@ -71,14 +74,15 @@ pub(crate) struct Followed {
 impl Followed {
     /// The chains up to the corners beyond which only faces carry the ball that the part does not own, if they are long
     /// enough for a pass: the neighbouring rows cover the others.
-    pub(crate) fn passes(self, owns: impl Fn(FaceId) -> bool) -> Vec<Chain> {
-        self.chains.into_iter().map(|chain| up_to_others(chain, &owns)).filter(is_long_enough).collect()
+    pub(crate) fn passes(self, shortest_mm: f64, owns: impl Fn(FaceId) -> bool) -> Vec<Chain> {
+        let own = self.chains.into_iter().map(|chain| up_to_others(chain, &owns));
+        own.filter(|chain| is_long_enough(chain, shortest_mm)).collect()
     }
 }
 
 /// Whether a chain is long enough for a pass.
-pub(crate) fn is_long_enough(chain: &Chain) -> bool {
-    chain.iter().map(Profile::length_mm).sum::<f64>() >= SHORTEST_PASS_MM
+pub(crate) fn is_long_enough(chain: &Chain, shortest_mm: f64) -> bool {
+    chain.iter().map(Profile::length_mm).sum::<f64>() >= shortest_mm
 }
 
 impl Profile {
@@ -507,7 +511,7 @@ mod tests {
             let ball = BallDrop::new(&model, &covering, &top, 3.0);
             let uphill =
                 Guide::Straight(crate::guide::Line { origin: [-3.0 * sine, 0.0], direction: [1.0, 0.0] });
-            let found = follow(&ball, &uphill, 0.0, length_mm * cosine).passes(|_| true);
+            let found = follow(&ball, &uphill, 0.0, length_mm * cosine).passes(SHORTEST_PASS_MM, |_| true);
             assert_eq!(found.len(), passes, "{length_mm} mm at {lean_deg}°");
         }
     }

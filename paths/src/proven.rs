@@ -124,3 +124,50 @@ fn is_clear(piece: &Curve3, radius_mm: f64, gap_mm: &mut impl FnMut(Point3) -> f
     }
     true
 }
+
+#[cfg(test)]
+mod tests {
+    use claymill_nurbs::Vector3;
+
+    use super::*;
+
+    const R: f64 = 1.5;
+
+    /// The gap of a ball over a point that is so high.
+    fn over_point(height_mm: f64) -> impl FnMut(Point3) -> f64 {
+        move |tip| (tip + Vector3::z() * R - Point3::new(0.123, 0.0, height_mm)).norm() - R
+    }
+
+    #[test]
+    fn what_stands_out_between_two_places_is_found() {
+        let way = Curve3::line(Point3::new(-150.0, 0.0, 0.0), Point3::new(150.0, 0.0, 0.0));
+        assert!(is_clear(&way, R, &mut over_point(0.0)));
+        assert!(is_clear(&way, R, &mut over_point(0.002)));
+        assert!(!is_clear(&way, R, &mut over_point(0.012)));
+    }
+
+    #[test]
+    fn a_bend_between_two_places_is_followed() {
+        // It dips in the middle, where both of its ends see nothing.
+        let arch = |dip: f64| {
+            let at = |x: f64, z: f64| Point3::new(x, 0.0, z);
+            one_span([at(-3.0, 0.0), at(-1.0, -dip), at(1.0, -dip), at(3.0, 0.0)], 6.0).unwrap()
+        };
+        let mut over_plane = |tip: Point3| (tip.z + 0.5).min(AWAY_MM);
+        assert!(is_clear(&arch(0.6), R, &mut over_plane));
+        assert!(!is_clear(&arch(0.7), R, &mut over_plane));
+    }
+
+    #[test]
+    fn halves_of_a_cubic_are_the_cubic() {
+        let points = [[0.0, 0.0, 0.0], [1.0, 2.0, 0.5], [3.0, 2.0, -1.0], [4.0, 0.0, 2.0]].map(Point3::from);
+        let whole = one_span(points, 1.0).unwrap();
+        for (k, half) in halves(points).into_iter().enumerate() {
+            let half = one_span(half, 1.0).unwrap();
+            for t in [0.0, 0.3, 1.0] {
+                let expected = whole.point(0.5 * (k as f64 + t));
+                approx::assert_abs_diff_eq!((half.point(t) - expected).norm(), 0.0, epsilon = 1e-12);
+            }
+        }
+    }
+}

@@ -125,7 +125,7 @@ impl SetupContext<'_> {
         for &(s0, s1) in &row.stretches {
             let followed = follow(self.ball, &laid.guide, s0, s1);
             proofs += followed.proofs;
-            laid.chains.extend(self.kept(followed.passes(&is_own), &laid.guide));
+            laid.chains.extend(self.kept(followed.passes(self.shortest_pass_mm(), &is_own), &laid.guide));
         }
         (laid, proofs)
     }

@@ -156,7 +156,7 @@ impl SetupContext<'_> {
         };
         let proofs = followed.proofs;
         let corners = &stroke.drawn.corners;
-        let passes = self.kept(followed.passes(|face| ground.owns(face)), guide);
+        let passes = self.kept(followed.passes(self.shortest_pass_mm(), |face| ground.owns(face)), guide);
         let chains = passes.into_iter().map(|chain| parted(chain, corners)).collect();
         (Laid { q: level, guide: guide.clone(), planned: vec![(s0, s1)], chains, fresh: true }, proofs)
     }

@@ -25,7 +25,8 @@ use crate::part::{SetupContext, one_span};
 use crate::plan_curve::Drawn;
 use crate::probe::{LEAST_FACING, OVERHANGING};
 use crate::profile::{
-    CLOSEST_MM, END_MM, Followed, Profile, SHARPEST_TURN, STRIDE_MM, Sample, angle_between,
+    CLOSEST_MM, END_MM, Followed, Profile, SHARPEST_TURN, SHORTEST_BESIDE_MM, STRIDE_MM, Sample,
+    angle_between,
 };
 use crate::proofs::Proofs;
 use crate::reach::Fates;
@@ -154,7 +155,7 @@ impl SetupContext<'_> {
 
     /// The lines at a height on which the ball touches the walls near `places`.
     pub(crate) fn wall_contour(&self, places: &[Point2], height: f64) -> Vec<Drawn> {
-        contour_of(self.beside(height), places, ASIDE * self.flat_step_mm())
+        contour_of(self.beside(height), places, ASIDE * self.flat_step_mm(), SHORTEST_BESIDE_MM)
     }
 
     /// Whether something else keeps the ball from a place on a wall.
@@ -190,9 +191,14 @@ impl SetupContext<'_> {
         let mut s = s0;
         while s < s1 {
             let mut next = if s + 1.5 * STRIDE_MM >= s1 { s1 } else { s + STRIDE_MM };
-            while next - s > CLOSEST_MM
-                && angle_between(guide.direction(s), guide.direction(next)) > SHARPEST_TURN
-            {
+            // Once around a small circle a guide has the direction that it began with.
+            let turns =
+                |a: f64, b: f64| angle_between(guide.direction(a), guide.direction(b)) > SHARPEST_TURN;
+            let turns_on_the_way = |next: f64| {
+                let middle = 0.5 * (s + next);
+                turns(s, next) || turns(s, middle) || turns(middle, next)
+            };
+            while next - s > CLOSEST_MM && turns_on_the_way(next) {
                 next = 0.5 * (s + next);
             }
             let there = sample(next);

@@ -95,6 +95,13 @@ fn a_pass_missing_beside_a_wall() {
     let v = check(&sheltered, &job(&sheltered), &program(levels(12)));
     let of_wall = &v.coverage.faces[0].by_state_mm2;
     assert!(!of_wall.contains_key(&SurfaceState::ReachableLeft), "{:?}", v.coverage);
+
+    // But from the side it is, whether or not the job has a setup there.
+    let mut job = job(&sheltered);
+    job.request.length = "-x".into();
+    let v = check(&sheltered, &job, &program(levels(12)));
+    let left = v.coverage.faces[0].by_state_mm2[&SurfaceState::ReachableLeft];
+    approx::assert_relative_eq!(left, 60.0 * strip, max_relative = 0.05);
 }
 
 #[test]

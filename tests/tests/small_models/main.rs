@@ -272,3 +272,20 @@ fn what_a_setup_that_is_not_made_use_of_could_cut_is_left() {
     assert!(!found.verdict.passed, "{:?}", found.verdict);
     assert!(found.verdict.findings.iter().any(|f| f.code == FindingCode::ReachableLeft));
 }
+
+/// The ball's centre goes round in a small circle there.
+#[test]
+fn bores_hardly_wider_than_the_ball_are_cut() {
+    const BORE_MM: f64 = 3.175;
+    let model = solids::eye(BORE_MM, 8.89);
+    let mut left = Vec::new();
+    for ball_mm in [2.0, 2.5, 2.8, 2.9, 3.0, 3.1] {
+        let (job, plan) = planned(&model, Strategy::Planar, ball_mm, 0.1).unwrap();
+        let options = VerifyOptions::default();
+        let found = verify_program(&model, &job, &plan.program, &options, &|_, _| {}).unwrap();
+        let states = found.coverage.faces[6..].iter().map(|f| f.by_state_mm2.clone()).collect::<Vec<_>>();
+        eprintln!("ball {ball_mm}: {states:.2?}, {:?}", found.verdict);
+        left.extend((!found.verdict.passed).then_some(ball_mm));
+    }
+    assert!(left.is_empty(), "{left:?}");
+}

@@ -1,8 +1,8 @@
 //! Small solids with what is hard for a ball: thin plates, fins, rims, wing tips, ledges, bores, leaning sides.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
-use claymill_nurbs::analytic::{Frame, circle_arc, extrusion, plane_patch, revolution, segment};
+use claymill_nurbs::analytic::{Frame, circle_arc, cylinder, extrusion, plane_patch, revolution, segment};
 use claymill_nurbs::{
     Curve2, Curve3, Face, KnotVector, Model, NurbsSurface, Point2, Point3, Source, SurfaceKind, TrimEdge,
     TrimLoop, Vector3,
@@ -255,6 +255,19 @@ fn bored(rng: &mut ChaCha8Rng, size_mm: f64) -> Vec<Face> {
     let wall = segment(Point3::new(radius_mm, 0.0, 0.0), Point3::new(radius_mm, 0.0, high), (0.0, high));
     faces.push(whole(revolution(&wall.unwrap(), &Point3::origin(), &Vector3::z(), (0.0, TAU)).unwrap()));
     faces
+}
+
+/// A block with a bore through it, whose wall is two halves.
+pub(crate) fn eye(radius_mm: f64, high_mm: f64) -> Model {
+    let [low, up] = [0.0, high_mm].map(|z| rectangle([0.0; 2], [4.0 * radius_mm; 2], z));
+    let hole = Some((Point2::origin(), radius_mm));
+    let mut faces = sides(&low, &up);
+    faces.extend([lid(&low, hole), lid(&up, hole)]);
+    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    for half in [(0.0, PI), (PI, TAU)] {
+        faces.push(whole(cylinder(&frame, radius_mm, half, (0.0, high_mm)).unwrap()));
+    }
+    Model { faces, ..Model::default() }
 }
 
 /// A polygon drawn out aslant.

@@ -63,7 +63,8 @@ pub(crate) fn job(model: &Model) -> Job {
             link: LinkStyle::Lace,
             preset: "clay".into(),
             up: "+z".into(),
-            length: "-x".into(),
+            // Not said, so that it can be cut by its own setup alone.
+            length: String::new(),
             only: Vec::new(),
             skip: Vec::new(),
             material_side: Vec::new(),

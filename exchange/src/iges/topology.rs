@@ -128,7 +128,7 @@ impl EdgeLists {
         EdgeLists(lists.map(|(de, _)| (de, read(de))).collect())
     }
 
-    fn curve(&self, list: i64, index: usize) -> Result<i64, Fault> {
+    pub(crate) fn curve(&self, list: i64, index: usize) -> Result<i64, Fault> {
         let missing = Fault::Missing { de: list };
         let edges = self.0.get(&list).ok_or(missing.clone())?.as_ref().map_err(Clone::clone)?;
         index.checked_sub(1).and_then(|i| edges.get(i)).copied().ok_or(missing)

@@ -2,7 +2,7 @@
 //!
 //! Representations form a graph: identity relationships tie representations of one part together, relationships
 //! with a transformation and mapped items place one inside another. The walk starts at those that nothing
-//! holds.
+//! holds, shapes of products first: what else names their faces names them again.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,6 +12,7 @@ use nalgebra::{Matrix3, Rotation3, Similarity3, Translation3, UnitQuaternion};
 
 use super::part21::Part21;
 use super::placement::{frame, point};
+use super::products::Products;
 use super::{Context, StepError, bare, units};
 
 /// Assemblies may be nested this deep.
@@ -70,7 +71,11 @@ pub(super) fn faces(file: &Part21) -> Faces {
         representations,
         placings: Vec::new(),
         same_part: BTreeMap::new(),
-        visited: BTreeSet::new(),
+        visited: BTreeMap::new(),
+        root: 0,
+        standing: BTreeSet::new(),
+        places: BTreeMap::new(),
+        repeated: 0,
         instance: 0,
     };
     walk.relationships();
@@ -117,7 +122,16 @@ struct Walk<'a> {
     placings: Vec<Placing>,
     /// Representations tied to each other as one part.
     same_part: BTreeMap<u64, Vec<u64>>,
-    visited: BTreeSet<u64>,
+    /// The faces that were placed, with the root from which first.
+    visited: BTreeMap<u64, usize>,
+    /// The shapes of products are one root, the first; what other roots name again stands already.
+    root: usize,
+    /// Each face with each of its places.
+    standing: BTreeSet<(u64, usize)>,
+    /// Every placement, told apart by its bits.
+    places: BTreeMap<[u64; 8], usize>,
+    /// How often a face was named again.
+    repeated: usize,
     instance: u64,
 }
 
@@ -219,20 +233,31 @@ impl Walk<'_> {
     }
 
     fn run(&mut self) {
-        let children: BTreeSet<u64> = self.placings.iter().map(|p| p.child).collect();
-        let ids: Vec<u64> = self.representations.keys().copied().collect();
+        let products = Products::read(self.file);
+        // What describes a property of a part does not hold the part.
+        let holding = self.placings.iter().filter(|p| !products.is_property(&self.part(p.parent)));
+        let children: BTreeSet<u64> = holding.map(|p| p.child).collect();
         let mut done = BTreeSet::new();
-        for id in &ids {
-            let part = self.part(*id);
-            if !part.iter().any(|r| children.contains(r)) && done.insert(part[0]) {
-                self.place(&part, Similarity3::identity(), DEEPEST_ASSEMBLY);
-            }
+        let parts = self.representations.keys().map(|id| self.part(*id)).filter(|part| done.insert(part[0]));
+        let (shapes, others): (Vec<_>, Vec<_>) = parts
+            .filter(|part| !part.iter().any(|r| children.contains(r)))
+            .partition(|part| products.is_shape(part));
+        for part in shapes {
+            self.place(&part, Similarity3::identity(), DEEPEST_ASSEMBLY);
         }
-        let unreached = |file: &Part21, visited: &BTreeSet<u64>| -> Vec<u64> {
-            let face = |name: &[u8]| matches!(name, b"ADVANCED_FACE" | b"FACE_SURFACE");
-            file.of_type(face).filter(|id| !visited.contains(id)).collect()
-        };
-        let left = unreached(self.file, &self.visited);
+        for part in others {
+            self.root += 1;
+            self.place(&part, Similarity3::identity(), DEEPEST_ASSEMBLY);
+        }
+        if self.repeated > 0 {
+            self.faces.warnings.push(format!(
+                "The file names {} faces again that it has already, as properties of a part or in the same \
+                 place: they are read once.",
+                self.repeated
+            ));
+        }
+        let face = |name: &[u8]| matches!(name, b"ADVANCED_FACE" | b"FACE_SURFACE");
+        let left: Vec<u64> = self.file.of_type(face).filter(|id| !self.visited.contains_key(id)).collect();
         if left.is_empty() {
             return;
         }
@@ -331,7 +356,6 @@ impl Walk<'_> {
         owners.push(id);
         match name {
             b"ADVANCED_FACE" | b"FACE_SURFACE" => {
-                self.visited.insert(id);
                 self.push(id, context, placement, owners, reversed, false);
             }
             _ if bare::is_surface(text) => self.push(id, context, placement, owners, false, true),
@@ -371,9 +395,21 @@ impl Walk<'_> {
         reversed: bool,
         bare: bool,
     ) {
+        let (count, bits) = (self.places.len(), bits(&placement));
+        let place = *self.places.entry(bits).or_insert(count);
+        let first = *self.visited.entry(id).or_insert(self.root);
+        if first < self.root || !self.standing.insert((id, place)) {
+            self.repeated += 1;
+            return;
+        }
         let (instance, owners) = (self.instance, owners.to_vec());
         self.faces.placed.push(PlacedFace { id, placement, context, instance, owners, reversed, bare });
     }
+}
+
+fn bits(placement: &Similarity3<f64>) -> [u64; 8] {
+    let (at, turn) = (placement.isometry.translation.vector, placement.isometry.rotation.coords);
+    [at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w, placement.scaling()].map(f64::to_bits)
 }
 
 fn similarity(frame: &Frame, mm_per_unit: f64, scale: f64) -> Similarity3<f64> {

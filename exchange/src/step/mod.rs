@@ -11,8 +11,10 @@ mod curves;
 mod edges;
 mod error;
 mod faces;
+mod look;
 mod part21;
 mod placement;
+mod products;
 mod script;
 mod styles;
 mod surfaces;
@@ -26,6 +28,7 @@ use std::path::Path;
 use claymill_nurbs::{Model, Source};
 use rayon::prelude::*;
 
+use crate::audit;
 use crate::chart::Limits;
 use crate::{EntityCount, Format, Import, ImportReport, ReadError, Repair, Skipped};
 use assembly::PlacedFace;
@@ -80,7 +83,15 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
     let read: Vec<_> = faces
         .placed
         .par_iter()
-        .map(|placed| (placed, face(&file, placed, &faces.contexts[placed.context], &styles)))
+        .map(|placed| {
+            let context = &faces.contexts[placed.context];
+            let face = face(&file, placed, context, &styles).map(|(face, repairs)| {
+                let reading =
+                    audit::reading(&face, &look::bounds(&file, placed, context), context.tolerance_mm);
+                (face, repairs, reading)
+            });
+            (placed, face)
+        })
         .collect();
     let mut model = Model {
         faces: Vec::with_capacity(read.len()),
@@ -90,9 +101,10 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
     for (placed, result) in read {
         report.faces_in_file += 1;
         match result {
-            Ok((face, repairs)) => {
+            Ok((face, repairs, reading)) => {
                 model.faces.push(face);
                 report.repairs.extend(repairs);
+                report.faces.push(reading);
             }
             Err(error) => report.skipped.push(Skipped {
                 entity: format!("#{}", placed.id),

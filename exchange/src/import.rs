@@ -1,9 +1,11 @@
 use std::collections::BTreeMap;
 
 use claymill_nurbs::{Aabb, Model, Point3};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::Format;
+use crate::trim::BRIDGED_MM;
+use crate::{FaceReading, Format, audit};
 
 /// A model and the story of its reading.
 #[derive(Debug, Clone)]
@@ -33,6 +35,8 @@ pub struct ImportReport {
     pub faces_read: usize,
     /// The faces that are missing from the model, in file order.
     pub skipped: Vec<Skipped>,
+    /// What the file says of each face that was read, and whether that is what was read: in the model's order.
+    pub faces: Vec<FaceReading>,
     /// What was mended or approximated in faces that were read, in file order.
     pub repairs: Vec<Repair>,
     /// How many entities of each type the file holds and how many of them served a face, by type:
@@ -136,6 +140,44 @@ impl Import {
     }
 }
 
+/// So many faces in doubt are named one by one.
+const NAMED: usize = 5;
+
+impl Import {
+    /// Adds a warning for faces of which the file's own edges say something else, and for wide gaps.
+    pub(crate) fn with_doubts_told(mut self) -> Self {
+        let report = &mut self.report;
+        if report.faces.is_empty() {
+            // Of a format that is not looked at a second time.
+            let told_nothing = |face| audit::reading(face, &audit::Bounds::default(), 0.0);
+            report.faces = self.model.faces.par_iter().map(told_nothing).collect();
+        }
+        let doubtful =
+            || (report.faces.iter().enumerate()).filter_map(|(k, f)| Some((k, f, f.doubt.as_ref()?)));
+        let told = |(k, face, doubt): (usize, &FaceReading, &String)| {
+            format!(
+                "Face {k} ({}) is in doubt: {doubt}. Compare it with the original, or leave it out.",
+                face.entity
+            )
+        };
+        let mut warnings: Vec<String> = doubtful().take(NAMED).map(told).collect();
+        let more = doubtful().skip(NAMED).count();
+        if more > 0 {
+            warnings.push(format!("{more} more faces are in doubt; claymill inspect --json lists all."));
+        }
+        let wide = report.repairs.iter().filter(|r| r.what.contains("bridged") && r.size_mm > BRIDGED_MM);
+        warnings.extend(wide.map(|r| {
+            format!(
+                "{}: a gap of {:.3} mm in a trim loop was closed by a straight line. Compare the face with the original, \
+                 or leave it out.",
+                r.entity, r.size_mm
+            )
+        }));
+        report.warnings.append(&mut warnings);
+        self
+    }
+}
+
 impl ImportReport {
     /// The report of a file of which nothing but the format is known yet.
     pub(crate) fn new(format: Format) -> Self {
@@ -147,6 +189,7 @@ impl ImportReport {
             faces_in_file: 0,
             faces_read: 0,
             skipped: Vec::new(),
+            faces: Vec::new(),
             repairs: Vec::new(),
             entities: BTreeMap::new(),
             warnings: Vec::new(),

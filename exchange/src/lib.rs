@@ -23,6 +23,7 @@
 
 mod along;
 mod arc_length;
+mod audit;
 mod bezier;
 mod chart;
 mod contents;
@@ -49,6 +50,7 @@ mod warp;
 
 use std::path::Path;
 
+pub use audit::FaceReading;
 pub use error::ReadError;
 pub use export::{Group, WriteError};
 pub use format::Format;
@@ -101,5 +103,5 @@ pub fn read_bytes(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
     if import.model.faces.is_empty() {
         return Err(ReadError::NoFaces { path: path.into(), report: Box::new(import.report) });
     }
-    Ok(import.with_size_checked())
+    Ok(import.with_size_checked().with_doubts_told())
 }

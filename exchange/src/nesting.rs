@@ -1,7 +1,7 @@
 //! Which trim loops are outer loops, which are holes, and which say nothing at all; and surfaces that enclose
 //! nothing.
 
-use claymill_nurbs::{NurbsSurface, Point2, TrimEdge, TrimLoop};
+use claymill_nurbs::{NurbsSurface, Point2, TrimEdge, TrimLoop, turn_by_nesting};
 
 use crate::trim::{TrimError, pace};
 
@@ -33,16 +33,6 @@ fn polygon(trim: &TrimLoop) -> Vec<Point2> {
     trim.edges.iter().flat_map(along).collect()
 }
 
-fn encloses(ring: &[Point2], p: &Point2) -> bool {
-    let mut inside = false;
-    for (a, b) in ring.iter().zip(ring.iter().cycle().skip(1)) {
-        if (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) {
-            inside = !inside;
-        }
-    }
-    inside
-}
-
 /// Turns outer loops anticlockwise and holes clockwise, whatever the file says: a loop inside an odd number of
 /// others is a hole. Loops without area are dropped.
 ///
@@ -50,32 +40,13 @@ fn encloses(ring: &[Point2], p: &Point2) -> bool {
 /// No loop encloses any area.
 pub(crate) fn orient(surface: &NurbsSurface, loops: Vec<TrimLoop>) -> Result<Vec<TrimLoop>, TrimError> {
     let [pace_u, pace_v] = pace(surface);
-    let sized: Vec<_> = loops
-        .into_iter()
-        .map(|l| (signed_area(&l), l))
-        .filter(|(area, _)| area.abs() * pace_u * pace_v > crate::DEGENERATE_MM2)
-        .collect();
+    let sizable = |l: &TrimLoop| signed_area(l).abs() * pace_u * pace_v > crate::DEGENERATE_MM2;
+    let mut sized: Vec<TrimLoop> = loops.into_iter().filter(sizable).collect();
     if sized.is_empty() {
         return Err(TrimError::NoArea);
     }
-    let rings: Vec<_> = sized.iter().map(|(_, l)| polygon(l)).collect();
-    let depth = |i: usize| {
-        let others = rings.iter().enumerate().filter(|(j, _)| *j != i);
-        others.filter(|(_, ring)| rings[i].first().is_some_and(|p| encloses(ring, p))).count()
-    };
-    Ok(sized
-        .iter()
-        .enumerate()
-        .map(|(i, (area, l))| {
-            let outer = depth(i) % 2 == 0;
-            if outer == (*area > 0.0) { l.clone() } else { reversed(l) }
-        })
-        .collect())
-}
-
-fn reversed(trim: &TrimLoop) -> TrimLoop {
-    let edges = trim.edges.iter().rev().map(|e| TrimEdge { pcurve: e.pcurve.reversed(), shared: e.shared });
-    TrimLoop { edges: edges.collect() }
+    turn_by_nesting(&mut sized);
+    Ok(sized)
 }
 
 /// Whether the loops say no more than that the face is the whole surface: one loop along the four sides.

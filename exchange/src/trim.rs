@@ -19,9 +19,12 @@ const SNAPPED_MM: f64 = 1e-4;
 /// Points that miss the domain by no more than this are put on its side, mm.
 const ROUNDING_MM: f64 = 1e-6;
 /// Gaps up to this (or ten times the file's tolerance) are bridged and reported, mm.
-const BRIDGED_MM: f64 = 0.5;
+pub(crate) const BRIDGED_MM: f64 = 0.5;
 /// ... but never more than this part of the loop's length.
 const BRIDGED_PART: f64 = 0.1;
+/// Wider ones, up to this, mm, and this part of the loop's length, are closed rather than losing the face, and warned about.
+const WIDE_MM: f64 = 5.0;
+const WIDE_PART: f64 = 0.05;
 /// Samples per knot span when curves are compared.
 const SAMPLES: usize = 6;
 
@@ -240,7 +243,8 @@ impl<'a> Trimmer<'a> {
     /// Joins neighbouring ends: moves them together when they all but meet, bridges small gaps.
     fn close(&self, chain: Vec<TrimEdge>) -> Result<Closed, TrimError> {
         let length: f64 = chain.iter().map(|e| self.span_mm(&e.pcurve)).sum();
-        let limit = BRIDGED_MM.max(10.0 * self.tolerance_mm).min(BRIDGED_PART * length);
+        let limit =
+            BRIDGED_MM.max(10.0 * self.tolerance_mm).min(BRIDGED_PART * length).max(widest_gap_mm(length));
         let count = chain.len();
         let mut bridged_mm = 0.0_f64;
         let mut edges = chain;
@@ -293,6 +297,11 @@ impl<'a> Trimmer<'a> {
             (0..=16).map(|i| self.lifted(pcurve, a + (b - a) * f64::from(i) / 16.0)).collect();
         points.windows(2).map(|w| (w[1] - w[0]).norm()).sum()
     }
+}
+
+/// Gaps wider than this in a loop of such a length, mm, cannot be what was meant.
+pub(crate) fn widest_gap_mm(length_mm: f64) -> f64 {
+    WIDE_MM.min(WIDE_PART * length_mm)
 }
 
 /// Turns edges round where that clearly, by more than `slack_mm`, brings the end of one and the start of the next together.

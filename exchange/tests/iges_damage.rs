@@ -88,6 +88,25 @@ fn small_gaps_are_bridged_and_reported_and_wide_ones_refused() {
     assert!(reason.contains("does not close: gap 2.000 mm"), "{reason}");
 }
 
+/// A face is worth more than 3.8 mm of its edge: the gap is closed, and said by name.
+#[test]
+fn a_gap_that_is_wide_but_small_beside_its_loop_is_closed_with_a_warning() {
+    let corners = [[10.0, 10.0, 0.0], [90.0, 10.0, 0.0], [90.0, 70.0, 0.0], [10.0, 13.8, 0.0]];
+    let mut entities = vec![flat(10.0, 8.0)];
+    entities.extend(trimmed(&corners));
+    entities[2] = flat(100.0, 80.0);
+    let import = read_bytes(file(&entities).as_bytes(), Path::new("test.igs")).unwrap();
+    assert_eq!((import.model.faces.len(), import.report.skipped.len()), (2, 0));
+    assert!((import.report.repairs[0].size_mm - 3.8).abs() < 1e-9);
+    let told = import.report.warnings.iter().filter(|w| w.contains("3.800 mm")).count();
+    assert_eq!(told, 1, "{:?}", import.report.warnings);
+    approx::assert_relative_eq!(
+        import.model.faces[1].area_mm2(),
+        0.5 * 80.0 * (60.0 + 3.8),
+        max_relative = 1e-9
+    );
+}
+
 #[test]
 fn trims_off_the_surface_or_without_area_are_refused() {
     let off = trimmed(&[[1.0, 1.0, 3.0], [9.0, 1.0, 3.0], [9.0, 7.0, 3.0], [1.0, 1.0, 3.0]]);

@@ -189,6 +189,35 @@ fn shells_are_sewn_where_the_model_knows_it() {
     assert_eq!(uses(&second.model).1, double);
 }
 
+/// Files without topology (IGES) say nothing of shared edges: what lies on each other from end to end is one edge.
+#[test]
+fn patches_that_meet_are_sewn_without_the_files_word() {
+    let patch = |x: f64, flipped: bool| {
+        let corner =
+            |i: u32, j: u32| Point3::new(x + 10.0 * f64::from(i), 8.0 * f64::from(j), f64::from(i * j));
+        let (rows, columns) = if flipped { ([1, 0], [1, 0]) } else { ([0, 1], [0, 1]) };
+        let points = rows.iter().flat_map(|i| columns.map(|j| corner(*i, j))).collect();
+        let knots = || KnotVector::clamped_uniform(1, 2);
+        face(NurbsSurface::new(knots(), knots(), points, None).unwrap(), Vec::new(), "patch")
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("patches.stp");
+    // The second patch begins where the first ends, at its height; the third is half a millimetre off.
+    let mut second = patch(10.0, true);
+    let net = [[20.0, 8.0, 0.0], [20.0, 0.0, 0.0], [10.0, 8.0, 1.0], [10.0, 0.0, 0.0]].map(Point3::from);
+    let knots = || KnotVector::clamped_uniform(1, 2);
+    second.surface = NurbsSurface::new(knots(), knots(), net.to_vec(), None).unwrap();
+    let model = Model { faces: vec![patch(0.0, false), second, patch(20.5, false)], ..Model::default() };
+    write_step(&path, &model, &[]).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert_eq!(text.matches("=EDGE_CURVE(").count(), 11);
+    assert_eq!(text.matches("=VERTEX_POINT(").count(), 10);
+    let back = read(&path).unwrap();
+    let area = |m: &Model| m.faces.iter().map(Face::area_mm2).sum::<f64>();
+    assert_eq!((back.model.faces.len(), back.report.warnings.len()), (3, 0));
+    approx::assert_relative_eq!(area(&back.model), area(&model), max_relative = 1e-9);
+}
+
 #[test]
 fn geometry_names_colours_and_layers_survive_in_step() {
     let folder = tempfile::tempdir().unwrap();

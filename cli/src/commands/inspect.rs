@@ -146,6 +146,12 @@ fn print(found: &Inspection) {
         found.faces,
         found.skipped.len()
     );
+    let judged = found.report.faces.iter().filter(|f| f.area_in_file_mm2.is_some()).count();
+    let doubtful = found.report.faces.iter().filter(|f| f.doubt.is_some()).count();
+    outln!(
+        "  checked     {judged} of {} by the area that their edges in the file enclose, {doubtful} in doubt",
+        found.faces
+    );
     outln!("  trimmed     {} of {}, rational {}", found.trimmed, found.faces, found.rational);
     outln!("  area        {:.4} m²", found.area_mm2 * 1e-6);
     outln!("  size        {} mm", size.join(" x "));

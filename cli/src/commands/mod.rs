@@ -92,7 +92,7 @@ impl Context<'_> {
         say_skipped(self.console, &import.report);
         self.console.stage("measuring");
         let faces = &import.model.faces;
-        let face_area_mm2: Vec<f64> = faces.par_iter().map(Face::area_mm2).collect();
+        let face_area_mm2: Vec<f64> = import.report.faces.iter().map(|f| f.area_read_mm2).collect();
         let boxes: Vec<Aabb> = faces.par_iter().map(Face::bounds).collect();
         let bounds = boxes.iter().fold(Aabb::empty(), |a, b| a.union(b));
         Ok(Loaded { import, face_area_mm2, bounds })

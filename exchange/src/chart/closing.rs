@@ -196,7 +196,7 @@ fn gather(carrier: &Carrier, outer: &[LaidLoop], inner: &mut [LaidLoop]) {
 }
 
 /// Whether `p` is inside the polygon (even–odd).
-pub(crate) fn contains(polygon: &[Point2], p: &Point2) -> bool {
+fn contains(polygon: &[Point2], p: &Point2) -> bool {
     let next = polygon.iter().cycle().skip(1);
     let crossings = polygon
         .iter()

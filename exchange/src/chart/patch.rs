@@ -1,16 +1,14 @@
 //! The patch under a face, cut from its carrier, and the closed trim loops on it.
 
-use claymill_nurbs::{Curve2, KnotVector, NurbsSurface, Point2, TrimEdge, TrimLoop};
+use claymill_nurbs::{Curve2, KnotVector, NurbsSurface, Point2, TrimEdge, TrimLoop, turn_by_nesting};
 
 use super::carrier::{Carrier, Range};
-use super::closing::{close, contains};
+use super::closing::close;
 use super::fit::Fitter;
-use super::layout::{LaidLoop, Path, lay, signed_area};
+use super::layout::{LaidLoop, Path, lay};
 use super::{ChartError, EdgeUse, Limits};
-use crate::along::samples;
+use crate::trim::widest_gap_mm;
 
-/// Points of loops are held against sides of others at most about so many times in a face.
-const MOST_STEPS: u64 = 200_000_000;
 /// Strips thinner than this part of a patch are not cut off.
 const SLIVER: f64 = 1e-9;
 
@@ -44,7 +42,8 @@ pub(crate) fn trimmed(
     let fitter = Fitter { carrier, patch: &patch, tolerance: limits.fit, same: limits.same };
     let mut finish = Finish { fitter, limits, bridged: Vec::new() };
     let loops: Result<Vec<TrimLoop>, _> = laid.iter().map(|l| finish.trim_loop(l)).collect();
-    let loops = oriented(loops?.into_iter().filter(|l| !l.edges.is_empty()).collect());
+    let mut loops: Vec<TrimLoop> = loops?.into_iter().filter(|l| !l.edges.is_empty()).collect();
+    turn_by_nesting(&mut loops);
     let bridged = finish.bridged;
     let surface = if uncut { patch } else { cut_to(patch, &loops) };
     Ok(Patch { surface, loops, bridged })
@@ -87,6 +86,9 @@ impl Finish<'_> {
         }
         let mut closed: Vec<TrimEdge> = Vec::with_capacity(edges.len());
         let count = edges.len();
+        let mm = self.limits.mm_per_unit;
+        let around: f64 = edges.iter().map(|e| self.length(&e.pcurve)).sum();
+        let widest = self.limits.misfit.max(widest_gap_mm(around * mm) / mm);
         for i in 0..count {
             let next = edges[(i + 1) % count].pcurve.start();
             let mut edge = edges[i].clone();
@@ -102,7 +104,7 @@ impl Finish<'_> {
             closed.push(edge);
             if let Some(pcurve) = bridge {
                 let length = self.length(&pcurve);
-                if length > self.limits.misfit {
+                if length > widest {
                     let gap_mm = length * self.limits.mm_per_unit;
                     let what = format!("a trim loop does not close: gap {gap_mm:.3} mm");
                     return Err(ChartError::Loops { what });
@@ -172,48 +174,4 @@ fn ends(knots: &KnotVector, low: f64, high: f64) -> (f64, f64) {
     let sliver = SLIVER * (last - first);
     let snapped = |at: f64| knots.breaks().into_iter().find(|k| (k - at).abs() <= sliver).unwrap_or(at);
     (snapped(low), snapped(high))
-}
-
-/// Gives loops at even depth (outer boundaries) an anticlockwise run and those at odd depth (holes) a clockwise
-/// one, so that the winding number is 1 exactly inside.
-fn oriented(mut loops: Vec<TrimLoop>) -> Vec<TrimLoop> {
-    let polygons: Vec<Vec<Point2>> = loops.iter().map(polygon).collect();
-    let boxes: Vec<Range> = polygons.iter().map(|p| Range::of(p.iter().copied())).collect();
-    let meet = |i: usize, k: usize| {
-        let (a, b) = (&boxes[i], &boxes[k]);
-        (0..2).all(|d| a.min[d] <= b.max[d] && b.min[d] <= a.max[d])
-    };
-    let size = |i: usize, k: usize| polygons[i].len() as u64 * polygons[k].len() as u64;
-    let count = polygons.len();
-    let pairs = (0..count).flat_map(|i| (0..count).map(move |k| (i, k))).filter(|(i, k)| meet(*i, *k));
-    let steps: u64 = pairs.map(|(i, k)| size(i, k)).sum();
-    // Thousands of loops in one place: not every point of theirs is looked at.
-    let stride = 1 + (steps / MOST_STEPS) as usize;
-    for (i, l) in loops.iter_mut().enumerate() {
-        let around = |k: &usize| *k != i && meet(i, *k) && within(&polygons[i], &polygons[*k], stride);
-        let outer = (0..polygons.len()).filter(around).count() % 2 == 0;
-        if (signed_area(&polygons[i]) > 0.0) != outer {
-            l.edges.reverse();
-            l.edges.iter_mut().for_each(|e| e.pcurve = e.pcurve.reversed());
-        }
-    }
-    loops
-}
-
-/// Whether most of `inner` lies in `outer`: touching loops have points on both sides by rounding.
-fn within(inner: &[Point2], outer: &[Point2], stride: usize) -> bool {
-    let points = || inner.iter().step_by(stride);
-    let inside = points().filter(|p| contains(outer, p)).count();
-    2 * inside > points().count()
-}
-
-fn polygon(l: &TrimLoop) -> Vec<Point2> {
-    let along = |e: &TrimEdge| {
-        let per_span = if e.pcurve.knots().degree() == 1 { 1 } else { 8 };
-        let mut points: Vec<Point2> =
-            samples(&e.pcurve, per_span).into_iter().map(|t| e.pcurve.point(t)).collect();
-        points.pop();
-        points
-    };
-    l.edges.iter().flat_map(along).collect()
 }

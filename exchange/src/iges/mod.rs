@@ -17,6 +17,7 @@ mod faces;
 mod fault;
 mod file;
 mod global;
+mod look;
 mod placement;
 mod quadrics;
 mod roots;
@@ -31,6 +32,7 @@ use std::path::Path;
 use claymill_nurbs::Model;
 use rayon::prelude::*;
 
+use crate::audit;
 use crate::plausible::LARGEST_TOLERANCE_MM;
 use crate::unfolding::Allowance;
 use crate::{Format, Import, ImportReport, ReadError, Skipped, Units};
@@ -72,7 +74,15 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
         ReadError::TooMuch { path: path.into(), entity: format!("DE {}", e.de), what }
     })?;
     let reader = FaceReader { file: &file, edge_lists, tolerance_mm: report.tolerance_mm };
-    let made: Vec<_> = roots.par_iter().map(|root| reader.face(root)).collect();
+    let made: Vec<_> = roots
+        .par_iter()
+        .map(|root| {
+            let made = reader.face(root)?;
+            let bounds = look::bounds(&file, &reader.edge_lists, root);
+            let reading = audit::reading(&made.face, &bounds, report.tolerance_mm);
+            Ok::<_, fault::Fault>((made, reading))
+        })
+        .collect();
 
     let mut model = Model {
         tolerance_mm: report.tolerance_mm,
@@ -82,8 +92,9 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
     report.faces_in_file = roots.len();
     for (root, made) in roots.iter().zip(made) {
         match made {
-            Ok(made) => {
+            Ok((made, reading)) => {
                 model.faces.push(made.face);
+                report.faces.push(reading);
                 report.repairs.extend(made.repairs);
             }
             Err(fault) => report.skipped.push(Skipped {

@@ -2,7 +2,8 @@
 //!
 //! Representations form a graph: identity relationships tie representations of one part together, relationships
 //! with a transformation and mapped items place one inside another. The walk starts at those that nothing
-//! holds, once it is known how many faces it will come by.
+//! holds, shapes of products first, once it is known how many faces it will come by: what else names their faces names
+//! them again.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -13,6 +14,7 @@ use nalgebra::{Matrix3, Rotation3, Similarity3, Translation3, UnitQuaternion};
 use super::contents::{Contents, Lost, OwnFace};
 use super::part21::Part21;
 use super::placement::{frame, point};
+use super::products::Products;
 use super::unfolding::Unfolding;
 use super::{Context, StepError, units};
 use crate::unfolding::{Allowance, PLACEMENT, Tally, tallies};
@@ -101,6 +103,11 @@ pub(super) fn faces(file: &Part21) -> Result<Faces, TooMuch> {
         parts: BTreeMap::new(),
         stands: HashSet::new(),
         twice: BTreeMap::new(),
+        visited: BTreeMap::new(),
+        root: 0,
+        standing: BTreeSet::new(),
+        places: BTreeMap::new(),
+        repeated: 0,
         instance: 0,
     };
     walk.relationships();
@@ -155,6 +162,16 @@ struct Walk<'a> {
     stands: HashSet<(u64, [u64; 8])>,
     /// Parts that were to be placed where they stand already, and how often.
     twice: BTreeMap<u64, usize>,
+    /// The faces that were placed, with the root from which first.
+    visited: BTreeMap<u64, usize>,
+    /// The shapes of products are one root, the first; what other roots name again stands already.
+    root: usize,
+    /// Each face with each of its places.
+    standing: BTreeSet<(u64, usize)>,
+    /// Every placement, told apart by its bits.
+    places: BTreeMap<[u64; 8], usize>,
+    /// How often a face was named again.
+    repeated: usize,
     instance: u64,
 }
 
@@ -256,8 +273,13 @@ impl Walk<'_> {
 
     fn run(&mut self) -> Result<(), TooMuch> {
         let leaders = self.gather_parts();
-        let held: BTreeSet<u64> = self.parts.values().flat_map(|p| p.inside.iter().map(|i| i.0)).collect();
-        let roots: Vec<u64> = leaders.iter().copied().filter(|leader| !held.contains(leader)).collect();
+        let products = Products::read(self.file);
+        // What describes a property of a part does not hold the part.
+        let holding = self.parts.iter().filter(|(leader, _)| !products.is_property(&self.part(**leader)));
+        let held: BTreeSet<u64> = holding.flat_map(|(_, p)| p.inside.iter().map(|i| i.0)).collect();
+        let (shapes, others): (Vec<u64>, Vec<u64>) = (leaders.into_iter().filter(|l| !held.contains(l)))
+            .partition(|leader| products.is_shape(&self.part(*leader)));
+        let roots = [shapes.as_slice(), &others].concat();
         // Parts that stand in nothing but themselves show nothing: their faces are read where they stand.
         let reached = self.reached(&roots);
         let own = |leader: &u64| self.parts[leader].contents.faces.iter().map(|f| f.id);
@@ -272,8 +294,19 @@ impl Walk<'_> {
         }
         let size = measured(&mut unfolding, loose.iter().copied(), &mut self.faces.oversized);
         self.check(&roots, Tally { size, parts: 0, faces: loose.len() as u64 })?;
-        for root in roots {
+        for root in shapes {
             self.place(root, Similarity3::identity(), &mut Vec::new());
+        }
+        for root in others {
+            self.root += 1;
+            self.place(root, Similarity3::identity(), &mut Vec::new());
+        }
+        if self.repeated > 0 {
+            self.faces.warnings.push(format!(
+                "The file names {} faces again that it has already, as properties of a part or in the same place: they are \
+                 read once.",
+                self.repeated
+            ));
         }
         for leader in reached {
             let contents = std::mem::take(&mut self.parts.entry(leader).or_default().contents);
@@ -445,6 +478,13 @@ impl Walk<'_> {
 
     fn push(&mut self, face: &OwnFace, placement: &Similarity3<f64>) {
         let OwnFace { id, owners, reversed, bare, context } = face.clone();
+        let (count, bits) = (self.places.len(), bits(placement));
+        let place = *self.places.entry(bits).or_insert(count);
+        let first = *self.visited.entry(id).or_insert(self.root);
+        if first < self.root || !self.standing.insert((id, place)) {
+            self.repeated += 1;
+            return;
+        }
         let (instance, placement) = (self.instance, *placement);
         self.faces.placed.push(PlacedFace { id, placement, context, instance, owners, reversed, bare });
     }

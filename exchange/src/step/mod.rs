@@ -12,8 +12,10 @@ mod curves;
 mod edges;
 mod error;
 mod faces;
+mod look;
 mod part21;
 mod placement;
+mod products;
 mod script;
 mod styles;
 mod surfaces;
@@ -28,6 +30,7 @@ use std::path::Path;
 use claymill_nurbs::{Model, Source};
 use rayon::prelude::*;
 
+use crate::audit;
 use crate::chart::Limits;
 use crate::{EntityCount, Format, Import, ImportReport, ReadError, Repair, Skipped};
 use assembly::PlacedFace;
@@ -90,13 +93,16 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
         .par_iter()
         .map(|placed| {
             let context = &faces.contexts[placed.context];
-            (
-                placed,
-                match faces.oversized.get(&placed.id) {
-                    Some(bytes) => Err(StepError::TooMuch { id: placed.id, bytes: *bytes }),
-                    None => face(&file, placed, context, &styles),
-                },
-            )
+            let face = match faces.oversized.get(&placed.id) {
+                Some(bytes) => Err(StepError::TooMuch { id: placed.id, bytes: *bytes }),
+                None => face(&file, placed, context, &styles),
+            };
+            let face = face.map(|(face, repairs)| {
+                let reading =
+                    audit::reading(&face, &look::bounds(&file, placed, context), context.tolerance_mm);
+                (face, repairs, reading)
+            });
+            (placed, face)
         })
         .collect();
     let mut model = Model {
@@ -107,9 +113,10 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Import, ReadError> {
     for (placed, result) in read {
         report.faces_in_file += 1;
         match result {
-            Ok((face, repairs)) => {
+            Ok((face, repairs, reading)) => {
                 model.faces.push(face);
                 report.repairs.extend(repairs);
+                report.faces.push(reading);
             }
             Err(error) => report.skipped.push(Skipped {
                 entity: format!("#{}", placed.id),

@@ -11,12 +11,14 @@ use crate::lift::lifted;
 
 /// Ends of the uses of one edge may differ by this (or ten times the model's tolerance), mm; else they are two edges.
 const SAME_END_MM: f64 = 0.01;
+/// Edges shorter than so many times that are told apart by the file's topology alone.
+const SHORT: f64 = 10.0;
 /// Sides shorter than this are points and have no edge, mm.
 const POINT_MM: f64 = 1e-7;
 
 /// Writes `model` as STEP AP214: every surface as a B-spline, every edge in space and in the parameter plane of its
-/// surfaces. Edges that faces share (see [`claymill_nurbs::TrimEdge::shared`]) are written once, so that shells are sewn where the
-/// model knows it. Each group becomes an open shell under its name and colour; faces outside all groups share one
+/// surfaces. Edges that faces share (see [`claymill_nurbs::TrimEdge::shared`]) are written once, and so are edges of
+/// two faces that lie on each other from end to end, so that shells are sewn. Each group becomes an open shell under its name and colour; faces outside all groups share one
 /// more. Faces keep names, colours and layers; what is no B-spline keeps its shape but not its kind. Numbers have
 /// as many digits as it takes to read back the same bits. The file appears whole or not at all.
 ///
@@ -83,6 +85,8 @@ type Use = (usize, bool);
 struct Topology {
     edges: Vec<Edge>,
     by_shared: BTreeMap<u64, usize>,
+    /// Edges by the cells that they begin and end in.
+    by_ends: BTreeMap<[i64; 3], Vec<usize>>,
     /// Vertices are classes of edge ends: end `k` of edge `i` is node `2 i + k`, and points to one of its class.
     nodes: Vec<usize>,
     same_end_mm: f64,
@@ -91,7 +95,13 @@ struct Topology {
 impl Topology {
     fn new(tolerance_mm: f64) -> Self {
         let same_end_mm = SAME_END_MM.max(10.0 * tolerance_mm);
-        Topology { edges: Vec::new(), by_shared: BTreeMap::new(), nodes: Vec::new(), same_end_mm }
+        Topology {
+            edges: Vec::new(),
+            by_shared: BTreeMap::new(),
+            by_ends: BTreeMap::new(),
+            nodes: Vec::new(),
+            same_end_mm,
+        }
     }
 
     /// The loops of a face as uses of edges; the widest loop first.
@@ -148,13 +158,54 @@ impl Topology {
                 return Ok((index, forward));
             }
         }
+        if let Some((index, forward)) = self.lying_on(face, &curve) {
+            let edge = &mut self.edges[index];
+            let turned = if forward { pcurve.clone() } else { pcurve.reversed() };
+            edge.uses.push((face, on_domain(&turned, edge.curve.domain())?));
+            return Ok((index, forward));
+        }
         let index = self.edges.len();
+        for cell in [curve.start(), curve.end()].map(|p| self.cell(&p)) {
+            self.by_ends.entry(cell).or_default().push(index);
+        }
         self.edges.push(Edge { curve, uses: vec![(face, pcurve.clone())] });
         self.nodes.extend([2 * index, 2 * index + 1]);
         if let (Some(id), None) = (shared, known) {
             self.by_shared.insert(id, index);
         }
         Ok((index, true))
+    }
+
+    fn cell(&self, p: &Point3) -> [i64; 3] {
+        [p.x, p.y, p.z].map(|x| (x / (2.0 * self.same_end_mm)).floor() as i64)
+    }
+
+    /// The edge of one other face that the curve lies on from end to end at the same pace, and whether it runs along it.
+    fn lying_on(&self, face: usize, curve: &Curve3) -> Option<Use> {
+        let steps = curve.points().windows(2).map(|w| (w[1] - w[0]).norm());
+        if steps.sum::<f64>() < SHORT * self.same_end_mm {
+            return None;
+        }
+        let [x, y, z] = self.cell(&curve.start());
+        let around = (-1..=1).flat_map(|i| (-1..=1).flat_map(move |j| (-1..=1).map(move |k| (i, j, k))));
+        let beside = around.filter_map(|(i, j, k)| {
+            self.by_ends.get(&[x.saturating_add(i), y.saturating_add(j), z.saturating_add(k)])
+        });
+        let fits = |index: usize| {
+            let edge = &self.edges[index];
+            let [(other, _)] = edge.uses[..] else { return None };
+            let (a, b) = (edge.curve.domain(), curve.domain());
+            let lies = |forward: bool| {
+                [0.0, 0.25, 0.5, 0.75, 1.0].into_iter().all(|x| {
+                    let y = if forward { x } else { 1.0 - x };
+                    let (p, q) =
+                        (edge.curve.point(a.0 + (a.1 - a.0) * x), curve.point(b.0 + (b.1 - b.0) * y));
+                    (p - q).norm() <= self.same_end_mm
+                })
+            };
+            (other != face).then(|| [true, false].into_iter().find(|f| lies(*f))).flatten()
+        };
+        beside.flatten().find_map(|&index| Some((index, fits(index)?)))
     }
 
     fn class(&mut self, mut node: usize) -> usize {

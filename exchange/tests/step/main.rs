@@ -4,5 +4,7 @@ mod corpus;
 mod damage;
 mod features;
 mod green;
+mod holes;
+mod products;
 mod surfaces;
 mod text;

@@ -12,9 +12,11 @@ use thiserror::Error;
 use crate::account::Account;
 use crate::claims::Claims;
 use crate::contact::{BallDrop, CONTACT_EPSILON_MM, Covering};
+use crate::crowd::{Covered, LeftOut, WiderRegions};
 use crate::field_levels::mesh_edge_mm;
 use crate::heights::Heights;
 use crate::keep::{Avoided, Keep};
+use crate::obstacles::of_own_faces;
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
 use crate::probe::Views;
 use crate::program::Output;
@@ -212,6 +214,8 @@ pub struct Plan {
     pub region_setup_area_mm2: Vec<BTreeMap<String, f64>>,
     /// Tolerances used, by name.
     pub tolerances: BTreeMap<String, f64>,
+    /// Faces that could not be covered with triangles; their boxes were kept clear.
+    pub left_out: Vec<LeftOut>,
 }
 
 /// Tells how far a stage has come: its name and a share from 0 to 1.
@@ -253,23 +257,47 @@ pub fn plan(
     progress("setups", 0.0);
     let area_mm2: f64 = regions.face_area_mm2.iter().sum();
     let fineness_mm = fineness_mm(options, area_mm2);
-    let uncovered = |(face, source): (FaceId, NurbsError)| {
-        let entity = model.faces[face].source.entity.clone();
-        PlanError::Face { face, entity, source }
-    };
-    let covering = Covering::new(model, regions.excluded, area_mm2, fineness_mm).map_err(uncovered)?;
+    let covered =
+        Covered::new(model, regions.excluded, area_mm2, fineness_mm).map_err(|e| uncovered(model, e))?;
+    if covered.left_out.is_empty() {
+        return lay(&covered, &[], regions, options, progress);
+    }
+    let bare: Vec<FaceId> =
+        covered.left_out.iter().map(|l| l.face).filter(|&face| !regions.excluded[face]).collect();
+    let mut wider = WiderRegions::over(regions, &covered.model);
+    wider.leave_out(bare.iter().copied());
+    let plan = lay(&covered, &bare, &wider.as_regions(regions), options, progress)?;
+    Ok(of_own_faces(Plan { left_out: covered.left_out, ..plan }, regions))
+}
+
+fn uncovered(model: &Model, (face, source): (FaceId, NurbsError)) -> PlanError {
+    let entity = model.faces[face].source.entity.clone();
+    PlanError::Face { face, entity, source }
+}
+
+/// Lays paths over a model that is covered, but for `bare` faces that could not be.
+fn lay(
+    covered: &Covered,
+    bare: &[FaceId],
+    regions: &Regions,
+    options: &PlanOptions,
+    progress: Progress,
+) -> Result<Plan, PlanError> {
+    let (model, covering): (&Model, &Covering) = (&covered.model, &covered.covering);
+    let radius_mm = options.tool.radius_mm();
+    let area_mm2: f64 = regions.face_area_mm2.iter().sum();
     let frames = Frame::five(options.orientation);
     let of_tool = |tool: &Tool| -> Vec<BallDrop> {
-        frames.par_iter().map(|f| BallDrop::of_tool(model, &covering, f, tool)).collect()
+        frames.par_iter().map(|f| BallDrop::of_tool(model, covering, f, tool)).collect()
     };
     let balls = of_tool(&options.tool);
     let earlier = options.rest_of.map_or_else(Vec::new, |tool| of_tool(&tool));
     progress("setups", 0.5);
     let space = Space::new(model, frames[0].axis());
-    let avoided = Avoided::new(model, &options.bounds, radius_mm).map_err(uncovered)?;
+    let avoided = Avoided::new(model, &options.bounds, radius_mm).map_err(|e| uncovered(model, e))?;
     let keeps: Vec<Option<Keep>> = frames
         .par_iter()
-        .map(|f| Keep::new(&options.bounds, f, radius_mm, &covering, regions.excluded, avoided.as_ref()))
+        .map(|f| Keep::new(&options.bounds, f, radius_mm, covering, regions.excluded, avoided.as_ref()))
         .collect();
     let views = Views {
         keeps: &keeps,
@@ -280,8 +308,8 @@ pub fn plan(
         scallop_mm: options.scallop_mm,
         divides: area_mm2 <= FEW_SQUARES * (FINEST * radius_mm).powi(2),
     };
-    let fates = assign(model, &covering, &views, regions);
-    let account = Account::new(&covering, &fates.of, regions);
+    let fates = assign(model, covering, &views, regions);
+    let account = Account::new(covering, &fates.of, regions);
     let faces_of = group(regions.of_face);
     progress("region meshes", 0.0);
     let edge_mm = mesh_edge_mm(radius_mm, options.scallop_mm);
@@ -295,7 +323,7 @@ pub fn plan(
         .map(|r| if wanted(r) { RegionMesh::of_region(model, regions.merged, r, edge_mm).ok() } else { None })
         .collect();
     let mut chosen = chosen(&meshes, &options.guides)?;
-    let sides = Sides::new(&covering, &fates.of, &frames);
+    let sides = Sides::new(covering, &fates.of, &frames);
     let sweeps: Vec<Option<Sweeps>> = (meshes.iter().zip(&faces_of).enumerate())
         .map(|(r, (mesh, faces))| {
             mesh.as_ref().map(|mesh| Sweeps::new(mesh, faces, &sides, chosen.remove(&r)))
@@ -303,12 +331,12 @@ pub fn plan(
         .collect();
     let views_of: Vec<View> = (0..frames.len())
         .into_par_iter()
-        .map(|k| View::new(&covering, &fates, k, &balls[k], &space, regions))
+        .map(|k| View::new(covering, &fates, k, &balls[k], &space, regions))
         .collect();
     let contexts: Vec<SetupContext> = (views_of.iter().zip(&frames).enumerate())
         .map(|(index, (view, frame))| SetupContext {
             model,
-            covering: &covering,
+            covering,
             frame: *frame,
             index,
             fates: &fates.of,
@@ -363,7 +391,7 @@ pub fn plan(
         return Err(if earlier.is_empty() { PlanError::NothingToCut } else { PlanError::NoRest });
     }
     out.add_up();
-    let (area, faces) = account.faces(model, regions);
+    let (area, faces) = account.faces(model, regions, bare);
     let name_areas = |region: usize| {
         let named = frames.iter().zip(account.region_setup_mm2[region]).filter(|(_, a)| *a > 0.0);
         named.map(|(f, a)| (f.name.to_owned(), a)).collect()
@@ -385,6 +413,7 @@ pub fn plan(
         ]
         .map(|(name, value)| (name.to_owned(), value))
         .into(),
+        left_out: Vec::new(),
     })
 }
 

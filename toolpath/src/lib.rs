@@ -39,9 +39,9 @@ pub use folder::{
 };
 pub use holder::{Holder, HolderError, HolderSection};
 pub use job::{
-    Area, Considered, FORMAT_VERSION, FaceAccount, HOLDER_CLEARANCE_MM, Job, LengthByKind, LinkStyle,
-    MachineLimits, ModelFacts, Obstacle, RegionTotals, Request, Setup, Skipped, StageTiming, ToolRecord,
-    Totals, UncutReason,
+    Area, Considered, FORMAT_VERSION, FaceAccount, HOLDER_CLEARANCE_MM, Job, LeftOutFace, LengthByKind,
+    LinkStyle, MachineLimits, ModelFacts, Obstacle, RegionTotals, Request, Setup, Skipped, StageTiming,
+    ToolRecord, Totals, UncutReason,
 };
 pub use moves::{Move, MoveError, MoveKind, Program, WRITTEN_STEP_MM, round_to_written};
 pub use regions::{

@@ -66,7 +66,7 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
     if let Some((path, format)) = args.export.as_deref().zip(format) {
         context.console.stage("exporting");
         let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
-        export(path, format, model, &album, &merged.region_of_face, &Program::default())?;
+        export(context.console, path, format, model, &album, &merged.region_of_face, &Program::default())?;
     }
     let mut drives = Vec::new();
     if let Some((path, format)) = args.drive_surfaces.as_deref().zip(drive_format) {

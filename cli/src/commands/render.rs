@@ -50,7 +50,7 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
     // Anything but a model format is a picture, as ever.
     if let Ok(format) = ExportFormat::of(&args.out) {
         context.console.stage("exporting");
-        export(&args.out, format, model, &album, &region_of_face, &program)?;
+        export(context.console, &args.out, format, model, &album, &region_of_face, &program)?;
         return done(context, &Made { written: vec![args.out.clone()], ..Made::default() });
     }
     if let Some(focus) = views.iter().filter_map(|v| v.focus).next() {

@@ -15,6 +15,7 @@ mod holder;
 #[path = "../../../exchange/tests/iges_text/mod.rs"]
 mod iges_text;
 mod large;
+mod left_out;
 mod machine;
 mod obstacle;
 mod other_formats;

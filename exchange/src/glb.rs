@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use claymill_nurbs::{FaceMesh, MeshOptions, Model, NurbsError, Point3, tessellate};
+use claymill_nurbs::{FaceId, FaceMesh, MeshOptions, Model, NurbsError, Point3, tessellate};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -27,25 +27,28 @@ const LONGEST_EDGE_MM: f64 = f64::MAX;
 /// Writes `model` as triangles that keep within `deviation_mm` of the faces, one mesh a group in the group's colour and
 /// one for the faces outside all groups, and `lines` as line primitives. The scene is in metres with `y` up, as the
 /// format wants it; the meshes under it are in millimetres and the model's axes. The file appears whole or
-/// not at all.
+/// not at all. Returns the faces that could not be triangulated, which are left out.
 ///
 /// # Errors
-/// See [`WriteError`]; a face that cannot be triangulated is one.
+/// See [`WriteError`].
 pub fn write_glb(
     path: &Path,
     model: &Model,
     groups: &[Group],
     lines: &[Lines],
     deviation_mm: f64,
-) -> Result<(), WriteError> {
+) -> Result<Vec<(FaceId, NurbsError)>, WriteError> {
     let group_of = group_of_face(model, groups)?;
     let options = MeshOptions { deviation_mm, longest_edge_mm: LONGEST_EDGE_MM };
     let meshes: Vec<Result<FaceMesh, NurbsError>> =
         model.faces.par_iter().map(|face| tessellate(face, &options)).collect();
+    let mut left_out = Vec::new();
     let mut meshes_of: Vec<Vec<(usize, FaceMesh)>> = vec![Vec::new(); groups.len() + 1];
     for (face, mesh) in meshes.into_iter().enumerate() {
-        let mesh = mesh.map_err(|source| WriteError::Face { face, source })?;
-        meshes_of[group_of[face].unwrap_or(groups.len())].push((face, mesh));
+        match mesh {
+            Ok(mesh) => meshes_of[group_of[face].unwrap_or(groups.len())].push((face, mesh)),
+            Err(reason) => left_out.push((face, reason)),
+        }
     }
     let mut scene = Scene::default();
     for (index, meshes) in meshes_of.iter().enumerate().filter(|(_, m)| !m.is_empty()) {
@@ -56,7 +59,8 @@ pub fn write_glb(
     for lines in lines.iter().filter(|l| l.lines.iter().any(|line| line.len() > 1)) {
         scene.lines(lines);
     }
-    write_whole(path, &scene.bytes())
+    write_whole(path, &scene.bytes())?;
+    Ok(left_out)
 }
 
 #[derive(Default)]

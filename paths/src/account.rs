@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use claymill_nurbs::Model;
+use claymill_nurbs::{FaceId, Model};
 use claymill_toolpath::{Area, FaceAccount, UncutReason};
 
 use crate::contact::Covering;
@@ -68,18 +68,22 @@ impl Account {
 
     /// The account by face and in total. What the shares leave over by rounding goes to the largest entry,
     /// so that the sum is the face's area.
+    /// `bare` faces are those that could not be covered.
     pub(crate) fn faces(
         &self,
         model: &Model,
         regions: &Regions,
         free: FreeSides,
+        bare: &[FaceId],
     ) -> (Area, Vec<FaceAccount>) {
         let mut all = Area::default();
         let mut rows = Vec::with_capacity(self.faces.len());
         for (face, sums) in self.faces.iter().enumerate() {
             let total_mm2 = regions.face_area_mm2[face];
             let mut area = Area { total_mm2, cut_mm2: sums.cut.iter().sum(), uncut_mm2: BTreeMap::new() };
-            if regions.excluded[face] {
+            if bare.contains(&face) {
+                area.uncut_mm2.insert(UncutReason::NotCovered, total_mm2);
+            } else if regions.excluded[face] {
                 area.uncut_mm2.insert(UncutReason::Excluded, total_mm2);
             } else {
                 for (reason, value) in sums.uncut {

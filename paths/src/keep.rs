@@ -11,6 +11,7 @@ use claymill_toolpath::{Bounds, Contain};
 
 use crate::Frame;
 use crate::contact::{BallDrop, Covering};
+use crate::crowd::Covered;
 use crate::outline::Outline;
 
 /// So far inside of its bounds the tool is kept on passes, mm: written ones lie beside the exact ones by less, and a link from the
@@ -61,9 +62,9 @@ impl Avoided {
         let excluded = vec![true; faces.len()];
         let Model { tolerance_mm, coordinate_step_mm, .. } = *model;
         let avoided = Model { faces, tolerance_mm, coordinate_step_mm };
-        let covering = Covering::new(&avoided, &excluded, area_mm2, radius_mm)
+        let Covered { model, covering, .. } = Covered::new(&avoided, &excluded, area_mm2, radius_mm)
             .map_err(|(index, source)| (avoid[index], source))?;
-        Ok(Some(Avoided { model: avoided, covering, margin_mm }))
+        Ok(Some(Avoided { model: model.into_owned(), covering, margin_mm }))
     }
 
     /// Balls that are larger by the distance to be kept, for passes and for ways.

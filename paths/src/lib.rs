@@ -31,6 +31,7 @@ mod claims;
 mod contact;
 mod contour;
 mod crests;
+mod crowd;
 mod cubics;
 mod cuts;
 mod field_levels;
@@ -89,6 +90,7 @@ mod waterline;
 pub use contact::{
     BallDrop, Covering, END_EPSILON_MM, EndDrop, EndLocation, Location, March, Support, ToolPart,
 };
+pub use crowd::{Covered, LeftOut};
 pub use fit_tolerance::FitTolerance;
 pub use frame::{Axis, AxisError, Frame, RowsAlong};
 pub use kinematics::times_s;

@@ -14,10 +14,12 @@ use thiserror::Error;
 use crate::account::Account;
 use crate::claims::Claims;
 use crate::contact::{BallDrop, CONTACT_EPSILON_MM, Covering};
+use crate::crowd::{Covered, LeftOut, WiderRegions};
 use crate::field_levels::mesh_edge_mm;
 use crate::free_sides::FreeSides;
 use crate::heights::Heights;
 use crate::keep::{Avoided, Keep};
+use crate::obstacles::of_own_faces;
 use crate::part::{CLEARANCE_MM, Part, SetupContext};
 use crate::probe::{LEAST_FACING, LEAST_SLANT, Views};
 use crate::program::Output;
@@ -225,6 +227,8 @@ pub struct Plan {
     pub region_setup_area_mm2: Vec<BTreeMap<String, f64>>,
     /// Tolerances used, by name.
     pub tolerances: BTreeMap<String, f64>,
+    /// Faces that could not be covered with triangles; their boxes were kept clear.
+    pub left_out: Vec<LeftOut>,
 }
 
 /// Tells how far a stage has come: its name and a share from 0 to 1.
@@ -276,19 +280,44 @@ pub(crate) fn plan_crowded(
     check_tools(&options.tool, options.rest_of.as_ref(), options.scallop_mm)?;
     check_size(model, radius_mm)?;
     progress("setups", 0.0);
+    let obstacles: Vec<FaceId> = obstacles.collect();
     let area_mm2: f64 = regions.face_area_mm2.iter().sum();
     let fineness_mm = fineness_mm(options, area_mm2);
-    let uncovered = |(face, source): (FaceId, NurbsError)| {
-        let entity = model.faces[face].source.entity.clone();
-        PlanError::Face { face, entity, source }
-    };
-    let covering = Covering::new(model, regions.excluded, area_mm2, fineness_mm).map_err(uncovered)?;
+    let covered =
+        Covered::new(model, regions.excluded, area_mm2, fineness_mm).map_err(|e| uncovered(model, e))?;
+    if covered.left_out.is_empty() {
+        return lay(&covered, [&[], &obstacles], regions, options, progress);
+    }
+    let bare: Vec<FaceId> =
+        covered.left_out.iter().map(|l| l.face).filter(|&face| !regions.excluded[face]).collect();
+    let mut wider = WiderRegions::over(regions, &covered.model);
+    wider.leave_out(bare.iter().copied());
+    let plan = lay(&covered, [&bare, &obstacles], &wider.as_regions(regions), options, progress)?;
+    Ok(of_own_faces(Plan { left_out: covered.left_out, ..plan }, regions))
+}
+
+fn uncovered(model: &Model, (face, source): (FaceId, NurbsError)) -> PlanError {
+    let entity = model.faces[face].source.entity.clone();
+    PlanError::Face { face, entity, source }
+}
+
+/// Lays paths over a model that is covered, but for `bare` faces that could not be, and of which some are obstacles.
+fn lay(
+    covered: &Covered,
+    [bare, obstacles]: [&[FaceId]; 2],
+    regions: &Regions,
+    options: &PlanOptions,
+    progress: Progress,
+) -> Result<Plan, PlanError> {
+    let (model, covering): (&Model, &Covering) = (&covered.model, &covered.covering);
+    let radius_mm = options.tool.radius_mm();
+    let area_mm2: f64 = regions.face_area_mm2.iter().sum();
     let frames = Frame::five(options.orientation);
     let free = FreeSides::new(&options.free_sides);
     let of_tool = |tool: &Tool| -> Vec<BallDrop> {
         let drop = |f: &Frame| {
             let rims = Rims::new(model, regions.merged, free, f);
-            BallDrop::of_tool(model, &covering, f, tool).on_free_sides(free, rims)
+            BallDrop::of_tool(model, covering, f, tool).on_free_sides(free, rims)
         };
         frames.par_iter().map(drop).collect()
     };
@@ -296,16 +325,17 @@ pub(crate) fn plan_crowded(
     let earlier = options.rest_of.map_or_else(Vec::new, |tool| of_tool(&tool));
     progress("setups", 0.5);
     let space = Space::new(model, frames[0].axis());
-    let avoid = |faces: &[FaceId], mm: f64| Avoided::new(model, faces, mm, radius_mm).map_err(uncovered);
+    let avoid = |faces: &[FaceId], mm: f64| {
+        Avoided::new(model, faces, mm, radius_mm).map_err(|e| uncovered(model, e))
+    };
     let avoided = avoid(&options.bounds.avoid, options.bounds.avoid_mm)?;
     let obstacle_mm = if obstacles.is_empty() { 0.0 } else { options.check_clearance_mm };
-    let obstacles: Vec<FaceId> = if obstacle_mm > 0.0 { obstacles.collect() } else { Vec::new() };
-    let obstacles = avoid(&obstacles, obstacle_mm)?;
+    let obstacles = avoid(if obstacle_mm > 0.0 { obstacles } else { &[] }, obstacle_mm)?;
     let keeps: Vec<Option<Keep>> = frames
         .par_iter()
         .map(|f| {
             let avoided = [avoided.as_ref(), obstacles.as_ref()];
-            Keep::new(&options.bounds, f, radius_mm, &covering, regions.excluded, avoided)
+            Keep::new(&options.bounds, f, radius_mm, covering, regions.excluded, avoided)
         })
         .collect();
     let views = Views {
@@ -318,8 +348,8 @@ pub(crate) fn plan_crowded(
         scallop_mm: options.scallop_mm,
         divides: area_mm2 <= FEW_SQUARES * (FINEST * radius_mm).powi(2),
     };
-    let fates = assign(model, &covering, &views, regions);
-    let account = Account::new(&covering, &fates.of, regions);
+    let fates = assign(model, covering, &views, regions);
+    let account = Account::new(covering, &fates.of, regions);
     let faces_of = group(regions.of_face);
     progress("region meshes", 0.0);
     let edge_mm = mesh_edge_mm(radius_mm, options.scallop_mm);
@@ -333,7 +363,7 @@ pub(crate) fn plan_crowded(
         .map(|r| if wanted(r) { RegionMesh::of_region(model, regions.merged, r, edge_mm).ok() } else { None })
         .collect();
     let mut chosen = chosen(&meshes, &options.guides)?;
-    let sides = Sides::new(&covering, &fates.of, &frames);
+    let sides = Sides::new(covering, &fates.of, &frames);
     let sweeps: Vec<Option<Sweeps>> = (meshes.iter().zip(&faces_of).enumerate())
         .map(|(r, (mesh, faces))| {
             mesh.as_ref().map(|mesh| Sweeps::new(mesh, faces, &sides, chosen.remove(&r)))
@@ -341,12 +371,12 @@ pub(crate) fn plan_crowded(
         .collect();
     let views_of: Vec<View> = (0..frames.len())
         .into_par_iter()
-        .map(|k| View::new(&covering, &fates, k, &balls[k], &space, regions))
+        .map(|k| View::new(covering, &fates, k, &balls[k], &space, regions))
         .collect();
     let contexts: Vec<SetupContext> = (views_of.iter().zip(&frames).enumerate())
         .map(|(index, (view, frame))| SetupContext {
             model,
-            covering: &covering,
+            covering,
             frame: *frame,
             index,
             fates: &fates.of,
@@ -404,7 +434,7 @@ pub(crate) fn plan_crowded(
         return Err(if earlier.is_empty() { PlanError::NothingToCut } else { PlanError::NoRest });
     }
     out.add_up();
-    let (area, faces) = account.faces(model, regions, free);
+    let (area, faces) = account.faces(model, regions, free, bare);
     let name_areas = |region: usize| {
         let named = frames.iter().zip(account.region_setup_mm2[region]).filter(|(_, a)| *a > 0.0);
         named.map(|(f, a)| (f.name.to_owned(), a)).collect()
@@ -426,6 +456,7 @@ pub(crate) fn plan_crowded(
         ]
         .map(|(name, value)| (name.to_owned(), value))
         .into(),
+        left_out: Vec::new(),
     })
 }
 

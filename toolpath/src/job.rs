@@ -49,6 +49,9 @@ pub struct Job {
     pub area: Area,
     /// The same, face by face.
     pub faces: Vec<FaceAccount>,
+    /// Faces that are not machined since they could not be triangulated.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<LeftOutFace>,
     /// Seconds by stage. The only part, with `peak_memory_mb`, that differs between two equal runs.
     pub timings: Vec<StageTiming>,
     /// Largest resident memory, MB.
@@ -341,6 +344,8 @@ pub enum UncutReason {
     EarlierTool,
     /// The tool is kept away, by boxes, borders or faces to be avoided.
     OutOfBounds,
+    /// The face could not be covered with triangles; the box around it is kept clear.
+    NotCovered,
 }
 
 /// Where the model's area went: `cut + Σ uncut = total`.
@@ -352,6 +357,21 @@ pub struct Area {
     pub cut_mm2: f64,
     /// Not cut, mm², by reason.
     pub uncut_mm2: BTreeMap<UncutReason, f64>,
+}
+
+/// A face that could not be triangulated. It is not cut, and everything keeps clear of the box around it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LeftOutFace {
+    /// Index in file order.
+    pub face: usize,
+    /// Its entity in the file.
+    pub entity: String,
+    /// Its area, mm².
+    pub area_mm2: f64,
+    /// What is wrong with it.
+    pub reason: String,
+    /// The box that is kept clear, mm: smallest corner, then largest.
+    pub box_mm: [f64; 6],
 }
 
 /// What became of one face.

@@ -49,7 +49,7 @@ pub use folder::{
 };
 pub use holder::{Holder, HolderError, HolderSection};
 pub use job::{
-    Area, CHECK_CLEARANCE_MM, Considered, FORMAT_VERSION, FaceAccount, HOLDER_CLEARANCE_MM, Job,
+    Area, CHECK_CLEARANCE_MM, Considered, FORMAT_VERSION, FaceAccount, HOLDER_CLEARANCE_MM, Job, LeftOutFace,
     LengthByKind, LinkStyle, MachineLimits, ModelFacts, Obstacle, RegionTotals, Request, Setup, Skipped,
     StageTiming, ToolRecord, Totals, UncutReason,
 };

@@ -178,7 +178,7 @@ fn measure_all(
     let bench = Bench::new([model, &avoided], job, program, options, progress)?;
     let scene = &bench.scene;
     let swept = swept::Swept::new(&scene.tracks, scene.options.chord_mm);
-    let mesh = mesh::Mesh::joined(&bench.meshes, &scene.obstacles.triangles);
+    let mesh = mesh::Mesh::joined(model, &bench.meshes, &scene.obstacles.triangles);
     let reach = reach::Reach::new(scene, &mesh);
 
     let stage = |name| scene::Stage::begin(name, progress);
@@ -245,7 +245,7 @@ pub fn stick_out_needed_mm(
 ) -> Result<Option<f64>, VerifyError> {
     let avoided = limits::avoided_model(model, job);
     let bench = Bench::new([model, &avoided], job, program, options, progress)?;
-    let mesh = mesh::Mesh::joined(&bench.meshes, &bench.scene.obstacles.triangles);
+    let mesh = mesh::Mesh::joined(model, &bench.meshes, &bench.scene.obstacles.triangles);
     let reach = reach::Reach::new(&bench.scene, &mesh);
     let stage = scene::Stage::begin("holder", progress);
     let found = holder::measure(&bench.scene, &bench.meshes, &reach, &stage);
@@ -267,7 +267,7 @@ pub fn crest_samples(
     let bench = Bench::new([model, &avoided], job, program, options, progress)?;
     let scene = &bench.scene;
     let swept = swept::Swept::new(&scene.tracks, scene.options.chord_mm);
-    let mesh = mesh::Mesh::joined(&bench.meshes, &scene.obstacles.triangles);
+    let mesh = mesh::Mesh::joined(model, &bench.meshes, &scene.obstacles.triangles);
     let reach = reach::Reach::new(scene, &mesh);
     Ok(crest::measure(scene, &swept, &reach, &scene::Stage::begin("scallop crests", progress)).1)
 }
@@ -287,7 +287,7 @@ pub fn residual_samples(
     let avoided = limits::avoided_model(model, job);
     let bench = Bench::new([model, &avoided], job, program, options, progress)?;
     let swept = swept::Swept::new(&bench.scene.tracks, bench.scene.options.chord_mm);
-    let mesh = mesh::Mesh::joined(&bench.meshes, &bench.scene.obstacles.triangles);
+    let mesh = mesh::Mesh::joined(model, &bench.meshes, &bench.scene.obstacles.triangles);
     let reach = reach::Reach::new(&bench.scene, &mesh);
     let stage = scene::Stage::begin("coverage", progress);
     let faces = surface::measure(&bench.scene, &bench.meshes, &swept, &reach, &stage);
@@ -333,8 +333,15 @@ impl<'a> Bench<'a> {
         astray::check(model, &obstacles.triangles, program)?;
         let mesh_options =
             MeshOptions { deviation_mm: options.mesh_deviation_mm, longest_edge_mm: options.mesh_edge_mm };
+        let mut meshes = mesh::face_meshes(model, &mesh_options);
+        // Where the planner kept a whole box clear nothing else is asked of it.
+        let mut kept_clear = Vec::new();
+        for face in surface::uncovered_faces(job).filter(|&face| face < model.faces.len()) {
+            meshes[face] = None;
+            kept_clear.push(model.faces[face].bounds());
+        }
         Ok(Bench {
-            meshes: mesh::face_meshes(model, &mesh_options),
+            meshes,
             scene: scene::Scene {
                 model,
                 job,
@@ -344,6 +351,7 @@ impl<'a> Bench<'a> {
                 obstacles,
                 avoided: ClosestPoints::new(avoided),
                 free_sides: scene::free_sides(model, job),
+                kept_clear,
             },
         })
     }

@@ -1,4 +1,4 @@
-use claymill_nurbs::{FaceId, FaceMesh, MeshOptions, Model, Point3, tessellate};
+use claymill_nurbs::{Aabb, FaceId, FaceMesh, MeshOptions, Model, Point3, tessellate};
 use rayon::prelude::*;
 
 /// Triangles of all faces together.
@@ -18,12 +18,16 @@ pub(crate) fn face_meshes(model: &Model, options: &MeshOptions) -> Vec<Option<Fa
 }
 
 impl Mesh {
-    /// Joins the faces' meshes and the triangles of obstacles.
-    pub(crate) fn joined(faces: &[Option<FaceMesh>], obstacles: &[[Point3; 3]]) -> Self {
+    /// Joins the faces' meshes and the triangles of obstacles. Where a face has no mesh its box, which holds all of it,
+    /// stands in its place.
+    pub(crate) fn joined(model: &Model, faces: &[Option<FaceMesh>], obstacles: &[[Point3; 3]]) -> Self {
         let mut mesh = Mesh::default();
-        for face in faces {
+        for (face, own) in faces.iter().zip(&model.faces) {
             mesh.first_of_face.push(mesh.triangles.len());
-            let Some(face) = face else { continue };
+            let Some(face) = face else {
+                mesh.add_box(&own.bounds());
+                continue;
+            };
             let first = mesh.points.len() as u32;
             mesh.points.extend_from_slice(&face.points);
             mesh.triangles.extend(face.triangles.iter().map(|t| t.map(|i| first + i)));
@@ -37,6 +41,25 @@ impl Mesh {
             mesh.deviation_mm.push(0.0);
         }
         mesh
+    }
+
+    /// Twelve triangles.
+    fn add_box(&mut self, bounds: &Aabb) {
+        let (first, [low, high]) = (self.points.len() as u32, [bounds.min, bounds.max]);
+        for k in 0..8usize {
+            let side = |axis: usize| if k >> axis & 1 == 0 { low[axis] } else { high[axis] };
+            self.points.push(Point3::new(side(0), side(1), side(2)));
+        }
+        for axis in 0..3 {
+            let (along, across) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
+            for corner in [0u32, 1 << axis] {
+                let opposite = corner + along + across;
+                for triangle in [[corner, corner + along, opposite], [corner, opposite, corner + across]] {
+                    self.triangles.push(triangle.map(|i| first + i));
+                    self.deviation_mm.push(0.0);
+                }
+            }
+        }
     }
 
     /// The face that a triangle is of, and its number there; `None` for obstacles.

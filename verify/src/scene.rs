@@ -1,6 +1,6 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use claymill_nurbs::{ClosestPoints, FaceId, Foot, Model, Point3};
+use claymill_nurbs::{Aabb, ClosestPoints, FaceId, Foot, Model, Point3};
 use claymill_toolpath::{CHECK_CLEARANCE_MM, FreeSide, Holder, Job};
 
 use crate::obstacles::ObstacleSet;
@@ -13,6 +13,9 @@ use crate::track::Track;
 /// hangs over an edge does not.
 const SQUARE_COSINE: f64 = 0.9994;
 
+/// What is no nearer than a box that is kept clear by more than this, mm, does not carry the ball there.
+const BOX_MARGIN_MM: f64 = 0.01;
+
 /// Everything that the measurements look at.
 pub(crate) struct Scene<'a> {
     pub(crate) model: &'a Model,
@@ -23,6 +26,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) obstacles: ObstacleSet,
     /// Of the faces to be avoided alone, by their number among these.
     pub(crate) avoided: ClosestPoints<'a>,
+    /// Around the faces that the planner left out since it could not triangulate them.
+    pub(crate) kept_clear: Vec<Aabb>,
     /// The side of each face that is free of material, as the job says.
     pub(crate) free_sides: Vec<FreeSide>,
 }
@@ -62,8 +67,12 @@ impl Scene<'_> {
         self.options.check_clearance_mm.unwrap_or(of_job)
     }
 
-    /// Whether `from` stands over its nearest point along the face's normal.
+    /// Whether `from` stands over its nearest point along the face's normal, and over no box that is nearer.
     pub(crate) fn faces_squarely(&self, foot: &Foot, from: &Point3) -> bool {
+        let nearest_squared = (foot.distance_mm + BOX_MARGIN_MM).powi(2);
+        if self.kept_clear.iter().any(|b| b.distance_squared(from) <= nearest_squared) {
+            return false;
+        }
         if !foot.on_boundary {
             return true;
         }

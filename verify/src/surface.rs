@@ -1,5 +1,5 @@
 use claymill_nurbs::{Face, FaceId, FaceMesh, Jet, Point2, Vector3};
-use claymill_toolpath::FreeSide;
+use claymill_toolpath::{FaceAccount, FreeSide, Job, UncutReason};
 use rayon::prelude::*;
 
 use crate::limits::avoided_faces;
@@ -124,7 +124,7 @@ fn step_over_mm(jet: &Jet, way: &Vector3, normal: &Vector3, radius_mm: f64, scal
 pub(crate) fn excluded_faces(scene: &Scene<'_>) -> Vec<bool> {
     let mut excluded = vec![false; scene.model.faces.len()];
     for account in &scene.job.faces {
-        let left_out = account.area.uncut_mm2.get(&claymill_toolpath::UncutReason::Excluded);
+        let left_out = account.area.uncut_mm2.get(&UncutReason::Excluded);
         if let (Some(flag), Some(area)) = (excluded.get_mut(account.face), left_out) {
             *flag = *area > 0.5 * account.area.total_mm2;
         }
@@ -133,6 +133,12 @@ pub(crate) fn excluded_faces(scene: &Scene<'_>) -> Vec<bool> {
         excluded[face] = true;
     }
     excluded
+}
+
+/// Faces that the planner left out since it could not triangulate them.
+pub(crate) fn uncovered_faces(job: &Job) -> impl Iterator<Item = FaceId> {
+    let is_bare = |f: &&FaceAccount| f.area.uncut_mm2.contains_key(&UncutReason::NotCovered);
+    job.faces.iter().filter(is_bare).map(|f| f.face)
 }
 
 /// Parameters of `count` points, one for each equal part of the face's area in the order of the mesh's

@@ -361,9 +361,14 @@ fn coverage_findings(
         let at = coverage.reachable_left_at.first().map(|a| a.at.clone());
         find(Code::ReachableLeft, severity, text, &at);
     }
-    if area(SurfaceState::NotMeasured) > 0.0 {
-        let text = format!("{:.0} mm² could not be sampled", area(SurfaceState::NotMeasured));
-        find(Code::NotMeasured, Warning, text, &None);
+    let unknown = area(SurfaceState::NotMeasured);
+    let faces =
+        coverage.faces.iter().filter(|f| f.by_state_mm2.contains_key(&SurfaceState::NotMeasured)).count();
+    if faces > 0 {
+        // A few tiny faces are boxed in; of a model that can hardly be measured nothing can be said.
+        let severity = if unknown > LEFT_SHARE * total { Error } else { Warning };
+        let text = format!("{unknown:.4} mm² on {faces} faces could not be sampled");
+        find(Code::NotMeasured, severity, text, &None);
     }
     if (sum - total).abs() > AREAS_AGREE * total {
         let text = format!("the areas by state sum to {sum:.1} mm², the faces to {total:.1} mm²");

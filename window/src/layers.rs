@@ -239,7 +239,12 @@ fn coverage_colours(shown: &JobToShow) -> Vec<Rgb> {
         let chief = f.area.uncut_mm2.iter().max_by(|a, b| a.1.total_cmp(b.1));
         let uncut = match chief.map(|c| c.0) {
             Some(UncutReason::TooTight) => TOO_TIGHT,
-            Some(UncutReason::Excluded | UncutReason::EarlierTool | UncutReason::OutOfBounds) => EXCLUDED,
+            Some(
+                UncutReason::Excluded
+                | UncutReason::EarlierTool
+                | UncutReason::OutOfBounds
+                | UncutReason::NotCovered,
+            ) => EXCLUDED,
             Some(UncutReason::Hidden) | None => HIDDEN,
         };
         let share = if f.area.total_mm2 > 0.0 { f.area.cut_mm2 / f.area.total_mm2 } else { 0.0 };

@@ -73,7 +73,15 @@ pub(crate) fn write(
     match format {
         ExportFormat::Iges => write_iges(path, &drives, &groups)?,
         ExportFormat::Step => write_step(path, &drives, &groups)?,
-        ExportFormat::Glb => write_glb(path, &drives, &groups, &[], DEVIATION_MM)?,
+        ExportFormat::Glb => {
+            let drawn: Vec<usize> =
+                (0..records.len()).filter(|&r| records[r].deviation_max_mm.is_some()).collect();
+            for (drive, reason) in write_glb(path, &drives, &groups, &[], DEVIATION_MM)? {
+                let record = &mut records[drawn[drive]];
+                (record.deviation_max_mm, record.deviation_rms_mm) = (None, None);
+                record.why_not = Some(reason.to_string());
+            }
+        }
     }
     Ok(records)
 }

@@ -2,13 +2,13 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use claymill_nurbs::{FaceId, Point3};
-use claymill_paths::{Covering, EndDrop, Frame, ToolPart};
+use claymill_paths::{Covered, EndDrop, Frame, ToolPart};
 use claymill_toolpath::{Tool, ToolRecord};
 use claymill_viewer::{PictureOptions, PosedTool, Renderer};
 use serde::Serialize;
 
 use super::render::{named_view, parse_size};
-use super::{Context, Loaded, merge, orientation, pictures};
+use super::{Context, Loaded, left_out, merge, orientation, pictures};
 use crate::args::{DropArgs, ShowName};
 use crate::console::outln;
 use crate::failure::Failure;
@@ -39,22 +39,23 @@ pub(crate) fn drop(context: &Context, args: &DropArgs) -> Result<ExitCode, Failu
     context.console.stage("covering");
     let excluded = vec![false; model.faces.len()];
     let area_mm2 = loaded.face_area_mm2.iter().sum();
-    let covering =
-        Covering::new(model, &excluded, area_mm2, tool.radius_mm()).map_err(|(face, source)| {
-            let entity = model.faces[face].source.entity.clone();
-            Failure::from(claymill_paths::PlanError::Face { face, entity, source })
-        })?;
+    let covered = Covered::new(model, &excluded, area_mm2, tool.radius_mm()).map_err(|(face, source)| {
+        let entity = model.faces[face].source.entity.clone();
+        Failure::from(claymill_paths::PlanError::Face { face, entity, source })
+    })?;
+    left_out::say(context.console, &loaded, &covered.left_out);
     let [frame, ..] = Frame::five(orientation);
-    let end = EndDrop::new(model, &covering, &frame, &tool);
+    let end = EndDrop::new(&covered.model, &covered.covering, &frame, &tool);
     let rest = |line: &Point3| {
         let at = frame.to_setup(line);
         let location = end.drop(at.x, at.y)?;
+        let face = covered.own_face(location.face);
         Some(Rest {
             tip_mm: frame.to_model(&location.tip).into(),
             gap_mm: location.gap_mm,
             contact_mm: frame.to_model(&location.contact).into(),
-            face: location.face,
-            entity: model.faces[location.face].source.entity.clone(),
+            face,
+            entity: model.faces[face].source.entity.clone(),
             part: if location.part == ToolPart::End { "end" } else { "side" },
         })
     };

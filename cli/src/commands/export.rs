@@ -9,6 +9,7 @@ use claymill_toolpath::{MoveKind, Program};
 use claymill_viewer::flatten;
 
 use super::pictures;
+use crate::console::Console;
 use crate::failure::{Failure, advice_on};
 
 /// Triangles and lines of a glTF leave what they stand for by no more than this, mm.
@@ -51,8 +52,10 @@ impl ExportFormat {
     }
 }
 
-/// Writes the model, each region a group in its colour of the pictures; tool paths go into a glTF only.
+/// Writes the model, each region a group in its colour of the pictures; tool paths go into a glTF only, and faces that cannot
+/// be triangulated do not.
 pub(crate) fn export(
+    console: &Console,
     path: &Path,
     format: ExportFormat,
     model: &Model,
@@ -71,7 +74,12 @@ pub(crate) fn export(
     match format {
         ExportFormat::Iges => write_iges(path, model, &groups)?,
         ExportFormat::Step => write_step(path, model, &groups)?,
-        ExportFormat::Glb => write_glb(path, model, &groups, &lines(program), DEVIATION_MM)?,
+        ExportFormat::Glb => {
+            for (face, reason) in write_glb(path, model, &groups, &lines(program), DEVIATION_MM)? {
+                let entity = &model.faces[face].source.entity;
+                console.say(format!("warning: face {face} ({entity}) is left out of the file: {reason}"));
+            }
+        }
     }
     Ok(())
 }

@@ -78,7 +78,15 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
         context.console.stage("exporting");
         let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
         output::staged(&out, &path, |staged| {
-            export(staged, format, model, &album, &merged.region_of_face, &Program::default())
+            export(
+                context.console,
+                staged,
+                format,
+                model,
+                &album,
+                &merged.region_of_face,
+                &Program::default(),
+            )
         })?;
         out.finish(Kind::Model)?;
     }

@@ -1,6 +1,7 @@
 //! One file a command.
 
 mod animate;
+mod areas;
 mod compare;
 mod compare_plot;
 mod compare_table;
@@ -14,6 +15,7 @@ mod inspect;
 mod inspect_mesh;
 mod inspect_picture;
 mod layers;
+mod left_out;
 mod merge;
 mod order;
 mod pictures;
@@ -92,7 +94,7 @@ impl Context<'_> {
         say_skipped(self.console, &import.report);
         self.console.stage("measuring");
         let faces = &import.model.faces;
-        let face_area_mm2: Vec<f64> = import.report.faces.iter().map(|f| f.area_read_mm2).collect();
+        let face_area_mm2 = areas::of_faces_mm2(self.console, faces);
         let boxes: Vec<Aabb> = faces.par_iter().map(Face::bounds).collect();
         let bounds = boxes.iter().fold(Aabb::empty(), |a, b| a.union(b));
         Ok(Loaded { import, face_area_mm2, bounds })

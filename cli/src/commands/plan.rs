@@ -19,7 +19,7 @@ use claymill_viewer::ReportPicture;
 use serde::Serialize;
 
 use super::report::{self, Finished};
-use super::{Context, Loaded, box_mm, merge, orientation, pictures, plan_summary, verify};
+use super::{Context, Loaded, box_mm, left_out, merge, orientation, pictures, plan_summary, verify};
 use crate::args::{JobOptions, LinkName, PlanArgs, PresetName, StrategyName, first_given};
 use crate::console::{counted, peak_memory_mb};
 use crate::failure::{Failure, advice_on};
@@ -326,6 +326,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     let (check, triangles) = obstacles(console, &request.options, out)?;
     let at = |stage: &str, share: f64| console.at(stage, share);
     let mut plan = plan_around(model, &to_cut, &triangles, &plan_options, &at)?;
+    left_out::say(console, &loaded, &plan.left_out);
     for (record, areas) in regions.regions.iter_mut().zip(&plan.region_setup_area_mm2) {
         record.setup_area_mm2.clone_from(areas);
     }
@@ -507,6 +508,7 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
         totals: plan.totals,
         area: plan.area,
         faces: plan.faces,
+        left_out: left_out::records(loaded, &plan.left_out),
         timings: Vec::new(),
         peak_memory_mb: 0.0,
     }

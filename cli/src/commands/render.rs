@@ -59,7 +59,7 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
     if let Some(format) = format {
         context.console.stage("exporting");
         output::staged(&out, &args.out, |staged| {
-            export(staged, format, model, &album, &region_of_face, &program)
+            export(context.console, staged, format, model, &album, &region_of_face, &program)
         })?;
         out.finish(kind)?;
         return done(context, &Made { written: vec![args.out.clone()], ..Made::default() });

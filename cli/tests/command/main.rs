@@ -18,6 +18,7 @@ mod iges_text;
 mod keeping;
 mod kills;
 mod large;
+mod left_out;
 mod machine;
 mod material;
 mod obstacle;

@@ -25,6 +25,11 @@ const TRIANGLES: f64 = 4e6;
 /// Edges are cut into pieces that leave their chord by no more than this, mm.
 const EDGE_DEVIATION_MM: f64 = 0.02;
 const EDGE_PIECE_MM: f64 = 15.0;
+/// Halvings of a span at most: four kilometres of pieces.
+const MOST_HALVINGS: u32 = 18;
+/// Of a face that has so many pieces, later spans are halved three times at most.
+const MANY_PIECES: usize = 500_000;
+const FEW_HALVINGS: u32 = MOST_HALVINGS - 3;
 /// Sampled curvatures, and deviations of edges, are multiplied by this before they count as bounds.
 const SAMPLING_MARGIN: f64 = 1.25;
 /// More than rounding takes from a bound, mm.
@@ -65,13 +70,34 @@ impl Covering {
     /// Covers a model of `area_mm2` for a ball; what is `excluded` only stands in the way.
     ///
     /// # Errors
-    /// A face that cannot be covered with triangles, with the reason.
+    /// A face that cannot be covered with triangles, with the reason. [`Covered`](crate::Covered) goes on without it.
     pub fn new(
         model: &Model,
         excluded: &[bool],
         area_mm2: f64,
         radius_mm: f64,
     ) -> Result<Self, (FaceId, NurbsError)> {
+        Self::of_all(model, excluded, area_mm2, radius_mm).map_err(|mut uncovered| uncovered.swap_remove(0))
+    }
+
+    /// The same, with all faces that cannot be covered.
+    pub(crate) fn of_all(
+        model: &Model,
+        excluded: &[bool],
+        area_mm2: f64,
+        radius_mm: f64,
+    ) -> Result<Self, Vec<(FaceId, NurbsError)>> {
+        Self::without(model, &[], excluded, area_mm2, radius_mm)
+    }
+
+    /// The same without any triangles of `bare` faces, in whose place something else has to stand. Their edges are there.
+    pub(crate) fn without(
+        model: &Model,
+        bare: &[FaceId],
+        excluded: &[bool],
+        area_mm2: f64,
+        radius_mm: f64,
+    ) -> Result<Self, Vec<(FaceId, NurbsError)>> {
         let edge_mm = (LONGEST_EDGE_MM * larger_than_usual(radius_mm)).min(LONGEST_EDGE_RADII * radius_mm);
         // Two triangles to a square of edges.
         let longest_edge_mm = edge_mm.max((2.0 * area_mm2 / TRIANGLES).sqrt());
@@ -83,12 +109,20 @@ impl Covering {
                 longest_edge_mm
             },
         };
-        let meshes: Vec<FaceMesh> = model
-            .faces
-            .par_iter()
-            .enumerate()
-            .map(|(id, f)| tessellate(f, &options(id)).map_err(|e| (id, e)))
-            .collect::<Result<_, _>>()?;
+        let mesh = |(id, f): (FaceId, &Face)| {
+            if bare.contains(&id) { Ok(FaceMesh::default()) } else { tessellate(f, &options(id)) }
+        };
+        let made: Vec<Result<FaceMesh, NurbsError>> = model.faces.par_iter().enumerate().map(mesh).collect();
+        let (mut meshes, mut uncovered) = (Vec::with_capacity(made.len()), Vec::new());
+        for (id, mesh) in made.into_iter().enumerate() {
+            match mesh {
+                Ok(mesh) => meshes.push(mesh),
+                Err(reason) => uncovered.push((id, reason)),
+            }
+        }
+        if !uncovered.is_empty() {
+            return Err(uncovered);
+        }
         let curvature = model.faces.par_iter().zip(&meshes).map(|(f, m)| curvature_ranges(f, m)).collect();
         let deviation_mm = model.faces.par_iter().zip(&meshes).map(|(f, m)| deviations(f, m)).collect();
         let rimmed = model.faces.par_iter().zip(&meshes).map(|(f, m)| rimmed(f, m)).collect();
@@ -249,7 +283,8 @@ fn edge_pieces(id: FaceId, face: &Face) -> Vec<EdgePiece> {
     let boundary = face.boundary();
     for (k, edge) in boundary.iter().flat_map(|l| &l.edges).enumerate() {
         for span in edge.pcurve.knots().breaks().windows(2) {
-            cut_edge(&face.surface, &edge.pcurve, (span[0], span[1]), 0, &mut |t, a, b, deviation_mm| {
+            let depth = if pieces.len() < MANY_PIECES { 0 } else { FEW_HALVINGS };
+            cut_edge(&face.surface, &edge.pcurve, (span[0], span[1]), depth, &mut |t, a, b, deviation_mm| {
                 pieces.push(EdgePiece { face: id as u32, pcurve: k as u32, t, a, b, deviation_mm });
             });
         }
@@ -273,7 +308,7 @@ pub(super) fn cut_edge(
         (p - (a + chord * along.clamp(0.0, 1.0))).norm()
     };
     let deviation = [0.25, 0.5, 0.75].map(|f| off(at(f))).into_iter().fold(0.0, f64::max) * SAMPLING_MARGIN;
-    if depth < 20 && (deviation > EDGE_DEVIATION_MM || chord.norm() > EDGE_PIECE_MM || depth < 1) {
+    if depth < MOST_HALVINGS && (deviation > EDGE_DEVIATION_MM || chord.norm() > EDGE_PIECE_MM || depth < 1) {
         let middle = 0.5 * (t0 + t1);
         cut_edge(s, c, (t0, middle), depth + 1, emit);
         cut_edge(s, c, (middle, t1), depth + 1, emit);

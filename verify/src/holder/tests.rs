@@ -64,7 +64,7 @@ proptest! {
         };
         let model = Model { faces: vec![face], ..Model::default() };
         let meshes = face_meshes(&model, &MeshOptions { deviation_mm: 0.1, longest_edge_mm: 40.0 });
-        let mesh = Mesh::joined(&meshes, &[]);
+        let mesh = Mesh::joined(&model, &meshes, &[]);
         let view = DropMesh::new(&mesh, &Vector3::z());
         let points = ends.chunks(2).map(|p| Point3::new(p[0], p[1], 0.5 * p[0])).collect();
         let path = Curve3::new(KnotVector::new(2, vec![0.0, 0.0, 0.0, 30.0, 30.0, 30.0]).unwrap(), points, None).unwrap();

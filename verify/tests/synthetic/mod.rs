@@ -98,6 +98,7 @@ pub(crate) fn job(model: &Model) -> Job {
                 area: Area { total_mm2: f.area_mm2(), cut_mm2: f.area_mm2(), uncut_mm2: Default::default() },
             })
             .collect(),
+        left_out: Vec::new(),
         timings: Vec::new(),
         peak_memory_mb: 0.0,
     }

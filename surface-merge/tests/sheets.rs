@@ -8,7 +8,7 @@ use claymill_models::{RoadsterOptions, roadster};
 use claymill_nurbs::analytic::{plane_patch, sphere};
 use claymill_nurbs::{KnotVector, Model, NurbsSurface, Point3, Vector3};
 use claymill_surface_merge::{Evidence, MergeOptions, Sheet, SheetOptions, merge, sheets};
-use rand::{RngExt, SeedableRng};
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use scene::{frame, model, part, plate};
 
@@ -112,12 +112,7 @@ fn both_skins_of_a_thick_shell_are_free() {
         let bottom = |r: f64| Point3::new(r * 0.5_f64.cos(), 0.0, r * (-0.5_f64).sin());
         let (a, b) = (bottom(46.0), bottom(50.0));
         let profile = claymill_nurbs::analytic::segment(a, b, (0.0, 1.0)).unwrap();
-        claymill_nurbs::analytic::revolution(
-            &profile,
-            &frame([0.0; 3], Vector3::z(), Vector3::x()),
-            (0.0, TAU),
-        )
-        .unwrap()
+        claymill_nurbs::analytic::revolution(&profile, &Point3::origin(), &Vector3::z(), (0.0, TAU)).unwrap()
     };
     let open = |r| cap(r, (-0.5, FRAC_PI_2));
     let model = scene::model(shuffled([open(50.0), open(46.0), vec![rim]].concat(), 5));

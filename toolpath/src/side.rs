@@ -31,7 +31,6 @@ impl FreeSide {
     }
 
     /// Whether either side may be cut.
-    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
     #[must_use]
     pub fn is_both(&self) -> bool {
         *self == FreeSide::Both

@@ -94,7 +94,7 @@ impl Modes {
             640 if linuxcnc => self.path_mm = p().filter(|p| *p > 0.0).map(|p| p * self.unit_mm),
             430 | 490 | 540..=599 | 610 | 640 | 800 => {}
             // Further work offsets.
-            5050..=5990 if siemens && code % 10 == 0 => {}
+            5050..=5990 if siemens && code.is_multiple_of(10) => {}
             // What was scaled, mirrored, turned, polar or modal ends.
             131 | 150 | 500 | 501 | 670 | 690 | 970 | 980 if plain => {}
             50 if fanuc => self.high_speed = p() == Some(10_000.0),

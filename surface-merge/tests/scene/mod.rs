@@ -1,5 +1,7 @@
 //! Small models with known answers.
 
+#![allow(dead_code, reason = "every test binary uses a part of it")]
+
 use claymill_nurbs::analytic::{Frame, plane_patch};
 use claymill_nurbs::{Face, KnotVector, Model, NurbsSurface, Point3, Source, SurfaceKind, Vector3};
 

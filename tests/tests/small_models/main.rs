@@ -23,7 +23,7 @@ use rand_chacha::ChaCha8Rng;
 const FEW: u64 = 40;
 const MANY: u64 = 1000;
 /// No small model takes so long, whatever else the machine does.
-const LONGEST: Duration = Duration::from_secs(300);
+const LONGEST: Duration = Duration::from_secs(900);
 /// Of one in so many everything is measured, not gouges alone.
 const FULLY: u64 = 4;
 /// Findings that nothing emitted may give rise to.
@@ -202,6 +202,7 @@ fn planned(
         claymill_version: String::new(),
         model: ModelFacts {
             path: String::new(),
+            place: None,
             sha256: String::new(),
             units: "mm".into(),
             unit_mm: 1.0,
@@ -226,7 +227,10 @@ fn planned(
             only: Vec::new(),
             skip: Vec::new(),
             bounds: options.bounds.clone(),
+            material_side: Vec::new(),
             check: Vec::new(),
+            check_clearance_mm: 0.0,
+            lead_mm_per_min: Some(options.feeds.lead_mm_per_min),
             holder_clearance_mm: HOLDER_CLEARANCE_MM,
             feed_mm_per_min: options.feeds.cut_mm_per_min,
             rapid_mm_per_min: options.feeds.rapid_mm_per_min,
@@ -239,6 +243,7 @@ fn planned(
         totals: plan.totals,
         area: plan.area.clone(),
         faces: plan.faces.clone(),
+        left_out: Vec::new(),
         timings: Vec::new(),
         peak_memory_mb: 0.0,
     };

@@ -206,7 +206,7 @@ impl Walk<'_> {
             along.deepest = Some((gap, self.place(probe, &foot)));
         }
         let cutting = self.track.kind == MoveKind::Cut;
-        if !cutting {
+        if !cutting || self.scene.is_over_a_box(&foot, &self.track.centre(probe.t).0) {
             return;
         }
         let highest = if self.rests(probe, &foot) { &mut along.excess } else { &mut along.edge_excess };

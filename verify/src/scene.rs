@@ -67,10 +67,15 @@ impl Scene<'_> {
         self.options.check_clearance_mm.unwrap_or(of_job)
     }
 
+    /// Whether a box that is kept clear is as near to `from` as its nearest point: a ball there may rest on the box.
+    pub(crate) fn is_over_a_box(&self, foot: &Foot, from: &Point3) -> bool {
+        let nearest_squared = (foot.distance_mm + BOX_MARGIN_MM).powi(2);
+        self.kept_clear.iter().any(|b| b.distance_squared(from) <= nearest_squared)
+    }
+
     /// Whether `from` stands over its nearest point along the face's normal, and over no box that is nearer.
     pub(crate) fn faces_squarely(&self, foot: &Foot, from: &Point3) -> bool {
-        let nearest_squared = (foot.distance_mm + BOX_MARGIN_MM).powi(2);
-        if self.kept_clear.iter().any(|b| b.distance_squared(from) <= nearest_squared) {
+        if self.is_over_a_box(foot, from) {
             return false;
         }
         if !foot.on_boundary {

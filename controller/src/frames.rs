@@ -157,7 +157,7 @@ mod tests {
                 },
                 &frames,
             );
-            assert_eq!(changed, [forged.clone()], "bit {bit}");
+            assert_eq!(changed, std::slice::from_ref(&forged), "bit {bit}");
         }
         let longer = between(|_| vec![101u32.to_le_bytes().to_vec(), vec![0; 200]], &frames);
         assert_eq!(longer.len(), 1);

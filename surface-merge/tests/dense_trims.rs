@@ -26,7 +26,7 @@ const FINE: [(f64, f64); 5] =
 
 /// Others, with a few hundred numbers in them.
 const COARSE: [(f64, f64); 3] =
-    [(0.999_999_987_438_820_68, 0.999_999_987_438_9), (1e6, 1e6 + 5e-8), (-4e9, -4e9 + 1e-4)];
+    [(0.999_999_987_438_820_7, 0.999_999_987_438_9), (1e6, 1e6 + 5e-8), (-4e9, -4e9 + 1e-4)];
 
 /// A curve of a plan view: a straight line, or a quarter of a circle.
 #[derive(Clone, Copy)]
@@ -119,7 +119,7 @@ fn housing(columns: usize, rows: usize, window: (f64, f64)) -> Model {
 /// Merges in a thread of its own, so that a merge that does not end fails.
 fn merged(model: Model) -> Merge {
     let (send, receive) = mpsc::channel();
-    std::thread::spawn(move || send.send(merge(&model, &MergeOptions::default())));
+    std::thread::spawn(move || drop(send.send(merge(&model, &MergeOptions::default()))));
     receive.recv_timeout(PATIENCE).expect("merging ends").unwrap()
 }
 
@@ -131,7 +131,7 @@ fn joints_that_end_within_edges_do_not_depend_on_the_windows_of_trim_curves() {
             .iter()
             .map(|j| (j.sides[0].face, j.sides[1].face, j.length_mm))
             .collect();
-        found.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)));
+        found.sort_by_key(|f| (f.0, f.1));
         found
     };
     let usual = joints(FINE[0]);

@@ -42,7 +42,7 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
     let target = |path: &Option<PathBuf>| -> Result<Option<Target>, Failure> {
         let Some(path) = path.clone() else { return Ok(None) };
         let format = ExportFormat::of(&path)?;
-        let out = output::begin_beside_text(context, &path, Kind::Model, &[args.model.clone()])?;
+        let out = output::begin_beside_text(context, &path, Kind::Model, std::slice::from_ref(&args.model))?;
         Ok(Some((out, path, format)))
     };
     let (exported, drive_surfaces) = (target(&args.export)?, target(&args.drive_surfaces)?);

@@ -126,11 +126,13 @@ fn orientation(console: &Console, axes: &AxisArgs, loaded: &Loaded) -> Result<Or
     let guess = guess(axes, loaded)?;
     let chosen = guess.orientation;
     if axes.up.is_none() || axes.length.is_none() {
-        let doubt = if guess.is_likely { "axes:" } else { "warning: axes are not certain:" };
-        console.say(format!(
-            "{doubt} up {}, front {} ({}; --up and --length change them)",
+        let (label, doubt) =
+            if guess.is_likely { ("axes", "") } else { ("warning:", "axes are not certain: ") };
+        let text = format!(
+            "{doubt}up {}, front {} ({}; --up and --length change them)",
             chosen.up, chosen.front, guess.reason
-        ));
+        );
+        console.say_long(label, &text);
     }
     Ok(chosen)
 }

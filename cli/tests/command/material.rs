@@ -55,7 +55,7 @@ fn half_a_ball_is_cut_from_outside_unless_it_is_said_to_be_hollow() {
     job.faces[0].free_side = FreeSide::one(job.faces[0].free_side == FreeSide::Against);
     std::fs::write(&path, serde_json::to_string(&job).unwrap()).unwrap();
     let found = run(folder.path(), ["--json", "verify", "out"]);
-    assert_eq!(found.code, Some(1), "{found:?}");
+    assert_eq!(found.code, Some(3), "{found:?}");
     let found = found.json();
     let codes: Vec<&str> = found["verdict"]["findings"]
         .as_array()

@@ -106,7 +106,7 @@ fn a_post_is_milled_around_and_found_where_it_is_not() {
     let closer = run(folder, ["verify", "0", "--check-clearance", "1", "--json"]);
     assert_eq!(
         (closer.code, &closer.json()["verdict"]["findings"][0]["code"]),
-        (Some(1), &"obstacle".into())
+        (Some(3), &"obstacle".into())
     );
     let alone = run(folder, ["plan", "panel.igs", "-o", "x", "--check-clearance", "1"]);
     assert!(

@@ -36,14 +36,15 @@ fn what_stands_above_the_ball_is_planned_around_and_verified() {
     assert!(found["shank"]["moves"].as_u64().unwrap() > 50);
     let toml = fs::read_to_string(folder.join("thick/job.toml")).unwrap();
     assert!(toml.contains(&format!("tool = \"{thick}\"")), "{toml}");
-    // Beside the post the thick shank cannot come down to the panel: the ball stays 18 mm away there, not 8.
+    // Beside the post the thick shank cannot come down to the panel: the ball stays 18 mm away there, not 8 and the 1 mm that it
+    // keeps from obstacles.
     let nearest = |out: &str| {
         let moves = claymill_toolpath::read_moves(&folder.join(out)).unwrap().moves;
         let low = moves.iter().flat_map(|m| &m.points).filter(|p| p[2] < 60.0 && p[1].abs() < 15.0);
         low.map(|p| p[0].abs() - 20.0).fold(f64::INFINITY, f64::min)
     };
     let (plain, beside) = (nearest("plain"), nearest("thick"));
-    assert!(plain < 9.0 && beside > 17.99, "{plain} {beside}");
+    assert!(plain < 9.1 && beside > 17.99, "{plain} {beside}");
 
     // What was written is read again.
     let again = run(folder, ["verify", "thick"]);

@@ -101,7 +101,7 @@ fn only_these_very_moves_that_passed_go_to_a_machine() {
     lower_one_point(folder);
     refused(folder, "belongs to other moves");
     let verified = run(folder, ["verify", "job"]);
-    assert_eq!(verified.code, Some(1), "{verified:?}");
+    assert_eq!(verified.code, Some(3), "{verified:?}");
     refused(folder, "did not pass verification: ");
     for dialect in DIALECTS {
         let made = run(folder, ["post", "job", "--to", dialect, "-o", dialect, "--unverified"]);
@@ -133,7 +133,7 @@ fn nobody_shows_a_verdict_on_other_moves() {
     assert!(shown.stderr.contains("belongs to other moves"), "{}", shown.stderr);
     // A report is judged anew, and so is what it leaves behind.
     let report = run(folder, ["report", "job"]);
-    assert_eq!(report.code, Some(1), "{report:?}");
+    assert_eq!(report.code, Some(3), "{report:?}");
     let page = fs::read_to_string(folder.join("job/report.html")).unwrap();
     assert!(page.contains("Verification failed: do not run this job"));
     refused(folder, "did not pass verification");

@@ -58,7 +58,7 @@ impl Sight {
         if spots.is_empty() {
             return [0.0; 2];
         }
-        let seen: Vec<[f64; 2]> = spots.par_iter().map(|spot| self.from_spot(spot)).collect();
+        let seen: Vec<[f64; 2]> = spots.par_iter().map(|spot| self.relative_to(spot)).collect();
         [0, 1].map(|side| seen.iter().map(|s| s[side]).sum::<f64>() / spots.len() as f64)
     }
 
@@ -97,7 +97,7 @@ impl Sight {
         spots
     }
 
-    fn from_spot(&self, spot: &Spot) -> [f64; 2] {
+    fn relative_to(&self, spot: &Spot) -> [f64; 2] {
         let (mut out, mut looked) = ([0usize; 2], [0usize; 2]);
         for direction in &self.directions {
             let cosine = direction.dot(&spot.normal);

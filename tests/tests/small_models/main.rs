@@ -124,7 +124,7 @@ fn one(seed: u64) -> Outcome {
             let writer = FolderWriter::begin(&folder.path().join("job")).unwrap();
             writer.moves(&plan.program).unwrap();
             let program = read_moves(writer.path()).unwrap();
-            Outcome::Planned(harms(&what, &model, &job, &program, seed % FULLY == 0))
+            Outcome::Planned(harms(&what, &model, &job, &program, seed.is_multiple_of(FULLY)))
         }
     };
     let took = begun.elapsed();

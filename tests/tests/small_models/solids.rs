@@ -17,10 +17,13 @@ pub(crate) struct Solid {
     pub(crate) model: Model,
 }
 
+/// Makes the faces of a kind, about so large.
+type Make = fn(&mut ChaCha8Rng, f64) -> Vec<Face>;
+
 /// One of the kinds, of chance dimensions, leaning by chance.
 pub(crate) fn solid(rng: &mut ChaCha8Rng) -> Solid {
     let size_mm = between(rng, 12.0, 60.0);
-    let kinds: [(&str, fn(&mut ChaCha8Rng, f64) -> Vec<Face>); 13] = [
+    let kinds: [(&str, Make); 13] = [
         ("block", block),
         ("plate", plate),
         ("finned block", finned),

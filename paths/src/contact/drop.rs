@@ -166,10 +166,11 @@ impl<'a> BallDrop<'a> {
     pub(crate) fn touches_material(&self, at: &Location) -> bool {
         let (u, v) = match at.support {
             Support::Face { u, v } => (u, v),
-            Support::Edge => {
+            // What is bounded only is mostly such an edge, where a surface is singular.
+            Support::Edge | Support::Bound => {
                 return self.rims.is_rolled_over(&(at.centre - at.normal * self.radius_mm), &at.normal);
             }
-            Support::Bound | Support::Side => return false,
+            Support::Side => return false,
         };
         !self.free.of(at.face).is_both()
             && (self.surface(at.face).normal(u, v))

@@ -1,5 +1,5 @@
 use claymill_nurbs::{Face, FaceId, FaceMesh, Jet, Point2, Vector3};
-use claymill_toolpath::{FaceAccount, FreeSide, Job, UncutReason};
+use claymill_toolpath::{FreeSide, Job};
 use rayon::prelude::*;
 
 use crate::limits::avoided_faces;
@@ -137,8 +137,7 @@ pub(crate) fn excluded_faces(scene: &Scene<'_>) -> Vec<bool> {
 
 /// Faces that the planner left out since it could not triangulate them.
 pub(crate) fn uncovered_faces(job: &Job) -> impl Iterator<Item = FaceId> {
-    let is_bare = |f: &&FaceAccount| f.area.uncut_mm2.contains_key(&UncutReason::NotCovered);
-    job.faces.iter().filter(is_bare).map(|f| f.face)
+    job.left_out.iter().map(|f| f.face)
 }
 
 /// Parameters of `count` points, one for each equal part of the face's area in the order of the mesh's

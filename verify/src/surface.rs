@@ -1,5 +1,5 @@
 use claymill_nurbs::{Face, FaceId, FaceMesh, Jet, Point2, Vector3};
-use claymill_toolpath::{FreeSide, Job};
+use claymill_toolpath::{FreeSide, Job, UncutReason};
 use rayon::prelude::*;
 
 use crate::limits::avoided_faces;

@@ -11,7 +11,10 @@ use crate::lift::lifted;
 
 /// Ends of the uses of one edge may differ by this (or ten times the model's tolerance), mm; else they are two edges.
 const SAME_END_MM: f64 = 0.01;
-/// Edges shorter than so many times that are told apart by the file's topology alone.
+/// Edges that the model does not know to be one are, where they lie on each other within this, mm: each face then reads
+/// back with its own trim curves. Wider gaps stay gaps.
+const SEWN_MM: f64 = 1e-4;
+/// Edges shorter than so many times that are told apart by the model's topology alone.
 const SHORT: f64 = 10.0;
 /// Sides shorter than this are points and have no edge, mm.
 const POINT_MM: f64 = 1e-7;
@@ -165,7 +168,7 @@ impl Topology {
             return Ok((index, forward));
         }
         let index = self.edges.len();
-        for cell in [curve.start(), curve.end()].map(|p| self.cell(&p)) {
+        for cell in [curve.start(), curve.end()].map(|p| Self::cell(&p)) {
             self.by_ends.entry(cell).or_default().push(index);
         }
         self.edges.push(Edge { curve, uses: vec![(face, pcurve.clone())] });
@@ -176,17 +179,17 @@ impl Topology {
         Ok((index, true))
     }
 
-    fn cell(&self, p: &Point3) -> [i64; 3] {
-        [p.x, p.y, p.z].map(|x| (x / (2.0 * self.same_end_mm)).floor() as i64)
+    fn cell(p: &Point3) -> [i64; 3] {
+        [p.x, p.y, p.z].map(|x| (x / (2.0 * SEWN_MM)).floor() as i64)
     }
 
     /// The edge of one other face that the curve lies on from end to end at the same pace, and whether it runs along it.
     fn lying_on(&self, face: usize, curve: &Curve3) -> Option<Use> {
         let steps = curve.points().windows(2).map(|w| (w[1] - w[0]).norm());
-        if steps.sum::<f64>() < SHORT * self.same_end_mm {
+        if steps.sum::<f64>() < SHORT * SEWN_MM {
             return None;
         }
-        let [x, y, z] = self.cell(&curve.start());
+        let [x, y, z] = Self::cell(&curve.start());
         let around = (-1..=1).flat_map(|i| (-1..=1).flat_map(move |j| (-1..=1).map(move |k| (i, j, k))));
         let beside = around.filter_map(|(i, j, k)| {
             self.by_ends.get(&[x.saturating_add(i), y.saturating_add(j), z.saturating_add(k)])
@@ -200,7 +203,7 @@ impl Topology {
                     let y = if forward { x } else { 1.0 - x };
                     let (p, q) =
                         (edge.curve.point(a.0 + (a.1 - a.0) * x), curve.point(b.0 + (b.1 - b.0) * y));
-                    (p - q).norm() <= self.same_end_mm
+                    (p - q).norm() <= SEWN_MM
                 })
             };
             (other != face).then(|| [true, false].into_iter().find(|f| lies(*f))).flatten()

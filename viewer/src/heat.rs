@@ -144,8 +144,11 @@ mod tests {
     #[test]
     fn vertices_take_the_colour_of_the_highest_sample_in_the_cells_around_them() {
         let mut scene = Scene::new(Point3::new(100.0, 0.0, 0.0));
-        let vertex =
-            |x: f32| SurfaceVertex { position: [x, 0.0, 0.0], normal: [0.0, 0.0, 1.0], colour: [0; 4] };
+        let vertex = |x: f32| SurfaceVertex {
+            position: [x, 0.0, 0.0],
+            normal: [0.0, 0.0, 1.0],
+            colour: [0, 0, 0, 255],
+        };
         scene.add_triangles(&[vertex(0.0), vertex(1.0), vertex(90.0)], &[[0, 1, 2]]);
         let heights = [(Point3::new(100.0, 0.0, 0.0), 0.05), (Point3::new(101.0, 0.5, 0.0), 0.1)];
         scene.paint_heights(&heights, &HeatScale { asked_mm: 0.1, cell_mm: 5.0 });

@@ -64,7 +64,11 @@ mod tests {
     #[test]
     fn a_vertex_takes_the_state_of_the_nearest_sample_and_grey_where_none_is_near() {
         let mut scene = Scene::new(Point3::new(10.0, 0.0, 0.0));
-        let at = |x: f32| SurfaceVertex { position: [x, 0.0, 0.0], normal: [0.0, 0.0, 1.0], colour: [0; 4] };
+        let at = |x: f32| SurfaceVertex {
+            position: [x, 0.0, 0.0],
+            normal: [0.0, 0.0, 1.0],
+            colour: [0, 0, 0, 255],
+        };
         scene.add_triangles(&[at(0.0), at(9.0), at(80.0)], &[[0, 1, 2]]);
         let up = Vector3::z();
         let samples = [

@@ -35,6 +35,9 @@ fn look(file: &Part21, placed: &PlacedFace, context: &Context) -> Result<Bounds,
     };
     let (listed, surface, sense) = (record.references(1)?, record.reference(2)?, record.flag(3)?);
     let place = Place { placement: placed.placement, mm_per_unit: context.mm_per_unit };
+    // A bound that is listed again is the same bound.
+    let mut seen = std::collections::BTreeSet::new();
+    let listed: Vec<u64> = listed.into_iter().filter(|bound| seen.insert(*bound)).collect();
     let rings: Result<Vec<Ring>, StepError> =
         listed.iter().map(|b| ring(file, *b, context, &place)).collect();
     let rings = rings.ok().map(|all| all.into_iter().filter(|r| !r.nodes.is_empty()).collect());

@@ -76,9 +76,9 @@ impl Panel {
                     status.order = Order::Hold;
                 }
             }
-            Event::Fault(why) => {
-                status.fault = Some(why.clone());
-                // It could not be done.
+            // An order to discard may have been told since: it stays.
+            Event::Fault(why) => status.fault = Some(why.clone()),
+            Event::NotDiscarded => {
                 if status.order == Order::Discard {
                     status.order = Order::Hold;
                 }
@@ -213,12 +213,15 @@ mod tests {
         let stepping = Panel::new(Order::Run, true);
         stepping.saw(&Event::PathDone(0));
         assert_eq!(stepping.status().order, Order::Hold);
-        // A fault leaves the order as it is, unless that is what failed.
+        // A fault leaves the order as it is, also one to discard that came just before it.
         let panel = Panel::new(Order::Run, false);
         panel.saw(&Event::Fault("one".into()));
         assert_eq!(panel.order(), Order::Run);
         panel.tell(Order::Discard);
         panel.saw(&Event::Fault("another".into()));
+        assert_eq!((panel.order(), panel.status().fault.as_deref()), (Order::Discard, Some("another")));
+        // What could not be discarded stays, and the machine holds.
+        panel.saw(&Event::NotDiscarded);
         assert_eq!((panel.order(), panel.status().fault.as_deref()), (Order::Hold, Some("another")));
     }
 

@@ -50,6 +50,8 @@ pub enum Event {
     Stands,
     /// What waited was dropped.
     Discarded,
+    /// What waits could not be dropped; the fault before this says why.
+    NotDiscarded,
 }
 
 /// How a reference controller ended.

@@ -185,6 +185,7 @@ impl<'a> Run<'a> {
         let dropped = if recalled { self.queue.give_back(here) } else { self.queue.discard() };
         self.fault = None;
         if self.note(dropped).is_none() {
+            (self.report)(Event::NotDiscarded);
             std::thread::sleep(NAP);
             return;
         }

@@ -168,7 +168,7 @@ fn control(place: &Path) {
             }
             Event::ToldAgain(record) => entry(TOLD_AGAIN, u64::from(matches!(record, Record::Tool(3))), 0.0),
             Event::Fault(why) => panic!("{why}"),
-            Event::Stands | Event::Discarded => entry(FAULT, 0, 0.0),
+            Event::Stands | Event::Discarded | Event::NotDiscarded => entry(FAULT, 0, 0.0),
         };
         log.write_all(&bytes).unwrap();
     };

@@ -178,29 +178,29 @@ impl KnotVector {
     /// Non-vanishing basis functions at `t` with first and second derivatives
     /// (Cox–de Boor recursion; The NURBS Book, eq. 2.5 and 2.7). `N` must be above the degree.
     pub(crate) fn basis<const N: usize>(&self, t: f64) -> Basis<N> {
+        self.basis_in::<N, 2>(self.span(t), t)
+    }
+
+    /// The same on the polynomial piece of span `span`, also where `t` is a little outside it, with derivatives up to
+    /// `ORDER`; those above are zero.
+    #[inline(always)]
+    pub(crate) fn basis_in<const N: usize, const ORDER: usize>(&self, span: usize, t: f64) -> Basis<N> {
         // Where the scratch is just large enough the degree is a constant, and loops unroll.
-        let exact = self.degree + 1 == N;
-        if exact {
-            self.basis_up_to::<N, true>(N - 1, t)
+        if self.degree + 1 == N {
+            self.basis_up_to::<N, ORDER>(N - 1, span, t)
         } else {
-            self.basis_up_to::<N, true>(self.degree, t)
+            self.basis_up_to::<N, ORDER>(self.degree, span, t)
         }
     }
 
     /// The same without derivatives.
     pub(crate) fn values<const N: usize>(&self, t: f64) -> (usize, [f64; N]) {
-        let exact = self.degree + 1 == N;
-        let basis = if exact {
-            self.basis_up_to::<N, false>(N - 1, t)
-        } else {
-            self.basis_up_to::<N, false>(self.degree, t)
-        };
+        let basis = self.basis_in::<N, 0>(self.span(t), t);
         (basis.first, basis.n[0])
     }
 
     #[inline(always)]
-    fn basis_up_to<const N: usize, const DERIVATIVES: bool>(&self, p: usize, t: f64) -> Basis<N> {
-        let i = self.span(t);
+    fn basis_up_to<const N: usize, const ORDER: usize>(&self, p: usize, i: usize, t: f64) -> Basis<N> {
         // The 2p knots around the span: u[p - 1 + k] is knot i + k.
         let u = &self.knots[i + 1 - p..=i + p];
         let mut n = [[0.0; N]; 3];
@@ -223,7 +223,7 @@ impl KnotVector {
             }
             b[d] = carry;
         }
-        if !DERIVATIVES {
+        if ORDER == 0 {
             return Basis { first: i - p, n };
         }
         // Derivative of degree d from the basis of degree d - 1:
@@ -238,7 +238,7 @@ impl KnotVector {
             out[d] = carry;
         };
         derive(&one_less, p, &mut n[1]);
-        if p >= 2 {
+        if ORDER >= 2 && p >= 2 {
             let mut first = [0.0; N];
             derive(&two_less, p - 1, &mut first);
             derive(&first, p, &mut n[2]);

@@ -141,23 +141,28 @@ impl Bare {
 /// Cuts runs where another run on the same edge begins or ends, so that on each elementary run the same
 /// edges meet from end to end (T-junctions).
 pub(crate) fn imprint(edges: &[Edge<'_>], runs: &[Run], tolerance_mm: f64) -> Vec<Run> {
-    let mut ends: Vec<Vec<f64>> = vec![Vec::new(); edges.len()];
+    // Arc length and parameter, by length: an edge that wavers about the tolerance has thousands of runs.
+    let mut ends: Vec<Vec<(f64, f64)>> = vec![Vec::new(); edges.len()];
     for r in runs {
-        ends[r.a].extend(r.on_a);
-        ends[r.b].extend(r.on_b);
+        for (edge, on) in [(r.a, r.on_a), (r.b, r.on_b)] {
+            ends[edge].extend(on.map(|t| (edges[edge].arc_length(t), t)));
+        }
     }
+    ends.iter_mut().for_each(|of_edge| of_edge.sort_by(|x, y| x.0.total_cmp(&y.0)));
+    let within = |edge: usize, on: [f64; 2]| {
+        let [s0, s1] = on.map(|t| edges[edge].arc_length(t));
+        let (low, high) = (s0.min(s1) + 2.0 * tolerance_mm, s0.max(s1) - 2.0 * tolerance_mm);
+        let of_edge = &ends[edge];
+        let first = of_edge.partition_point(|(s, _)| *s <= low);
+        let last = of_edge.partition_point(|(s, _)| *s < high).max(first);
+        of_edge[first..last].iter().map(|(_, t)| *t)
+    };
     let mut found = Vec::with_capacity(runs.len());
     for r in runs {
         let (ea, eb) = (&edges[r.a], &edges[r.b]);
-        let within = |edge: &Edge<'_>, t: f64, on: [f64; 2]| {
-            let [s, s0, s1] = [t, on[0], on[1]].map(|t| edge.arc_length(t));
-            s > s0.min(s1) + 2.0 * tolerance_mm && s < s0.max(s1) - 2.0 * tolerance_mm
-        };
         let opposite = |from: &Edge<'_>, t: f64, to: &Edge<'_>| to.foot(&Point3::from(from.lift(t)[0])).t;
-        let on_a = ends[r.a].iter().copied().filter(|&t| within(ea, t, r.on_a));
-        let on_b = ends[r.b].iter().copied().filter(|&t| within(eb, t, r.on_b));
-        let mut cuts: Vec<(f64, f64)> = on_a.map(|t| (t, opposite(ea, t, eb))).collect();
-        cuts.extend(on_b.map(|t| (opposite(eb, t, ea), t)));
+        let mut cuts: Vec<(f64, f64)> = within(r.a, r.on_a).map(|t| (t, opposite(ea, t, eb))).collect();
+        cuts.extend(within(r.b, r.on_b).map(|t| (opposite(eb, t, ea), t)));
         cuts.sort_by(|x, y| x.0.total_cmp(&y.0));
         cuts.dedup_by(|later, earlier| {
             ea.arc_length(later.0) - ea.arc_length(earlier.0) <= 2.0 * tolerance_mm

@@ -93,9 +93,8 @@ impl Context<'_> {
         }
         say_skipped(self.console, &import.report);
         self.console.stage("measuring");
-        let faces = &import.model.faces;
-        let face_area_mm2 = areas::of_faces_mm2(self.console, faces);
-        let boxes: Vec<Aabb> = faces.par_iter().map(Face::bounds).collect();
+        let face_area_mm2 = areas::of_faces_mm2(self.console, &import.report.faces);
+        let boxes: Vec<Aabb> = import.model.faces.par_iter().map(Face::bounds).collect();
         let bounds = boxes.iter().fold(Aabb::empty(), |a, b| a.union(b));
         Ok(Loaded { import, face_area_mm2, bounds })
     }

@@ -131,8 +131,10 @@ fn a_bad_record_is_told_and_can_be_dropped() {
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
     let mut orders = control.stdin.take().unwrap();
     writeln!(orders, "discard").unwrap();
-    let mut said = BufReader::new(control.stdout.take().unwrap()).lines().map_while(Result::ok);
-    assert!(said.any(|line| line.contains("discarded")));
+    let output = BufReader::new(control.stdout.take().unwrap());
+    let (tell, said) = std::sync::mpsc::channel();
+    std::thread::spawn(move || output.lines().map_while(Result::ok).try_for_each(|line| tell.send(line)));
+    while !said.recv_timeout(PATIENCE).expect("the queue is discarded").contains("discarded") {}
     writeln!(orders, "abort").unwrap();
     assert!(control.wait().unwrap().success());
     // Over a connection.

@@ -15,7 +15,7 @@ mod areas;
 mod flat;
 mod ring;
 
-use claymill_nurbs::{Curve2, Face, NurbsSurface, Vector3};
+use claymill_nurbs::{Curve2, Face, FaceArea, NurbsSurface, Vector3};
 use serde::{Deserialize, Serialize};
 
 pub(crate) use areas::Carrier;
@@ -45,6 +45,8 @@ pub struct FaceReading {
     pub area_in_file_mm2: Option<f64>,
     /// The area of the face that was read, mm².
     pub area_read_mm2: f64,
+    /// Relative accuracy of that area, usually 1e-8; `None` where the surface is so uneven that it is a guess.
+    pub area_accuracy: Option<f64>,
     /// How the two disagree; `None` where they agree, or the file does not tell.
     pub doubt: Option<String>,
 }
@@ -70,7 +72,7 @@ pub(crate) struct Bounds {
 
 /// Holds a face against the bounds that its file gives it.
 pub(crate) fn reading(face: &Face, bounds: &Bounds, tolerance_mm: f64) -> FaceReading {
-    let area = face.area_mm2();
+    let FaceArea { mm2: area, accuracy } = face.area();
     let rings = bounds.rings.as_deref();
     let planar = || plane(&face.surface).map(|normal| Carrier::Plane { normal });
     let carrier = bounds.carrier.or_else(planar);
@@ -118,6 +120,7 @@ pub(crate) fn reading(face: &Face, bounds: &Bounds, tolerance_mm: f64) -> FaceRe
         loops_read: face.loops.len(),
         area_in_file_mm2: nearest,
         area_read_mm2: area,
+        area_accuracy: accuracy.is_finite().then_some(accuracy),
         doubt,
     }
 }

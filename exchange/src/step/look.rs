@@ -1,5 +1,6 @@
 //! The bounds of a face once more, for [`crate::audit`]: edges are followed from vertex to vertex by code of its own.
 
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
 use claymill_nurbs::analytic::Frame;
@@ -35,14 +36,24 @@ fn look(file: &Part21, placed: &PlacedFace, context: &Context) -> Result<Bounds,
     };
     let (listed, surface, sense) = (record.references(1)?, record.reference(2)?, record.flag(3)?);
     let place = Place { placement: placed.placement, mm_per_unit: context.mm_per_unit };
-    // A bound that is listed again is the same bound.
-    let mut seen = std::collections::BTreeSet::new();
-    let listed: Vec<u64> = listed.into_iter().filter(|bound| seen.insert(*bound)).collect();
-    let rings: Result<Vec<Ring>, StepError> =
-        listed.iter().map(|b| ring(file, *b, context, &place)).collect();
-    let rings = rings.ok().map(|all| all.into_iter().filter(|r| !r.nodes.is_empty()).collect());
+    // A bound that is listed again is the same bound, and so is another one around the same edges.
+    let (mut seen, mut rounds) = (BTreeSet::new(), BTreeSet::new());
+    let (mut bounds, mut rings) = (0, Some(Vec::new()));
+    for id in listed.into_iter().filter(|bound| seen.insert(*bound)) {
+        let Ok((ring, round)) = ring(file, id, context, &place) else {
+            (bounds, rings) = (bounds + 1, None);
+            continue;
+        };
+        if round.is_some_and(|round| !rounds.insert(round)) {
+            continue;
+        }
+        bounds += 1;
+        if let Some(rings) = rings.as_mut().filter(|_| !ring.nodes.is_empty()) {
+            rings.push(ring);
+        }
+    }
     Ok(Bounds {
-        listed: listed.len(),
+        listed: bounds,
         rings,
         flats: None,
         carrier: carrier(file, surface, context.angle_unit, &place).ok().flatten(),
@@ -97,8 +108,16 @@ fn carrier(file: &Part21, id: u64, angle_unit: f64, place: &Place) -> Result<Opt
     }))
 }
 
+/// Edges of a loop, and whether it runs them backward; from the first of them on, whichever one the file begins with.
+type Round = Vec<(u64, bool)>;
+
 /// FACE_BOUND(name, loop, orientation).
-fn ring(file: &Part21, id: u64, context: &Context, place: &Place) -> Result<Ring, StepError> {
+fn ring(
+    file: &Part21,
+    id: u64,
+    context: &Context,
+    place: &Place,
+) -> Result<(Ring, Option<Round>), StepError> {
     let entity = file.get(id)?;
     let record = match entity.part("FACE_OUTER_BOUND") {
         Ok(record) => record,
@@ -113,12 +132,13 @@ fn ring(file: &Part21, id: u64, context: &Context, place: &Place) -> Result<Ring
                 let oriented = file.get(oriented)?;
                 let record = oriented.part("ORIENTED_EDGE")?;
                 let edge = record.reference(3)?;
+                let along = record.flag(4)?;
                 let mut steps = edge_nodes(file, edge, context)?;
-                if !record.flag(4)? {
+                if !along {
                     turn(&mut steps);
                 }
                 walk.append(&mut steps);
-                edges.push(edge);
+                edges.push((edge, along != forward));
             }
         }
         "POLY_LOOP" => {
@@ -134,14 +154,17 @@ fn ring(file: &Part21, id: u64, context: &Context, place: &Place) -> Result<Ring
     }
     if !forward {
         turn(&mut walk);
+        edges.reverse();
     }
+    let first = (0..edges.len()).min_by_key(|k| edges[*k]);
+    let round = first.map(|first| [&edges[first..], &edges[..first]].concat());
     edges.sort_unstable();
-    let has_seam = edges.windows(2).any(|w| w[0] == w[1]);
+    let has_seam = edges.windows(2).any(|w| w[0].0 == w[1].0);
     let nodes = walk.into_iter().map(|n| {
         let step = place.placement.isometry.rotation * n.step * place.scale();
         Node { at: place.point(n.at), step }
     });
-    Ok(Ring { nodes: nodes.collect(), has_seam })
+    Ok((Ring { nodes: nodes.collect(), has_seam }, round))
 }
 
 fn turn(nodes: &mut [Node]) {

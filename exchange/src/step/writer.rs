@@ -16,13 +16,15 @@ const SAME_END_MM: f64 = 0.01;
 const SEWN_MM: f64 = 1e-4;
 /// Edges shorter than so many times that are told apart by the model's topology alone.
 const SHORT: f64 = 10.0;
+/// Pieces of an edge at whose ends it is compared.
+const SAMPLES: u8 = 32;
 /// Sides shorter than this are points and have no edge, mm.
 const POINT_MM: f64 = 1e-7;
 
 /// Writes `model` as STEP AP214: every surface as a B-spline, every edge in space and in the parameter plane of its
 /// surfaces. Edges that faces share (see [`claymill_nurbs::TrimEdge::shared`]) are written once, and so are edges of
-/// two faces that lie on each other from end to end, so that shells are sewn. Each group becomes an open shell under its name and colour; faces outside all groups share one
-/// more. Faces keep names, colours and layers; what is no B-spline keeps its shape but not its kind. Numbers have
+/// two faces that lie on each other from end to end, so that shells are sewn. Each group becomes an open shell under its
+/// name and colour; faces outside all groups share one more. Faces keep names, colours and layers; what is no B-spline keeps its shape but not its kind. Numbers have
 /// as many digits as it takes to read back the same bits. The file appears whole or not at all.
 ///
 /// # Errors
@@ -199,7 +201,7 @@ impl Topology {
             let [(other, _)] = edge.uses[..] else { return None };
             let (a, b) = (edge.curve.domain(), curve.domain());
             let lies = |forward: bool| {
-                [0.0, 0.25, 0.5, 0.75, 1.0].into_iter().all(|x| {
+                (0..=SAMPLES).map(|k| f64::from(k) / f64::from(SAMPLES)).all(|x| {
                     let y = if forward { x } else { 1.0 - x };
                     let (p, q) =
                         (edge.curve.point(a.0 + (a.1 - a.0) * x), curve.point(b.0 + (b.1 - b.0) * y));

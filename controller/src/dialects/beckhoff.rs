@@ -5,7 +5,6 @@ use claymill_nurbs::{Curve3, KnotVector, Point3};
 use std::fmt::Write as _;
 
 use super::Page;
-use super::gcode::point;
 use crate::Refusal;
 use crate::lower::Splines;
 
@@ -32,7 +31,7 @@ pub(crate) fn splines() -> Splines {
 pub(crate) fn write(out: &mut String, page: &Page, curve: &Curve3, rate: Option<&str>) {
     out.push_str("#SPLINE ON\n");
     for (i, p) in curve.points().iter().enumerate().skip(1) {
-        let _ = write!(out, "G1 {}", point(page, p));
+        let _ = write!(out, "G1 {}", page.xyz(p));
         if let (1, Some(rate)) = (i, rate) {
             let _ = write!(out, " {rate}");
         }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use claymill_nurbs::{Curve3, KnotVector, Point3};
 
 use super::Page;
-use super::gcode::{Flavour, point};
+use super::flavour::Flavour;
 use crate::lower::Splines;
 use crate::number::decimal;
 use crate::words::{Value, Word};
@@ -48,7 +48,7 @@ pub(crate) fn write(out: &mut String, page: &Page, curve: &Curve3, rate: Option<
         if i == 0 {
             let _ = write!(out, "G06.2 P{rank} ");
         }
-        let _ = write!(out, "K{} {}", knot(knots[i]), point(page, p));
+        let _ = write!(out, "K{} {}", knot(knots[i]), page.xyz(p));
         if let Some(weights) = curve.weights() {
             let _ = write!(out, " R{}", knot(weights[i]));
         }

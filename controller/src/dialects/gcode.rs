@@ -4,54 +4,13 @@ use std::io::BufRead;
 use claymill_nurbs::Point3;
 use claymill_toolpath::MoveKind;
 
+use super::flavour::Flavour;
 use super::gcode_read::Reader;
 use super::{Fault, Grammar, Page, Sink, beckhoff, fanuc, linuxcnc, siemens, title};
 use crate::job::{Section, Stroke};
 use crate::lower::{Abilities, Lowered, Splines};
 use crate::number::decimal;
-use crate::{Coolant, Machine, Plane, Shape, Units};
-
-/// A control that is programmed in words of G-code.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Flavour {
-    Fanuc,
-    Mitsubishi,
-    Siemens,
-    LinuxCnc {
-        /// Curves in G18 and G19: from 2.10 on.
-        planes: bool,
-    },
-    Beckhoff,
-    Plain,
-}
-
-impl Flavour {
-    /// Axes that G0 starts together may arrive one after the other: the tool then leaves the straight line.
-    fn rapid_is_straight(self) -> bool {
-        matches!(self, Flavour::LinuxCnc { .. })
-    }
-
-    pub(crate) fn semicolon(self) -> bool {
-        matches!(self, Flavour::Siemens | Flavour::Beckhoff)
-    }
-
-    fn comment(self, text: &str) -> String {
-        let plain: String = text
-            .chars()
-            .map(|c| if c.is_ascii() && !c.is_ascii_control() && !"()%;".contains(c) { c } else { '_' })
-            .collect();
-        if self.semicolon() { format!("; {plain}") } else { format!("({plain})") }
-    }
-
-    fn unit_code(self, units: Units) -> &'static str {
-        match (self, units) {
-            (Flavour::Siemens, Units::Mm) => "G71",
-            (Flavour::Siemens, Units::Inch) => "G70",
-            (_, Units::Mm) => "G21",
-            (_, Units::Inch) => "G20",
-        }
-    }
-}
+use crate::{Coolant, Machine, Plane, Shape};
 
 /// Writes and reads G-code.
 #[derive(Debug)]
@@ -77,14 +36,8 @@ impl GCode {
     }
 }
 
-/// `X1. Y2. Z3.`
-pub(crate) fn point(page: &Page, p: &Point3) -> String {
-    let f = &page.format;
-    format!("X{} Y{} Z{}", f.text(p.x), f.text(p.y), f.text(p.z))
-}
-
 /// `F6000.`
-pub(crate) fn feed(page: &Page, mm_per_min: f64) -> String {
+fn feed(page: &Page, mm_per_min: f64) -> String {
     format!("F{}", decimal(mm_per_min / page.format.units.mm(), 3))
 }
 
@@ -206,7 +159,7 @@ impl Grammar for GCode {
                 Shape::Line { from, to } => {
                     let axes = (to - from).iter().filter(|c| **c != 0.0).count();
                     let rapid = stroke.kind == MoveKind::Rapid && (axes < 2 || self.0.rapid_is_straight());
-                    let p = point(page, to);
+                    let p = page.xyz(to);
                     let _ = match (rapid, first) {
                         (true, _) => writeln!(out, "G0 {p}"),
                         (false, true) => writeln!(out, "G1 {p} {rate}"),
@@ -225,7 +178,7 @@ impl Grammar for GCode {
                         let _ = write!(out, "G{} ", arc.plane.g());
                         plane = arc.plane;
                     }
-                    let _ = write!(out, "G{g} {} {} {}", point(page, &arc.to), offset(a), offset(b));
+                    let _ = write!(out, "G{g} {} {} {}", page.xyz(&arc.to), offset(a), offset(b));
                     let _ = if first { writeln!(out, " {rate}") } else { writeln!(out) };
                 }
                 Shape::Spline(curve) => {

@@ -1,4 +1,4 @@
-use super::gcode::Flavour;
+use super::flavour::Flavour;
 use crate::words::Word;
 use crate::{Machine, Plane, Refusal};
 

@@ -1,6 +1,6 @@
 use claymill_nurbs::Point3;
 
-use super::gcode::Flavour;
+use super::flavour::Flavour;
 use super::gcode_modes::{Begins, Modes, Motion};
 use super::own_blocks::OwnBlocks;
 use super::{Element, Sink, beckhoff, fanuc, linuxcnc, siemens};

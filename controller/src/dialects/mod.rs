@@ -4,6 +4,7 @@ mod apt;
 mod apt_read;
 mod beckhoff;
 mod fanuc;
+mod flavour;
 mod gcode;
 mod gcode_modes;
 mod gcode_read;
@@ -26,7 +27,8 @@ use crate::lower::{Abilities, Lowered};
 use crate::number::LengthFormat;
 use crate::{Machine, Refusal, Shape, Units};
 
-use gcode::{Flavour, GCode};
+use flavour::Flavour;
+use gcode::GCode;
 
 /// A control's language.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -172,6 +174,14 @@ pub(crate) struct Page<'a> {
     pub(crate) retreats: bool,
     /// Speed of the section that is written, 1/min; 0 where none is known.
     pub(crate) speed_rpm: f64,
+}
+
+impl Page<'_> {
+    /// `X1. Y2. Z3.`
+    pub(crate) fn xyz(&self, p: &Point3) -> String {
+        let f = &self.format;
+        format!("X{} Y{} Z{}", f.text(p.x), f.text(p.y), f.text(p.z))
+    }
 }
 
 /// What whoever sets the machine up must know of a section: the tool and what is programmed of it, where the zero is,

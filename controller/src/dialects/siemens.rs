@@ -9,7 +9,6 @@ use std::fmt::Write as _;
 use claymill_nurbs::{Curve3, KnotVector, Point3};
 
 use super::Page;
-use super::gcode::point;
 use crate::lower::Splines;
 use crate::number::decimal;
 use crate::words::{Value, Word, first_chars, syntax};
@@ -73,7 +72,7 @@ fn write_bspline(out: &mut String, page: &Page, curve: &Curve3, rate: Option<&st
             let _ = write!(out, "BSPLINE SD={degree} ");
         }
         let interval = u[i + degree - 1] - u[i + degree - 2];
-        let _ = write!(out, "{} PL={}", point(page, p), decimal(interval, 4));
+        let _ = write!(out, "{} PL={}", page.xyz(p), decimal(interval, 4));
         if let Some(weights) = curve.weights() {
             let _ = write!(out, " PW={}", decimal(weights[i], WEIGHT_DIGITS));
         }

@@ -2,8 +2,9 @@
 //! to each other by index.
 
 use super::archive::{ANONYMOUS, Reader};
-use super::body::{Body, Context, RawFace, Trim};
+use super::body::{Body, RawFace, Trim};
 use super::class;
+use super::context::Context;
 use super::curves::{self, Native};
 use super::fault::Fault;
 use super::surfaces;

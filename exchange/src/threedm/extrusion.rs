@@ -7,8 +7,9 @@ use nalgebra::{Matrix2, Vector2};
 use crate::subcurve::{mapped, subcurve};
 
 use super::archive::{ANONYMOUS, Reader};
-use super::body::{Body, Context, RawFace, Trim};
+use super::body::{Body, RawFace, Trim};
 use super::class;
+use super::context::Context;
 use super::curves;
 use super::fault::Fault;
 use super::surfaces::Carrier;

@@ -16,6 +16,7 @@ mod blocks;
 mod body;
 mod brep;
 mod class;
+mod context;
 mod curves;
 #[cfg(test)]
 mod damage;
@@ -23,6 +24,7 @@ mod extrusion;
 mod faces;
 mod fault;
 mod layers;
+mod object;
 mod placed;
 mod surfaces;
 mod tables;
@@ -40,7 +42,8 @@ use crate::{Format, Import, ImportReport, ReadError, Skipped, Units};
 
 pub(crate) use archive::MAGIC;
 
-use body::{Body, Context};
+use body::Body;
+use context::Context;
 use faces::{Made, Site};
 use fault::Fault;
 use placed::Placed;
@@ -144,7 +147,7 @@ fn bodies(tables: &Tables, placed: &[Placed], context: &Context) -> BTreeMap<usi
     let mut bodies = BTreeMap::new();
     for record in placed.iter().filter(|p| p.fault.is_none()).map(|p| p.record) {
         if let Ok((object, _)) = &tables.records[record].object {
-            bodies.entry(record).or_insert_with(|| Body::read(object.clone(), context));
+            bodies.entry(record).or_insert_with(|| object::read(object.clone(), context));
         }
     }
     bodies

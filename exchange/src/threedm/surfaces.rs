@@ -6,8 +6,8 @@ use claymill_nurbs::{KnotVector, NurbsSurface, Point3, SurfaceKind, Vector3};
 use crate::warp::Warp;
 
 use super::archive::Reader;
-use super::body::Context;
 use super::class::{Class, Object};
+use super::context::Context;
 use super::curves::{self, Native};
 use super::fault::Fault;
 

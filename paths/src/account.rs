@@ -7,8 +7,8 @@ use claymill_toolpath::{Area, FaceAccount, UncutReason};
 
 use crate::contact::Covering;
 use crate::free_sides::FreeSides;
-use crate::plan::Regions;
 use crate::reach::Fate;
+use crate::regions::Regions;
 
 /// Where the area of a face goes, mm².
 struct FaceSums {

@@ -15,8 +15,9 @@ use crate::contact::Support;
 use crate::crests::WORTH_A_PASS;
 use crate::ground::Ground;
 use crate::near::{LaidNear, Touch, cut_to_mm};
-use crate::part::SetupContext;
-use crate::strokes::{Place, Spot};
+use crate::pattern::Spot;
+use crate::setup_context::SetupContext;
+use crate::strokes::Place;
 
 /// Between passes whose balls are no further apart than this, in flat step-overs, no crest is too high but in a valley.
 const FAR_APART: f64 = 1.02;

@@ -3,8 +3,8 @@
 use claymill_nurbs::Point2;
 use claymill_surface_merge::{Field, RegionMesh};
 
-use crate::levels::BRIDGE_MM;
-use crate::part::SetupContext;
+use crate::pattern::BRIDGE_MM;
+use crate::setup_context::SetupContext;
 
 /// The triangles of a region's mesh of which a setup cuts anything, and those around them.
 pub(crate) struct ClaimedMesh {

@@ -6,6 +6,7 @@ use claymill_nurbs::{FaceId, FaceMesh, Point2};
 use rayon::prelude::*;
 
 use crate::contact::Covering;
+use crate::in_triangle::contains;
 use crate::reach::{Fate, Fates};
 
 /// What one setup cuts, by face.
@@ -111,11 +112,4 @@ impl Bins {
         let is_in = |claimed: bool| bin.iter().any(|part| part.1 == claimed && contains(&part.0, p));
         is_in(true) && !is_in(false)
     }
-}
-
-/// Whether a place is in a triangle, or on its sides.
-pub(crate) fn contains(corners: &[Point2; 3], p: Point2) -> bool {
-    let [a, b, c] = corners.map(|q| q - p);
-    let turns = [a.perp(&b), b.perp(&c), c.perp(&a)];
-    turns.iter().all(|t| *t >= 0.0) || turns.iter().all(|t| *t <= 0.0)
 }

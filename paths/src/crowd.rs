@@ -8,7 +8,7 @@ use claymill_nurbs::{
 };
 
 use crate::contact::Covering;
-use crate::plan::Regions;
+use crate::regions::Regions;
 
 /// A triangle thinner than this is as good as its longest side, which its neighbours have too, mm.
 const THINNEST_MM: f64 = 1e-6;

@@ -3,7 +3,7 @@
 use claymill_nurbs::{FaceId, Jet, NurbsSurface, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::part::SetupContext;
+use crate::setup_context::SetupContext;
 
 /// Triangles are halved until the normals at their corners are closer than this (cosine of 12°): over a sharp
 /// bend the ball's centre goes round an arc, whose sides ask for much closer rows than its top.

@@ -8,10 +8,9 @@ use claymill_nurbs::{FaceId, Point2, Vector3};
 use claymill_surface_merge::{Field, FieldError, Guides, IsoPoint, Polyline, RegionMesh};
 
 use crate::claimed_mesh::ClaimedMesh;
-use crate::levels::Levels;
-use crate::part::SetupContext;
+use crate::pattern::{Levels, Spot};
+use crate::setup_context::SetupContext;
 use crate::step_over::{flat_mm, on_contact_mm};
-use crate::strokes::Spot;
 
 /// Edges of region meshes, in flat step-overs, and their limits, in ball radii.
 const EDGE_STEPS: f64 = 1.5;

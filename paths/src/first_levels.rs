@@ -1,10 +1,9 @@
 //! Where the first levels of a pattern lie.
 
-use crate::levels::Levels;
-use crate::part::SetupContext;
+use crate::pattern::{Levels, Spot};
 use crate::raster::cheapest_step;
+use crate::setup_context::SetupContext;
 use crate::step_over::on_contact_mm;
-use crate::strokes::Spot;
 
 /// Levels, at most, at which the step-over is asked for before the first passes are laid.
 const ASKED: usize = 48;

@@ -4,8 +4,8 @@ use claymill_nurbs::{FaceId, Hint, Point3, bisect};
 
 use crate::guide::Guide;
 use crate::keep::{Keep, On};
-use crate::part::SetupContext;
 use crate::profile::{Chain, Profile, Sample, is_long_enough};
+use crate::setup_context::SetupContext;
 
 /// Where bounds end a pass is narrowed down to this, mm.
 const END_MM: f64 = 1e-3;

@@ -16,12 +16,13 @@ use claymill_toolpath::Considered;
 
 use crate::crests::Laid;
 use crate::ground::Ground;
-use crate::levels::{LevelRounds, Levels};
-use crate::part::{SetupContext, TURN_MM};
+use crate::levels::LevelRounds;
 use crate::patch_levels::PatchLevels;
+use crate::pattern::Levels;
 use crate::profile::Profile;
 use crate::proofs::Proofs;
 use crate::rows::RowRounds;
+use crate::setup_context::{SetupContext, TURN_MM};
 use crate::slopes::{Limit, Slopes};
 use crate::waterline::CentreHeights;
 use crate::{RowsAlong, Strategy};

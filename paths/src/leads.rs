@@ -17,8 +17,9 @@ use claymill_toolpath::{Move, MoveKind, round_to_written};
 
 use crate::contact::BallDrop;
 use crate::guide::{Guide, Line};
-use crate::part::{SetupContext, one_span, reversed_from_zero};
 use crate::profile::follow;
+use crate::setup_context::SetupContext;
+use crate::written::{one_span, reversed_from_zero};
 
 /// Rapids up and down keep this far away from walls, seen in so many directions, mm.
 const ASIDE_MM: f64 = 2.0;

@@ -20,21 +20,18 @@ use crate::crests::Laid;
 use crate::ground::Ground;
 use crate::halfway::{Found, Halfway, Level, halfway};
 use crate::near::{LaidNear, Touch};
-use crate::part::SetupContext;
+use crate::pattern::{BRIDGE_MM, Levels, Spot};
 use crate::plan_curve::{Drawn, through, within};
 use crate::proofs::Proofs;
+use crate::setup_context::SetupContext;
 use crate::spines::{Asking, in_plan, spines};
 use crate::spiral;
-use crate::strokes::{Place, Spot, Stroke};
+use crate::strokes::{Place, Stroke};
 
 /// Rounds of laying levels halfway between levels: on a long arm a field changes by little.
 const LEVEL_ROUNDS: usize = 16;
-/// Gaps in what a setup claims of a line are crossed when they are no longer than this, mm.
-pub(crate) const BRIDGE_MM: f64 = 30.0;
 /// Places between which the model is looked at are at least this share of the flat step-over apart.
 const LOOK: f64 = 0.5;
-/// Lines of constant height run at most this share of the flat step-over beside their places on the mesh.
-pub(crate) const ASIDE: f64 = 0.5;
 /// Passes are not laid closer together than this share of the flat step-over.
 const CLOSEST: f64 = 0.08;
 /// And where what the ball reaches ends is not looked for more closely than to this share.
@@ -53,30 +50,6 @@ const SPINE_ASIDE: f64 = 0.3;
 const STRETCH_MM: f64 = 1000.0;
 /// Ranks of lines that are no neighbours are so far apart.
 const APART: usize = 10;
-
-/// A function on faces, by its level curves.
-pub(crate) trait Levels: Sync {
-    /// Lowest and highest level.
-    fn range(&self) -> (f64, f64);
-    /// Whether a unit of level is a step-over.
-    fn in_steps(&self) -> bool {
-        false
-    }
-    /// How many levels there are, where that does not depend on what they leave.
-    fn count(&self) -> Option<usize> {
-        None
-    }
-    /// The curves at a level, each as places that follow each other closely.
-    fn whole_lines(&self, level: f64) -> Vec<Vec<Spot>>;
-    /// The same, but for what is far from anything that the setup cuts.
-    fn lines(&self, level: f64) -> Vec<Vec<Spot>> {
-        self.whole_lines(level)
-    }
-    /// The height that the ball's centre keeps along the curves at a level, if it does.
-    fn height_mm(&self, _level: f64) -> Option<f64> {
-        None
-    }
-}
 
 /// What the passes laid so far have done for a place.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -13,9 +13,9 @@ use crate::contact::Location;
 use crate::crests::Laid;
 use crate::ground::Ground;
 use crate::near::{LaidNear, Touch};
-use crate::part::SetupContext;
 use crate::proofs::Proofs;
 use crate::rows::RowRounds;
+use crate::setup_context::SetupContext;
 use crate::together::together;
 
 /// A place is left out where no pass cuts down to this many scallop heights: the nearest is a step-over away.

@@ -1,10 +1,13 @@
-use std::collections::BTreeMap;
+//! Planning around obstacles: faces that nobody asks to be cut.
 
 use claymill_nurbs::{Model, Point3};
-use claymill_toolpath::{Area, UncutReason};
 
 use crate::crowd::{WiderRegions, triangle};
-use crate::plan::{Plan, PlanError, PlanOptions, Progress, Regions, plan_crowded};
+use crate::error::PlanError;
+use crate::options::PlanOptions;
+use crate::plan::{Progress, plan_crowded};
+use crate::planned::Plan;
+use crate::regions::Regions;
 
 /// Plans a job as [`plan()`](crate::plan()) does, with obstacles that no move comes nearer to than
 /// [`PlanOptions::check_clearance_mm`]: triangles in the model's coordinates. They are faces that nobody asks to be cut, so that
@@ -36,19 +39,5 @@ pub fn plan_around(
     }
     let around = WiderRegions::over(regions, &crowded);
     let plan = plan_crowded(&crowded, &around.as_regions(regions), own..own + added, options, progress)?;
-    Ok(of_own_faces(plan, regions))
-}
-
-/// The accounts of a plan without the faces that were added to the regions' own.
-pub(crate) fn of_own_faces(mut plan: Plan, regions: &Regions) -> Plan {
-    plan.faces.truncate(regions.of_face.len());
-    plan.region_setup_area_mm2.truncate(regions.of_face.iter().max().map_or(0, |m| m + 1));
-    plan.area = plan.faces.iter().fold(Area::default(), |mut sum, face| {
-        sum.total_mm2 += face.area.total_mm2;
-        sum.cut_mm2 += face.area.cut_mm2;
-        let uncut: &BTreeMap<UncutReason, f64> = &face.area.uncut_mm2;
-        uncut.iter().for_each(|(reason, area)| *sum.uncut_mm2.entry(*reason).or_default() += area);
-        sum
-    });
-    plan
+    Ok(plan.of_own_faces(regions))
 }

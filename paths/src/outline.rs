@@ -6,8 +6,8 @@ use claymill_nurbs::{Aabb, BoxTree, FaceMesh, Point2, Point3, Vector2};
 use rayon::prelude::*;
 
 use crate::Frame;
-use crate::claims::contains;
 use crate::contact::{Covering, distance_from, larger_than_usual};
+use crate::in_triangle::contains;
 
 /// Edges are looked at in pieces of this length, mm.
 const PIECE_MM: f64 = 2.0;

@@ -1,97 +1,31 @@
 //! The passes of one part: what one setup cuts of one region.
 
-use claymill_nurbs::{Curve3, FaceId, KnotVector, Model, Point2, Point3};
-use claymill_toolpath::{Considered, LinkStyle, Move, MoveKind, WRITTEN_STEP_MM, round_to_written};
+use claymill_nurbs::{Curve3, Point3};
+use claymill_toolpath::{Considered, LinkStyle, Move, MoveKind};
 use rayon::prelude::*;
 
-use crate::claims::Claims;
-use crate::contact::{BallDrop, Covering};
 use crate::crests::Laid;
 use crate::ground::Ground;
 use crate::guide::{Guide, Line};
-use crate::heights::Heights;
-use crate::keep::Keep;
 use crate::leads::End;
 use crate::near::LaidNear;
 use crate::order::{Ends, Turn, order};
-use crate::profile::{Chain, Profile, SHORTEST_BESIDE_MM, SHORTEST_PASS_MM, SHORTEST_PASS_RADII, follow};
+use crate::profile::{Chain, Profile, follow};
 use crate::proofs::Proofs;
-use crate::reach::Fate;
 use crate::refit::{Fit, Over, fit_chain};
-use crate::slopes::Slopes;
-use crate::step_over::flat_mm;
+use crate::setup_context::SetupContext;
 use crate::sweeps::Sweeps;
-use crate::walls::Walls;
-use crate::{Feeds, FitTolerance, Frame, RowsAlong, Strategy};
+use crate::written::{join, move_end, polygon_mm, reversed_from_zero, straightened};
+use crate::{RowsAlong, Strategy};
 
-/// By itself, rapids across keep at least this distance above everything within the tool's radius; rapids up and down
-/// end this far above the ball's location, mm.
-pub const CLEARANCE_MM: f64 = 5.0;
 /// A stay-down link may be this long in lace, mm; it must also be quicker than lifting over.
 const LONGEST_LINK_MM: f64 = 250.0;
 /// One-way passes are linked down on the model only over this many flat step-overs.
 const LINK_STEPS: f64 = 8.0;
 /// What the stops of a retract cost, as path length.
 const STOPS_MM: f64 = 40.0;
-/// What a turn between two passes costs, as path length, when a direction is chosen.
-pub(crate) const TURN_MM: f64 = 60.0;
-
-/// A crest higher than this share of the scallop height is worth a further row. Written passes lie up to
-/// [`FitTolerance::fit_mm`] higher than they are laid, which a hundredth of all crests make use of: in a large part those are
-/// not the ones that are high already, in a small one a single place counts for a hundredth.
-const TOO_HIGH: f64 = 1.04;
-const TOO_HIGH_IN_SMALL: f64 = 1.03;
-/// A part is small up to this area, in flat step-overs squared.
-const SMALL_STEPS2: f64 = 2500.0;
 /// Between corners this near to each other a pass goes straight, mm.
 const TINY_MM: f64 = 0.05;
-/// Rounds of laying rows between rows: each halves their distance.
-pub(crate) const ROUNDS: usize = 6;
-
-/// What all parts of a setup share.
-pub(crate) struct SetupContext<'a> {
-    pub(crate) model: &'a Model,
-    pub(crate) covering: &'a Covering,
-    pub(crate) frame: Frame,
-    pub(crate) index: usize,
-    pub(crate) fates: &'a [Vec<Fate>],
-    pub(crate) claims: &'a Claims,
-    pub(crate) walls: &'a Walls<'a>,
-    /// Where the claims are walls, the side of each face that is cut: 1 for that of `Su × Sv`, −1 for the other.
-    pub(crate) beside_walls: Option<&'a [f64]>,
-    pub(crate) ball: &'a BallDrop<'a>,
-    /// The tool whose rest is cut.
-    pub(crate) earlier: Option<&'a BallDrop<'a>>,
-    pub(crate) heights: &'a Heights,
-    /// What keeps the tool in its bounds, if it may not be anywhere.
-    pub(crate) keep: Option<&'a Keep<'a>>,
-    /// What leans further is not cut from above (`n·axis`).
-    pub(crate) least_facing: f64,
-    /// Distance that it keeps from obstacles, where there are any, mm.
-    pub(crate) obstacle_mm: f64,
-    /// Distance that rapids keep along the tool axis, mm.
-    pub(crate) clearance_mm: f64,
-    /// Faces that are not cut.
-    pub(crate) excluded: &'a [bool],
-    /// How far passes run out over open borders, mm.
-    pub(crate) extend_mm: f64,
-    pub(crate) strategy: Strategy,
-    /// Which slopes of what the setup cuts the passes are for.
-    pub(crate) slopes: Slopes,
-    /// Slope above which there are waterlines instead of rows (steep-shallow), degrees.
-    pub(crate) steep_deg: f64,
-    /// How many parameter lines a patch has; as many as it takes by itself.
-    pub(crate) lines: Option<usize>,
-    /// Whether passes along the valleys come last.
-    pub(crate) pencil: bool,
-    /// Direction of straight rows; chosen by region when not asked for.
-    pub(crate) rows_along: Option<RowsAlong>,
-    pub(crate) scallop_mm: f64,
-    pub(crate) tolerance: FitTolerance,
-    pub(crate) link: LinkStyle,
-    pub(crate) feeds: Feeds,
-}
-
 /// Moves and totals of a part, from the start of its first pass to the end of its last one.
 #[derive(Debug, Clone)]
 pub(crate) struct Part {
@@ -147,32 +81,6 @@ impl SetupContext<'_> {
         };
         self.link_passes(&passes, &mut part);
         Some(part)
-    }
-
-    /// The step-over on a plane, mm.
-    pub(crate) fn flat_step_mm(&self) -> f64 {
-        flat_mm(self.ball.radius_mm(), self.scallop_mm)
-    }
-
-    /// Passes are at least this long, mm.
-    pub(crate) fn shortest_pass_mm(&self) -> f64 {
-        match self.beside_walls {
-            Some(_) => SHORTEST_BESIDE_MM,
-            None => SHORTEST_PASS_MM.min(SHORTEST_PASS_RADII * self.ball.radius_mm()),
-        }
-    }
-
-    /// A crest higher than this is worth a further row in a part of `area_mm2`, mm.
-    pub(crate) fn too_high_mm(&self, area_mm2: f64) -> f64 {
-        let is_small = area_mm2 < SMALL_STEPS2 * self.flat_step_mm().powi(2);
-        self.scallop_mm * if is_small { TOO_HIGH_IN_SMALL } else { TOO_HIGH }
-    }
-
-    /// Whether the setup cuts the face at these parameters with these passes.
-    pub(crate) fn claims_at(&self, face: FaceId, u: f64, v: f64) -> bool {
-        self.claims.holds(face, Point2::new(u, v))
-            && (self.slopes == Slopes::All || self.slopes.hold(&self.ball.surface(face).jet(u, v)))
-            && self.keep.is_none_or(|keep| self.may_touch(keep, face, u, v))
     }
 
     /// The passes over a row, without what of them enters anything as written.
@@ -341,55 +249,5 @@ impl Pass {
         for c in &mut self.curves {
             *c = reversed_from_zero(c);
         }
-    }
-}
-
-/// Reversing mirrors the knots; rounding them again keeps the written digits.
-pub(crate) fn reversed_from_zero(curve: &Curve3) -> Curve3 {
-    let back = curve.reversed();
-    let knots = back.knots().as_slice().iter().map(|&k| round_to_written(k)).collect();
-    let rounded = claymill_nurbs::KnotVector::new(back.knots().degree(), knots)
-        .and_then(|k| Curve3::new(k, back.points().to_vec(), None));
-    rounded.unwrap_or(back)
-}
-
-/// A stretch that vanished between two others leaves a gap of a few of the written digits: they end halfway.
-fn join(before: Option<&mut Curve3>, after: &mut Curve3) {
-    let Some(before) = before else { return };
-    let (a, b) = (before.points()[before.points().len() - 1], after.points()[0]);
-    if a != b {
-        let halfway = nalgebra::center(&a, &b).map(round_to_written);
-        move_end(before, true, halfway);
-        move_end(after, false, halfway);
-    }
-}
-
-/// No curve is longer than its control polygon.
-fn polygon_mm(curve: &Curve3) -> f64 {
-    curve.points().windows(2).map(|w| (w[1] - w[0]).norm()).sum()
-}
-
-/// The straight way between the ends of a curve. In one so short the written digits, and ends that were moved, make
-/// loops which no machine could follow at any speed.
-fn straightened(curve: &Curve3) -> Curve3 {
-    let points = curve.points();
-    let (a, b) = (points[0], points[points.len() - 1]);
-    let length = round_to_written((b - a).norm()).max(WRITTEN_STEP_MM);
-    let line = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|x| (a + (b - a) * x).map(round_to_written));
-    one_span(line, length).unwrap_or_else(|| curve.clone())
-}
-
-/// The cubic of four control points, of which the parameter runs to `length`.
-pub(crate) fn one_span(points: [Point3; 4], length: f64) -> Option<Curve3> {
-    let knots = KnotVector::new(3, [[0.0; 4], [length; 4]].concat()).ok()?;
-    Curve3::new(knots, points.to_vec(), None).ok()
-}
-
-fn move_end(curve: &mut Curve3, last: bool, to: Point3) {
-    let mut points = curve.points().to_vec();
-    let index = if last { points.len() - 1 } else { 0 };
-    points[index] = to;
-    if let Ok(moved) = Curve3::new(curve.knots().clone(), points, None) {
-        *curve = moved;
     }
 }

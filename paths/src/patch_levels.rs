@@ -1,9 +1,7 @@
 //! Parameter lines of single patches: what the papers called iso-curve paths.
 
+use crate::pattern::{Levels, Spot};
 use claymill_nurbs::{Domain, Face, FaceId, NurbsSurface, Point2};
-
-use crate::levels::Levels;
-use crate::strokes::Spot;
 
 /// Places along a parameter line are about this far apart, mm.
 const APART_MM: f64 = 1.5;

@@ -19,11 +19,11 @@ use rayon::prelude::*;
 use crate::RowsAlong;
 use crate::crests::Laid;
 use crate::guide::{Guide, Line};
-use crate::part::SetupContext;
 use crate::plan_curve::within;
 use crate::profile::{Chain, Sample, follow};
 use crate::proofs::Proofs;
 use crate::raster::{Patch, Row};
+use crate::setup_context::SetupContext;
 
 /// Sides that part by less than this make no valley, degrees; and half of that is enough to look closer, for a row may
 /// cross a valley aslant.

@@ -1,235 +1,40 @@
+//! The whole job: what each setup cuts, the passes of each part, the program.
+
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use claymill_nurbs::{Aabb, FaceId, Model, NurbsError, Point3};
-use claymill_surface_merge::{FieldError, Guides, Merge, RegionMesh};
-use claymill_toolpath::{
-    Area, Bounds, CHECK_CLEARANCE_MM, FaceAccount, FreeSide, LinkStyle, MachineLimits, Program, RegionTotals,
-    Setup, Tool, Totals,
-};
+use claymill_surface_merge::{Guides, RegionMesh};
+use claymill_toolpath::Tool;
 use rayon::prelude::*;
-use thiserror::Error;
 
 use crate::account::Account;
 use crate::claims::Claims;
 use crate::contact::{BallDrop, CONTACT_EPSILON_MM, Covering};
-use crate::crowd::{Covered, LeftOut, WiderRegions};
+use crate::crowd::{Covered, WiderRegions};
+use crate::error::{FARTHEST_GUIDE_MM, PlanError};
 use crate::field_levels::mesh_edge_mm;
 use crate::free_sides::FreeSides;
 use crate::heights::Heights;
 use crate::keep::{Avoided, Keep};
-use crate::obstacles::of_own_faces;
-use crate::part::{CLEARANCE_MM, Part, SetupContext};
-use crate::probe::{LEAST_FACING, LEAST_SLANT, Views};
+use crate::leaning::{LEAST_FACING, LEAST_SLANT};
+use crate::options::{PlanOptions, check_tools};
+use crate::part::Part;
+use crate::planned::Plan;
+use crate::probe::Views;
 use crate::program::Output;
 use crate::reach::{Fates, assign};
+use crate::regions::Regions;
 use crate::rims::Rims;
+use crate::setup_context::SetupContext;
 use crate::sides::Sides;
 use crate::slopes::Slopes;
 use crate::space::Space;
 use crate::step_over::flat_mm;
 use crate::sweeps::Sweeps;
 use crate::walls::Walls;
-use crate::{FitTolerance, Frame, Orientation, RowsAlong, Strategy};
-
-/// What to cut and how.
-#[derive(Debug, Clone)]
-pub struct PlanOptions {
-    /// The tool.
-    pub tool: Tool,
-    /// A larger tool that has been over the model: only what it could not cut is cut.
-    pub rest_of: Option<Tool>,
-    /// Scallop height, mm.
-    pub scallop_mm: f64,
-    /// Where passes run.
-    pub strategy: Strategy,
-    /// Slope above which [`Strategy::SteepShallow`] has waterlines instead of rows, degrees; see [`STEEP_DEG`].
-    pub steep_deg: f64,
-    /// Parameter lines of every patch for [`Strategy::IsoPatch`]; as many as the scallop height takes if `None`.
-    pub lines: Option<usize>,
-    /// Places beside sides of regions, mm, in the model's coordinates: where [`Strategy::Iso`] and [`Strategy::Scallop`] sweep
-    /// a region from, and with a second place beside the same region, where to. By itself a region has the two of
-    /// [`RegionMesh::guides`].
-    pub guides: Vec<Point3>,
-    /// Whether passes along the valleys in which the ball touches on both sides come last in every region.
-    pub pencil: bool,
-    /// Direction of planar rows, degrees from each setup's `x` to its `y`; the cheapest one by region if `None`.
-    pub row_angle_deg: Option<f64>,
-    /// The side of each face that is free of material, and cut; either one of faces beyond the end of the list.
-    pub free_sides: Vec<FreeSide>,
-    /// Where the tool is kept.
-    pub bounds: Bounds,
-    /// Distance that the ball keeps from obstacles, mm.
-    pub check_clearance_mm: f64,
-    /// Distance that rapids keep from the finished model along the tool axis, mm.
-    pub clearance_mm: f64,
-    /// How passes are joined.
-    pub link: LinkStyle,
-    /// How the vehicle lies in its file.
-    pub orientation: Orientation,
-    /// Feeds.
-    pub feeds: Feeds,
-    /// What the machine can do, for the times.
-    pub machine: MachineLimits,
-}
-
-impl PlanOptions {
-    /// Planar rows with a tool at a scallop height, and everything else as usual.
-    #[must_use]
-    pub fn new(tool: Tool, scallop_mm: f64, orientation: Orientation) -> Self {
-        PlanOptions {
-            tool,
-            rest_of: None,
-            scallop_mm,
-            strategy: Strategy::Planar,
-            steep_deg: STEEP_DEG,
-            lines: None,
-            guides: Vec::new(),
-            pencil: false,
-            row_angle_deg: None,
-            free_sides: Vec::new(),
-            bounds: Bounds::default(),
-            check_clearance_mm: CHECK_CLEARANCE_MM,
-            clearance_mm: CLEARANCE_MM,
-            link: LinkStyle::Lace,
-            orientation,
-            feeds: Feeds::default(),
-            machine: MachineLimits::default(),
-        }
-    }
-}
-
-/// Feeds, mm/min.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Feeds {
-    /// Along passes and links.
-    pub cut_mm_per_min: f64,
-    /// Leads.
-    pub lead_mm_per_min: f64,
-    /// Rapids.
-    pub rapid_mm_per_min: f64,
-}
-
-impl Default for Feeds {
-    /// A clay mill: 6 m/min, leads at 3 m/min, rapids at 20 m/min.
-    fn default() -> Self {
-        Feeds { cut_mm_per_min: 6000.0, lead_mm_per_min: 3000.0, rapid_mm_per_min: 20_000.0 }
-    }
-}
-
-/// The regions to cut.
-#[derive(Debug, Clone)]
-pub struct Regions<'a> {
-    /// What merging found: regions and joints.
-    pub merged: &'a Merge,
-    /// Region of each face.
-    pub of_face: &'a [usize],
-    /// Whether each face is left out by the user's wish.
-    pub excluded: &'a [bool],
-    /// Area of each face, mm².
-    pub face_area_mm2: &'a [f64],
-}
-
-/// Why no plan could be made.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum PlanError {
-    /// The scallop height does not suit the tool.
-    #[error(
-        "scallop height {scallop_mm} mm must be positive and smaller than the ball radius {radius_mm} mm"
-    )]
-    Scallop {
-        /// Scallop height asked for.
-        scallop_mm: f64,
-        /// Ball radius.
-        radius_mm: f64,
-    },
-    /// Rest passes are for a smaller tool.
-    #[error("a ball of radius {radius_mm} mm leaves no rest for one of {earlier_mm} mm that went before")]
-    EarlierTool {
-        /// Ball radius.
-        radius_mm: f64,
-        /// Radius of the earlier one.
-        earlier_mm: f64,
-    },
-    /// The end is not one that passes are laid for.
-    #[error("passes are laid for ball ends only so far: {tool} cannot be planned with")]
-    NoBall {
-        /// The tool.
-        tool: Tool,
-    },
-    /// The tool does not fit the model.
-    #[error("a ball of radius {radius_mm} mm is too big for a model of {size_mm:.1} mm")]
-    ToolTooBig {
-        /// Ball radius.
-        radius_mm: f64,
-        /// The model's longest side.
-        size_mm: f64,
-    },
-    /// A face cannot be covered with triangles.
-    #[error("face {face} ({entity}): {source}")]
-    Face {
-        /// Index of the face.
-        face: FaceId,
-        /// Where it came from.
-        entity: String,
-        /// What is wrong.
-        source: NurbsError,
-    },
-    /// No region's side can be meant by a place.
-    #[error("no region that is cut has a border within {FARTHEST_GUIDE_MM} mm of {}, {}, {}{}", at.x, at.y, at.z, nearest(*nearest_mm))]
-    NoSide {
-        /// The place.
-        at: Point3,
-        /// Distance of the nearest border, mm, if there is one.
-        nearest_mm: Option<f64>,
-    },
-    /// Places that do not choose sides of a region.
-    #[error("the sides chosen for region {region}: {source}")]
-    Sides {
-        /// The region.
-        region: usize,
-        /// What is wrong.
-        source: FieldError,
-    },
-    /// More places than a region can be swept between.
-    #[error("three places or more choose sides of region {region}: it is swept from one to another")]
-    TooManySides {
-        /// The region.
-        region: usize,
-    },
-    /// There is nothing to cut.
-    #[error("no setup reaches any face that is to be cut")]
-    NothingToCut,
-    /// There is no rest.
-    #[error("the earlier tool could cut all that this one reaches")]
-    NoRest,
-}
-
-/// The program and its totals.
-#[derive(Debug, Clone)]
-pub struct Plan {
-    /// All moves, in machining order.
-    pub program: Program,
-    /// Time of each, s.
-    pub seconds: Vec<f64>,
-    /// Setups that cut something.
-    pub setups: Vec<Setup>,
-    /// Totals by region and setup.
-    pub regions: Vec<RegionTotals>,
-    /// Totals.
-    pub totals: Totals,
-    /// Where the area went.
-    pub area: Area,
-    /// The same by face.
-    pub faces: Vec<FaceAccount>,
-    /// Area by region and setup name, mm².
-    pub region_setup_area_mm2: Vec<BTreeMap<String, f64>>,
-    /// Tolerances used, by name.
-    pub tolerances: BTreeMap<String, f64>,
-    /// Faces that could not be covered with triangles; their boxes were kept clear.
-    pub left_out: Vec<LeftOut>,
-}
+use crate::{FitTolerance, Frame, RowsAlong, Strategy};
 
 /// Tells how far a stage has come: its name and a share from 0 to 1.
 pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
@@ -242,17 +47,6 @@ const MANY_SQUARES: f64 = 2e5;
 const FINEST_STEPS: f64 = 1.5;
 /// Where there are no more of the smallest squares than this, strips that a setup gets to are looked for on parts of triangles.
 const FEW_SQUARES: f64 = 1e5;
-
-/// Usual limit between shallow and steep, degrees. Rows across a slope of 45° are 1.4 times closer in plan than on the
-/// level, those across a steeper one soon half as far apart and less; waterlines come together the same way as the
-/// surface flattens. In the middle neither has to be refined.
-pub const STEEP_DEG: f64 = 45.0;
-
-/// A place chooses a side of a region this far from it at most, mm.
-const FARTHEST_GUIDE_MM: f64 = 50.0;
-
-/// Identity of the only tool.
-pub const TOOL_ID: &str = "T1";
 
 /// Plans the whole job; see the crate's documentation for the stages.
 ///
@@ -293,7 +87,7 @@ pub(crate) fn plan_crowded(
     let mut wider = WiderRegions::over(regions, &covered.model);
     wider.leave_out(bare.iter().copied());
     let plan = lay(&covered, [&bare, &obstacles], &wider.as_regions(regions), options, progress)?;
-    Ok(of_own_faces(Plan { left_out: covered.left_out, ..plan }, regions))
+    Ok(Plan { left_out: covered.left_out, ..plan }.of_own_faces(regions))
 }
 
 fn uncovered(model: &Model, (face, source): (FaceId, NurbsError)) -> PlanError {
@@ -484,10 +278,6 @@ fn chosen(meshes: &[Option<RegionMesh>], places: &[Point3]) -> Result<BTreeMap<u
     of_region.into_iter().map(guides).collect()
 }
 
-fn nearest(mm: Option<f64>) -> String {
-    mm.map_or_else(String::new, |mm| format!(": the nearest is {mm:.1} mm away"))
-}
-
 /// The model as one setup sees it.
 struct View<'a> {
     claims: Claims,
@@ -509,25 +299,6 @@ impl<'a> View<'a> {
             walls: Walls::new(covering, fates, setup, space, &regions.merged.joints),
             heights: Heights::new(ball),
         }
-    }
-}
-
-/// Whether passes can be laid for a tool, for the rest of an earlier one if there is one, at a scallop height: all that can be
-/// said before the model is known.
-///
-/// # Errors
-/// They cannot.
-pub fn check_tools(tool: &Tool, rest_of: Option<&Tool>, scallop_mm: f64) -> Result<(), PlanError> {
-    let radius_mm = tool.radius_mm();
-    if let Some(&tool) = [Some(tool), rest_of].into_iter().flatten().find(|t| !t.is_ball()) {
-        return Err(PlanError::NoBall { tool });
-    }
-    if !(scallop_mm > 0.0 && scallop_mm < radius_mm) {
-        return Err(PlanError::Scallop { scallop_mm, radius_mm });
-    }
-    match rest_of.map(Tool::radius_mm).filter(|&mm| mm <= radius_mm) {
-        Some(earlier_mm) => Err(PlanError::EarlierTool { radius_mm, earlier_mm }),
-        None => Ok(()),
     }
 }
 

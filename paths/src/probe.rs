@@ -5,17 +5,10 @@ use claymill_nurbs::{Model, Point2, Point3, Vector3};
 use crate::contact::{BallDrop, Covering, Held, Location};
 use crate::free_sides::FreeSides;
 use crate::keep::{Keep, On};
+use crate::leaning::{LEAST_FACING, LEAST_SLANT, OVERHANGING};
 use crate::space::Space;
 use crate::{FitTolerance, Frame};
 
-/// A surface that leans further from the tool axis than this is not cut by a ball that comes down on it (`n·axis`, 80°): it
-/// is a wall, which the ball passes beside.
-pub(crate) const LEAST_FACING: f64 = 0.173_648;
-/// What no setup faces better, nor cuts as a wall, a ball that comes down on it still cuts up to here (`n·axis`, 82.5°), where
-/// there is enough of it: undersides that slant a little.
-pub(crate) const LEAST_SLANT: f64 = 0.130_526;
-/// A wall that leans over by no more than this still is one: an upright wall does by rounding.
-pub(crate) const OVERHANGING: f64 = -2e-3;
 /// Walls are cut down to so many ball radii below where the ball rests over them: no usual tool is longer.
 const DEEPEST_RADII: f64 = 20.0;
 /// What looks down over so many ball radii of room is no wall but the underside of the model, or a ceiling.

@@ -8,8 +8,11 @@ use crate::account::Account;
 use crate::kinematics::times_s;
 use crate::leads::End;
 use crate::order::{Ends, order_parts};
-use crate::part::{Part, SetupContext};
-use crate::plan::TOOL_ID;
+use crate::part::Part;
+use crate::setup_context::SetupContext;
+
+/// Identity of the only tool.
+pub const TOOL_ID: &str = "T1";
 
 #[derive(Default)]
 pub(crate) struct Output {

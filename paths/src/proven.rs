@@ -13,7 +13,8 @@
 use claymill_nurbs::{Curve3, Hint, Point3};
 use claymill_toolpath::{Move, WRITTEN_STEP_MM, round_to_written};
 
-use crate::part::{SetupContext, one_span};
+use crate::setup_context::SetupContext;
+use crate::written::one_span;
 
 /// The ball may enter a face by this much, mm: more than the accuracy chain comes to.
 const ENTERS_MM: f64 = 3e-3;

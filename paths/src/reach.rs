@@ -4,8 +4,8 @@ use claymill_nurbs::{Model, Point2, Point3};
 use rayon::prelude::*;
 
 use crate::contact::{BallDrop, Covering};
-use crate::plan::Regions;
 use crate::probe::{PROBES, Probed, Prober, Seen, Slants, Views, by_setup, centroid, is_in_doubt};
+use crate::regions::Regions;
 use crate::together::together;
 
 /// A place counts as reached when the ball is kept away from it by no more than this, in scallop heights.

@@ -8,10 +8,10 @@ use crate::crests::{Laid, missing_rows};
 use crate::cuts::Cut;
 use crate::ground::Ground;
 use crate::guide::{Guide, Line};
-use crate::part::{ROUNDS, SetupContext, TURN_MM};
 use crate::profile::{STEEPEST_NZ, follow};
 use crate::proofs::Proofs;
 use crate::raster::{Patch, Raster, Row};
+use crate::setup_context::{ROUNDS, SetupContext, TURN_MM};
 use crate::step_over::row_distance_mm;
 
 /// Directions that are tried for rows, this far apart.

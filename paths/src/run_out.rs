@@ -11,7 +11,8 @@ use claymill_nurbs::{Foot, Point3, Vector3};
 use claymill_toolpath::{Move, MoveKind, round_to_written};
 
 use crate::leads::End;
-use crate::part::{SetupContext, one_span};
+use crate::setup_context::SetupContext;
+use crate::written::one_span;
 
 /// So far behind the end of a pass it is looked whether the surface goes on, mm.
 const PROBE_MM: f64 = 1.0;

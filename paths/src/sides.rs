@@ -4,7 +4,7 @@ use claymill_nurbs::{FaceId, FaceMesh, Vector3};
 
 use crate::Frame;
 use crate::contact::Covering;
-use crate::probe::LEAST_FACING;
+use crate::leaning::LEAST_FACING;
 use crate::reach::Fate;
 
 /// What a setup cuts of a region from the other side than most is cut from may be this share of it for it to count as

@@ -2,7 +2,7 @@
 
 use claymill_nurbs::{ClosestPoints, Model, Point3, Vector3};
 
-use crate::probe::LEAST_FACING;
+use crate::leaning::LEAST_FACING;
 
 /// Lines of sight begin this far from the surface, mm.
 const OFF_SURFACE_MM: f64 = 0.01;

@@ -5,22 +5,12 @@ use claymill_nurbs::{FaceId, Point2, Point3, Vector3};
 use crate::contour::contour;
 use crate::crests::Laid;
 use crate::ground::Ground;
-use crate::levels::{ASIDE, BRIDGE_MM, Levels};
-use crate::part::SetupContext;
+use crate::leaning::OVERHANGING;
+use crate::pattern::{ASIDE, BRIDGE_MM, Levels, Spot};
 use crate::plan_curve::{Drawn, through};
-use crate::probe::OVERHANGING;
 use crate::profile::{follow, parted};
 use crate::proofs::Proofs;
-
-/// A place on a level curve.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Spot {
-    pub(crate) face: FaceId,
-    pub(crate) u: f64,
-    pub(crate) v: f64,
-    /// How far the curves lie apart here for a unit of level, mm on the surface.
-    pub(crate) per_level_mm: f64,
-}
+use crate::setup_context::SetupContext;
 
 /// A place where the ball should touch.
 #[derive(Debug, Clone, Copy)]

@@ -7,7 +7,7 @@ use claymill_surface_merge::{Guides, RegionMesh};
 
 use crate::Strategy;
 use crate::field_levels::Sweep;
-use crate::part::SetupContext;
+use crate::setup_context::SetupContext;
 use crate::sides::Sides;
 
 /// A region's mesh, with the fields that sweep it: each is made when it is first asked for.

@@ -20,19 +20,20 @@ use crate::crests::Laid;
 use crate::field_levels::mesh_edge_mm;
 use crate::ground::Ground;
 use crate::guide::Guide;
-use crate::levels::{ASIDE, Levels};
-use crate::part::{SetupContext, one_span};
+use crate::leaning::{LEAST_FACING, OVERHANGING};
+use crate::pattern::{ASIDE, Levels};
 use crate::plan_curve::Drawn;
-use crate::probe::{LEAST_FACING, OVERHANGING};
 use crate::profile::{
     CLOSEST_MM, END_MM, Followed, Profile, SHARPEST_TURN, SHORTEST_BESIDE_MM, STRIDE_MM, Sample,
     angle_between,
 };
 use crate::proofs::Proofs;
 use crate::reach::Fates;
+use crate::setup_context::SetupContext;
 use crate::slopes::Slopes;
 use crate::space::Space;
 use crate::waterline::CentreHeights;
+use crate::written::one_span;
 
 /// The model is looked for this much farther from a wall than the ball's centre is, mm.
 const FARTHER_MM: f64 = 1.0;

@@ -8,10 +8,9 @@ use claymill_surface_merge::{Field, IsoPoint, Polyline, RegionMesh};
 
 use crate::claimed_mesh::ClaimedMesh;
 use crate::field_levels::faces_of;
-use crate::levels::Levels;
-use crate::part::SetupContext;
+use crate::pattern::{Levels, Spot};
+use crate::setup_context::SetupContext;
 use crate::slopes::climb;
-use crate::strokes::Spot;
 
 /// The height of the ball's centre when it touches the faces of a region.
 pub(crate) struct CentreHeights<'a, 'm> {

@@ -92,6 +92,7 @@ mod sweeps;
 mod target;
 mod together;
 mod tour;
+mod wall_claims;
 mod walls;
 mod waterline;
 mod written;

@@ -33,7 +33,7 @@ use crate::slopes::Slopes;
 use crate::space::Space;
 use crate::step_over::flat_mm;
 use crate::sweeps::Sweeps;
-use crate::walls::Walls;
+use crate::wall_claims::Walls;
 use crate::{FitTolerance, Frame, RowsAlong, Strategy};
 
 /// Tells how far a stage has come: its name and a share from 0 to 1.

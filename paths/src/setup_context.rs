@@ -12,7 +12,7 @@ use crate::profile::{SHORTEST_BESIDE_MM, SHORTEST_PASS_MM, SHORTEST_PASS_RADII};
 use crate::reach::Fate;
 use crate::slopes::Slopes;
 use crate::step_over::flat_mm;
-use crate::walls::Walls;
+use crate::wall_claims::Walls;
 use crate::{FitTolerance, Frame, RowsAlong, Strategy};
 
 /// What a turn between two passes costs, as path length, when a direction is chosen.

@@ -7,14 +7,12 @@
 //!   ▒▒▒▒▒│╲_╱
 //! ```
 
-use claymill_nurbs::{
-    ClosestPoints, Curve3, FaceId, Foot, Hint, KnotVector, Point2, Point3, Vector2, Vector3, bisect,
-};
-use claymill_surface_merge::{Joint, RegionMesh};
+use claymill_nurbs::{Curve3, FaceId, Foot, Hint, KnotVector, Point2, Point3, Vector2, Vector3, bisect};
+use claymill_surface_merge::RegionMesh;
 use claymill_toolpath::{Move, MoveKind, round_to_written};
 
 use crate::claims::Claims;
-use crate::contact::{Covering, Location, Support};
+use crate::contact::{Location, Support};
 use crate::contour::{FLATTEST, Hill, Seen, contour_of};
 use crate::crests::Laid;
 use crate::field_levels::mesh_edge_mm;
@@ -28,10 +26,8 @@ use crate::profile::{
     angle_between,
 };
 use crate::proofs::Proofs;
-use crate::reach::Fates;
 use crate::setup_context::SetupContext;
 use crate::slopes::Slopes;
-use crate::space::Space;
 use crate::waterline::CentreHeights;
 use crate::written::one_span;
 
@@ -49,27 +45,6 @@ const BETWEEN_MM: f64 = 2e-3;
 const OFF_WALL_MM: [f64; 4] = [2.0, 1.0, 0.5, 0.2];
 /// A link may be this long, in flat step-overs.
 const LINK_STEPS: f64 = 8.0;
-
-/// The walls of a setup.
-pub(crate) struct Walls<'a> {
-    /// On the side of `Su × Sv`, and on the other.
-    claims: [Claims; 2],
-    pub(crate) closest: &'a ClosestPoints<'a>,
-    joints: &'a [Joint],
-}
-
-impl<'a> Walls<'a> {
-    pub(crate) fn new(
-        covering: &Covering,
-        fates: &Fates,
-        setup: usize,
-        space: &'a Space<'_>,
-        joints: &'a [Joint],
-    ) -> Self {
-        let claims = |other_side| Claims::new(covering, fates, |fate| fate.is_wall_of(setup, other_side));
-        Walls { claims: [false, true].map(claims), closest: &space.closest, joints }
-    }
-}
 
 /// The ball with its centre at a height, as if the model rose towards its walls.
 struct Beside<'a> {

@@ -1,3 +1,6 @@
+//! Planning around obstacle meshes: their triangles become faces that nobody asks to be cut. The
+//! area accounts leave them out again.
+
 use std::collections::BTreeMap;
 
 use claymill_nurbs::{Model, Point3};

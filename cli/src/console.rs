@@ -1,3 +1,6 @@
+//! Output for the user: progress and stage times on standard error, results on standard output,
+//! colours, and the form of counts, lengths and numbers.
+
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::sync::Mutex;

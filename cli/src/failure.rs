@@ -1,3 +1,6 @@
+//! How commands fail: one message, one line of advice and an exit code. Errors of the libraries get
+//! their advice here.
+
 use std::fmt;
 use std::path::Path;
 

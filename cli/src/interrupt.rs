@@ -1,3 +1,6 @@
+//! Ctrl-C: removes what is half-written, then ends with exit code 130. A command that moves a
+//! machine replaces the first Ctrl-C by a stop of its own.
+
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

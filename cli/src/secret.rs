@@ -1,3 +1,5 @@
+//! The shared secret of connections, read from a file (`--secret`) that only its owner may read.
+
 use std::io;
 use std::path::Path;
 

@@ -1,3 +1,6 @@
+//! Faces named on the command line: `region:3`, `layer:NAME`, `colour:#RRGGBB`, `face:10-20`, as
+//! `--only`, `--skip`, `--avoid` and others take them.
+
 use std::collections::BTreeSet;
 
 use claymill_nurbs::{Face, Model};

@@ -1,3 +1,6 @@
+//! Biarcs between two points with directions (Bolton 1975), in written digits, and a test for
+//! curves that LinuxCNC's own biarc formula cannot follow.
+
 use claymill_nurbs::{Curve3, Point3};
 use nalgebra::Vector2;
 

@@ -1,3 +1,6 @@
+//! Reads programs back: matches their blocks with the moves of the job in order, and reports
+//! missing and added moves, distance and feed. Also gives the verifier the moves of a program.
+
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};

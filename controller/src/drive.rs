@@ -1,3 +1,6 @@
+//! The motion of the reference controller: look-ahead over waiting records, one jerk-limited motion
+//! from rest to rest, and a set point for each cycle.
+
 use std::collections::VecDeque;
 
 use claymill_motion::{Chain, Joint, JointRule, Limits, Looks, Place, Rail, Track};

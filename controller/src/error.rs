@@ -1,3 +1,6 @@
+//! Refusals by rule, and why programs cannot be read, jobs cannot be written and machine
+//! definitions cannot be used.
+
 use std::io;
 use std::path::PathBuf;
 

@@ -1,3 +1,6 @@
+//! Follows a curve beside a sequence of points (Newton's method for the nearest point) and measures
+//! the largest distance, skipped parts included.
+
 use claymill_nurbs::{Curve3, Point3};
 
 use crate::Shape;

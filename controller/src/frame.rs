@@ -1,3 +1,6 @@
+//! A setup's machine coordinates, with the tool axis as +Z and the work's zero as origin.
+//! Conversion to and from model coordinates.
+
 use claymill_nurbs::{Point3, Vector3};
 
 /// A setup's machine coordinates: its tool axis is +Z.

@@ -1,3 +1,6 @@
+//! A job in machine coordinates: sections with one setup and one tool each, and their moves as
+//! curves with the feed that the machine has.
+
 use std::path::Path;
 
 use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};

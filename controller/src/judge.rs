@@ -1,3 +1,6 @@
+//! Validates the records of a stream: layout, number, and that each path begins where the one
+//! before it ended. Both ends of a queue use it.
+
 use claymill_nurbs::{Point3, Vector3};
 
 use crate::route::GAP_MM;

@@ -1,3 +1,6 @@
+//! Machine definitions (TOML): units, digits, travel, feeds, own blocks and dynamics, their
+//! defaults and the values that are refused.
+
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::path::Path;

@@ -1,3 +1,6 @@
+//! How lengths are written in programs: unit and decimals, and the value that the written text
+//! stands for.
+
 use claymill_nurbs::Point3;
 
 use crate::Units;

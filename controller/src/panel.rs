@@ -1,3 +1,6 @@
+//! The order in force and the status of a machine, shared between those who give orders and the
+//! motion, and their text and byte forms.
+
 use std::fmt;
 use std::str::FromStr;
 use std::sync::{Mutex, MutexGuard, PoisonError};

@@ -1,3 +1,6 @@
+//! The machine's side of TCP connections: one stream at a time goes into its queue, orders come
+//! beside it. Also the client call that gives an order.
+
 use std::collections::{BTreeSet, VecDeque};
 use std::io;
 use std::net::{Shutdown, TcpListener, TcpStream};

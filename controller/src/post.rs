@@ -1,3 +1,6 @@
+//! Writes a job as program files, reads them back and compares them with the job before they are
+//! put in place. Also gives single blocks for controls that are fed over a remote protocol.
+
 use std::collections::BTreeMap;
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};

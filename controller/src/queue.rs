@@ -1,3 +1,6 @@
+//! The consumer's side of the queue in shared memory, and what can go wrong with either side. A
+//! record leaves the queue when it has been executed, not when it is read.
+
 use std::io;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};

@@ -1,3 +1,6 @@
+//! The records of a stream and their byte layout: paths as NURBS, and tool, spindle, coolant,
+//! output and feed commands, each with a CRC-32.
+
 use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
 use claymill_toolpath::{Move, MoveKind};
 use thiserror::Error;

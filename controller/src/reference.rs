@@ -1,3 +1,6 @@
+//! The reference controller: orders, set points, events, and its entry point. The motion itself is
+//! in `drive`.
+
 use claymill_nurbs::{Point3, Vector3};
 
 use crate::run::Run;

@@ -1,3 +1,6 @@
+//! The way to a move in mid-job: up to the clearance height, across by rapids, and down by the
+//! job's lead-in or at the feed of leads.
+
 use std::fmt;
 
 use claymill_nurbs::{Point3, Vector3};

@@ -1,3 +1,5 @@
+//! Client of LinuxCNC's remote shell (`linuxcncrsh`): MDI blocks, program runs, abort and position.
+
 use std::io::{self, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;

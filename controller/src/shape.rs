@@ -1,3 +1,6 @@
+//! What a block moves along, in machine coordinates: lines, circular arcs in G17, G18 or G19, and
+//! NURBS.
+
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};

@@ -1,3 +1,6 @@
+//! The file behind the queue: layout, check sums, locks and the ring of records. Readers and
+//! writers survive the death of either side; producer and consumer are built on it.
+
 use std::fs::File;
 use std::io;
 use std::os::unix::fs::FileExt;

@@ -1,3 +1,6 @@
+//! The last commanded tool, spindle, coolant and outputs, kept in the queue's file so that a
+//! restarted controller commands them again.
+
 use crate::shared::{OUTPUTS_AT, SWITCHES_AT, Word};
 use crate::{Consumer, QueueError, Record};
 

@@ -1,3 +1,6 @@
+//! Streams over TCP: the sender and receiver of records, with answers for a full queue, a refusal
+//! and a dropped stream. Secrets and sealed frames are elsewhere.
+
 use std::io;
 use std::net::TcpStream;
 use std::time::{Duration, Instant};

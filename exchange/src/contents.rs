@@ -1,3 +1,6 @@
+//! Reads model files whole, or their first bytes, and refuses folders, pipes, devices and files
+//! beyond 8 GiB.
+
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;

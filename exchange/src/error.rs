@@ -1,3 +1,6 @@
+//! Why a model file cannot be read at all, with advice. A damaged face is no such error: it is
+//! skipped and reported.
+
 use std::path::PathBuf;
 
 use thiserror::Error;

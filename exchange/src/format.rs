@@ -1,3 +1,6 @@
+//! Recognises IGES, STEP and 3dm by content, never by file name, and names what other files look
+//! like.
+
 use serde::{Deserialize, Serialize};
 
 use crate::{MeshFormat, threedm};

@@ -1,3 +1,6 @@
+//! What reading a file gives: the model, and a report of units, skipped faces, repairs and
+//! warnings. Size, unit and doubtful faces are checked for plausibility.
+
 use std::collections::BTreeMap;
 
 use claymill_nurbs::{Aabb, Model, Point3};

@@ -1,3 +1,6 @@
+//! The known properties of a generated model, as `NAME.answers.json` holds them: regions, joints
+//! with their continuity, and planted flaws.
+
 use claymill_nurbs::FaceId;
 use serde::{Deserialize, Serialize};
 

@@ -1,3 +1,6 @@
+//! Flaws of known size that can be planted into a generated model, and their text form, for example
+//! `gap:0.005` or `kink:0.5`.
+
 use std::fmt;
 use std::str::FromStr;
 

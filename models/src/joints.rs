@@ -1,3 +1,6 @@
+//! Joints between the patches of a generated model. They follow from how the patches were cut and
+//! from shared feature curves; nothing is searched for by geometry.
+
 use std::collections::BTreeMap;
 
 use claymill_nurbs::KnotVector;

@@ -1,3 +1,6 @@
+//! Where sheets are cut into patches: rows with cuts of their own, so that many joints are
+//! T-junctions. The patch size is found by bisection on the number of patches.
+
 use std::collections::BTreeMap;
 
 use claymill_nurbs::{KnotVector, NurbsSurface};

@@ -1,3 +1,6 @@
+//! The feature curves of a generated model, with their mirror images. Two sheets on the same piece
+//! of a curve meet exactly.
+
 use claymill_nurbs::Point3;
 
 use crate::spline::Spline;

@@ -1,3 +1,5 @@
+//! The sample `panel`: a wavy sheet of 600 × 400 mm with a pressed ridge, one smooth region.
+
 use std::f64::consts::PI;
 
 use claymill_nurbs::{Point3, Vector3};

@@ -1,3 +1,6 @@
+//! The sample `ribbon`: blocks of patches with straight lines between them, and on each line a gap,
+//! shift, kink or curvature jump of exactly known size.
+
 use claymill_nurbs::{Face, Model, NurbsSurface, Point3, Source, SurfaceKind, Vector3};
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion};
 use rand::seq::SliceRandom;

@@ -1,3 +1,6 @@
+//! Master surfaces, each one smooth region before it is cut into patches: bilinearly blended Coons
+//! surfaces with a relief, and tubes.
+
 use claymill_nurbs::{KnotVector, NurbsSurface, Point3, Vector3};
 
 use crate::network::{Edge, Network};

@@ -1,3 +1,6 @@
+//! From master surfaces to a model file's disorder: cut into patches, each with its own
+//! parametrisation, sense and place. The answers follow along.
+
 use claymill_nurbs::{Face, KnotVector, Model, NurbsSurface, Point3, Source, SurfaceKind};
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};

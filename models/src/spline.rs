@@ -1,3 +1,6 @@
+//! Cubic B-spline curves by polar forms (blossoms): interpolation, restriction and knot refinement
+//! that keep shared edges equal to the last bits.
+
 use claymill_nurbs::{Point3, Vector3};
 use nalgebra::{DMatrix, DVector};
 

@@ -1,3 +1,5 @@
+//! Generates samples by name, scales them and writes them as IGES or STEP with their answers.
+
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 

@@ -1,3 +1,6 @@
+//! A motion from rest to rest with limited jerk. A base profile of limited acceleration is averaged
+//! over a window of `a / j` in time (box filter), and can be extended or held while it runs.
+
 use crate::speed::{Leg, Start, brake, legs};
 use crate::{Joint, Limits, Place};
 

@@ -1,3 +1,6 @@
+//! A curve with its arc length, by three-point Gauss–Legendre quadrature between stations; the
+//! parameter at a distance follows by Newton's method.
+
 use claymill_nurbs::{Curve3, Point3};
 
 /// How closely a curve is looked at.

@@ -1,3 +1,6 @@
+//! The times at which a machine passes the curves of a whole track. The track is cut into chains at
+//! its stops; each chain is planned by itself.
+
 use std::ops::Range;
 
 use rayon::prelude::*;

@@ -1,3 +1,6 @@
+//! A path as cells with a highest speed each, from feed, curvature and its change, and the joints
+//! between them. It sets limits only; `chain` plans the motion.
+
 use claymill_nurbs::{Curve3, Vector3};
 
 use crate::Rail;

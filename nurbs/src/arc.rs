@@ -1,3 +1,6 @@
+//! Rational Bézier arcs in the parameter plane: de Casteljau evaluation and splitting, and cutting
+//! into monotone parts. Trim loops are made of them.
+
 use nalgebra::Vector3;
 
 use crate::knots::for_degree;

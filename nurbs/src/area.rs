@@ -1,3 +1,6 @@
+//! Area within trim curves by Green's theorem: `∮ F dv` with `F = ∫ |Su × Sv| du`, integrated cell
+//! by cell between the knots, with adaptive accuracy.
+
 use nalgebra::Vector4;
 
 use crate::NurbsSurface;

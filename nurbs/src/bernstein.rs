@@ -1,3 +1,6 @@
+//! Tensor-product polynomials in Bernstein form: derivatives, products, degree elevation and
+//! halving. Their convex hulls bound derivatives elsewhere.
+
 use std::sync::LazyLock;
 
 use nalgebra::SVector;

@@ -1,3 +1,6 @@
+//! Bisection that ends for parameters of any size and offset, also where a tolerance is finer than
+//! neighbouring numbers.
+
 /// Halvings at most. From one end of the range of doubles to the smallest number beside zero takes 2100, and from there on
 /// none is left between the two sides.
 const MOST_HALVINGS: usize = 2200;

@@ -1,3 +1,6 @@
+//! The boundary loops of a face, trimmed or not, and trim curves lifted to the surface by the chain
+//! rule.
+
 use nalgebra::Point;
 
 use crate::{Curve2, Face, Jet, Leaves, NurbsSurface, Point3, TrimEdge, TrimLoop, Vector2, Vector3};

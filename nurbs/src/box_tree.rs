@@ -1,3 +1,6 @@
+//! A packed bounding-box tree with eight boxes to a node, in single precision rounded outward.
+//! Queries go by promise, by distance or by a condition; the caller holds the items.
+
 use std::ops::ControlFlow;
 
 use rayon::prelude::*;

@@ -1,3 +1,6 @@
+//! NURBS curves in the plane and in space: evaluation, two derivatives by the quotient rule, Bézier
+//! pieces.
+
 use nalgebra::{Point, SVector};
 
 use crate::insertion::{bezier_extraction, spans};

@@ -1,3 +1,6 @@
+//! Sound bounds on first and second derivatives of a surface, one set for each Bézier piece, and
+//! the deviation from triangles that follows (Filip, Magedson, Markot 1986).
+
 use nalgebra::Vector1;
 
 use crate::bernstein::Bernstein;

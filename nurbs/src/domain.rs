@@ -1,3 +1,5 @@
+//! Whether parameters belong to a face: the winding number of its repaired trim loops is positive.
+
 use crate::rings::{Ring, rings};
 use crate::winding::Winding;
 use crate::{Face, Point2};

@@ -1,3 +1,5 @@
+//! Why a curve, surface or face cannot be made, evaluated or triangulated.
+
 use thiserror::Error;
 
 /// Why a curve, surface or face could not be made or evaluated.

@@ -1,3 +1,5 @@
+//! Faces: a surface with its trim loops, and where it came from in its file.
+
 use serde::{Deserialize, Serialize};
 
 use crate::{Curve2, NurbsSurface};

@@ -1,3 +1,6 @@
+//! Proven distances of a surface from the planes of triangles on it: measured in the middle of the
+//! sides, plus what third derivatives can add. Never above the bound from second derivatives.
+
 use crate::bernstein::Bernstein;
 use crate::curvedness::{Curvedness, nets};
 use crate::{KnotVector, NurbsSurface, Point2};

@@ -1,3 +1,5 @@
+//! The Gauss–Legendre rule of order 8, for integrands that are smooth between knots.
+
 /// Nodes and weights of the Gauss–Legendre rule of order 8 on `[-1, 1]`, one half (Abramowitz and Stegun, table 25.4).
 const EIGHT: [(f64, f64); 4] = [
     (0.183_434_642_495_649_8, 0.362_683_783_378_362),

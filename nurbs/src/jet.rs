@@ -1,3 +1,6 @@
+//! A surface point with derivatives up to order 2 (a jet), and its normal, fundamental forms and
+//! curvatures.
+
 use nalgebra::{Matrix2, Vector2};
 
 use crate::{Point3, Vector3};

@@ -1,3 +1,5 @@
+//! Knot vectors, and B-spline basis functions with derivatives by the Cox–de Boor recursion.
+
 use crate::NurbsError;
 
 /// Largest supported polynomial degree. Class-A sources use up to 7, translators up to 15; evaluation

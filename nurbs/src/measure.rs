@@ -1,3 +1,6 @@
+//! Area and bounding box of trimmed faces. The box comes from refining only those triangles that
+//! may stick out of it.
+
 use crate::arc::Arc;
 use crate::area::{FaceArea, enclosed};
 use crate::curvedness::Curvedness;

@@ -1,3 +1,5 @@
+//! Models (faces in file order, mm) and axis-aligned boxes.
+
 use serde::{Deserialize, Serialize};
 
 use crate::{Face, Point3, Vector3};

@@ -1,3 +1,6 @@
+//! Exact cuts of surfaces and curves by knot insertion, Bézier extraction, and exchanged or
+//! reversed parameters.
+
 use nalgebra::{DMatrix, Point, SVector, Vector4};
 
 use crate::insertion::{bezier_extraction, restrict, spans};

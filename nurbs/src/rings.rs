@@ -1,3 +1,6 @@
+//! Repairs the trim loops of a face: closes gaps, joins loops across seams and poles, and turns
+//! holes against their outer loop.
+
 use crate::arc::Arc;
 use crate::nesting::to_be_turned;
 use crate::tolerance::COINCIDENT_MM;

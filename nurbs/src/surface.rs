@@ -1,3 +1,6 @@
+//! NURBS surfaces: construction with checks, points, derivatives up to order 2, and normals also at
+//! poles.
+
 use nalgebra::Vector4;
 
 use crate::curve::check_weights;

@@ -1,3 +1,6 @@
+//! The vector area of a face, the integral of its unit normal: `½ ∮ S × dS` along its boundary by
+//! Stokes' theorem.
+
 use crate::arc::Arc;
 use crate::gauss::nodes;
 use crate::mesh::rectangle;

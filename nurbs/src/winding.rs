@@ -1,3 +1,6 @@
+//! Winding numbers of closed chains of Bézier arcs, exact to rounding: signed crossings of a ray,
+//! with arcs sorted into bands.
+
 use nalgebra::Vector2;
 
 use crate::Point2;

@@ -1,3 +1,6 @@
+//! Setup axes as signed axes of the model: conversion permutes coordinates and flips signs, so that
+//! nothing is rounded. Also the direction of rows in a setup.
+
 use claymill_nurbs::{Point3, Vector3};
 use thiserror::Error;
 

@@ -1,3 +1,6 @@
+//! A coarse height map of a setup: upper bounds of all faces, cell by cell, by which rapids are
+//! proven to run above the model.
+
 use crate::contact::BallDrop;
 
 /// A coarse map of the model's height in a setup: proves that a rapid runs above everything.

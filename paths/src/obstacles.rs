@@ -1,4 +1,5 @@
-//! Planning around obstacles: faces that nobody asks to be cut.
+//! Planning around obstacle meshes: their triangles become faces that nobody asks to be cut. The
+//! area accounts leave them out again.
 
 use claymill_nurbs::{Model, Point3};
 

@@ -1,3 +1,7 @@
+//! The exact height of the ball centre over a drive curve, as cubic Hermite arcs between dropped
+//! locations. Sampling is adaptive. A chain ends where the ball touches nothing, where the contact
+//! is steep, and where the height jumps.
+
 use claymill_nurbs::FaceId;
 
 use crate::contact::{BallDrop, Location, March, Support, larger_than_usual};

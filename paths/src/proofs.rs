@@ -1,3 +1,5 @@
+//! Counts of pass locations by what proves them: certified, lifted to a bound, or searched.
+
 use std::iter::Sum;
 use std::ops::AddAssign;
 

@@ -1,3 +1,6 @@
+//! Fits cubic NURBS to profiles, above the exact locations by the bias: least squares, span
+//! splitting, rounding to the written digits, and a final measurement of the written curve.
+
 use claymill_nurbs::{Curve3, Point3, Vector3};
 use claymill_toolpath::{WRITTEN_STEP_MM, round_to_written};
 

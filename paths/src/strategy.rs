@@ -1,3 +1,6 @@
+//! The names of the strategies, and which ones `auto` lays out to choose from. The patterns
+//! themselves are elsewhere.
+
 use std::fmt;
 
 /// Where passes run.

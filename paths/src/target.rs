@@ -1,3 +1,6 @@
+//! The lifted path that a fit follows, by arc length. It gives the first knots, corners that lie
+//! above both neighbours, and places where the curvature jumps.
+
 use claymill_nurbs::{Point3, Vector3};
 use claymill_toolpath::round_to_written;
 use nalgebra::{MatrixXx3, SVector};

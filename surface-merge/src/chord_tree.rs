@@ -1,3 +1,6 @@
+//! A bounding-box hierarchy over the chords of all edges. Boxes are grown by the distance of each
+//! edge from its chords, so that no neighbour is missed.
+
 use claymill_nurbs::{Aabb, Point3};
 
 use crate::edge::Edge;

@@ -1,3 +1,5 @@
+//! Disjoint sets (union-find) whose result does not depend on the order of joining.
+
 /// Union-find whose roots are the smallest members: the result does not depend on the order of joining.
 #[derive(Debug)]
 pub(crate) struct DisjointSets {

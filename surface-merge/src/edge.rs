@@ -1,3 +1,6 @@
+//! Edges: face boundaries cut at corners, as polylines on the exact curve. Feet on an edge follow
+//! by Newton's method, lengths by Simpson's rule.
+
 use std::sync::Arc;
 
 use claymill_nurbs::{Curve2, Domain, FaceId, Model, NurbsSurface, Point3, Vector3, bisect};

@@ -1,3 +1,6 @@
+//! Joints and what is measured along them: gap, angle and curvature, each as maximum, 95th
+//! percentile, root mean square and value at mid-length.
+
 use claymill_nurbs::{FaceId, Point3};
 use serde::{Deserialize, Serialize};
 

@@ -1,3 +1,6 @@
+//! Closest points on single faces, where other faces must not hide them. Indexes are built on
+//! demand.
+
 use std::sync::OnceLock;
 
 use claymill_nurbs::{Aabb, ClosestPoints, Face, FaceId, Foot, Model, Point3};

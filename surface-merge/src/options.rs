@@ -1,3 +1,5 @@
+//! The options of merging: presets, low and high limits, and where on a joint they are judged.
+
 use serde::{Deserialize, Serialize};
 
 use crate::{Absorption, Constraints, MergeError};

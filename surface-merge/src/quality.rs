@@ -1,3 +1,6 @@
+//! The quality of a region: topology (Euler characteristic, genus), tightest valley, total
+//! curvature, extent and visibility, sampled in the middle of mesh triangles.
+
 use std::collections::BTreeMap;
 
 use claymill_nurbs::{Model, Point3, Vector3};

@@ -1,3 +1,6 @@
+//! The quotient graph of regions: which regions border on each other, and how much of each border
+//! is smooth. It answers how many regions remain when two are united.
+
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The regions and the borders between them, after growing has come to rest.

@@ -1,3 +1,6 @@
+//! Builds regions from the region label of each face: order, area, orientation, cone of normals,
+//! bounds and border loops.
+
 use std::collections::VecDeque;
 
 use claymill_nurbs::{Aabb, Domain, Face, FaceId, KnotVector, Model, Point3, Vector3};

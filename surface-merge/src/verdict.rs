@@ -1,3 +1,6 @@
+//! The verdict on a joint and its reason in words and figures: which limit is exceeded, by how much
+//! and where.
+
 use serde::{Deserialize, Serialize};
 
 use crate::joint::{Failing, Joint, JointSample, Measure};

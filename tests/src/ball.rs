@@ -1,3 +1,6 @@
+//! Gouges, excess and rapid clearance of a program by dense sampling of the ball. The curves are
+//! evaluated by de Boor's algorithm here, independently of planner and verifier.
+
 use claymill_nurbs::{ClosestPoints, Hint, Model, Point3, Vector3};
 use claymill_toolpath::{Move, MoveKind, Program};
 

@@ -1,3 +1,5 @@
+//! Where tests find the real models. Without them, tests that need them are skipped with a message.
+
 use std::path::PathBuf;
 
 /// The folder of real models: `$CLAYMILL_CORPUS`, else `../shared/corpus` beside the repository. `None`, with

@@ -1,3 +1,5 @@
+//! CPU time of the thread that asks, so that tests of speed do not depend on what else runs.
+
 use std::time::Instant;
 
 /// CPU time of this thread, s; the time since `start` where the system does not tell it.

@@ -1,3 +1,6 @@
+//! Checks moves against the documented form of `toolpaths.jsonl`: numbering, clamped knots,
+//! degrees, four decimals, axes, and ends that meet.
+
 use std::collections::BTreeMap;
 
 use claymill_nurbs::{Point3, Vector3};

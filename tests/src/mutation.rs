@@ -1,3 +1,6 @@
+//! Seed files of the fuzzers and random changes to them, for tests that readers survive damaged
+//! files.
+
 use std::path::{Path, PathBuf};
 
 use rand::Rng;

@@ -1,3 +1,5 @@
+//! Compares two numberings of the same things as partitions: labels do not matter.
+
 use std::collections::BTreeMap;
 
 /// Whether two numberings group the same things, whatever the numbers.

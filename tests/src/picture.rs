@@ -1,3 +1,5 @@
+//! Reads PNG files and compares two pictures as an eye sees them: blurred, by distance in OKLab.
+
 use std::path::Path;
 
 /// A picture: red, green, blue and opacity, rows from the top.

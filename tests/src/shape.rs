@@ -1,3 +1,5 @@
+//! Small models and triangle lattices for tests.
+
 use claymill_nurbs::{Face, Model, NurbsSurface, Source, SurfaceKind};
 
 /// Whole surfaces as the faces of a model.

@@ -1,3 +1,6 @@
+//! Where the tool is kept: boxes, avoided faces, pass extension, and what of the tool stays inside
+//! (containment), as `job.json` records them.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,3 +1,6 @@
+//! Reads and writes job folders. A folder is written beside its destination and renamed when whole;
+//! nothing that claymill did not write is replaced.
+
 use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};

@@ -1,3 +1,6 @@
+//! Tool holders as stacked cones and cylinders above a stick-out, their one-line text form, and the
+//! usual shrink-fit chuck for a shank.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;

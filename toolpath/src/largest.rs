@@ -1,3 +1,6 @@
+//! The largest absolute number of a JSON text, found without keeping anything else. Readers refuse
+//! files with implausible numbers by it.
+
 use std::fmt;
 
 use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};

@@ -1,3 +1,6 @@
+//! Moves: NURBS curves of the tool tip with kind, feed and axis, each one line of
+//! `toolpaths.jsonl`, and the digits that they are written with.
+
 use claymill_nurbs::{Curve3, KnotVector, NurbsError, Point3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

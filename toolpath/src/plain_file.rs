@@ -1,3 +1,6 @@
+//! Reads regular files up to a stated size. Folders, pipes and devices are refused: they may never
+//! end.
+
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;

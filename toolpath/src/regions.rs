@@ -1,3 +1,5 @@
+//! The records of `regions.json`: regions, joints with their verdicts, gaps, laps and copies.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

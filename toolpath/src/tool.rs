@@ -1,3 +1,6 @@
+//! Cutting tools: ball, flat or bull end with taper, flutes and shank, their one-line text form,
+//! and the sizes that no tool has.
+
 use std::fmt;
 use std::str::FromStr;
 

@@ -1,3 +1,5 @@
+//! Writes a file beside its destination and renames it, so that no half-written file is ever seen.
+
 use std::path::Path;
 use std::{fs, io};
 

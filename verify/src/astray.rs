@@ -1,3 +1,5 @@
+//! Refuses moves that lead implausibly far away from the model, before anything is measured.
+
 use claymill_nurbs::{Aabb, Model, Point3};
 use claymill_toolpath::Program;
 

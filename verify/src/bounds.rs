@@ -1,3 +1,6 @@
+//! How far the tool goes beyond its boxes and borders, and how near it comes to avoided faces,
+//! along all moves but rapids. Samples are halved where something could hide between them.
+
 use claymill_nurbs::{FaceId, Foot, Hint, Point3};
 use claymill_toolpath::{Contain, MoveKind};
 use rayon::prelude::*;

@@ -1,3 +1,6 @@
+//! The space that a ball sweeps on a straight piece of path, and where a line enters it, in closed
+//! form.
+
 use claymill_nurbs::{Point3, Vector3};
 
 /// Segments shorter than this are balls, mm.

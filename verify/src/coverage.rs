@@ -1,3 +1,6 @@
+//! Sums up the area of every face by state, compares it with the planner's area report, and states
+//! the residual on the cut area.
+
 use std::collections::BTreeMap;
 
 use claymill_toolpath::{Area, UncutReason};

@@ -1,3 +1,6 @@
+//! Scallop heights from the written paths alone: beside each sample of a pass the neighbouring
+//! passes, the cusp where the swept balls meet, and its distance from the exact surface.
+
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 

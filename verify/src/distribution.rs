@@ -1,3 +1,6 @@
+//! Weighted values with mean, share, histogram and percentiles. Values are kept in single
+//! precision.
+
 use rayon::prelude::*;
 
 /// Weighted values of which mean and percentiles are wanted.

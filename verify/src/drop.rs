@@ -1,3 +1,6 @@
+//! The model in a setup's frame as triangles with known deviations, and a ball with its shank
+//! lowered on them. Results are bounds. It is written apart from the planner's drop cutter.
+
 use std::ops::ControlFlow;
 
 use claymill_nurbs::{Aabb, BoxTree, FaceId, Point3, Vector3};

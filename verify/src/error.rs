@@ -1,3 +1,5 @@
+//! Why a job cannot be verified at all, with advice. Defects of the job are findings in the report.
+
 use std::path::PathBuf;
 
 use claymill_exchange::{MeshError, ReadError};

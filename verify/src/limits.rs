@@ -1,3 +1,6 @@
+//! The job's bounds as each setup sees them: how far a ball goes beyond boxes and borders, and
+//! whether it may touch a point at all. `bounds` measures along the moves by it.
+
 use claymill_nurbs::{FaceId, Model, Point3, Vector3};
 use claymill_toolpath::{Bounds, Contain, Job};
 

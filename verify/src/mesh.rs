@@ -1,3 +1,6 @@
+//! Triangles of all faces and obstacles together, each with its deviation. A face without triangles
+//! is replaced by its box.
+
 use claymill_nurbs::{Aabb, FaceId, FaceMesh, MeshOptions, Model, Point3, tessellate};
 use rayon::prelude::*;
 

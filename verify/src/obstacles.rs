@@ -1,3 +1,6 @@
+//! Reads the obstacles of a job and measures how near the ball comes to them on any move, rapids
+//! too.
+
 use std::path::Path;
 
 use claymill_exchange::{ObstacleMesh, read_mesh};

@@ -1,3 +1,6 @@
+//! How closely the verifier samples, and its limits for gouges, excess and crests; spacings grow
+//! with larger balls and scallop heights.
+
 use std::path::PathBuf;
 
 use claymill_toolpath::{Holder, Job};

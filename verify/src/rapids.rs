@@ -1,3 +1,5 @@
+//! The smallest clearance of ball and shank on rapids, by branch and bound along their polygons.
+
 use claymill_nurbs::{FaceMesh, Point3};
 use claymill_toolpath::MoveKind;
 use rayon::prelude::*;

@@ -1,3 +1,6 @@
+//! The records of `verify.json`, except for findings and verdict: what each field measures, with
+//! its unit.
+
 use std::collections::BTreeMap;
 
 use claymill_toolpath::Judged;

@@ -1,3 +1,6 @@
+//! Holds the order of moves against the job: ends that meet, kinds that may follow each other,
+//! feeds, setups and totals. The geometry of moves is measured elsewhere.
+
 use claymill_nurbs::Vector3;
 use claymill_toolpath::{Job, LengthByKind, Move, MoveKind, Program, Setup, WRITTEN_STEP_MM};
 

@@ -1,3 +1,6 @@
+//! What faces cover, seen along an axis of the model, and how far a disc reaches beyond it.
+//! Containment by centre or edge is checked by this.
+
 use std::f64::consts::TAU;
 
 use claymill_nurbs::{Aabb, BoxTree, Point3};

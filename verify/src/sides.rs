@@ -1,3 +1,6 @@
+//! Sums up the area and length that are cut from the material side of faces, or from inside of a
+//! body.
+
 use crate::contact::InMaterial;
 use crate::report::{ResidualSample, SidesKept};
 use crate::scene::Scene;

@@ -1,3 +1,6 @@
+//! The residual on samples spread evenly over all faces (R2 low-discrepancy sequence), and the
+//! state of each: cut, or why not.
+
 use claymill_nurbs::{Face, FaceId, FaceMesh, Jet, Point2, Vector3};
 use claymill_toolpath::{FreeSide, Job, UncutReason};
 use rayon::prelude::*;

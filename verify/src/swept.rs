@@ -1,3 +1,6 @@
+//! The space that the ball sweeps on all moves but rapids, as capsules in a box tree, and the
+//! residual that they leave on a surface point.
+
 use std::ops::ControlFlow;
 
 use claymill_nurbs::{Aabb, BoxTree, Point3, Vector3, outward};

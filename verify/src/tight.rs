@@ -1,3 +1,6 @@
+//! Areas too tight for the ball: the width that it bridges, and the largest smaller ball that fits
+//! (by the shrinking-ball algorithm).
+
 use claymill_nurbs::{Point3, Vector3};
 use rayon::prelude::*;
 

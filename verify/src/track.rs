@@ -1,3 +1,6 @@
+//! Moves as the verifier sees them: the ball centre's curve, its spans and polygons within a chord
+//! error.
+
 use std::collections::BTreeMap;
 
 use claymill_nurbs::{Curve3, Point3, Vector3};

@@ -1,3 +1,6 @@
+//! Opens a graphics device (graphics card before software driver, environment variables first) and
+//! reads textures back from it.
+
 use wgpu::{Adapter, Backends, DeviceType, Instance, InstanceDescriptor};
 
 use crate::{Picture, ViewError};

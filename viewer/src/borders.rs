@@ -1,3 +1,6 @@
+//! Splits face boundaries into those within a region and those around it, by place alone: segments
+//! of meshes are matched in a grid within the joint tolerance.
+
 use std::collections::HashMap;
 
 use claymill_nurbs::Point3;

@@ -1,3 +1,6 @@
+//! Views of a vehicle by name, direction or eye point, and the camera that frames a scene:
+//! orthographic or perspective projection, in pixels.
+
 use claymill_nurbs::{Aabb, Point3, Vector3};
 use nalgebra::Matrix4;
 

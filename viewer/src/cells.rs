@@ -1,3 +1,5 @@
+//! Hash maps by grid cell with a fast hash that does not resist chosen collisions.
+
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 

@@ -1,3 +1,5 @@
+//! Why a picture could not be made, and the writing of files whole or not at all.
+
 use std::io;
 use std::path::{Path, PathBuf};
 

@@ -1,3 +1,6 @@
+//! Maps of scallop heights: the colour scale by shares of the requested height, its legend, and the
+//! highest crest near each vertex.
+
 use std::collections::HashMap;
 
 use claymill_nurbs::{Point3, Vector3};

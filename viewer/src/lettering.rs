@@ -1,3 +1,5 @@
+//! A vector font of strokes, and soft-edged drawing of strokes and rectangles into a picture.
+
 use crate::picture::Picture;
 
 /// The strokes of a character, in the manner of engineering lettering. Each point is two digits, x and y, on

@@ -1,3 +1,6 @@
+//! Annotations of a picture: markers, scale bar, axes, caption, legend and labels, placed where the
+//! model is not.
+
 use claymill_nurbs::Vector3;
 
 use crate::camera::Camera;

@@ -1,3 +1,6 @@
+//! Colours of regions: a palette in OKLCH, and a greedy choice that keeps neighbours apart for
+//! normal and for colour-blind eyes.
+
 use claymill_nurbs::{Aabb, Vector3};
 
 use crate::scene::{LegendEntry, Mark};

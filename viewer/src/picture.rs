@@ -1,3 +1,6 @@
+//! Finished pictures in sRGB with opacity: PNG encoding, halving by light, and opacity after the
+//! PNG format.
+
 use std::path::Path;
 
 use crate::ViewError;

@@ -1,3 +1,5 @@
+//! Markers for places in a picture: five shapes, so that kinds differ without colour too.
+
 use std::collections::BTreeSet;
 
 use claymill_nurbs::Point3;

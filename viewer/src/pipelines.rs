@@ -1,3 +1,6 @@
+//! The render pipelines of still pictures: backdrop, surfaces, ambient occlusion, lines. The window
+//! has its own.
+
 use wgpu::{
     BlendState, CompareFunction, Device, RenderPipeline, TextureFormat, VertexBufferLayout, VertexStepMode,
 };

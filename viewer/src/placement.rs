@@ -1,3 +1,6 @@
+//! Where captions and legends stand in a picture: the size and corner that hide the least of the
+//! model.
+
 use crate::picture::Picture;
 
 /// A rectangle of a picture, pixels.

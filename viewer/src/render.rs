@@ -1,3 +1,6 @@
+//! Renders a scene into a picture without a window: render passes, ambient occlusion,
+//! supersampling, then annotations.
+
 use std::path::Path;
 
 use nalgebra::Vector3;

@@ -1,3 +1,6 @@
+//! From line layers to the segments that one picture needs: thinned passes, decimated points,
+//! nothing outside the frame, lifted off the surface.
+
 use claymill_nurbs::{Point3, Vector3};
 use rayon::prelude::*;
 

@@ -1,3 +1,6 @@
+//! Tool paths as coloured polylines: flattened within a chord error, drawn where the ball touches
+//! the surface, coloured by region, kind, pass or feed.
+
 use std::collections::BTreeMap;
 
 use claymill_nurbs::{Curve3, Point3, Vector3};

@@ -1,3 +1,6 @@
+//! Evenly spaced selection of passes (Jobard and Lefer 1997), so that drawn lines stay a few pixels
+//! apart.
+
 use std::ops::Range;
 
 use rayon::prelude::*;

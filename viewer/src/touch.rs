@@ -1,3 +1,6 @@
+//! The triangle nearest to a point, by a box hierarchy, and the point at which a ball is drawn:
+//! contact while it cuts, tip when it is away.
+
 use claymill_nurbs::{Aabb, Point3, Vector3};
 
 use crate::scene::SurfaceMesh;

@@ -1,3 +1,6 @@
+//! The render pipelines of the window (backdrop, surfaces, tints, lines, ambient occlusion) for one
+//! number of samples a pixel.
+
 use claymill_viewer::{FrameLayouts, MULTIPLY, Pass, Press, surface_layout};
 use wgpu::{
     BindGroupLayout, BlendState, CompareFunction, Device, RenderPipeline, ShaderStages, TextureFormat,

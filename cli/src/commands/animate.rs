@@ -1,3 +1,6 @@
+//! `claymill animate`: a film of the tool cutting a job, as animated PNG, GIF, video or storyboard.
+//! Every frame is a picture at one time of the job's schedule; videos are encoded by ffmpeg.
+
 use std::io::{Read as _, Write as _};
 use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};

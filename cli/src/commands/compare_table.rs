@@ -1,3 +1,6 @@
+//! The table that `claymill compare` prints: one row a figure, one column a combination of tool,
+//! scallop height and strategy, and below it the time saved against `iso-patch`.
+
 use super::compare::Entry;
 use super::merge;
 use crate::args::StrategyName;

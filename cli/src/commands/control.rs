@@ -1,3 +1,6 @@
+//! `claymill control`: the reference controller as a process. It takes records from a queue in
+//! shared memory, or from a connection, and orders from standard input or from connections.
+
 use std::cell::Cell;
 use std::io::{BufRead, Write};
 use std::net::TcpListener;

@@ -1,3 +1,6 @@
+//! `claymill inspect`: what a model file holds. Faces, units, boundary, gaps, sheets and defects,
+//! as text or as JSON.
+
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 

@@ -1,3 +1,6 @@
+//! `claymill inspect` of an obstacle mesh (STL, OBJ, glTF): size, unit and open edges. A mesh is
+//! never a model to be cut.
+
 use std::process::ExitCode;
 
 use claymill_exchange::{MeshFormat, ObstacleMesh};

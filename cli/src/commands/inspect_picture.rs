@@ -1,3 +1,6 @@
+//! The picture of `claymill inspect -o`: the model with a marker at every defect, and a legend of
+//! the defect codes.
+
 use std::path::Path;
 
 use claymill_surface_merge::Merge;

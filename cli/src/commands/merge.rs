@@ -1,3 +1,6 @@
+//! `claymill merge`: joins faces into regions and reports regions, joints and gaps. It also builds
+//! the record of `regions.json` for other commands.
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 

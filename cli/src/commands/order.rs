@@ -1,3 +1,5 @@
+//! `claymill order`: sends an order to a machine that listens, and waits until it is carried out.
+
 use std::process::ExitCode;
 use std::thread::sleep;
 use std::time::{Duration, Instant};

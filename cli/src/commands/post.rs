@@ -1,3 +1,6 @@
+//! `claymill post`: writes a job as a program for a control, with its totals. Dialect, machine
+//! definition and placement options are also resolved here for `stream`, `simulate` and others.
+
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

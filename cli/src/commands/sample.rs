@@ -1,3 +1,5 @@
+//! `claymill sample`: writes a generated model, with flaws planted on request, and its answers.
+
 use std::path::Path;
 use std::process::ExitCode;
 

@@ -1,3 +1,5 @@
+//! `claymill simulate`: time, stops, path error and feed of a program on a virtual control.
+
 use std::process::ExitCode;
 
 use claymill_controller::Simulation;

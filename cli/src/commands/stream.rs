@@ -1,3 +1,6 @@
+//! `claymill stream`: sends a job record by record to a queue in shared memory or over TCP, or
+//! block by block to LinuxCNC. It can begin at any move and replace a stream that runs.
+
 use std::hash::{BuildHasher, RandomState};
 use std::path::Path;
 use std::process::ExitCode;

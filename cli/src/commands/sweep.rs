@@ -1,3 +1,6 @@
+//! `claymill merge --sweep`: merge trees over the limits on angle and curvature, as `sweep.json`,
+//! `sweep.svg` and text.
+
 use claymill_surface_merge::{Merge, MergeOptions, MergeTree, Step, SweptLimit, sweep};
 use claymill_toolpath::FolderWriter;
 use serde::Serialize;

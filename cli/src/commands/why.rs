@@ -1,3 +1,5 @@
+//! `claymill merge --why`: the longest joints that were not merged, each with its reason.
+
 use claymill_toolpath::{JointRecord, RegionsFile};
 
 use crate::console::outln;

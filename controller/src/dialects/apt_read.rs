@@ -1,3 +1,5 @@
+//! Reads CLDATA (APT) with CATIA's or Creo's NURBS statements.
+
 use std::io::BufRead;
 
 use claymill_nurbs::{Curve3, KnotVector, Point3};

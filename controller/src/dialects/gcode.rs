@@ -1,3 +1,6 @@
+//! Writes programs for the controls that read G-code; how these differ is in `Flavour`. Reading
+//! starts here and is done by `gcode_read`.
+
 use std::fmt::Write as _;
 use std::io::BufRead;
 

@@ -1,3 +1,6 @@
+//! The modal state of a control that reads G-code: motion, plane, unit, path tolerance, and modes
+//! under which no path is read.
+
 use super::flavour::Flavour;
 use crate::words::Word;
 use crate::{Machine, Plane, Refusal};

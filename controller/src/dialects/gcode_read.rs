@@ -1,3 +1,6 @@
+//! Reads G-code block by block as a control would, with the splines, arcs and rules of each
+//! flavour. What a control would reject or execute wrongly is refused by name.
+
 use claymill_nurbs::Point3;
 
 use super::flavour::Flavour;

@@ -1,3 +1,6 @@
+//! Reads Heidenhain conversational programs: straight moves and spline blocks with their
+//! coefficients.
+
 use std::io::BufRead;
 
 use claymill_nurbs::{Curve3, KnotVector, Point3};

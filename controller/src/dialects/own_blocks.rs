@@ -1,3 +1,5 @@
+//! Recognises a shop's own blocks from the machine definition in a program, tool numbers included.
+
 use crate::Machine;
 
 /// Blocks of a machine definition, to be known again in a program.

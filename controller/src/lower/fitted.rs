@@ -1,3 +1,6 @@
+//! Replaces a rational curve by a plain cubic: Hermite pieces, halved until they are within
+//! tolerance.
+
 use claymill_nurbs::{Curve3, KnotVector, Point3, between};
 
 /// Pieces below which a curve is no longer halved: it has a cusp that nothing smooth follows.

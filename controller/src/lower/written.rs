@@ -1,3 +1,6 @@
+//! Turns a curve into splines that a control takes: Bézier pieces or cuts at knots, degree
+//! elevation, and knots, points and weights in the control's digits.
+
 use claymill_nurbs::{Curve3, KnotVector, Point3};
 
 use super::Splines;

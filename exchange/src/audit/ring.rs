@@ -1,3 +1,6 @@
+//! Closed curves in space as nodes of a Gauss–Legendre rule, for line integrals such as length and
+//! vector area (Stokes' theorem).
+
 use claymill_nurbs::{Curve3, NurbsCurve, Point3, Vector3};
 use nalgebra::Point;
 

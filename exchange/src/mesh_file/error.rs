@@ -1,3 +1,5 @@
+//! Why an obstacle mesh (STL, OBJ, glTF) cannot be read, with advice.
+
 use std::path::PathBuf;
 
 use thiserror::Error;

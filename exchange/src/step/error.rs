@@ -1,3 +1,5 @@
+//! Why an entity of a STEP file cannot be used. Every message names the instance.
+
 use claymill_nurbs::NurbsError;
 use thiserror::Error;
 

@@ -1,3 +1,6 @@
+//! The feature lines of the roadster as cubic B-splines, mm, and the parameters at which its panels
+//! meet along them.
+
 use claymill_nurbs::{Point3, Vector3};
 
 use crate::network::{CurveId, Edge, Network};

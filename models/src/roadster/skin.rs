@@ -1,3 +1,6 @@
+//! The body panels of the roadster: Coons surfaces hung between its feature lines, with a relief
+//! each.
+
 use claymill_nurbs::Vector3;
 
 use super::lines::{LAMP_HIGH, LAMP_LOW, Lines, PILLAR_TOP, REAR_PILLAR_TOP, arch, belt};

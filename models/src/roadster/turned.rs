@@ -1,3 +1,5 @@
+//! The roadster's wheels and mirrors: closed tubes swept from profiles.
+
 use std::f64::consts::TAU;
 
 use claymill_nurbs::{Point3, Vector3};

@@ -1,3 +1,6 @@
+//! Prepares faces for closest-point queries: cuts them into small Bézier pieces and rims on which
+//! the distance mostly has one minimum, and drops pieces outside of the trims.
+
 use super::net::{Direction, Net};
 use super::piece::Piece;
 use super::rim::{self, Chord, RimPiece};

@@ -1,3 +1,5 @@
+//! Interval arithmetic without directed rounding: users leave a margin far above rounding.
+
 use std::ops::{Add, Mul, Sub};
 
 /// A range of reals. Rounding is not directed: every user leaves a margin far above rounding.

@@ -1,3 +1,6 @@
+//! Bézier nets of surface pieces: cutting (de Casteljau), bounds of position and derivatives
+//! (convex hull, quotient rule), and a bound on the distance from a point in Bernstein form.
+
 use nalgebra::Vector4;
 
 use super::interval::Interval;

@@ -1,3 +1,6 @@
+//! Newton descent to the nearest point of one piece, with the full Hessian of `½|S − p|²` and
+//! sliding along the sides of the parameter square.
+
 use super::piece::Piece;
 use crate::Vector3;
 

@@ -1,3 +1,6 @@
+//! Small pieces of a surface in frames of their own. Interval arithmetic on gradient and Hessian
+//! shows where the squared distance from a point is convex or monotone.
+
 use std::sync::Arc;
 
 use nalgebra::Matrix3;

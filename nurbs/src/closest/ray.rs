@@ -1,3 +1,6 @@
+//! Where a line crosses a model: a contraction `x ↦ x − M f(x)` proves one crossing or none on each
+//! piece; other pieces are cut.
+
 use std::ops::ControlFlow;
 
 use super::ClosestPoints;

@@ -1,3 +1,6 @@
+//! Trim curves lifted to the surface, cut into nearly straight pieces, and the nearest point on
+//! each by bracketed Newton. Bounds on their second derivatives are sampled, not proven.
+
 use crate::{Aabb, Curve2, FaceId, NurbsSurface, Point2, Point3, Vector2, Vector3};
 
 /// Sampled bounds on second derivatives are multiplied by this.

@@ -1,3 +1,6 @@
+//! One closest-point query: branch and bound over pieces and rims, with the argument for the global
+//! minimum on trimmed faces.
+
 use super::ClosestPoints;
 use super::build::Trim;
 use super::net::Direction;

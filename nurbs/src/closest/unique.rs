@@ -1,3 +1,6 @@
+//! Whether a nearest point is the only one: the search goes on for other minima as near as the
+//! first.
+
 use super::ClosestPoints;
 use super::net::Direction;
 use super::newton::descend;

@@ -1,3 +1,6 @@
+//! One arithmetic for single numbers and SIMD registers, so that one formula serves both and all
+//! widths give the same bits.
+
 use pulp::Simd;
 
 /// Arithmetic on one or several numbers at a time, so that one and the same formula serves a single point and

@@ -1,3 +1,6 @@
+//! Bounds of position, normals and curvature over a leaf, proven by the convex-hull property of
+//! their Bernstein forms.
+
 use nalgebra::{Vector1, Vector3};
 
 use super::Leaf;

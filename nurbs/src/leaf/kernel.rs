@@ -1,3 +1,6 @@
+//! The inner loops of leaf evaluation: Horner's rule in the power basis, or Bernstein polynomials
+//! where that would lose digits, then the quotient rule and the fundamental forms.
+
 use super::Leaf;
 use super::arithmetic::Arithmetic;
 use crate::MAX_DEGREE;

@@ -1,3 +1,6 @@
+//! Eight surface points side by side: parameters in, derivatives, normals and fundamental forms
+//! out.
+
 use pulp::Simd;
 
 use super::kernel::{Derivatives, Forms};

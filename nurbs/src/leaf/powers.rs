@@ -1,3 +1,6 @@
+//! Converts a leaf from Bernstein to centred power basis, in double-double arithmetic for high
+//! degrees. It declines where rounding would cost digits.
+
 use super::Leaf;
 use crate::bernstein::centred_powers;
 

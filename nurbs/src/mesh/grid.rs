@@ -1,3 +1,5 @@
+//! Triangulates rectangular faces as a grid of quads, cut along their shorter diagonals.
+
 use super::lines::Lines;
 use crate::curvedness::Curvedness;
 use crate::knots::for_degree;

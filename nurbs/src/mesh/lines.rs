@@ -1,3 +1,6 @@
+//! The parameter lines of a triangulation grid: every knot, and between knots as close as curvature
+//! bounds and the longest edge ask for.
+
 use crate::curvedness::{Bounds, Curvedness};
 use crate::{MeshOptions, NurbsError, Point2};
 

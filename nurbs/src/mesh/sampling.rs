@@ -1,3 +1,6 @@
+//! Samples trim curves so that edges between samples keep to the curve and to the surface within
+//! given deviations.
+
 use crate::arc::Arc;
 use crate::curvedness::Curvedness;
 use crate::{NurbsSurface, Point2, Point3};

@@ -1,3 +1,6 @@
+//! Triangle adjacency in the parameter planes of the faces, with the sides at which a face ends,
+//! and the walk from a triangle to the one that holds a place.
+
 use claymill_nurbs::{FaceMesh, Point2};
 use rayon::prelude::*;
 

@@ -1,3 +1,6 @@
+//! The contact of a dropped ball on an exact edge: Newton within a bracket on `(C − P)·P′`, with
+//! halving until a piece can touch the ball only once.
+
 use claymill_nurbs::{Curve2, Leaves, Point3};
 
 use super::covering::EdgePiece;

@@ -1,3 +1,6 @@
+//! The contact of a dropped ball on one surface: Newton on the offset surface `S + R·n`, with the
+//! Weingarten map for its derivatives.
+
 use claymill_nurbs::{Leaves, Point3, Vector3};
 use nalgebra::{Matrix2, Vector2};
 

@@ -1,3 +1,6 @@
+//! The lower bound that a rival contact must exceed: below the tangent plane of the best contact,
+//! raised by `t² / 2R` at a distance `t`, nothing can hold the ball higher.
+
 use claymill_nurbs::{BRANCHES, Boxes, Point3, Vector3};
 
 /// What something must rise above to hold the ball up higher than the best contact found so far.

@@ -1,3 +1,6 @@
+//! What goes on beyond a side of a triangle at which its face ends, and whether it can rise above a
+//! ball that touches this side. Certificates of contacts reach across joints by this.
+
 use claymill_nurbs::{Leaves, Point2, Point3, Vector3};
 
 use super::drop::{BallDrop, TIGHT, Triangle, weighted};

@@ -1,3 +1,6 @@
+//! Incremental drops along a curve: each starts from the contact before, and candidates are
+//! gathered once for a whole stretch.
+
 use claymill_nurbs::{Point2, Point3};
 use nalgebra::Vector2;
 use pulp::{Arch, Simd, WithSimd};

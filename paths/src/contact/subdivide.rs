@@ -1,3 +1,6 @@
+//! Subdivision of covering triangles where Newton proves nothing: bounds shrink by four at each
+//! level, and in the end a proven upper bound serves as the height.
+
 use claymill_nurbs::{Point2, Point3, Vector2, Vector3};
 
 use super::drop::{Search, Triangle, weighted};

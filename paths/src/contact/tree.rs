@@ -1,3 +1,6 @@
+//! Bounding-box tree queries for a dropped ball: by the greatest height at which it could rest on a
+//! box, over a rectangle, and around a point.
+
 use std::ops::ControlFlow;
 
 use claymill_nurbs::{Aabb, BRANCHES, BoxTree, Boxes, Eight, Point3, outward};

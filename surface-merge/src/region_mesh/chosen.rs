@@ -1,3 +1,6 @@
+//! The two sides of a region that the user chooses by points (`--guide`); a missing second side is
+//! the one across.
+
 use claymill_nurbs::Point3;
 
 use super::guides::{GuideKind, Guides, HOLE, ROUND_END, Ring, TIP};

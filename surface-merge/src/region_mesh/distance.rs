@@ -1,3 +1,7 @@
+//! Distance fields on a region mesh, in mm or in step-overs: fast marching over intrinsic Delaunay
+//! triangles, then the field whose gradient follows those directions (last step of the heat
+//! method).
+
 use claymill_nurbs::{FaceId, Point2, Vector3};
 
 use super::arrival;

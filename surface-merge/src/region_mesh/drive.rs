@@ -1,3 +1,6 @@
+//! Drive surfaces: one bicubic fitted to a whole region by least squares over its layout in the
+//! plane, trimmed by the region's outline. claymill's passes do not use it.
+
 use claymill_nurbs::{
     ClosestPoints, Curve2, FaceId, KnotVector, Model, NurbsSurface, Point2, Point3, TrimEdge, TrimLoop,
 };

@@ -1,3 +1,6 @@
+//! Piecewise linear fields on a region mesh: values, gradients, and an index from a value to the
+//! triangles that hold it.
+
 use claymill_nurbs::Vector3;
 
 use super::RegionMesh;

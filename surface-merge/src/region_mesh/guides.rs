@@ -1,3 +1,6 @@
+//! The two opposite sides of a region that passes run between, from its loops and corners: sides,
+//! halves, rings or ends.
+
 use std::f64::consts::PI;
 
 use claymill_nurbs::Point3;

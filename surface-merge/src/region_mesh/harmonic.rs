@@ -1,3 +1,6 @@
+//! Harmonic fields: Laplace's equation by linear finite elements on intrinsic Delaunay triangles, 0
+//! on one side of a region and 1 on the other.
+
 use super::intrinsic::Intrinsic;
 use super::sparse::System;
 use super::{Field, FieldError, RegionMesh};

@@ -1,3 +1,6 @@
+//! Iso-lines of a field on a region mesh (marching triangles). Their points lie on the exact
+//! surfaces; cubics along the triangle sides smooth out the kinks of a linear field.
+
 use claymill_nurbs::{Point2, Vector3};
 
 use super::{Field, SurfacePoint};

@@ -1,3 +1,6 @@
+//! Decides the material side of a sheet from its volume, from what each side sees, from how level
+//! it lies, and from the file; names the evidence.
+
 use claymill_nurbs::{FaceMesh, Model, Point3, Vector3};
 
 use super::hanging::Group;

@@ -1,3 +1,6 @@
+//! Groups faces into sheets over their joints, creases included, and orients them against each
+//! other: union-find with a parity for each face.
+
 use std::collections::BTreeMap;
 
 use claymill_nurbs::FaceId;

@@ -1,3 +1,6 @@
+//! How much of all directions each side of a sheet sees past the model: rays from sampled places
+//! against all triangles.
+
 use std::ops::ControlFlow;
 
 use claymill_nurbs::{Aabb, BoxTree, FaceId, FaceMesh, Point3, Vector3};

@@ -1,3 +1,6 @@
+//! What is looked for when a body is carried along moves: how far a holder must be raised, its
+//! smallest distance, or a place where the shank enters the model.
+
 use claymill_nurbs::{FaceId, Point3};
 use claymill_toolpath::Tool;
 

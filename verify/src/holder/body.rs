@@ -1,3 +1,6 @@
+//! Holders, flutes and shanks as unions of convex frustums without upper end, with distance,
+//! support function and the height at which they clear a point.
+
 use claymill_nurbs::Vector3;
 use claymill_toolpath::{Holder, Tool};
 

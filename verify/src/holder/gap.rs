@@ -1,3 +1,6 @@
+//! Distance between a moving triangle and a frustum by the Gilbert–Johnson–Keerthi algorithm, as a
+//! proven lower bound, and the height at which a clearance is kept.
+
 use claymill_nurbs::{Point3, Vector3};
 use nalgebra::{Matrix2, Matrix3, Vector2};
 

@@ -1,3 +1,6 @@
+//! Pieces of faces with the triangles that stand for them; cutting one in four quarters its
+//! deviation from the surface.
+
 use claymill_nurbs::{FaceId, FaceMesh, Model, Point2, Point3};
 
 use crate::drop::DropMesh;

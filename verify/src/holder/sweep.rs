@@ -1,3 +1,6 @@
+//! Carries a body along a move over the model: branch and bound from spans to chords, triangles and
+//! pieces of triangles. What is looked for is an `Aim`.
+
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 

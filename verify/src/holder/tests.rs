@@ -1,3 +1,5 @@
+//! Holder distances against clouds of points, for random surfaces, paths and triangles.
+
 use claymill_nurbs::{
     Curve3, Face, KnotVector, MeshOptions, Model, NurbsSurface, Point3, Source, SurfaceKind, Vector3,
 };

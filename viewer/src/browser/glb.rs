@@ -1,3 +1,6 @@
+//! Writes glTF binaries with quantised positions and normals (`KHR_mesh_quantization`), for the 3D
+//! view in the browser.
+
 use std::ops::Range;
 
 use serde_json::{Value, json};

@@ -1,3 +1,5 @@
+//! Polyline simplification by the Ramer–Douglas–Peucker algorithm.
+
 /// The points that a polyline needs to stay within `tolerance` of what it was (Ramer 1972, Douglas and Peucker
 /// 1973): first and last always, and wherever a chord is too far off, the point that is farthest from it.
 pub(super) fn simplified(points: &[[f32; 3]], tolerance: f32) -> Vec<[f32; 3]> {

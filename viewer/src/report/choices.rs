@@ -1,3 +1,5 @@
+//! The report's section on strategies that `auto` considered for each region, and what they cost.
+
 use claymill_toolpath::{Considered, Job, RegionTotals};
 use maud::{Markup, html};
 

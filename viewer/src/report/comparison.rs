@@ -1,3 +1,5 @@
+//! The page that sets several jobs on one model side by side.
+
 use claymill_toolpath::Job;
 use claymill_verify::{SurfaceState, Verification};
 use maud::{DOCTYPE, Markup, PreEscaped, html};

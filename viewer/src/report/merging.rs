@@ -1,3 +1,5 @@
+//! The report's section on joints by verdict and on face boundaries.
+
 use std::collections::BTreeMap;
 
 use claymill_toolpath::{JointRecord, RegionsFile};

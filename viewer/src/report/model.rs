@@ -1,3 +1,6 @@
+//! The report's sections on the model file, material sides, tolerances and timings, and how to plan
+//! the job again.
+
 use std::collections::BTreeMap;
 
 use claymill_toolpath::{Job, RegionsFile, SheetRecord};

@@ -1,3 +1,6 @@
+//! Plots of the report as inline SVG: stacked bars, histograms, bars side by side, and values
+//! against a limit.
+
 use claymill_verify::SCALLOP_BAR;
 use maud::{Markup, html};
 

@@ -1,3 +1,6 @@
+//! The report's sections on the job: key figures, request, path lengths, setups, regions, and what
+//! is not cut.
+
 use std::collections::BTreeMap;
 
 use base64::Engine;

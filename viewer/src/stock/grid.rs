@@ -1,3 +1,6 @@
+//! The model's height in cells, seen along a tool axis, the moving ball in the same cells, and
+//! which vertices count as cut.
+
 use std::sync::OnceLock;
 
 use claymill_nurbs::{Point3, Vector3};

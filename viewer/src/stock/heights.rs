@@ -1,3 +1,6 @@
+//! Height fields in tiles that copies share, and the lowering of cells by a ball. Material under an
+//! overhang cannot be shown.
+
 use std::sync::Arc;
 
 /// Cells along a side of a tile.

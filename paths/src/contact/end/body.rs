@@ -1,3 +1,6 @@
+//! Cutter geometry as convex bodies of revolution (disc, corner arc, cone), dropped on points,
+//! segments and triangles: closed forms, except for one angle on segments.
+
 use claymill_nurbs::{Point3, Vector3};
 use claymill_toolpath::Tool;
 

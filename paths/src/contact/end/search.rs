@@ -1,3 +1,6 @@
+//! Branch and bound for any cutter shape: pieces of the model are cut, the highest bound first,
+//! until none can hold the tool higher than a contact that is found.
+
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 

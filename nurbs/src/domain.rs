@@ -34,7 +34,7 @@ impl Domain {
         }
     }
 
-    /// Whether `(u, v)` belongs to the face (exact winding number of the trim loops; geometry.md §1.6).
+    /// Whether `(u, v)` belongs to the face (exact winding number of the trim loops; docs/theory.md §2.5).
     #[must_use]
     pub fn contains(&self, u: f64, v: f64) -> bool {
         let inside = self.min.x <= u && u <= self.max.x && self.min.y <= v && v <= self.max.y;

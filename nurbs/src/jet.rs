@@ -25,7 +25,7 @@ pub struct Jet {
 /// First and second fundamental form at a point, for one choice of unit normal `n`.
 ///
 /// With `n` pointing toward the tool, a positive normal curvature is a valley (concave toward the tool);
-/// this is κ⁺ of geometry.md.
+/// this is κ⁺ (docs/theory.md §1.2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurvatureTensor {
     /// `[E F; F G]`.

@@ -41,7 +41,7 @@ impl<'a, 'm> Sweep<'a, 'm> {
         Ok(Sweep { field: mesh.harmonic(&guides.from, &guides.to)?, in_steps: false })
     }
 
-    /// The distance from a guide, counted in step-overs: lines keep the scallop height (geometry.md §5.4) on the side
+    /// The distance from a guide, counted in step-overs: lines keep the scallop height (docs/theory.md §5.1) on the side
     /// that is `up`, which turns a face's normal there.
     pub(crate) fn scallop(
         mesh: &'a RegionMesh<'m>,

@@ -50,7 +50,7 @@ mod tests {
 
     #[test]
     fn from_rest_to_rest_the_closed_form_holds() {
-        // geometry.md §9: t = L/v + v/a + a/j.
+        // docs/theory.md §9.1: t = L/v + v/a + a/j.
         let t = times_s(&[straight([0.0; 3], [500.0, 0.0, 0.0], 10_000.0)], &machine());
         approx::assert_abs_diff_eq!(t[0], 3.266_66, epsilon = 1e-4);
         // Too short to reach feed or acceleration: t = 4 (L / 2j)^⅓.

@@ -1,4 +1,4 @@
-//! Step-over from the scallop height (geometry.md §5.1).
+//! Step-over from the scallop height (docs/theory.md §4.2).
 
 use claymill_nurbs::{Jet, Vector3};
 
@@ -66,7 +66,7 @@ mod tests {
 
     #[test]
     fn planes_and_cylinders_match_the_reference_table() {
-        // geometry.md §5.1, R = 10, h = 0.02: plane 1.264278; arc on a cylinder of radius 100, convex and
+        // docs/theory.md §4.3, R = 10, h = 0.02: plane 1.264278; arc on a cylinder of radius 100, convex and
         // concave, 1.205324 and 1.332802, times (1 ∓ κR) on the surface of centres.
         approx::assert_abs_diff_eq!(flat_mm(10.0, 0.02), 1.264_278_450, epsilon = 1e-9);
         for (curvature, arc) in [(-0.01, 1.205_324), (0.01, 1.332_802)] {

@@ -130,7 +130,7 @@ impl Target {
         self.tangent[i - 1] * (1.0 - x) + self.tangent[i] * x
     }
 
-    /// First knots: spans of length `(384 ε / |f⁗|)^¼` (geometry.md §7.3), with `f⁗` from third
+    /// First knots: spans of length `(384 ε / |f⁗|)^¼` (docs/theory.md §7.2), with `f⁗` from third
     /// differences of the tangent.
     pub(crate) fn first_breaks(&self, length: f64) -> Vec<f64> {
         let cells = ((length / 2.0).ceil() as usize).clamp(4, 4000);

@@ -49,7 +49,7 @@ fn hold(name: &str, surface: NurbsSurface, width_mm: f64, curvature: f64, across
     at.sort_by(f64::total_cmp);
     let apart: Vec<f64> = at.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.05).collect();
 
-    // Two balls whose places lie `arc` apart meet at this height over the surface (geometry.md §5.1).
+    // Two balls whose places lie `arc` apart meet at this height over the surface (docs/theory.md §4.1).
     let crest = |arc: f64| {
         let reach = if curvature == 0.0 { 1e6 } else { 1.0 / curvature.abs() };
         let side = if curvature < 0.0 { -1.0 } else { 1.0 };

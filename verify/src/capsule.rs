@@ -27,7 +27,7 @@ impl Capsule {
 
     /// Where the line `p + t·n` (`n` a unit vector) enters the capsule: the smallest `t` inside it.
     /// For a surface point `p` with normal `n` toward the tool this is the height of the material that the
-    /// capsule leaves standing, negative where it cuts into the surface (geometry.md §8.A).
+    /// capsule leaves standing, negative where it cuts into the surface (docs/theory.md §10.1).
     pub(crate) fn entry(&self, p: &Point3, n: &Vector3) -> Option<f64> {
         let d = self.b - self.a;
         let m = p - self.a;

@@ -115,7 +115,7 @@ fn sample(
 }
 
 /// How far apart passes that run this `way` may be on the surface, mm: `s = 2 √((2 R h − h²) / (1 − κ⁺R))`, `κ⁺` across them
-/// (geometry.md §5.1, whose table it meets to a thousandth).
+/// (docs/theory.md §4.2, whose table in §4.3 it meets to a thousandth).
 fn step_over_mm(jet: &Jet, way: &Vector3, normal: &Vector3, radius_mm: f64, scallop_mm: f64) -> Option<f64> {
     let across = normal.cross(way).try_normalize(0.0)?;
     let bend = 1.0 - jet.normal_curvature(&across, normal)? * radius_mm;
@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn step_overs_are_those_of_the_reference_table() {
-        // geometry.md §5.1, R = 10, h = 0.02: the plane, cylinders of radius 1000, 100 and 25, convex and concave.
+        // docs/theory.md §4.3, R = 10, h = 0.02: the plane, cylinders of radius 1000, 100 and 25, convex and concave.
         let table = [
             (0.0, 1.264_278),
             (-1e-3, 1.257_992),

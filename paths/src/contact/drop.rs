@@ -490,8 +490,8 @@ impl<'a> Search<'a> {
         let (r, floor) = (self.ball.radius_mm, self.floor.z);
         let mesh = &self.ball.covering.meshes[t.face as usize];
         let uv = mesh.triangles[t.index as usize].map(|i| mesh.uv[i as usize]);
-        // A sheet that curves less tightly than the ball leaves it on all sides of a contact (geometry.md
-        // §6.3), so a contact speaks for its own triangle and for those around it, as long as none of them
+        // A sheet that curves less tightly than the ball leaves it on all sides of a contact
+        // (docs/theory.md §6.4), so a contact speaks for its own triangle and for those around it, as long as none of them
         // is tight. Further away on the same face a second contact is possible, across a groove.
         let here = |u: f64, v: f64| !t.tight && is_beside(&uv, u, v);
         if let Some(Location { face, support: Support::Face { u, v }, .. }) = self.best

@@ -51,7 +51,7 @@ const ITERATIONS: usize = 16;
 /// Contacts steeper than this (sine of the angle to the vertical wall) are left to subdivision.
 const STEEPEST_NZ: f64 = 0.02;
 
-/// Inverse-offset Newton (geometry.md §6.1): the `(u, v)` whose offset point `S + R·n` lies above `(x, y)`,
+/// Inverse-offset Newton (docs/theory.md §6.1): the `(u, v)` whose offset point `S + R·n` lies above `(x, y)`,
 /// with `n` on the upper side. The pace is passed on where the start is the contact.
 pub(crate) fn polish(s: &Leaves, start: (f64, f64), pace: Pace, x: f64, y: f64, r: f64) -> Polished {
     let ((u0, u1), (v0, v1)) = s.domain();

@@ -126,7 +126,7 @@ mod tests {
 
     #[test]
     fn ball_on_a_slope_needle_and_ridge() {
-        // Plane of 30°: centre at z + R / cos 30° (geometry.md §6.6).
+        // Plane of 30°: centre at z + R / cos 30° (docs/theory.md §6.7).
         let k = 30f64.to_radians().tan();
         let t = [
             Point3::new(-100.0, -100.0, -100.0 * k),

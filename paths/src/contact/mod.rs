@@ -3,7 +3,7 @@
 //! Every face is covered by triangles, each with a bound `δ` on how far the surface is from it. A ball of
 //! radius `R` that touches the surface makes a ball of radius `R + δ` touch the triangle, so
 //! `drop(R + δ, triangle)` is a proven upper bound of the height at which the surface stops the ball
-//! (geometry.md §6.2). Only triangles whose bound lies above the best contact found so far are looked at
+//! (docs/theory.md §6.2). Only triangles whose bound lies above the best contact found so far are looked at
 //! more closely: by Newton on the offset surface, and where that proves nothing by subdivision. The heights
 //! returned are those of the NURBS, not of triangles.
 

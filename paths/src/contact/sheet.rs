@@ -3,7 +3,7 @@
 //! A ball that touches a surface in `p` with the normal `n` can be held higher by nothing that stays below the tangent
 //! plane there, raised by `t² / 2R` at a distance `t` ([`Floor`](super::floor::Floor)). Over a whole triangle `p` is in
 //! a known box and `n` in a known cone, so most of the model is out for all of its contacts at once. What is left must
-//! be the sheet itself: triangles curved less tightly than the ball (geometry.md §6.3) that hang together, over joints
+//! be the sheet itself: triangles curved less tightly than the ball (docs/theory.md §6.4) that hang together, over joints
 //! without a step and without a valley. Then every contact inside of the triangle is where the ball comes to rest.
 
 use std::ops::ControlFlow;

@@ -1,4 +1,4 @@
-//! Analytic cases of geometry.md §6.6.
+//! Analytic cases (docs/theory.md §6.7).
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

@@ -1,3 +1,4 @@
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -8,11 +9,11 @@ use claymill_paths::{Feeds, Plan, PlanOptions, Regions, Strategy, check_tools, p
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
     Area, Bounds, FORMAT_VERSION, FilePlace, FolderWriter, HOLDER_CLEARANCE_MM, Holder, JOB_FILE, Job,
-    Judged, LinkStyle, MachineLimits, ModelFacts, Obstacle, Program, REGIONS_FILE, REPORT_FILE, Skipped,
-    Tool, ToolRecord, Totals, VERIFY_FILE, read_moves, sha256_of,
+    Judged, LinkStyle, MachineLimits, ModelFacts, Obstacle, Program, REGIONS_FILE, REPORT_FILE, Setup,
+    Skipped, Tool, ToolRecord, Totals, VERIFY_FILE, read_moves, sha256_of,
 };
 use claymill_verify::{
-    Verdict, Verification, VerifyOptions, stick_out_needed_mm, verify_with_crests, write_crests,
+    Verdict, Verification, VerifyOptions, stick_outs_needed_mm, verify_with_crests, write_crests,
 };
 
 use claymill_viewer::ReportPicture;
@@ -297,7 +298,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     console.stage("verifying");
     let program = read_moves(folder.path())?;
     if request.least_stick_out {
-        choose_stick_out(console, model, &mut job, &program)?;
+        choose_stick_outs(console, model, &mut job, &program)?;
     }
     folder.text(JOB_TOML, &job_file::text(request, orientation)?)?;
     verify::expect(console, program.moves.len(), job.totals.passes, model.faces.len());
@@ -356,22 +357,32 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     })
 }
 
-/// Lets the holder stick out as far as it has to, in whole millimetres.
-fn choose_stick_out(
+/// Lets the tool stick out in each setup as far as it has to there, in whole millimetres.
+fn choose_stick_outs(
     console: &crate::console::Console,
     model: &Model,
     job: &mut Job,
     program: &Program,
 ) -> Result<(), Failure> {
     let at = |stage: &str, share: f64| console.at(stage, share);
-    let options = VerifyOptions::default();
-    let Some(needed_mm) = stick_out_needed_mm(model, job, program, &options, &at)? else { return Ok(()) };
-    let chosen_mm = needed_mm.ceil();
-    for holder in job.tools.iter_mut().filter_map(|t| t.holder.as_mut()) {
-        holder.stick_out_mm = chosen_mm;
-        console.say(format!(
-            "holder    {holder}: {needed_mm:.2} mm of stick-out are needed, {chosen_mm} mm are taken"
-        ));
+    let needed = stick_outs_needed_mm(model, job, program, &VerifyOptions::default(), &at)?;
+    for tool in &mut job.tools {
+        let of =
+            |setup: &Setup| Some((setup.name.clone(), *needed.get(&(tool.id.clone(), setup.name.clone()))?));
+        let mine: Vec<(String, f64)> = job.setups.iter().filter_map(of).collect();
+        let Some(holder) = &mut tool.holder else { continue };
+        for (setup, needed_mm) in &mine {
+            holder.stick_out_mm = needed_mm.ceil();
+            console.say(format!(
+                "holder    {setup}: {holder}, {needed_mm:.2} mm of stick-out are needed, {} mm are taken",
+                holder.stick_out_mm
+            ));
+        }
+        tool.setup_stick_out_mm = mine.into_iter().map(|(setup, mm)| (setup, mm.ceil())).collect();
+        // Whoever does not look at setups has one that does in all of them.
+        if let Some(most_mm) = tool.setup_stick_out_mm.values().copied().reduce(f64::max) {
+            holder.stick_out_mm = most_mm;
+        }
     }
     Ok(())
 }
@@ -454,7 +465,12 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
             machine: options.machine.clone(),
         },
         tolerances: plan.tolerances,
-        tools: vec![ToolRecord { id: request.tool_id(), tool: request.tool, holder: request.holder.clone() }],
+        tools: vec![ToolRecord {
+            id: request.tool_id(),
+            tool: request.tool,
+            holder: request.holder.clone(),
+            setup_stick_out_mm: BTreeMap::new(),
+        }],
         setups: plan.setups,
         regions: plan.regions,
         totals: plan.totals,

@@ -45,6 +45,23 @@ impl Memory {
     fn is_short(&self, own: f64) -> bool {
         self.free < (self.total * RESERVE).max(LEAST_RESERVE) && own > OWN_SHARE * self.total
     }
+
+    /// The addresses of this process, where they are limited (`ulimit -v`). Beyond them the system refuses memory at once, and the
+    /// standard library aborts without a word of what to do.
+    fn of_addresses() -> Option<Self> {
+        let read = |file: &str| std::fs::read_to_string(file).ok();
+        let total = address_limit(&read("/proc/self/limits")?)?;
+        let status = read("/proc/self/status")?;
+        let line = status.lines().find_map(|l| l.strip_prefix("VmSize:"))?;
+        let taken_kb: f64 = line.split_whitespace().next()?.parse().ok()?;
+        Some(Memory { total, free: total - 1024.0 * taken_kb })
+    }
+}
+
+/// The limit of the address space in the text of `/proc/self/limits`, bytes; `None` where there is none.
+fn address_limit(limits: &str) -> Option<f64> {
+    let line = limits.lines().find_map(|l| l.strip_prefix("Max address space"))?;
+    line.split_whitespace().next()?.parse().ok()
 }
 
 /// From now on the process ends with a message, and nothing half-written, before the system ends it without either.
@@ -57,9 +74,12 @@ pub(crate) fn watch() {
         let Ok(mut system) = System::new() else { return };
         loop {
             std::thread::sleep(EVERY);
-            let memory = Memory::now(&mut system);
-            if memory.is_short(peak_memory_mb() * MB) {
-                interrupt::end(i32::from(PROBLEM), || eprintln!("{}", failure(&memory)));
+            let own = peak_memory_mb() * MB;
+            let (there_is, it_may_have) = (Some(Memory::now(&mut system)), Memory::of_addresses());
+            for (memory, what) in [(there_is, "there is"), (it_may_have, "it may have (ulimit -v)")] {
+                if let Some(memory) = memory.filter(|memory| memory.is_short(own)) {
+                    interrupt::end(i32::from(PROBLEM), || eprintln!("{}", failure(what, &memory)));
+                }
             }
         }
     };
@@ -67,11 +87,11 @@ pub(crate) fn watch() {
     let _ = std::thread::Builder::new().name("memory".into()).spawn(look);
 }
 
-fn failure(memory: &Memory) -> Failure {
+fn failure(what: &str, memory: &Memory) -> Failure {
     Failure::problem(
-        format!("this needs more memory than there is: {:.1} GB", memory.total / (1024.0 * MB)),
-        "Is the model's unit right? A larger ball or scallop height, some regions at a time (--only) or fewer pixels take \
-         less. Nothing was left behind.",
+        format!("this needs more memory than {what}: {:.1} GB", memory.total / (1024.0 * MB)),
+        "Is the model's unit right? A larger ball or scallop height, some regions at a time (--only), fewer --threads or fewer \
+         pixels take less. Nothing was left behind.",
     )
 }
 
@@ -87,6 +107,10 @@ mod tests {
         assert!(!memory(0.6 * gb).is_short(14.0 * gb));
         assert!(!memory(0.4 * gb).is_short(6.0 * gb));
         assert!(Memory { total: 2.0 * gb, free: 0.2 * gb }.is_short(1.7 * gb));
+        let line = |soft: &str| {
+            format!("Max processes 1 1\nMax address space         {soft}           unlimited    bytes\n")
+        };
+        assert_eq!((address_limit(&line("2048")), address_limit(&line("unlimited"))), (Some(2048.0), None));
         let now = Memory::now(&mut System::new().unwrap());
         assert!(now.total > 0.0 && now.free > 0.0 && now.free <= now.total * 2.0, "{now:?}");
     }

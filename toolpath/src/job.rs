@@ -230,6 +230,29 @@ pub struct ToolRecord {
     /// What holds it, if that is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub holder: Option<Holder>,
+    /// How far it sticks out of the holder in the setups named here, mm; in all others as the holder says.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub setup_stick_out_mm: BTreeMap<String, f64>,
+}
+
+impl ToolRecord {
+    /// The tool as it is in a setup.
+    #[must_use]
+    pub fn in_setup(&self, setup: &str) -> Self {
+        let mut here = ToolRecord { setup_stick_out_mm: BTreeMap::new(), ..self.clone() };
+        if let (Some(holder), Some(mm)) = (&mut here.holder, self.setup_stick_out_mm.get(setup)) {
+            holder.stick_out_mm = *mm;
+        }
+        here
+    }
+
+    /// The least and the most that it sticks out in any setup, mm.
+    #[must_use]
+    pub fn stick_out_range_mm(&self) -> Option<(f64, f64)> {
+        let held_mm = self.holder.as_ref()?.stick_out_mm;
+        let own = || self.setup_stick_out_mm.values().copied();
+        Some((own().reduce(f64::min).unwrap_or(held_mm), own().reduce(f64::max).unwrap_or(held_mm)))
+    }
 }
 
 /// A tool direction.
@@ -424,5 +447,27 @@ impl LengthByKind {
     #[must_use]
     pub fn total_mm(&self) -> f64 {
         self.cut_mm + self.lead_mm + self.link_mm + self.rapid_mm
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tool_sticks_out_in_each_setup_as_it_says_there_and_a_record_without_says_it_for_all() {
+        let old =
+            r#"{"id":"T1","shape":"ball","radius_mm":6.0,"holder":{"stick_out_mm":60.0,"sections":[]}}"#;
+        let mut tool: ToolRecord = serde_json::from_str(old).unwrap();
+        assert_eq!(serde_json::to_string(&tool).unwrap(), old);
+        assert_eq!((tool.in_setup("top"), tool.stick_out_range_mm()), (tool.clone(), Some((60.0, 60.0))));
+        tool.setup_stick_out_mm = [("left".to_owned(), 60.0), ("top".to_owned(), 42.0)].into();
+        let again: ToolRecord = serde_json::from_str(&serde_json::to_string(&tool).unwrap()).unwrap();
+        assert_eq!(again, tool);
+        let stick_out = |setup| tool.in_setup(setup).holder.unwrap().stick_out_mm;
+        assert_eq!((stick_out("top"), stick_out("left"), stick_out("rear")), (42.0, 60.0, 60.0));
+        assert_eq!(tool.stick_out_range_mm(), Some((42.0, 60.0)));
+        tool.holder = None;
+        assert_eq!((tool.in_setup("top").holder, tool.stick_out_range_mm()), (None, None));
     }
 }

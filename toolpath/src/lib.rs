@@ -53,7 +53,7 @@ pub use job::{
     LengthByKind, LinkStyle, MachineLimits, ModelFacts, Obstacle, RegionTotals, Request, Setup, Skipped,
     StageTiming, ToolRecord, Totals, UncutReason,
 };
-pub use manifest::MANIFEST_FILE;
+pub use manifest::{MANIFEST_FILE, is_whole};
 pub use moves::{Move, MoveError, MoveKind, Program, WRITTEN_STEP_MM, round_to_written};
 pub use output::{Kind, Output, OutputError, job_files};
 pub use place::{FilePlace, find_file, path_from_text, path_to_text};

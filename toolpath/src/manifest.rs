@@ -67,6 +67,14 @@ fn read(folder: &Path) -> Result<BTreeMap<String, String>, FolderError> {
     Ok(text.lines().filter_map(line).collect())
 }
 
+/// Whether all that claymill wrote into a folder lies there as it was written; what somebody else put there does not count.
+#[must_use]
+pub fn is_whole(folder: &Path) -> bool {
+    let as_written =
+        |(name, hash): (&String, &String)| sha256_of(&folder.join(name)).is_ok_and(|found| found == *hash);
+    read(folder).is_ok_and(|listed| !listed.is_empty() && listed.iter().all(as_written))
+}
+
 /// Lists all files of a folder that was written whole.
 pub(crate) fn write(folder: &Path) -> Result<(), FolderError> {
     let names = files_in(folder)?.into_iter().filter_map(|p| p.to_str().map(str::to_owned));

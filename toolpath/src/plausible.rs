@@ -1,5 +1,5 @@
 use crate::holder::LONGEST_MM;
-use crate::{Holder, Job, Move, MoveError, RegionsFile};
+use crate::{Holder, Job, Move, MoveError, RegionsFile, ToolRecord};
 
 /// Coordinates of the tool lie no farther from zero than this, mm: 10 km.
 const FARTHEST_MM: f64 = 1e7;
@@ -72,7 +72,16 @@ pub(crate) fn implausible(job: &Job) -> Option<String> {
             return Some(what);
         }
     }
-    job.tools.iter().find_map(|t| t.holder.as_ref().and_then(|holder| of_holder(&t.id, holder)))
+    job.tools.iter().find_map(of_tool)
+}
+
+fn of_tool(tool: &ToolRecord) -> Option<String> {
+    let held = tool.holder.as_ref().and_then(|holder| of_holder(&tool.id, holder));
+    held.or_else(|| {
+        let (setup, mm) =
+            tool.setup_stick_out_mm.iter().find(|(_, mm)| !(**mm > 0.0 && **mm <= LONGEST_MM))?;
+        Some(format!("{} sticks out {mm} mm in {setup}: it must be above 0 and up to {LONGEST_MM}", tool.id))
+    })
 }
 
 fn of_holder(tool: &str, holder: &Holder) -> Option<String> {

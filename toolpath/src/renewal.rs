@@ -64,7 +64,7 @@ impl Renewal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{FolderWriter, MANIFEST_FILE};
+    use crate::{FolderWriter, MANIFEST_FILE, is_whole};
 
     #[test]
     fn only_what_was_written_here_is_made_anew() {
@@ -82,6 +82,16 @@ mod tests {
         };
         renew("2").unwrap();
         assert_eq!(fs::read_to_string(out.join("report.html")).unwrap(), "2");
+        // It is whole, whatever lies beside what was written, until something of that is changed or gone.
+        fs::write(out.join("notes"), "mine").unwrap();
+        assert!(is_whole(&out) && !is_whole(place.path()));
+        fs::write(out.join("job.json"), "{ }").unwrap();
+        assert!(!is_whole(&out));
+        fs::remove_file(out.join("job.json")).unwrap();
+        assert!(!is_whole(&out));
+        fs::write(out.join("job.json"), "{}").unwrap();
+        fs::remove_file(out.join("notes")).unwrap();
+        assert!(is_whole(&out));
         // It is ours still: the folder can be replaced.
         drop(FolderWriter::begin(&out).unwrap());
         // A verdict from elsewhere is computed again; a report that somebody wrote in stays.

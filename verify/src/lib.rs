@@ -55,6 +55,7 @@ mod tight;
 mod track;
 mod verdict;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use claymill_nurbs::{ClosestPoints, MeshOptions, Model};
@@ -231,25 +232,25 @@ fn measure_all(
     Ok((found, samples))
 }
 
-/// The smallest stick-out at which the job's holders keep their clearance on every move, mm, whatever they have now; `None`
-/// where no tool has a holder.
+/// The smallest stick-out at which the job's holders keep their clearance on every move of a setup, mm, whatever they have now:
+/// by tool and setup. Empty where no tool has a holder.
 ///
 /// # Errors
 /// As [`verify_program`].
-pub fn stick_out_needed_mm(
+pub fn stick_outs_needed_mm(
     model: &Model,
     job: &Job,
     program: &Program,
     options: &VerifyOptions,
     progress: Progress<'_>,
-) -> Result<Option<f64>, VerifyError> {
+) -> Result<BTreeMap<(String, String), f64>, VerifyError> {
     let avoided = limits::avoided_model(model, job);
     let bench = Bench::new([model, &avoided], job, program, options, progress)?;
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &bench.scene.obstacles.triangles);
     let reach = reach::Reach::new(&bench.scene, &mesh);
     let stage = scene::Stage::begin("holder", progress);
     let found = holder::measure(&bench.scene, &bench.meshes, &reach, &stage);
-    Ok(found.and_then(|f| f.stick_out_needed_mm(None)))
+    Ok(found.map(|f| f.needed_mm()).unwrap_or_default())
 }
 
 /// The crests alone, along the passes, with nothing else measured: the data of a scallop map.

@@ -49,9 +49,10 @@ impl Scene<'_> {
         self.job.request.scallop_mm
     }
 
-    /// What holds a tool: what is asked about, or else what the job says.
-    pub(crate) fn holder(&self, tool: usize) -> Option<&Holder> {
-        self.options.holder.as_ref().or(self.job.tools[tool].holder.as_ref())
+    /// What holds a tool in a setup: what is asked about, or else what the job says.
+    pub(crate) fn holder(&self, tool: usize, setup: usize) -> Option<Holder> {
+        let of_job = || self.job.tools[tool].in_setup(&self.job.setups[setup].name).holder;
+        self.options.holder.clone().or_else(of_job)
     }
 
     /// Distance that holders have to keep, mm.

@@ -299,16 +299,20 @@ fn holder_findings(
     holder: &HolderClearance,
     find: &mut impl FnMut(FindingCode, Severity, String, &Option<Place>),
 ) {
-    let short = holder.regions.iter().filter(|r| r.stick_out_needed_mm > r.stick_out_mm);
-    let mut regions: Vec<usize> = short.clone().map(|r| r.region).collect();
+    let short = || holder.regions.iter().filter(|r| r.stick_out_needed_mm > r.stick_out_mm);
+    let mut regions: Vec<usize> = short().map(|r| r.region).collect();
     regions.sort_unstable();
     regions.dedup();
-    let needed = short.map(|r| r.stick_out_needed_mm).fold(0.0, f64::max);
+    let needed = |setup: &str| {
+        let most = short().filter(|r| r.setup == setup).map(|r| r.stick_out_needed_mm).reduce(f64::max)?;
+        // Rounded up: what is advised must do.
+        Some(format!("{:.1} mm or more in {setup}", (most * 10.0).ceil() / 10.0))
+    };
+    let needed: Vec<String> = holder.setups().into_iter().filter_map(needed).collect();
     let named: Vec<String> = regions.iter().take(REGIONS_NAMED).map(usize::to_string).collect();
     let remedy = format!(
-        "let the tool stick out {:.1} mm or more, or cut {} {}{} from another direction",
-        // Rounded up: what is advised must do.
-        (needed * 10.0).ceil() / 10.0,
+        "let the tool stick out {}, or cut {} {}{} from another direction",
+        needed.join(", "),
         if regions.len() == 1 { "region" } else { "regions" },
         named.join(", "),
         if regions.len() > named.len() {

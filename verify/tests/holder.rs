@@ -4,8 +4,10 @@ mod synthetic;
 
 use claymill_nurbs::{Curve3, KnotVector, Model, NurbsSurface, Point3, Vector3};
 use claymill_toolpath::MoveKind::{Cut, LeadIn, Rapid};
-use claymill_toolpath::{Holder, Move, Tool};
-use claymill_verify::{FindingCode, HolderClearance, Severity, Verification, VerifyOptions, verify_program};
+use claymill_toolpath::{Holder, Job, Move, Setup, Tool};
+use claymill_verify::{
+    FindingCode, HolderClearance, Severity, Verification, VerifyOptions, stick_outs_needed_mm, verify_program,
+};
 use synthetic::{R, along, check, job, model, program, rectangle, straight};
 
 /// Heights and distances are found to this: 0.01 mm, and what paths and surfaces may be from chords and triangles.
@@ -124,6 +126,47 @@ fn a_millimetre_less_than_needed_is_found_and_a_hundredth_more_is_not() {
         let text = &short.verdict.findings.iter().find(|f| f.code == FindingCode::Holder).unwrap().message;
         assert!(text.contains("stick out") && text.contains("region 0"), "{text}");
     }
+}
+
+#[test]
+fn each_setup_is_judged_with_its_own_stick_out() {
+    let model = wall(40.0);
+    let mut job = job(&model);
+    job.setups.push(Setup { name: "again".into(), ..job.setups[0].clone() });
+    job.tools[0].holder = Some(Holder::parse("60:27-40x50,63x26", &job.tools[0].tool).unwrap());
+    let moves: Vec<Move> = ["top", "again"]
+        .into_iter()
+        .flat_map(|setup| beside(14.0).into_iter().map(move |m| Move { setup: setup.into(), ..m }))
+        .collect();
+    let judged = |job: &Job| {
+        verify_program(&model, job, &program(moves.clone()), &synthetic::options(), &|_, _| ()).unwrap()
+    };
+    let stick_outs =
+        |v: &Verification| ["top", "again"].map(|setup| holder_of(v).stick_out_mm(setup).unwrap());
+    let one_for_all = judged(&job);
+    assert_eq!((stick_outs(&one_for_all), severity(&one_for_all)), ([60.0, 60.0], None));
+    assert_eq!(holder_of(&one_for_all).setups(), ["top", "again"]);
+
+    job.tools[0].setup_stick_out_mm.insert("again".into(), 30.0);
+    let short = judged(&job);
+    assert_eq!((stick_outs(&short), severity(&short)), ([60.0, 30.0], Some(Severity::Error)));
+    assert_eq!(holder_of(&short).touching, 1);
+    let text = &short.verdict.findings.iter().find(|f| f.code == FindingCode::Holder).unwrap().message;
+    assert!(text.contains("or more in again, or cut") && !text.contains("top"), "{text}");
+
+    let options = VerifyOptions { holder: job.tools[0].holder.clone(), ..synthetic::options() };
+    let instead = verify_program(&model, &job, &program(moves.clone()), &options, &|_, _| ()).unwrap();
+    assert_eq!((stick_outs(&instead), severity(&instead)), ([60.0, 60.0], None));
+    // What is needed does not depend on what there is.
+    let needed =
+        stick_outs_needed_mm(&model, &job, &program(moves.clone()), &synthetic::options(), &|_, _| ());
+    let needed: Vec<f64> = needed.unwrap().into_values().collect();
+    // The nose's rim, 13.5 mm from the axis, clears the wall's top edge by 1 mm.
+    let expected = 40.0 + (1.0_f64 - 0.25).sqrt();
+    assert!(
+        needed.len() == 2 && needed.iter().all(|mm| (0.0..FOUND).contains(&(mm - expected))),
+        "{needed:?}"
+    );
 }
 
 /// A sphere of exact arcs about the origin.

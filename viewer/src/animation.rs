@@ -165,7 +165,12 @@ mod tests {
             step(MoveKind::Link, 2, [100.0, 0.0, 0.0], [100.0, 3.0, 0.0]),
             step(MoveKind::Cut, 2, [100.0, 3.0, 0.0], [0.0, 3.0, 0.0]),
         ];
-        let tools = [ToolRecord { id: "T1".into(), tool: Tool::ball(5.0), holder: None }];
+        let tools = [ToolRecord {
+            id: "T1".into(),
+            tool: Tool::ball(5.0),
+            holder: None,
+            setup_stick_out_mm: Default::default(),
+        }];
         let style = StrokeStyle { tools: &tools, ..StrokeStyle::new(0.1) };
         let mut bare = Scene::new(Point3::origin());
         let corner =

@@ -11,7 +11,7 @@ pub(crate) struct Station {
     pub(crate) tip: Point3,
     pub(crate) axis: Vector3,
     pub(crate) radius_mm: f64,
-    /// Which of the course's tools.
+    /// Which of the course's tools; none where it is beyond them.
     tool: usize,
 }
 
@@ -31,6 +31,7 @@ pub struct Course {
     pub(crate) stations: Vec<Station>,
     /// In machining order.
     pub(crate) setups: Vec<Leg>,
+    /// As they are in each of the setups.
     tools: Vec<ToolRecord>,
 }
 
@@ -39,19 +40,23 @@ impl Course {
     #[must_use]
     pub fn new(program: &Program, seconds: &[f64], tools: &[ToolRecord]) -> Self {
         let (mut stations, mut setups) = (Vec::new(), Vec::<Leg>::new());
+        // As they are in the setups, one leg after the other.
+        let mut placed: Vec<ToolRecord> = Vec::new();
         let mut now_s = 0.0;
         for (m, &took_s) in program.moves.iter().zip(seconds) {
             if setups.last().is_none_or(|leg| leg.setup != m.setup) {
                 setups.push(Leg { setup: m.setup.clone(), begin_s: now_s, first: stations.len() });
+                placed.extend(tools.iter().map(|tool| tool.in_setup(&m.setup)));
             }
-            let tool = tools.iter().position(|t| t.id == m.tool).unwrap_or(tools.len());
-            let radius_mm = tools.get(tool).map_or(1.0, |t| t.tool.radius_mm());
+            let own = tools.iter().position(|t| t.id == m.tool);
+            let tool = own.map_or(usize::MAX, |own| placed.len() - tools.len() + own);
+            let radius_mm = placed.get(tool).map_or(1.0, |t| t.tool.radius_mm());
             let axis = Vector3::from(m.axis_start);
             let from = Station { at_s: now_s, tip: Point3::origin(), axis, radius_mm, tool };
             add_stations(&mut stations, m, &from, took_s);
             now_s += took_s;
         }
-        Course { stations, setups, tools: tools.to_vec() }
+        Course { stations, setups, tools: placed }
     }
 
     /// How long the job takes, s.

@@ -39,7 +39,12 @@ struct Band {
 impl Scene {
     /// Adds a ball and a shank of its diameter, turned about the unit vector `axis`, with its lowest point at `tip`.
     pub fn add_tool(&mut self, tip: &Point3, axis: &Vector3, radius_mm: f64) {
-        let record = ToolRecord { id: String::new(), tool: Tool::ball(radius_mm), holder: None };
+        let record = ToolRecord {
+            id: String::new(),
+            tool: Tool::ball(radius_mm),
+            holder: None,
+            setup_stick_out_mm: Default::default(),
+        };
         self.add_posed_tool(&PosedTool { record: &record, tip: *tip, axis: *axis });
     }
 
@@ -77,9 +82,11 @@ impl Scene {
         let shape = format!("{}: {}", tool.id, in_words(&tool.tool));
         let mut entry = |colour, text| self.legend.push(LegendEntry { mark: Mark::Area, colour, text });
         entry(BALL, shape);
-        match &tool.holder {
-            Some(holder) => {
-                entry(SHANK, format!("shank, {} mm stick out", holder.stick_out_mm));
+        match tool.stick_out_range_mm() {
+            Some((least_mm, most_mm)) => {
+                let sticks =
+                    if least_mm < most_mm { format!("{least_mm} to {most_mm}") } else { most_mm.to_string() };
+                entry(SHANK, format!("shank, {sticks} mm stick out"));
                 entry(HOLDER, "holder".to_owned());
             }
             None => entry(SHANK, "shank; no holder was given".to_owned()),
@@ -189,7 +196,12 @@ mod tests {
                 vec![[1.0, 8.0 + 3f64.sqrt()], [20.0, 6.0], [140.0, 6.0]],
             ),
         ] {
-            let record = ToolRecord { id: String::new(), tool: tool.parse().unwrap(), holder: None };
+            let record = ToolRecord {
+                id: String::new(),
+                tool: tool.parse().unwrap(),
+                holder: None,
+                setup_stick_out_mm: Default::default(),
+            };
             let bands = bands(&record);
             for [height, radius] in places {
                 let drawn = bands.iter().flat_map(|b| b.ends);
@@ -208,7 +220,12 @@ mod tests {
     fn the_body_is_as_tall_and_as_wide_as_tool_and_holder() {
         let tool = Tool::ball(6.0);
         let holder = Holder::parse("60:27-34x50,63x26", &tool).unwrap();
-        let record = ToolRecord { id: "T1".into(), tool, holder: Some(holder) };
+        let record = ToolRecord {
+            id: "T1".into(),
+            tool,
+            holder: Some(holder),
+            setup_stick_out_mm: Default::default(),
+        };
         for axis in [Vector3::z(), -Vector3::x(), Vector3::new(0.6, 0.0, 0.8)] {
             let tip = Point3::new(100.0, -20.0, 5.0);
             let mut scene = Scene::new(Point3::new(90.0, 0.0, 0.0));

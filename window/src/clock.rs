@@ -74,11 +74,11 @@ impl Desk<'_> {
         tool_at(self.exhibit.job.as_ref()?, of, share)
     }
 
-    /// The job's tool at a place.
-    pub(crate) fn tool_record(&self, place: &ToolPlace) -> Option<&ToolRecord> {
+    /// The job's tool at a place, as it is in the setup there.
+    pub(crate) fn tool_record(&self, place: &ToolPlace) -> Option<ToolRecord> {
         let job = self.exhibit.job.as_ref()?;
-        let id = &job.program.moves.get(place.of)?.tool;
-        job.job.tools.iter().find(|t| t.id == *id)
+        let at = job.program.moves.get(place.of)?;
+        job.job.tools.iter().find(|t| t.id == at.tool).map(|t| t.in_setup(&at.setup))
     }
 
     /// Moves up to here are drawn.

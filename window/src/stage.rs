@@ -224,7 +224,9 @@ fn tool(desk: &Desk<'_>) -> Option<SurfaceMesh> {
     let place = desk.tool_place().filter(|_| desk.layers.tool)?;
     let mut scene = Scene::new(desk.scene.origin);
     match desk.tool_record(&place) {
-        Some(record) => scene.add_posed_tool(&PosedTool { record, tip: place.tip, axis: place.axis }),
+        Some(record) => {
+            scene.add_posed_tool(&PosedTool { record: &record, tip: place.tip, axis: place.axis });
+        }
         None => scene.add_tool(&place.tip, &place.axis, place.radius_mm),
     }
     scene.surfaces.pop()

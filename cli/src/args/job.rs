@@ -23,56 +23,78 @@ pub(crate) struct PlanArgs {
     #[arg(long = "job", value_name = "FILE")]
     pub(crate) job_file: Option<PathBuf>,
     #[command(flatten)]
-    pub(crate) job: JobOptions,
+    pub(crate) job: OneJob,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct CompareArgs {
     /// IGES, STEP or Rhino 3dm file.
     pub(crate) model: PathBuf,
-    /// Folder for the comparison and one job folder for each combination.
+    /// Folder for the comparison and one job folder for each combination. Combinations that lie there, whole and planned
+    /// by this version from the same model with the same options, are kept.
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: PathBuf,
+    /// Take the jobs from this TOML file, all but the strategy; options on the command line go before it.
+    #[arg(long = "job", value_name = "FILE")]
+    pub(crate) job_file: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) several: Several,
+    #[command(flatten)]
+    pub(crate) job: JobOptions,
+}
+
+/// What is put side by side.
+#[derive(Debug, Args)]
+pub(crate) struct Several {
+    /// Tools: `ball:R` with the radius in mm; with a taper or a shank of its own above the height `length`,
+    /// `ball:5,taper:3,length:30,shank:12` (angle in degrees, diameter in mm) [default: ball:10].
+    #[arg(help_heading = TOOL, long, value_delimiter = ',', value_name = "SHAPE:SIZE")]
+    pub(crate) tool: Vec<String>,
+    /// Scallop heights between passes, mm [default: 0.1].
+    #[arg(help_heading = PASSES, long, value_delimiter = ',', value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) scallop: Vec<f64>,
     /// Strategies to compare.
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "NAMES",
+    #[arg(help_heading = PASSES, long, visible_alias = "strategy", value_enum, value_delimiter = ',', value_name = "NAMES",
           default_values_t = [StrategyName::Planar, StrategyName::Iso, StrategyName::Scallop, StrategyName::IsoPatch,
                               StrategyName::Auto])]
     pub(crate) strategies: Vec<StrategyName>,
-    /// Scallop heights, mm.
-    #[arg(long, value_delimiter = ',', value_name = "MM", default_values_t = [0.1], allow_negative_numbers = true)]
-    pub(crate) scallop: Vec<f64>,
-    /// Tools: `ball:R` with the radius in mm; a taper and a shank as in `plan --tool`.
-    #[arg(long, value_delimiter = ',', value_name = "SHAPE:SIZE", default_values_t = ["ball:10".to_owned()])]
-    pub(crate) tool: Vec<String>,
-    /// How passes are joined.
-    #[arg(long, value_enum, default_value_t = LinkName::Lace)]
-    pub(crate) link: LinkName,
-    /// Merge preset.
-    #[arg(long, value_enum, default_value_t = PresetName::Clay)]
-    pub(crate) preset: PresetName,
-    /// Cut only these: `region:3`, `layer:NAME`, `colour:#RRGGBB`, `face:10-20`; may be repeated.
-    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
-    pub(crate) only: Vec<String>,
-    /// Leave these out; same forms as --only.
-    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
-    pub(crate) skip: Vec<String>,
-    /// Cutting feed, mm/min [default: 6000, or what the machine allows].
-    #[arg(long, value_name = "MM_PER_MIN", allow_negative_numbers = true)]
-    pub(crate) feed: Option<f64>,
-    /// Machine definition (TOML): rapids and times are those of its feeds, acceleration and jerk.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) machine: Option<PathBuf>,
+}
+
+/// The options of one job on the command line.
+#[derive(Debug, Args)]
+pub(crate) struct OneJob {
+    /// Tool: `ball:R` with the radius in mm; with a taper or a shank of its own above the height `length`,
+    /// `ball:5,taper:3,length:30,shank:12` (angle in degrees, diameter in mm) [default: ball:10].
+    #[arg(help_heading = TOOL, long, value_name = "SHAPE:SIZE")]
+    tool: Option<String>,
+    /// Scallop height between passes, mm [default: 0.1].
+    #[arg(help_heading = PASSES, long, value_name = "MM", allow_negative_numbers = true)]
+    scallop: Option<f64>,
+    /// Strategy [default: planar].
+    #[arg(help_heading = PASSES, long, value_enum)]
+    strategy: Option<StrategyName>,
     #[command(flatten)]
-    pub(crate) axes: AxisArgs,
+    other: JobOptions,
+}
+
+impl OneJob {
+    /// All of them.
+    pub(crate) fn options(&self) -> JobOptions {
+        JobOptions {
+            tool: self.tool.clone(),
+            scallop: self.scallop,
+            strategy: self.strategy,
+            ..self.other.clone()
+        }
+    }
 }
 
 /// Options of a job; also the content of a job file.
 #[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct JobOptions {
-    /// Tool: `ball:R` with the radius in mm; with a taper or a shank of its own above the height `length`,
-    /// `ball:5,taper:3,length:30,shank:12` (angle in degrees, diameter in mm) [default: ball:10].
-    #[arg(help_heading = TOOL, long, value_name = "SHAPE:SIZE")]
+    /// The tool. A command takes one, or several to compare: see [`OneJob`] and [`Several`].
+    #[arg(skip)]
     pub(crate) tool: Option<String>,
     /// Number of the tool in the machine [default: 1].
     #[arg(help_heading = TOOL, long, value_name = "NUMBER", allow_negative_numbers = true)]
@@ -88,11 +110,11 @@ pub(crate) struct JobOptions {
     /// Rest passes: cut only what this larger tool could not, for example ball:10.
     #[arg(help_heading = TOOL, long, value_name = "SHAPE:SIZE")]
     pub(crate) rest_of: Option<String>,
-    /// Scallop height between passes, mm [default: 0.1].
-    #[arg(help_heading = PASSES, long, value_name = "MM", allow_negative_numbers = true)]
+    /// Scallop height between passes, mm; likewise.
+    #[arg(skip)]
     pub(crate) scallop: Option<f64>,
-    /// Strategy [default: planar].
-    #[arg(help_heading = PASSES, long, value_enum)]
+    /// Strategy; likewise.
+    #[arg(skip)]
     pub(crate) strategy: Option<StrategyName>,
     /// Slope above which steep-shallow has waterlines instead of rows, degrees [default: 45].
     #[arg(help_heading = PASSES, long, value_name = "DEG", allow_negative_numbers = true)]
@@ -172,7 +194,7 @@ impl JobOptions {
     /// How many parameter lines each patch has.
     pub(crate) fn lines(&self, strategy: StrategyName) -> Result<Option<usize>, Failure> {
         match self.lines {
-            Some(_) if strategy != StrategyName::IsoPatch => Err(Failure::usage(
+            Some(_) if !strategy.has_lines() => Err(Failure::usage(
                 "only iso-patch has a number of lines",
                 "For example: --strategy iso-patch --lines 20.",
             )),
@@ -187,8 +209,7 @@ impl JobOptions {
     /// The places beside the sides of regions that passes run between.
     pub(crate) fn guides(&self, strategy: StrategyName) -> Result<Vec<Point3>, Failure> {
         const EXAMPLE: &str = "For example: --strategy iso --guide 1200,-300,450.";
-        let follows = [StrategyName::Iso, StrategyName::Scallop, StrategyName::Auto].contains(&strategy);
-        if !self.guide.is_empty() && !follows {
+        if !self.guide.is_empty() && !strategy.has_guides() {
             return Err(Failure::usage("only iso, scallop and auto start from a side of a region", EXAMPLE));
         }
         let place = |text: &String| {
@@ -253,6 +274,18 @@ pub(crate) enum StrategyName {
     IsoPatch,
     /// For each region whatever costs least of planar, iso, scallop and iso-patch.
     Auto,
+}
+
+impl StrategyName {
+    /// Whether it has a number of lines.
+    pub(crate) fn has_lines(self) -> bool {
+        self == StrategyName::IsoPatch
+    }
+
+    /// Whether it starts from a side of a region, which may be chosen.
+    pub(crate) fn has_guides(self) -> bool {
+        matches!(self, StrategyName::Iso | StrategyName::Scallop | StrategyName::Auto)
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]

@@ -13,7 +13,9 @@ use clap::{Parser, Subcommand};
 
 pub(crate) use bounds::BoundsArgs;
 pub(crate) use clearances::check_clearance;
-pub(crate) use job::{AxisArgs, CompareArgs, JobOptions, LinkName, PlanArgs, PresetName, StrategyName};
+pub(crate) use job::{
+    AxisArgs, CompareArgs, JobOptions, LinkName, OneJob, PlanArgs, PresetName, StrategyName,
+};
 pub(crate) use machine::{ControlArgs, OrderArgs, PlaceArgs, PostArgs, SimulateArgs, StreamArgs};
 pub(crate) use model::{DemoArgs, DropArgs, InspectArgs, MergeArgs, SampleArgs};
 pub(crate) use result::{AnimateArgs, PathColour, RenderArgs, ReportArgs, ShowName, VerifyArgs, ViewArgs};

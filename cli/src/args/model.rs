@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use claymill_models::Flaw;
 
-use super::{AxisArgs, JobOptions, PresetName};
+use super::{AxisArgs, OneJob, PresetName};
 use crate::merging::MergingArgs;
 
 #[derive(Debug, Args)]
@@ -44,7 +44,7 @@ pub(crate) struct DemoArgs {
     #[arg(long, default_value_t = 0.4)]
     pub(crate) scale: f64,
     #[command(flatten)]
-    pub(crate) job: JobOptions,
+    pub(crate) job: OneJob,
 }
 
 #[derive(Debug, Args)]

@@ -1,6 +1,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use claymill_paths::FitTolerance;
 use claymill_toolpath::{Job, LengthByKind, MoveKind, Program, Renewal, Tool, write_whole};
@@ -9,16 +10,17 @@ use claymill_viewer::{Compared, ComparisonInput, comparison_html, flatten};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::plan::{Done, Request, run};
-use super::report::quoted;
-use super::{Context, compare_plot, compare_table, merge};
-use crate::args::{CompareArgs, JobOptions, StrategyName};
-use crate::console::outln;
+use super::compare_jobs::{Combination, Wanted};
+use super::compare_kept::Before;
+use super::plan::{Done, run};
+use super::{Context, compare_plot, compare_table};
+use crate::args::CompareArgs;
+use crate::console::{counted, outln};
 use crate::failure::{Failure, advice_on};
-use crate::interrupt;
+use crate::interrupt::{self, INTERRUPTED};
 
-/// The comparison as data, as a table for spreadsheets and as a diagram.
-const FILES: [&str; 4] = ["compare.json", "compare.csv", "compare.svg", "compare.html"];
+/// The comparison as data, as a table for spreadsheets, as a diagram and as a page, and the options that all its jobs share.
+const FILES: [&str; 5] = ["compare.json", "compare.csv", "compare.svg", "compare.html", "compare.toml"];
 
 /// The whole comparison.
 #[derive(Debug, Serialize)]
@@ -89,18 +91,12 @@ pub(super) struct Figures {
 
 /// `claymill compare`.
 pub(crate) fn compare(context: &Context, args: &CompareArgs) -> Result<ExitCode, Failure> {
-    let mut requests = Vec::new();
-    let tools = tools(args);
-    for tool in &tools {
-        for &scallop in &args.scallop {
-            for &strategy in &args.strategies {
-                requests.push((name(args, tool, scallop, strategy), request(args, tool, scallop, strategy)?));
-            }
-        }
-    }
+    let wanted = Wanted::of(args)?;
+    let combinations = wanted.combinations(args)?;
     std::fs::create_dir_all(&args.out).map_err(|e| failed(&args.out, &e))?;
     // Looked at before hours of planning, and again when it is written.
-    drop(Renewal::begin(&args.out, &FILES)?);
+    drop(begin(&args.out)?);
+    let finished = tell_at_interrupt(combinations.len());
     let mut comparison = Comparison {
         model: args.model.display().to_string(),
         histogram_bin: HISTOGRAM_BIN,
@@ -108,20 +104,31 @@ pub(crate) fn compare(context: &Context, args: &CompareArgs) -> Result<ExitCode,
     };
     let mut exit = ExitCode::SUCCESS;
     let mut compared = Vec::new();
-    for (name, request) in &requests {
+    let mut before = Before::new(context);
+    for Combination { name, request } in combinations {
         context.console.say(format!("\n{name}"));
-        let console = context.console.for_job();
-        let done = run(
-            &Context { console: &console, json: false, force: context.force },
-            request,
-            &args.out.join(name),
-        )?;
+        let folder = args.out.join(&name);
+        let done = match before.made(&request, &folder)? {
+            Some(done) => {
+                let why = format!(
+                    "{}: planned before by this version, from the same model and with the same options",
+                    folder.display()
+                );
+                context.console.say_long("kept", &why);
+                done
+            }
+            None => {
+                let console = context.console.for_job();
+                run(&Context { console: &console, json: false, force: context.force }, &request, &folder)?
+            }
+        };
+        finished.lock().unwrap_or_else(PoisonError::into_inner).push(name.clone());
         if done.exit != ExitCode::SUCCESS {
             exit = done.exit;
         }
         let entry = Entry::new(name.clone(), &done);
         compared.push(Compared {
-            name: name.clone(),
+            name,
             efficiency: entry.all.efficiency,
             job: done.job,
             found: done.found,
@@ -129,7 +136,7 @@ pub(crate) fn compare(context: &Context, args: &CompareArgs) -> Result<ExitCode,
         });
         comparison.entries.push(entry);
     }
-    write_files(args, &comparison, &compared)?;
+    write_files(args, &wanted, &comparison, &compared)?;
     if context.json {
         context.print_json(&comparison)?;
     } else if !context.console.is_quiet() {
@@ -139,88 +146,56 @@ pub(crate) fn compare(context: &Context, args: &CompareArgs) -> Result<ExitCode,
     Ok(exit)
 }
 
-fn write_files(args: &CompareArgs, comparison: &Comparison, compared: &[Compared]) -> Result<(), Failure> {
+/// The names of combinations that are finished; they are told when the process is interrupted.
+fn tell_at_interrupt(all: usize) -> Arc<Mutex<Vec<String>>> {
+    let finished = Arc::new(Mutex::new(Vec::new()));
+    let names = Arc::clone(&finished);
+    interrupt::at_first(move || {
+        interrupt::end(INTERRUPTED.into(), || {
+            let names: MutexGuard<'_, Vec<String>> = names.lock().unwrap_or_else(PoisonError::into_inner);
+            eprintln!("{}", interruption(&names, all));
+        });
+    });
+    finished
+}
+
+/// What an interruption leaves, and how it goes on.
+fn interruption(finished: &[String], all: usize) -> String {
+    let which = if finished.is_empty() { String::new() } else { format!(": {}", finished.join(", ")) };
+    format!(
+        "interrupted: {} of {} done{which}\n  help: The same command goes on from there; nothing else was left behind.",
+        finished.len(),
+        counted(all, "combination")
+    )
+}
+
+/// Begins to write the comparison's own files.
+fn begin(out: &Path) -> Result<Renewal, Failure> {
+    let renewal = Renewal::begin(out, &FILES)?;
+    renewal.leftovers().into_iter().for_each(interrupt::remove_on_interrupt);
+    Ok(renewal)
+}
+
+fn write_files(
+    args: &CompareArgs,
+    wanted: &Wanted,
+    comparison: &Comparison,
+    compared: &[Compared],
+) -> Result<(), Failure> {
     let json = serde_json::to_string_pretty(comparison)
         .map_err(|e| Failure::problem(format!("the comparison cannot be written as JSON: {e}"), ""))?;
     let svg = compare_plot::svg(comparison);
     let title = args.model.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let page = ComparisonInput { title: &title, jobs: compared, plot_svg: &svg, command: &command(args) };
+    let [.., job_file] = FILES;
+    let command = wanted.command(args, job_file);
+    let page = ComparisonInput { title: &title, jobs: compared, plot_svg: &svg, command: &command };
     let html = comparison_html(&page);
-    let renewal = Renewal::begin(&args.out, &FILES)?;
-    renewal.leftovers().into_iter().for_each(interrupt::remove_on_interrupt);
-    for (file, text) in FILES.iter().zip([json, csv(comparison), svg, html]) {
+    let renewal = begin(&args.out)?;
+    for (file, text) in FILES.iter().zip([json, csv(comparison), svg, html, wanted.job_file()?]) {
         let path = renewal.path().join(file);
         write_whole(&path, text.as_bytes()).map_err(|e| failed(&path, &e))?;
     }
     Ok(renewal.finish()?)
-}
-
-/// The command line that makes the comparison again.
-fn command(args: &CompareArgs) -> String {
-    let strategies: Vec<String> = args.strategies.iter().map(merge::name).collect();
-    let heights: Vec<String> = args.scallop.iter().map(f64::to_string).collect();
-    let mut words: Vec<String> = vec!["claymill".into(), "compare".into(), args.model.display().to_string()];
-    let mut option = |name: &str, value: Option<String>| {
-        words.extend(value.into_iter().flat_map(|v| [format!("--{name}"), v]));
-    };
-    option("strategies", Some(strategies.join(",").replace('_', "-")));
-    option("scallop", Some(heights.join(",")));
-    option("tool", Some(args.tool.join(",")));
-    option("link", Some(merge::name(&args.link)));
-    option("preset", Some(merge::name(&args.preset).replace('_', "-")));
-    option("feed", args.feed.map(|f| f.to_string()));
-    option("machine", args.machine.as_ref().map(|m| m.display().to_string()));
-    option("up", args.axes.up.clone());
-    option("length", args.axes.length.clone());
-    for (name, list) in [("only", &args.only), ("skip", &args.skip)] {
-        for what in list {
-            option(name, Some(what.clone()));
-        }
-    }
-    words.extend(["-o".into(), args.out.display().to_string()]);
-    words.iter().map(|w| quoted(w)).collect::<Vec<_>>().join(" ")
-}
-
-fn request(args: &CompareArgs, tool: &str, scallop: f64, strategy: StrategyName) -> Result<Request, Failure> {
-    let options = JobOptions {
-        tool: Some(tool.to_owned()),
-        scallop: Some(scallop),
-        strategy: Some(strategy),
-        link: Some(args.link),
-        preset: Some(args.preset),
-        only: args.only.clone(),
-        skip: args.skip.clone(),
-        feed: args.feed,
-        machine: args.machine.clone(),
-        axes: args.axes.clone(),
-        ..JobOptions::default()
-    };
-    Request::new(&args.model, &options)
-}
-
-/// The tools: what is said of a tool after a comma belongs to the one before.
-fn tools(args: &CompareArgs) -> Vec<String> {
-    let mut tools: Vec<String> = Vec::new();
-    for part in &args.tool {
-        let more = ["taper:", "length:", "shank:"].iter().any(|name| part.trim_start().starts_with(name));
-        match tools.last_mut() {
-            Some(tool) if more => *tool += &format!(",{part}"),
-            _ => tools.push(part.clone()),
-        }
-    }
-    tools
-}
-
-/// The strategy's name, with tool and scallop height where there are several.
-fn name(args: &CompareArgs, tool: &str, scallop: f64, strategy: StrategyName) -> String {
-    let mut name = merge::name(&strategy);
-    if tools(args).len() > 1 {
-        name = format!("{name}-{}", tool.replace(':', "").replace(',', "-"));
-    }
-    if args.scallop.len() > 1 {
-        name = format!("{name}-{scallop}");
-    }
-    name
 }
 
 fn failed(file: &Path, error: &std::io::Error) -> Failure {
@@ -362,4 +337,18 @@ fn row(head: &str, region: &str, passed: &str, f: &Figures, straight: &str, tail
         f.scallop_p95_mm,
         f.scallop_mean_mm,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interruption_says_what_is_done_and_how_to_go_on() {
+        let none = interruption(&[], 5);
+        assert!(none.starts_with("interrupted: 0 of 5 combinations done\n"), "{none}");
+        let some = interruption(&["planar".into(), "iso".into()], 5);
+        assert!(some.starts_with("interrupted: 2 of 5 combinations done: planar, iso\n"), "{some}");
+        assert!(some.contains("same command"), "{some}");
+    }
 }

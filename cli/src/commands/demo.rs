@@ -13,7 +13,7 @@ pub(crate) fn demo(context: &Context, args: &DemoArgs) -> Result<ExitCode, Failu
     let model = args.out.with_file_name("roadster.igs");
     context.console.stage("generating");
     let planted = sample::write(context, "roadster", args.patches, args.seed, args.scale, &[], &model)?;
-    let mut job = args.job.clone();
+    let mut job = args.job.options();
     job.axes.up.get_or_insert_with(|| "+z".to_owned());
     job.axes.length.get_or_insert_with(|| "-x".to_owned());
     job.tool.get_or_insert_with(|| TOOL.to_owned());

@@ -119,7 +119,12 @@ fn save_picture(
     let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
     let title = args.model.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let mut scene = album.scene(&title, None, &[ShowName::Model, ShowName::Trims])?;
-    let record = ToolRecord { id: tool.to_string(), tool: *tool, holder: None };
+    let record = ToolRecord {
+        id: tool.to_string(),
+        tool: *tool,
+        holder: None,
+        setup_stick_out_mm: Default::default(),
+    };
     for rest in rests.iter().flatten() {
         let (tip, axis) = (Point3::from(rest.tip_mm), frame.axis());
         scene.add_posed_tool(&PosedTool { record: &record, tip, axis });

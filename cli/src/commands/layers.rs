@@ -1,5 +1,6 @@
 //! Layers of `render` that come from a measurement or from a time of the job.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use claymill_nurbs::{Model, Point3, Vector3};
@@ -50,7 +51,13 @@ pub(crate) struct Work<'a> {
 pub(crate) fn tools(job: &Job, holder: Option<&str>) -> Result<Vec<ToolRecord>, Failure> {
     let with = |t: &ToolRecord| -> Result<ToolRecord, Failure> {
         let own: Option<Holder> = holder.map(|text| plan::holder(text, &t.tool)).transpose()?;
-        Ok(ToolRecord { holder: own.or_else(|| t.holder.clone()), ..t.clone() })
+        Ok(match own {
+            // In all setups.
+            Some(holder) => {
+                ToolRecord { holder: Some(holder), setup_stick_out_mm: BTreeMap::new(), ..t.clone() }
+            }
+            None => t.clone(),
+        })
     };
     job.tools.iter().map(with).collect()
 }

@@ -3,6 +3,8 @@
 mod animate;
 mod areas;
 mod compare;
+mod compare_jobs;
+mod compare_kept;
 mod compare_plot;
 mod compare_table;
 mod control;
@@ -14,6 +16,7 @@ mod export;
 mod inspect;
 mod inspect_mesh;
 mod inspect_picture;
+mod job_file;
 mod layers;
 mod left_out;
 mod merge;

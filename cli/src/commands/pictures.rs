@@ -3,7 +3,9 @@ use std::path::Path;
 use claymill_controller::Frame;
 use claymill_nurbs::{Aabb, FaceMesh, MeshOptions, Model, Point3, Vector3, tessellate};
 use claymill_paths::Orientation;
-use claymill_toolpath::{FreeSide, Job, MoveKind, Program, Request, Setup, SheetRecord};
+use claymill_toolpath::{
+    FreeSide, Job, LONGEST_MADE, MoveKind, Program, Request, Setup, SheetRecord, read_plain,
+};
 use claymill_verify::CrestSample;
 use claymill_viewer::{
     Axes, BrowserInput, Colouring, HeatScale, Label, LegendEntry, LineKind, MATERIAL_SIDE, Mark, ModelView,
@@ -31,6 +33,8 @@ const MAP_MESH: MeshOptions = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 
 /// What previews show: ways through the air would hide what is cut.
 const PREVIEWED: [ShowName; 6] =
     [ShowName::Regions, ShowName::Joints, ShowName::Trims, ShowName::Cut, ShowName::Link, ShowName::Labels];
+/// The map of scallop heights.
+const SCALLOP_FILE: &str = "scallop-iso.png";
 /// Captions of pictures that others look for.
 const COVER: &str = "Tool paths over the regions";
 const SCALLOP_MAP: &str = "Scallop height as measured";
@@ -262,6 +266,18 @@ pub(crate) fn take(console: &Console, finished: &Finished<'_>, folder: &Path) ->
     })
 }
 
+/// What a picture is to those who cannot see it.
+fn alt(caption: &str, title: &str, view: &str) -> String {
+    format!("{caption}, {title}, view {view}")
+}
+
+/// The map of scallop heights of a job that was drawn before.
+pub(crate) fn kept_scallop_map(job: &Job, folder: &Path) -> Option<ReportPicture> {
+    let png = read_plain(&folder.join(SCALLOP_FILE), LONGEST_MADE).ok()?;
+    let alt = alt(SCALLOP_MAP, &report::title(job), "iso");
+    Some(ReportPicture { caption: SCALLOP_MAP.to_owned(), alt, png })
+}
+
 impl Sights {
     /// The map of scallop heights.
     pub(crate) fn scallop_map(&self) -> Option<&ReportPicture> {
@@ -342,7 +358,7 @@ impl Album<'_> {
             ("preview-top.png", View::top(axes), &painted, "Tool paths from above"),
             ("preview-side.png", View::left(axes), &painted, "Tool paths from the left"),
             ("regions-iso.png", View::iso(axes), &bare, "Regions: each colour is cut as one surface"),
-            ("scallop-iso.png", View::iso(axes), &heights, SCALLOP_MAP),
+            (SCALLOP_FILE, View::iso(axes), &heights, SCALLOP_MAP),
         ];
         let mut pictures = Vec::new();
         for (k, (file, view, scene, caption)) in shots.iter().enumerate() {
@@ -353,7 +369,7 @@ impl Album<'_> {
         }
         let save = |(file, view, caption, picture): (&&str, &View, &&str, Picture)| {
             let png = picture.save(&folder.join(file))?;
-            let alt = format!("{caption}, {title}, view {}", view.name);
+            let alt = alt(caption, &title, &view.name);
             let shown = !SHOWN_ON_SHEETS.contains(file);
             Ok(shown.then(|| ReportPicture { caption: (*caption).to_owned(), alt, png }))
         };

@@ -1,3 +1,4 @@
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -8,28 +9,29 @@ use claymill_paths::{Feeds, Plan, PlanOptions, Regions, Strategy, check_tools, p
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
     Area, Bounds, FORMAT_VERSION, FilePlace, FolderWriter, HOLDER_CLEARANCE_MM, Holder, JOB_FILE, Job,
-    Judged, LONGEST_WRITTEN, LinkStyle, MachineLimits, ModelFacts, Obstacle, Program, REGIONS_FILE,
-    REPORT_FILE, Skipped, Tool, ToolRecord, Totals, VERIFY_FILE, read_moves, read_plain_text, sha256_of,
+    Judged, LinkStyle, MachineLimits, ModelFacts, Obstacle, Program, REGIONS_FILE, REPORT_FILE, Setup,
+    Skipped, Tool, ToolRecord, Totals, VERIFY_FILE, read_moves, sha256_of,
 };
 use claymill_verify::{
-    Verdict, Verification, VerifyOptions, stick_out_needed_mm, verify_with_crests, write_crests,
+    Verdict, Verification, VerifyOptions, stick_outs_needed_mm, verify_with_crests, write_crests,
 };
 
 use claymill_viewer::ReportPicture;
 use serde::Serialize;
 
+use super::job_file::{self, JOB_TOML};
 use super::report::{self, Finished};
 use super::{Context, Loaded, box_mm, left_out, merge, orientation, pictures, plan_summary, verify};
-use crate::args::{JobOptions, LinkName, PlanArgs, PresetName, StrategyName, first_given};
+use crate::args::{JobOptions, LinkName, PlanArgs, PresetName, StrategyName};
 use crate::console::{counted, peak_memory_mb};
-use crate::failure::{Failure, advice_on};
+use crate::failure::Failure;
 use crate::{interrupt, material, select};
 
-/// Name of the job file that `plan` writes beside its results.
-pub(crate) const JOB_TOML: &str = "job.toml";
-
 /// Written instead of a stick-out: the least that does.
-const LEAST: &str = "auto";
+pub(super) const LEAST: &str = "auto";
+/// Where nothing else is asked for.
+pub(super) const USUAL_TOOL: &str = "ball:10";
+pub(super) const USUAL_SCALLOP_MM: f64 = 0.1;
 /// Largest number of a tool.
 const LARGEST_TOOL: u32 = 999_999;
 /// Holders are asked to keep no more than this from the model, mm.
@@ -42,27 +44,27 @@ const LOWEST_SCALLOP_MM: f64 = 0.001;
 
 /// A job with all defaults filled in.
 pub(crate) struct Request {
-    model: PathBuf,
-    options: JobOptions,
-    tool: Tool,
-    holder: Option<Holder>,
+    pub(super) model: PathBuf,
+    pub(super) options: JobOptions,
+    pub(super) tool: Tool,
+    pub(super) holder: Option<Holder>,
     /// The holder sticks out as far as it has to.
-    least_stick_out: bool,
-    holder_clearance_mm: f64,
+    pub(super) least_stick_out: bool,
+    pub(super) holder_clearance_mm: f64,
     /// The tool whose rest is cut.
     rest_of: Option<Tool>,
-    scallop_mm: f64,
-    strategy: StrategyName,
-    steep_deg: f64,
+    pub(super) scallop_mm: f64,
+    pub(super) strategy: StrategyName,
+    pub(super) steep_deg: f64,
     lines: Option<usize>,
     guides: Vec<Point3>,
     bounds: Bounds,
-    check_clearance_mm: f64,
-    rapid_clearance_mm: f64,
-    link: LinkStyle,
-    preset: PresetName,
-    feeds: Feeds,
-    machine: MachineLimits,
+    pub(super) check_clearance_mm: f64,
+    pub(super) rapid_clearance_mm: f64,
+    pub(super) link: LinkStyle,
+    pub(super) preset: PresetName,
+    pub(super) feeds: Feeds,
+    pub(super) machine: MachineLimits,
 }
 
 /// What is of interest after a job.
@@ -88,58 +90,9 @@ struct Summary<'a> {
 
 /// `claymill plan`.
 pub(crate) fn plan(context: &Context, args: &PlanArgs) -> Result<ExitCode, Failure> {
-    let mut options = args.job.clone();
-    if let Some(file) = &args.job_file {
-        options = over(options, read_job_file(file)?);
-    }
+    let options = job_file::with(args.job.options(), args.job_file.as_deref())?;
     let request = Request::new(&args.model, &options)?;
     Ok(run(context, &request, &args.out)?.exit)
-}
-
-pub(crate) fn read_job_file(file: &Path) -> Result<JobOptions, Failure> {
-    let text = read_plain_text(file, LONGEST_WRITTEN)
-        .map_err(|e| Failure::problem(format!("{}: {e}", file.display()), advice_on(&e)))?;
-    toml::from_str(&text).map_err(|e| {
-        Failure::problem(
-            format!("{}: {e}", file.display()),
-            "`claymill plan --help` lists the options; a job file has the same names.",
-        )
-    })
-}
-
-/// Options of the command line before those of the file.
-fn over(first: JobOptions, second: JobOptions) -> JobOptions {
-    JobOptions {
-        tool: first.tool.or(second.tool),
-        tool_number: first.tool_number.or(second.tool_number),
-        holder: first.holder.or(second.holder),
-        holder_clearance: first.holder_clearance.or(second.holder_clearance),
-        rest_of: first.rest_of.or(second.rest_of),
-        pencil: first.pencil || second.pencil,
-        scallop: first.scallop.or(second.scallop),
-        strategy: first.strategy.or(second.strategy),
-        steep: first.steep.or(second.steep),
-        lines: first.lines.or(second.lines),
-        guide: first_given(first.guide, second.guide),
-        angle: first.angle.or(second.angle),
-        link: first.link.or(second.link),
-        preset: first.preset.or(second.preset),
-        only: first_given(first.only, second.only),
-        skip: first_given(first.skip, second.skip),
-        material_side: first_given(first.material_side, second.material_side),
-        bounds: first.bounds.over(second.bounds),
-        check: first_given(first.check, second.check),
-        mesh_unit: first.mesh_unit.or(second.mesh_unit),
-        check_clearance: first.check_clearance.or(second.check_clearance),
-        rapid_clearance: first.rapid_clearance.or(second.rapid_clearance),
-        feed: first.feed.or(second.feed),
-        machine: first.machine.or(second.machine),
-        merging: first.merging.or(second.merging),
-        axes: crate::args::AxisArgs {
-            up: first.axes.up.or(second.axes.up),
-            length: first.axes.length.or(second.axes.length),
-        },
-    }
 }
 
 impl Request {
@@ -151,7 +104,7 @@ impl Request {
     }
 
     pub(crate) fn new(model: &Path, options: &JobOptions) -> Result<Self, Failure> {
-        let tool = options.tool.as_deref().unwrap_or("ball:10").parse::<Tool>();
+        let tool = options.tool.as_deref().unwrap_or(USUAL_TOOL).parse::<Tool>();
         let tool = tool.map_err(|e| {
             Failure::usage(e, "For example: --tool ball:10, or --tool ball:5,taper:3,length:30,shank:12.")
         })?;
@@ -163,7 +116,7 @@ impl Request {
         let holder_clearance_mm = holder_clearance(options.holder_clearance)?;
         let rest_of = options.rest_of.as_deref().map(str::parse::<Tool>).transpose();
         let rest_of = rest_of.map_err(|e| Failure::usage(e, "For example: --rest-of ball:10."))?;
-        let scallop_mm = options.scallop.unwrap_or(0.1);
+        let scallop_mm = options.scallop.unwrap_or(USUAL_SCALLOP_MM);
         if (0.0..LOWEST_SCALLOP_MM).contains(&scallop_mm) {
             return Err(Failure::usage(
                 format!(
@@ -345,9 +298,9 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     console.stage("verifying");
     let program = read_moves(folder.path())?;
     if request.least_stick_out {
-        choose_stick_out(console, model, &mut job, &program)?;
+        choose_stick_outs(console, model, &mut job, &program)?;
     }
-    write_job_file(&folder, request, &job, &plan_options)?;
+    folder.text(JOB_TOML, &job_file::text(request, orientation)?)?;
     verify::expect(console, program.moves.len(), job.totals.passes, model.faces.len());
     let at = |stage: &str, share: f64| console.at(stage, share);
     let (mut found, crests) = verify_with_crests(model, &job, &program, &VerifyOptions::default(), &at)?;
@@ -404,22 +357,32 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     })
 }
 
-/// Lets the holder stick out as far as it has to, in whole millimetres.
-fn choose_stick_out(
+/// Lets the tool stick out in each setup as far as it has to there, in whole millimetres.
+fn choose_stick_outs(
     console: &crate::console::Console,
     model: &Model,
     job: &mut Job,
     program: &Program,
 ) -> Result<(), Failure> {
     let at = |stage: &str, share: f64| console.at(stage, share);
-    let options = VerifyOptions::default();
-    let Some(needed_mm) = stick_out_needed_mm(model, job, program, &options, &at)? else { return Ok(()) };
-    let chosen_mm = needed_mm.ceil();
-    for holder in job.tools.iter_mut().filter_map(|t| t.holder.as_mut()) {
-        holder.stick_out_mm = chosen_mm;
-        console.say(format!(
-            "holder    {holder}: {needed_mm:.2} mm of stick-out are needed, {chosen_mm} mm are taken"
-        ));
+    let needed = stick_outs_needed_mm(model, job, program, &VerifyOptions::default(), &at)?;
+    for tool in &mut job.tools {
+        let of =
+            |setup: &Setup| Some((setup.name.clone(), *needed.get(&(tool.id.clone(), setup.name.clone()))?));
+        let mine: Vec<(String, f64)> = job.setups.iter().filter_map(of).collect();
+        let Some(holder) = &mut tool.holder else { continue };
+        for (setup, needed_mm) in &mine {
+            holder.stick_out_mm = needed_mm.ceil();
+            console.say(format!(
+                "holder    {setup}: {holder}, {needed_mm:.2} mm of stick-out are needed, {} mm are taken",
+                holder.stick_out_mm
+            ));
+        }
+        tool.setup_stick_out_mm = mine.into_iter().map(|(setup, mm)| (setup, mm.ceil())).collect();
+        // Whoever does not look at setups has one that does in all of them.
+        if let Some(most_mm) = tool.setup_stick_out_mm.values().copied().reduce(f64::max) {
+            holder.stick_out_mm = most_mm;
+        }
     }
     Ok(())
 }
@@ -502,7 +465,12 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
             machine: options.machine.clone(),
         },
         tolerances: plan.tolerances,
-        tools: vec![ToolRecord { id: request.tool_id(), tool: request.tool, holder: request.holder.clone() }],
+        tools: vec![ToolRecord {
+            id: request.tool_id(),
+            tool: request.tool,
+            holder: request.holder.clone(),
+            setup_stick_out_mm: BTreeMap::new(),
+        }],
         setups: plan.setups,
         regions: plan.regions,
         totals: plan.totals,
@@ -512,39 +480,4 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
         timings: Vec::new(),
         peak_memory_mb: 0.0,
     }
-}
-
-/// The job as a file that `--job` takes, with every default filled in.
-fn write_job_file(
-    folder: &FolderWriter,
-    request: &Request,
-    job: &Job,
-    options: &PlanOptions,
-) -> Result<(), Failure> {
-    let holder = job.tools.first().and_then(|t| t.holder.as_ref());
-    let whole = JobOptions {
-        tool: Some(request.tool.to_string()),
-        holder: holder.map(ToString::to_string),
-        holder_clearance: holder.map(|_| request.holder_clearance_mm),
-        scallop: Some(request.scallop_mm),
-        strategy: Some(request.strategy),
-        steep: (request.strategy == StrategyName::SteepShallow).then_some(options.steep_deg),
-        link: Some(match request.link {
-            LinkStyle::Lace => LinkName::Lace,
-            LinkStyle::Box => LinkName::Box,
-        }),
-        preset: Some(request.preset),
-        check_clearance: (!request.options.check.is_empty()).then_some(request.check_clearance_mm),
-        rapid_clearance: Some(request.rapid_clearance_mm),
-        feed: Some(request.feeds.cut_mm_per_min),
-        axes: crate::args::AxisArgs {
-            up: Some(options.orientation.up.to_string()),
-            length: Some(options.orientation.front.to_string()),
-        },
-        ..request.options.clone()
-    };
-    let text = toml::to_string(&whole)
-        .map_err(|e| Failure::problem(format!("the job cannot be written as TOML: {e}"), ""))?;
-    folder.text(JOB_TOML, &text)?;
-    Ok(())
 }

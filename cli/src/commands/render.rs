@@ -13,7 +13,7 @@ use claymill_viewer::{
 
 use super::export::{ExportFormat, export};
 use super::subject::{Subject, job_in};
-use super::{Context, animate, diagrams, layers, merge, pictures, plan};
+use super::{Context, animate, diagrams, job_file, layers, merge, pictures};
 use crate::args::{PathColour, PresetName, RenderArgs, ShowName};
 use crate::console::peak_memory_mb;
 use crate::failure::Failure;
@@ -173,12 +173,9 @@ fn add_more(args: &RenderArgs, job: Option<&Job>, model: &Model, scene: &mut Sce
     }
     let named = job.and_then(|job| PresetName::from_str(&job.request.preset, true).ok());
     let preset = Preset::from(named.unwrap_or(PresetName::Clay));
-    let toml = args.what.join(plan::JOB_TOML);
-    let merging = if job.is_some() && toml.exists() {
-        plan::read_job_file(&toml)?.merging
-    } else {
-        MergingArgs::default()
-    };
+    let toml = args.what.join(job_file::JOB_TOML);
+    let merging =
+        if job.is_some() && toml.exists() { job_file::read(&toml)?.merging } else { MergingArgs::default() };
     let options = merging.options(preset, model)?;
     let merged = merge::regions(model, &options)?;
     diagrams::draw(scene, model, &merged, &options, &args.show);

@@ -12,7 +12,7 @@ use claymill_verify::{
 use claymill_viewer::{ReportError, ReportInput, write_report};
 
 use super::animate::seconds;
-use super::plan::JOB_TOML;
+use super::job_file::JOB_TOML;
 use super::{Context, orientation, pictures, region_of_face};
 use crate::args::{AxisArgs, ReportArgs};
 use crate::failure::Failure;

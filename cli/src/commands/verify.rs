@@ -134,10 +134,11 @@ fn say_holder(holder: &HolderClearance) -> String {
         Some(_) => format!("touches on {} moves", holder.touching),
         None => "nothing comes near".to_owned(),
     };
-    let mut setups: Vec<&str> = holder.regions.iter().map(|r| r.setup.as_str()).collect();
-    setups.dedup();
-    let least = |setup: &&str| Some(format!("{setup} {:.2} mm", holder.stick_out_needed_mm(Some(*setup))?));
-    let least: Vec<String> = setups.iter().filter_map(least).collect();
+    let least = |setup: &str| {
+        let (needed_mm, given_mm) = (holder.stick_out_needed_mm(Some(setup))?, holder.stick_out_mm(setup)?);
+        Some(format!("{setup} {needed_mm:.2} of {given_mm} mm"))
+    };
+    let least: Vec<String> = holder.setups().into_iter().filter_map(least).collect();
     format!("holder: {clear}; stick-out that keeps {} mm: {}", holder.asked_mm, least.join(", "))
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use crate::iges_text::{Entity, entity, file};
 use crate::obstacle::block;
 use crate::run::{Run, panel, run};
 use crate::scratch;
@@ -16,6 +17,77 @@ fn read(folder: &Path, file: &str) -> Value {
 /// What was said, whatever its line breaks.
 fn said(run: &Run) -> String {
     run.stderr.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// A plane from `at` along two of its sides, which is seen from `u × v`.
+fn plane(at: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Entity {
+    let corner = |a: f64, b: f64| [0, 1, 2].map(|k| format!("{:?}", at[k] + a * u[k] + b * v[k])).join(",");
+    let corners = [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0)].join(",");
+    let knots = "0.,0.,1.,1.,0.,0.,1.,1.";
+    entity(128, format!("1,1,1,1,0,0,1,0,0,{knots},1.,1.,1.,1.,{corners},0.,1.,0.,1."))
+}
+
+#[test]
+fn every_setup_has_the_least_stick_out_that_does_there() {
+    let folder = scratch();
+    let folder = folder.path();
+    // A floor of 100 mm before a wall of 60 mm: from above the holder stays over the wall, from the front before the floor.
+    let floor = plane([0.0, 0.0, 0.0], [80.0, 0.0, 0.0], [0.0, 100.0, 0.0]);
+    let wall = plane([0.0, 100.0, 0.0], [80.0, 0.0, 0.0], [0.0, 0.0, 60.0]);
+    fs::write(folder.join("corner.igs"), file(&[floor, wall])).unwrap();
+    let job = "plan corner.igs --tool ball:5 --scallop 0.5 --up +z --length=-y --material-side file --holder auto -o out";
+    let planned = run(folder, job.split(' '));
+    assert_eq!(planned.code, Some(0), "{planned:?}");
+    let (job, found) = (read(folder, "out/job.json"), read(folder, "out/verify.json"));
+    let tool = &job["tools"][0];
+    let stick_outs = tool["setup_stick_out_mm"].as_object().unwrap();
+    let regions = found["holder"]["regions"].as_array().unwrap();
+    let report = fs::read_to_string(folder.join("out/report.html")).unwrap();
+    for (setup, expected) in [("top", 61.0), ("front", 101.0)] {
+        let taken = stick_outs[setup].as_f64().unwrap();
+        let mine = || regions.iter().filter(|r| r["setup"] == setup);
+        let needed = mine().map(|r| r["stick_out_needed_mm"].as_f64().unwrap()).fold(0.0, f64::max);
+        assert!((needed - expected).abs() < 1.0, "{setup}: {needed} for {expected}");
+        assert_eq!(taken, needed.ceil(), "{setup}");
+        assert!(mine().all(|r| r["stick_out_mm"].as_f64() == Some(taken)), "{setup}: {regions:?}");
+        for told in [&said(&planned), &report] {
+            assert!(
+                told.contains(&format!("{needed:.2} mm")) && told.contains(&format!("{taken} mm")),
+                "{setup}"
+            );
+        }
+        assert!(said(&planned).contains(&format!("{setup} {needed:.2} of {taken} mm")), "{planned:?}");
+        assert!(report.contains(&format!("{taken} mm: {needed:.2} mm keep the holder 1 mm away")), "{setup}");
+        assert!(report.contains(&format!("{taken} mm out of its holder")), "{setup}");
+    }
+    // Whoever reads one holder for the job has one that does everywhere.
+    assert_eq!(tool["holder"]["stick_out_mm"], stick_outs["front"]);
+    assert_eq!((&found["holder"]["touching"], &found["holder"]["near"]), (&0.into(), &0.into()));
+    // The job file makes the same again.
+    let again = run(folder, ["plan", "corner.igs", "--job", "out/job.toml", "-o", "again"]);
+    assert_eq!(again.code, Some(0), "{again:?}");
+    assert_eq!(read(folder, "again/job.json")["tools"], job["tools"]);
+
+    // Each setup is judged with its own.
+    let edited = |edit: &dyn Fn(&mut Value)| {
+        let mut job = job.clone();
+        edit(&mut job["tools"][0]);
+        fs::write(folder.join("out/job.json"), serde_json::to_vec_pretty(&job).unwrap()).unwrap();
+        run(folder, ["verify", "out", "--json"])
+    };
+    let short = edited(&|tool| tool["setup_stick_out_mm"]["front"] = stick_outs["top"].clone());
+    assert_eq!(short.code, Some(3), "{short:?}");
+    let findings = short.json()["verdict"]["findings"].to_string();
+    assert!(findings.contains("mm or more in front") && !findings.contains("more in top"), "{findings}");
+    // A job with one holder for all setups is read as before.
+    let old = edited(&|tool| drop(tool.as_object_mut().unwrap().remove("setup_stick_out_mm")));
+    assert_eq!(old.code, Some(0), "{old:?}");
+    let found = old.json();
+    let all = found["holder"]["regions"].as_array().unwrap().iter();
+    assert!(all.clone().all(|r| r["stick_out_mm"] == stick_outs["front"]), "{found}");
+    let none = edited(&|tool| tool["setup_stick_out_mm"]["top"] = 0.into());
+    assert_eq!(none.code, Some(1), "{none:?}");
+    assert!(none.stderr.contains("sticks out 0 mm in top"), "{none:?}");
 }
 
 #[test]
@@ -52,7 +124,7 @@ fn beside_a_post_the_holder_stays_above_it() {
     let by_region = read(folder, "out/regions.json");
     assert!(by_region["regions"][0]["stick_out_needed_mm"]["top"].as_f64().unwrap() > 100.0);
     let text = fs::read_to_string(folder.join("out/job.toml")).unwrap();
-    assert!(text.contains(&format!("holder = \"{}:{sections}\"", most.ceil())), "{text}");
+    assert!(text.contains(&format!("holder = \"{auto}\"")), "{text}");
     let report = fs::read_to_string(folder.join("out/report.html")).unwrap();
     assert!(report.contains("keep the holder 1 mm away") && report.contains("Stick-out needed"));
 

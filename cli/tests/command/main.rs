@@ -7,6 +7,7 @@ mod bad_pictures;
 mod bounds;
 mod browser;
 mod compare;
+mod compare_again;
 mod corpus;
 mod damaged_job;
 mod export;

@@ -237,7 +237,12 @@ fn planned(
             machine: options.machine.clone(),
         },
         tolerances: plan.tolerances.clone(),
-        tools: vec![ToolRecord { id: claymill_paths::TOOL_ID.into(), tool, holder: None }],
+        tools: vec![ToolRecord {
+            id: claymill_paths::TOOL_ID.into(),
+            tool,
+            holder: None,
+            setup_stick_out_mm: Default::default(),
+        }],
         setups: take(&mut plan.setups),
         regions: plan.regions.clone(),
         totals: plan.totals,

@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -56,6 +58,31 @@ pub struct ShankContact {
 }
 
 impl HolderClearance {
+    /// How far the tool sticks out in a setup, mm; the least where there are several tools.
+    #[must_use]
+    pub fn stick_out_mm(&self, setup: &str) -> Option<f64> {
+        let mine = self.regions.iter().filter(|r| r.setup == setup);
+        mine.map(|r| r.stick_out_mm).reduce(f64::min)
+    }
+
+    /// The setups with moves of a tool in a holder, in machining order.
+    #[must_use]
+    pub fn setups(&self) -> Vec<&str> {
+        let mut setups: Vec<&str> = self.regions.iter().map(|r| r.setup.as_str()).collect();
+        setups.dedup();
+        setups
+    }
+
+    /// The smallest stick-out that does for each tool in each setup, mm, by id and name.
+    pub(crate) fn needed_mm(&self) -> BTreeMap<(String, String), f64> {
+        let mut needed = BTreeMap::new();
+        for r in &self.regions {
+            let most = needed.entry((r.tool.clone(), r.setup.clone())).or_insert(0.0);
+            *most = f64::max(*most, r.stick_out_needed_mm);
+        }
+        needed
+    }
+
     /// The smallest stick-out that does for all regions of a setup, or of the job, mm.
     #[must_use]
     pub fn stick_out_needed_mm(&self, setup: Option<&str>) -> Option<f64> {

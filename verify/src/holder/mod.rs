@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 use claymill_nurbs::{FaceMesh, Point3, Vector3};
-use claymill_toolpath::Tool;
+use claymill_toolpath::{Holder, Tool};
 use rayon::prelude::*;
 
 pub use account::{HolderClearance, RegionStickOut, ShankContact};
@@ -73,13 +73,13 @@ pub(crate) fn measure(
     reach: &Reach<'_>,
     stage: &Stage<'_>,
 ) -> Option<HolderClearance> {
-    let held: Vec<Option<Held>> = (0..scene.job.tools.len())
-        .map(|tool| {
-            let holder = scene.holder(tool)?;
-            Some(Held { body: body::of_holder(holder), stick_out_mm: holder.stick_out_mm })
-        })
-        .collect();
-    let tracks: Vec<&Track> = scene.tracks.iter().filter(|t| held[t.tool].is_some()).collect();
+    let held_in = |setup: usize| -> Vec<Option<Held>> {
+        let held =
+            |holder: Holder| Held { body: body::of_holder(&holder), stick_out_mm: holder.stick_out_mm };
+        (0..scene.job.tools.len()).map(|tool| scene.holder(tool, setup).map(held)).collect()
+    };
+    let held: Vec<Vec<Option<Held>>> = (0..scene.job.setups.len()).map(held_in).collect();
+    let tracks: Vec<&Track> = scene.tracks.iter().filter(|t| held[t.setup][t.tool].is_some()).collect();
     tracks.first()?;
     let asked_mm = scene.holder_clearance_mm();
     let (upright, tilted): (Vec<&Track>, Vec<&Track>) =
@@ -96,7 +96,7 @@ pub(crate) fn measure(
             needed.entry(key(track)).or_insert((track.radius_mm - SAME_MM, None));
         }
         let look = |track: &&Track| {
-            let held = held[track.tool].as_ref()?;
+            let held = held[track.setup][track.tool].as_ref()?;
             let found = along(
                 scene,
                 meshes,
@@ -131,7 +131,7 @@ pub(crate) fn measure(
         region,
         setup: scene.job.setups[setup].name.clone(),
         tool: scene.job.tools[tool].id.clone(),
-        stick_out_mm: held[tool].as_ref().map_or(0.0, |h| h.stick_out_mm),
+        stick_out_mm: held[setup][tool].as_ref().map_or(0.0, |h| h.stick_out_mm),
         stick_out_needed_mm: mm + SAME_MM,
         at,
     };

@@ -78,7 +78,12 @@ pub(crate) fn job(model: &Model) -> Job {
             machine: Default::default(),
         },
         tolerances: Default::default(),
-        tools: vec![ToolRecord { id: "T1".into(), tool, holder: None }],
+        tools: vec![ToolRecord {
+            id: "T1".into(),
+            tool,
+            holder: None,
+            setup_stick_out_mm: Default::default(),
+        }],
         setups: vec![Setup {
             name: "top".into(),
             axis: [0.0, 0.0, 1.0],

@@ -233,8 +233,12 @@ fn measurements(v: &Verification) -> Markup {
             format!("asked for were {} mm", holder.asked_mm),
             moves,
         ));
-        if let Some(mm) = holder.stick_out_needed_mm(None) {
-            rows.push(("Stick-out needed", format!("{mm:.2} mm"), "for all regions".into(), moves));
+        for setup in holder.setups() {
+            let (needed, given) = (holder.stick_out_needed_mm(Some(setup)), holder.stick_out_mm(setup));
+            if let Some((needed_mm, given_mm)) = needed.zip(given) {
+                let note = format!("for all regions of {setup}; it is {given_mm} mm");
+                rows.push(("Stick-out needed", format!("{needed_mm:.2} mm"), note, moves));
+            }
         }
     }
     html! {

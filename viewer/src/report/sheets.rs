@@ -42,6 +42,7 @@ fn sheet(input: &ReportInput<'_>, setup: &Setup, drawn: Option<&SetupSheet>) -> 
     let tools = job.tools.iter().filter(|t| {
         t.holder.is_some() && input.program.moves.iter().any(|m| m.setup == setup.name && m.tool == t.id)
     });
+    let tools = tools.map(|t| t.in_setup(&setup.name));
     html! {
         article.sheet {
             h3 { "Setup " (setup.name) }
@@ -51,7 +52,7 @@ fn sheet(input: &ReportInput<'_>, setup: &Setup, drawn: Option<&SetupSheet>) -> 
                         figure { (image(picture)) figcaption { (picture.caption) } }
                     }
                     @for tool in tools {
-                        figure.held { (tool::drawing(tool)) figcaption { (tool.id) " in its holder, mm, to scale" } }
+                        figure.held { (tool::drawing(&tool)) figcaption { (tool.id) " in its holder, mm, to scale" } }
                     }
                 }
                 table { tbody { @for (name, value) in &rows { tr { th scope="row" { (name) } td { (value) } } } } }
@@ -62,8 +63,8 @@ fn sheet(input: &ReportInput<'_>, setup: &Setup, drawn: Option<&SetupSheet>) -> 
 
 /// How far the tool sticks out, and how far it has to.
 fn stick_out(input: &ReportInput<'_>, setup: &Setup, above_all_mm: f64) -> String {
-    let given =
-        input.job.tools.iter().filter_map(|t| t.holder.as_ref()).map(|h| h.stick_out_mm).reduce(f64::min);
+    let holders = input.job.tools.iter().filter_map(|t| t.in_setup(&setup.name).holder);
+    let given = holders.map(|h| h.stick_out_mm).reduce(f64::min);
     let measured = input.verification.and_then(|v| v.holder.as_ref());
     match (given, measured.and_then(|h| Some((h, h.stick_out_needed_mm(Some(&setup.name))?)))) {
         (Some(given_mm), Some((holder, needed_mm))) => {
@@ -89,8 +90,8 @@ fn rows(input: &ReportInput<'_>, setup: &Setup, axes: Option<[[f64; 3]; 3]>) -> 
     let (job, program) = (input.job, input.program);
     let mine = || program.moves.iter().filter(|m| m.setup == setup.name);
     let mut rows = Vec::new();
-    let tools: Vec<String> =
-        (job.tools.iter()).filter(|t| mine().any(|m| m.tool == t.id)).map(tool::words).collect();
+    let used = job.tools.iter().filter(|t| mine().any(|m| m.tool == t.id));
+    let tools: Vec<String> = used.map(|t| tool::words(&t.in_setup(&setup.name))).collect();
     rows.push((
         "Tool",
         if tools.is_empty() { super::tool::mill(&job.request.tool) } else { tools.join("; ") },

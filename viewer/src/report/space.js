@@ -279,10 +279,17 @@
     const turned = (v) => new THREE.Vector3(...axes.map((a) => a[0] * v[0] + a[1] * v[1] + a[2] * v[2]));
     const inScene = (p) => turned(p.map((c, i) => c - origin[i])).multiplyScalar(1 / 1000);
     const tool = new THREE.Group();
-    for (const [ends, colour] of facts.tool) {
-      const outline = ends.map(([height, radius]) => new THREE.Vector2(radius / 1000, height / 1000));
-      const material = new THREE.MeshLambertMaterial({ color: colour, side: THREE.DoubleSide });
-      tool.add(new THREE.Mesh(new THREE.LatheGeometry(outline, 32), material));
+    // It may stick out farther in one setup than in another.
+    const inSetup = new Map();
+    for (const [name, bands] of Object.entries(facts.tools)) {
+      const body = new THREE.Group();
+      for (const [ends, colour] of bands) {
+        const outline = ends.map(([height, radius]) => new THREE.Vector2(radius / 1000, height / 1000));
+        const material = new THREE.MeshLambertMaterial({ color: colour, side: THREE.DoubleSide });
+        body.add(new THREE.Mesh(new THREE.LatheGeometry(outline, 32), material));
+      }
+      inSetup.set(name, body);
+      tool.add(body);
     }
     const trail = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xcd3e00, depthTest: false }));
     trail.frustumCulled = false;
@@ -308,6 +315,7 @@
       const from = point(k), to = point(n);
       const tip = from.map((c, i) => c + share * (to[i] - c));
       const [start, name, axis] = setups.findLast((setup) => setup[0] <= s + 1e-6) ?? setups[0];
+      for (const [setup, body] of inSetup) body.visible = setup === name;
       tool.position.copy(inScene(tip));
       tool.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), turned(axis).normalize());
       const places = [];

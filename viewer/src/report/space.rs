@@ -3,7 +3,7 @@ use std::io::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use claymill_toolpath::{Job, LengthByKind, MoveKind, RegionsFile};
+use claymill_toolpath::{Job, LengthByKind, MoveKind, RegionsFile, Setup};
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use maud::{Markup, PreEscaped, html};
@@ -125,8 +125,13 @@ pub(super) fn scripts(input: &ReportInput<'_>) -> Markup {
     let mut facts = facts(input);
     if let Some(way) = &way {
         facts["way"] = way.facts.clone();
-        let outline = input.job.tools.first().map(crate::tool::outline).unwrap_or_default();
-        facts["tool"] = outline.iter().map(|(ends, colour)| json!([ends, css(*colour)])).collect();
+        let outline = |setup: &Setup| -> Value {
+            let tool = input.job.tools.first().map(|tool| tool.in_setup(&setup.name));
+            let bands = tool.as_ref().map(crate::tool::outline).unwrap_or_default();
+            bands.iter().map(|(ends, colour)| json!([ends, css(*colour)])).collect()
+        };
+        let outlines = input.job.setups.iter().map(|setup| (setup.name.clone(), outline(setup)));
+        facts["tools"] = Value::Object(outlines.collect());
     }
     html! {
         script id="space-facts" type="application/json" { (PreEscaped(in_script(&facts))) }

@@ -121,7 +121,13 @@ mod tests {
             let tool: Tool = tool.parse().unwrap();
             assert!(mill(&tool).starts_with(words), "{}", mill(&tool));
             let holder = Holder::parse("60", &tool).ok();
-            let text = drawing(&ToolRecord { id: "T1".into(), tool, holder }).into_string();
+            let text = drawing(&ToolRecord {
+                id: "T1".into(),
+                tool,
+                holder,
+                setup_stick_out_mm: Default::default(),
+            })
+            .into_string();
             assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
             let shank_mm = 2.0 * tool.shank_radius_mm();
             assert_eq!(
@@ -135,7 +141,7 @@ mod tests {
     #[test]
     fn the_drawing_has_every_measure_and_a_tool_without_holder_none() {
         let tool = Tool::ball(6.0);
-        let bare = ToolRecord { id: "T1".into(), tool, holder: None };
+        let bare = ToolRecord { id: "T1".into(), tool, holder: None, setup_stick_out_mm: Default::default() };
         assert_eq!(drawing(&bare).into_string(), "");
         let holder = Holder::parse("60:27-34x50,63x26", &tool).ok();
         let text = drawing(&ToolRecord { holder, ..bare }).into_string();

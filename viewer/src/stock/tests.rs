@@ -9,7 +9,12 @@ use claymill_toolpath::{Move, MoveKind, Program, Tool, ToolRecord};
 
 /// A plate of 100 × 60 mm with a ball of radius 5.
 fn reel_of(moves: Vec<Move>, seconds: &[f64]) -> Reel {
-    let tools = [ToolRecord { id: "T1".into(), tool: Tool::ball(5.0), holder: None }];
+    let tools = [ToolRecord {
+        id: "T1".into(),
+        tool: Tool::ball(5.0),
+        holder: None,
+        setup_stick_out_mm: Default::default(),
+    }];
     let mut bare = Scene::new(Point3::new(50.0, 30.0, 0.0));
     let n = 40_u32;
     let vertices: Vec<SurfaceVertex> = (0..=n)

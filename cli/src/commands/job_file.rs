@@ -1,0 +1,99 @@
+//! The job as a TOML file: what `--job` takes and every job folder holds.
+
+use std::path::Path;
+
+use claymill_paths::Orientation;
+use claymill_toolpath::{LONGEST_WRITTEN, LinkStyle, read_plain_text};
+
+use super::plan::{LEAST, Request};
+use crate::args::{AxisArgs, JobOptions, LinkName, StrategyName, first_given};
+use crate::failure::{Failure, advice_on};
+
+/// Name of the job file that `plan` writes beside its results.
+pub(crate) const JOB_TOML: &str = "job.toml";
+
+/// These options before those of a job file, where one is given.
+pub(crate) fn with(options: JobOptions, file: Option<&Path>) -> Result<JobOptions, Failure> {
+    Ok(match file {
+        Some(file) => over(options, read(file)?),
+        None => options,
+    })
+}
+
+/// The options in a job file.
+pub(crate) fn read(file: &Path) -> Result<JobOptions, Failure> {
+    let text = read_plain_text(file, LONGEST_WRITTEN)
+        .map_err(|e| Failure::problem(format!("{}: {e}", file.display()), advice_on(&e)))?;
+    toml::from_str(&text).map_err(|e| {
+        Failure::problem(
+            format!("{}: {e}", file.display()),
+            "`claymill plan --help` lists the options; a job file has the same names.",
+        )
+    })
+}
+
+/// Options of the command line before those of the file.
+fn over(first: JobOptions, second: JobOptions) -> JobOptions {
+    JobOptions {
+        tool: first.tool.or(second.tool),
+        tool_number: first.tool_number.or(second.tool_number),
+        holder: first.holder.or(second.holder),
+        holder_clearance: first.holder_clearance.or(second.holder_clearance),
+        rest_of: first.rest_of.or(second.rest_of),
+        pencil: first.pencil || second.pencil,
+        scallop: first.scallop.or(second.scallop),
+        strategy: first.strategy.or(second.strategy),
+        steep: first.steep.or(second.steep),
+        lines: first.lines.or(second.lines),
+        guide: first_given(first.guide, second.guide),
+        angle: first.angle.or(second.angle),
+        link: first.link.or(second.link),
+        preset: first.preset.or(second.preset),
+        only: first_given(first.only, second.only),
+        skip: first_given(first.skip, second.skip),
+        material_side: first_given(first.material_side, second.material_side),
+        bounds: first.bounds.over(second.bounds),
+        check: first_given(first.check, second.check),
+        mesh_unit: first.mesh_unit.or(second.mesh_unit),
+        check_clearance: first.check_clearance.or(second.check_clearance),
+        rapid_clearance: first.rapid_clearance.or(second.rapid_clearance),
+        feed: first.feed.or(second.feed),
+        machine: first.machine.or(second.machine),
+        merging: first.merging.or(second.merging),
+        axes: crate::args::AxisArgs {
+            up: first.axes.up.or(second.axes.up),
+            length: first.axes.length.or(second.axes.length),
+        },
+    }
+}
+
+/// A job as the text of a job file, with every default filled in. What is found from the paths stays as it was asked for.
+pub(crate) fn text(request: &Request, orientation: Orientation) -> Result<String, Failure> {
+    let holder = request.holder.as_ref().map(ToString::to_string);
+    let least = |text: String| text.split_once(':').map(|(_, sections)| format!("{LEAST}:{sections}"));
+    let whole = JobOptions {
+        tool: Some(request.tool.to_string()),
+        holder: if request.least_stick_out { holder.and_then(least) } else { holder },
+        holder_clearance: request.holder.as_ref().map(|_| request.holder_clearance_mm),
+        scallop: Some(request.scallop_mm),
+        strategy: Some(request.strategy),
+        steep: (request.strategy == StrategyName::SteepShallow).then_some(request.steep_deg),
+        link: Some(match request.link {
+            LinkStyle::Lace => LinkName::Lace,
+            LinkStyle::Box => LinkName::Box,
+        }),
+        preset: Some(request.preset),
+        check_clearance: (!request.options.check.is_empty()).then_some(request.check_clearance_mm),
+        rapid_clearance: Some(request.rapid_clearance_mm),
+        feed: Some(request.feeds.cut_mm_per_min),
+        axes: AxisArgs { up: Some(orientation.up.to_string()), length: Some(orientation.front.to_string()) },
+        ..request.options.clone()
+    };
+    toml_text(&whole)
+}
+
+/// Options as the text of a job file.
+pub(crate) fn toml_text(options: &JobOptions) -> Result<String, Failure> {
+    toml::to_string(options)
+        .map_err(|e| Failure::problem(format!("the job cannot be written as TOML: {e}"), ""))
+}

@@ -49,6 +49,7 @@ mod kinematics;
 mod layout;
 mod leads;
 mod levels;
+mod material;
 mod mend;
 mod near;
 mod obstacles;

@@ -1,3 +1,4 @@
+mod constraints;
 mod grid;
 mod lines;
 pub(crate) mod sampling;

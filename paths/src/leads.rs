@@ -168,7 +168,11 @@ impl SetupContext<'_> {
         let length = round_to_written(radius_mm * turn);
         let arc = one_span(points, length)?;
         let foot = self.frame.to_setup(&arc.end());
-        let is_free_above = || rest_above(self.ball, foot.x, foot.y, foot.z) <= foot.z;
+        let is_free_above = || {
+            let centre = foot + Vector3::z() * self.ball.radius_mm();
+            rest_above(self.ball, foot.x, foot.y, foot.z) <= foot.z
+                && !self.ball.is_in_material_above(&centre)
+        };
         (self.is_curve_clear(&arc) && is_free_above()).then_some(arc)
     }
 
@@ -222,6 +226,7 @@ impl SetupContext<'_> {
         let worth = |q: &Point3| {
             q.z < above.z - self.worth_mm()
                 && is_kept(q)
+                && !self.ball.is_in_material_above(&(q + Vector3::z() * self.ball.radius_mm()))
                 && (self.is_clear(q, &at)
                     || self.is_way_clear(p, self.frame.to_model(q).map(round_to_written)))
                 && is_proven(q)

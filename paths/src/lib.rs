@@ -52,6 +52,7 @@ mod layout;
 mod leads;
 mod leaning;
 mod levels;
+mod material;
 mod mend;
 mod near;
 mod obstacles;

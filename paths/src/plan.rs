@@ -19,6 +19,7 @@ use crate::free_sides::FreeSides;
 use crate::heights::Heights;
 use crate::keep::{Avoided, Keep};
 use crate::leaning::{LEAST_FACING, LEAST_SLANT};
+use crate::material::{Material, near_mm};
 use crate::options::{PlanOptions, check_tools};
 use crate::part::Part;
 use crate::planned::Plan;
@@ -108,17 +109,21 @@ fn lay(
     let area_mm2: f64 = regions.face_area_mm2.iter().sum();
     let frames = Frame::five(options.orientation);
     let free = FreeSides::new(&options.free_sides);
+    let space = Space::new(model, frames[0].axis());
     let of_tool = |tool: &Tool| -> Vec<BallDrop> {
         let drop = |f: &Frame| {
             let rims = Rims::new(model, regions.merged, free, f);
-            BallDrop::of_tool(model, covering, f, tool).on_free_sides(free, rims)
+            // Without an open border there is no way behind a sheet.
+            let near_mm = near_mm(tool.radius_mm(), options.scallop_mm);
+            let behind = || Material::new(&space.closest, covering, free, f, [tool.radius_mm(), near_mm]);
+            let material = if rims.is_empty() { None } else { behind() };
+            BallDrop::of_tool(model, covering, f, tool).on_free_sides(free, rims, material)
         };
         frames.par_iter().map(drop).collect()
     };
     let balls = of_tool(&options.tool);
     let earlier = options.rest_of.map_or_else(Vec::new, |tool| of_tool(&tool));
     progress("setups", 0.5);
-    let space = Space::new(model, frames[0].axis());
     let avoid = |faces: &[FaceId], mm: f64| {
         Avoided::new(model, faces, mm, radius_mm).map_err(|e| uncovered(model, e))
     };

@@ -132,6 +132,7 @@ impl Place {
         let normal = frame.to_setup(&n.into()).coords;
         let touch = Location::touching(centre, normal, self.face, self.uv.into());
         match ball.held_from(&touch, allowed_mm / facing.abs(), ball.radius_mm()) {
+            None if ball.is_in_material_above(&centre) => Seen::Hidden,
             None => {
                 let at = frame.to_setup(&self.point);
                 let in_bounds = keep.is_none_or(|keep| keep.allows(&centre, &at, On::Pass));
@@ -173,6 +174,7 @@ impl Place {
             if held == Some(Held::Far)
                 || ball.is_held_at(at.x, at.y, at.z + (1.0 + DEEPEST_RADII) * radius_mm)
                 || views.space.is_underside(&self.point, &n, ROOM_RADII * radius_mm)
+                || ball.is_in_material_above(&centre)
             {
                 continue;
             }

@@ -26,14 +26,19 @@ const AWAY_MM: f64 = 1.0;
 const CUT_OUT_MM: f64 = 0.1;
 
 impl SetupContext<'_> {
-    /// Whether the ball enters nothing along a written curve of its tip.
+    /// Whether the ball enters nothing along a written curve of its tip, nor is in the material of an open sheet.
     pub(crate) fn enters_nothing(&self, curve: &Curve3) -> bool {
         let radius_mm = self.ball.radius_mm();
         let up = self.frame.axis() * radius_mm;
         let mut hint = Hint::default();
         let mut gap_mm = |tip: Point3| {
-            let foot = self.walls.closest.closest_from(&(tip + up), radius_mm + AWAY_MM, &mut hint);
-            foot.map_or(AWAY_MM, |foot| foot.distance_mm - radius_mm)
+            let centre = tip + up;
+            match self.walls.closest.closest_from(&centre, radius_mm + AWAY_MM, &mut hint) {
+                // All of the ball is, then.
+                Some(foot) if self.ball.is_in_material(&foot, &centre) => -radius_mm,
+                Some(foot) => foot.distance_mm - radius_mm,
+                None => AWAY_MM,
+            }
         };
         curve.bezier_pieces().iter().all(|piece| is_clear(piece, radius_mm, &mut gap_mm))
     }

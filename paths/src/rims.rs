@@ -49,6 +49,11 @@ impl Rims {
         Rims { tree: (!boxes.is_empty()).then(|| BoxTree::new(&boxes)), pieces }
     }
 
+    /// Whether there are none.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.pieces.is_empty()
+    }
+
     /// Whether a ball that touches an edge at a place, and is in this direction from there, has rolled over a rim.
     pub(crate) fn is_rolled_over(&self, at: &Point3, away: &Vector3) -> bool {
         let Some(tree) = &self.tree else { return false };

@@ -157,6 +157,7 @@ impl SetupContext<'_> {
             let (foot, away) = beside.nearest(centre)?;
             let is_free = foot.distance_mm >= self.ball.radius_mm()
                 && self.is_on_free_side(&foot, away)
+                && !self.ball.is_in_material_above(&centre)
                 && self.is_free_above(centre, &foot, away);
             proofs.locations += u64::from(is_free);
             is_free.then_some(Sample { s, z: height, face: Some(foot.face), ..Sample::default() })
@@ -257,7 +258,7 @@ impl SetupContext<'_> {
         self.is_link_clear(curve, length, &mut self.beside(self.frame.to_setup(&curve.start()).z))
     }
 
-    /// Whether the ball enters nothing along a curve of its tip, nor has anything above it.
+    /// Whether the ball enters nothing along a curve of its tip, nor the material, nor has anything above it.
     fn is_link_clear(&self, curve: &Curve3, length: f64, beside: &mut Beside) -> bool {
         let radius_mm = self.ball.radius_mm();
         let centre = |t: f64| self.frame.to_setup(&curve.point(t)) + Vector3::z() * radius_mm;
@@ -269,7 +270,9 @@ impl SetupContext<'_> {
             let (middle, half_mm) = (0.5 * (t0 + t1), 0.5 * (t1 - t0) * speed);
             let nearest = beside.nearest(centre(middle));
             let distance_mm = nearest.map_or(beside.away_mm + FARTHER_MM, |(foot, _)| foot.distance_mm);
-            if distance_mm < radius_mm {
+            let is_in_material =
+                || nearest.is_some_and(|(foot, _)| self.is_in_material(&foot, centre(middle)));
+            if distance_mm < radius_mm || is_in_material() {
                 return false;
             }
             if distance_mm < radius_mm + half_mm && half_mm > SHORT_MM {
@@ -291,8 +294,15 @@ impl SetupContext<'_> {
             && places[1..places.len() - 1].iter().all(|&at| self.is_free_at(at, beside))
     }
 
-    /// Whether nothing holds a ball up that comes down to a place.
+    fn is_in_material(&self, foot: &Foot, centre: Point3) -> bool {
+        self.ball.is_in_material(foot, &self.frame.to_model(&centre))
+    }
+
+    /// Whether nothing holds a ball up that comes down to a place, nor does it come through the material.
     fn is_free_at(&self, at: Point3, beside: &mut Beside) -> bool {
+        if self.ball.is_in_material_above(&at) {
+            return false;
+        }
         match beside.nearest(at) {
             Some((foot, away)) => self.is_free_above(at, &foot, away),
             None => self.ball.drop(at.x, at.y).is_none_or(|rest| rest.centre.z <= at.z + HELD_MM),

@@ -1,4 +1,4 @@
-use claymill_nurbs::{Foot, Hint, Vector3};
+use claymill_nurbs::{Foot, Hint};
 use claymill_toolpath::MoveKind;
 use rayon::prelude::*;
 
@@ -27,9 +27,6 @@ struct Probe {
     slope: f64,
     foot: Option<Foot>,
 }
-
-/// The ball is in the material where the face around the place that is nearest to it says so too, this far away, mm.
-const ALL_AROUND_MM: f64 = 0.2;
 
 /// Deeper than this is a gouge worth a mark, mm; and how many marks a move has at most.
 const GOUGE_MM: f64 = 1e-3;
@@ -237,29 +234,10 @@ impl Walk<'_> {
         }
     }
 
-    /// The ball is in the material where what is nearest to its centre is the inside of a face, whose material is on that side:
-    /// nothing lies between.
+    /// Adds to the length in the material.
     fn tell_side(&self, probe: &Probe, length_mm: f64, along: &mut Along) {
-        let Some(foot) = probe.foot.filter(|foot| !foot.on_boundary) else { return };
-        let free = self.scene.free_sides[foot.face];
-        if free.is_both() {
-            return;
-        }
-        let (centre, surface) = (self.track.centre(probe.t).0, &self.scene.model.faces[foot.face].surface);
-        let is_of_material = |u: f64, v: f64| {
-            let away = centre - surface.point(u, v);
-            surface.normal(u, v).is_some_and(|(n, _)| !free.allows(n.dot(&away) > 0.0))
-        };
-        if !is_of_material(foot.u, foot.v) {
-            return;
-        }
-        // Files let faces curl over at their borders, by less than this: it has to be so all around.
-        let (jet, ((u0, u1), (v0, v1))) = (surface.jet(foot.u, foot.v), surface.domain());
-        let step = |slope: Vector3| ALL_AROUND_MM / slope.norm().max(f64::MIN_POSITIVE);
-        let (du, dv) = (step(jet.su), step(jet.sv));
-        let around = [(du, 0.0), (-du, 0.0), (0.0, dv), (0.0, -dv)].map(|(a, b)| (foot.u + a, foot.v + b));
-        let is_inside = |&(u, v): &(f64, f64)| (u0..=u1).contains(&u) && (v0..=v1).contains(&v);
-        if around.iter().all(|at| is_inside(at) && is_of_material(at.0, at.1)) {
+        let Some(foot) = probe.foot else { return };
+        if self.scene.is_in_material(&foot, &self.track.centre(probe.t).0) {
             along.material.length_mm += length_mm;
             along.material.at.get_or_insert_with(|| self.place(probe, &foot));
         }

@@ -1,6 +1,6 @@
 use std::cmp::Ordering;
 
-use claymill_nurbs::{Point3, Vector3};
+use claymill_nurbs::{Aabb, Hint, Point3, Vector3};
 use claymill_toolpath::{FreeSide, Tool};
 
 use crate::directions::{axis, directions};
@@ -37,6 +37,12 @@ const WAYS_OUT: [[f64; 3]; 8] = [
     [0.58, -0.54, -0.61],
     [-0.6, -0.58, -0.55],
 ];
+/// On its way up from a place a tool is looked for in the material in such steps, in its radii, where a face is near; and so far
+/// around.
+const UPWARD_RADII: f64 = 0.1;
+const AROUND_RADII: f64 = 8.0;
+/// It is in the way of the material where it comes so near to that side, in what counts as cut and as seen from a path.
+const NEAR_MATERIAL: f64 = 1.25;
 /// The room begins this far from the surface, mm.
 const OFF_SURFACE_MM: f64 = 0.01;
 
@@ -47,6 +53,7 @@ const OFF_SURFACE_MM: f64 = 0.01;
 ///   q = p + R·n   ball there?      exact distance of q from all faces ≥ R − sink
 ///   along axis    shank there?     tool of radius R − sink lowered on the mesh stops below q; flutes and shank of
 ///                                  another thickness enter nothing
+///   material?     on its way up nothing is nearest to the ball on the side of its material
 ///   a wall?       n·axis ≈ 0       not too deep, no underside, no ceiling; no sink, so that nothing opposite is in the way
 ///   in bounds?    ball at q        boxes, faces cut, faces avoided and obstacles allow it; in no setup that it fits in: out of bounds
 ///   otherwise     seen at all?     the same with a thin pin at p: yes → too tight, no → hidden
@@ -63,6 +70,8 @@ pub(crate) struct Reach<'a> {
     earlier_sink_mm: f64,
     least_cosine: f64,
     up: Option<Vector3>,
+    /// As far as a tool has to go to be out of a model of which some face has a free side, mm.
+    way_out_mm: Option<f64>,
 }
 
 impl<'a> Reach<'a> {
@@ -78,6 +87,7 @@ impl<'a> Reach<'a> {
             earlier_sink_mm: (scene.options.cut_limit - 1.0) * scene.scallop_mm(),
             least_cosine: scene.options.steepest_deg.to_radians().cos(),
             up: axis(&scene.job.request.up),
+            way_out_mm: way_out_mm(scene),
         }
     }
 
@@ -177,6 +187,26 @@ impl<'a> Reach<'a> {
         view.highest(&at, radius_mm).map_or(0.0, |centre| centre - radius_mm - at.z)
     }
 
+    /// Whether a ball is in the material somewhere on its way up from a place of its centre.
+    fn comes_through_material(&self, centre: &Point3, axis: &Vector3, radius_mm: f64) -> bool {
+        let Some(way_out_mm) = self.way_out_mm else { return false };
+        let options = &self.scene.options;
+        let seen_mm = options.path_spacing_mm.max(options.cut_limit * self.scene.scallop_mm());
+        let within_mm = radius_mm + NEAR_MATERIAL * seen_mm;
+        let (mut hint, mut risen_mm) = (Hint::default(), 0.0);
+        while risen_mm <= way_out_mm {
+            let at = centre + axis * risen_mm;
+            let around_mm = within_mm + AROUND_RADII * radius_mm;
+            let foot = self.scene.closest.closest_from(&at, around_mm, &mut hint);
+            let clear_mm = foot.as_ref().map_or(around_mm, |foot| foot.distance_mm) - within_mm;
+            if clear_mm <= 0.0 && foot.is_some_and(|foot| self.scene.is_in_material(&foot, &at)) {
+                return true;
+            }
+            risen_mm += clear_mm.max(UPWARD_RADII * radius_mm);
+        }
+        false
+    }
+
     /// Whether nothing stands out over a wall: balls one above the other enter no face.
     fn is_free_above(&self, p: &Point3, n: &Vector3, axis: &Vector3) -> bool {
         let radius_mm = self.tool.radius_mm();
@@ -214,7 +244,7 @@ impl<'a> Reach<'a> {
             let is_wall = || is_shallow() && is_upside() && self.is_free_above(p, n, axis);
             faces_well(axis) || is_wall()
         };
-        // In bounds or out of them, if at all.
+        // In bounds or out of them, if at all; hidden where it would only come through the material.
         let fits = |tool: Tool, sink_mm: f64, limits: Option<&Limits<'_>>| {
             let radius_mm = tool.radius_mm();
             let (ball, slim) = (p + n * radius_mm, radius_mm - sink_mm);
@@ -232,7 +262,11 @@ impl<'a> Reach<'a> {
                 is_free && passes(view) && counts(axis, view) && (faces_well(axis) || has_room())
             });
             let mut fits = None;
-            for (setup, (_, view)) in fitting {
+            for (setup, (axis, view)) in fitting {
+                if self.comes_through_material(&ball, axis, radius_mm) {
+                    fits.get_or_insert(SurfaceState::Hidden);
+                    continue;
+                }
                 let is_allowed = limits.is_none_or(|limits| limits.allow(setup, &ball, p, radius_mm));
                 if is_allowed && self.is_clear_of_obstacles(view, &ball, radius_mm) {
                     return Some(SurfaceState::ReachableLeft);
@@ -241,7 +275,8 @@ impl<'a> Reach<'a> {
             }
             fits
         };
-        if self.earlier.is_some_and(|tool| fits(tool, self.earlier_sink_mm, None).is_some()) {
+        let gets_there = |state: SurfaceState| state != SurfaceState::Hidden;
+        if self.earlier.is_some_and(|tool| fits(tool, self.earlier_sink_mm, None).is_some_and(gets_there)) {
             return SurfaceState::EarlierTool;
         }
         if let Some(state) = fits(self.tool, sink_mm, self.limits.as_ref()) {
@@ -258,4 +293,16 @@ impl<'a> Reach<'a> {
             SurfaceState::Hidden
         }
     }
+}
+
+/// The size of a model of which some face has a free side, mm.
+fn way_out_mm(scene: &Scene<'_>) -> Option<f64> {
+    if scene.free_sides.iter().all(|side| side.is_both()) {
+        return None;
+    }
+    let mut around = Aabb::empty();
+    for pole in scene.model.faces.iter().flat_map(|face| face.surface.net()) {
+        around.add(&(pole.xyz() / pole.w).into());
+    }
+    (!around.is_empty()).then(|| around.diagonal())
 }

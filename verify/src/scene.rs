@@ -1,6 +1,6 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use claymill_nurbs::{Aabb, ClosestPoints, FaceId, Foot, Model, Point3};
+use claymill_nurbs::{Aabb, ClosestPoints, FaceId, Foot, Model, Point3, Vector3};
 use claymill_toolpath::{CHECK_CLEARANCE_MM, FreeSide, Holder, Job};
 
 use crate::obstacles::ObstacleSet;
@@ -12,6 +12,9 @@ use crate::track::Track;
 /// along the face's normal: this cosine (2°). So rows along a smooth joint of two faces count, and a ball that
 /// hangs over an edge does not.
 const SQUARE_COSINE: f64 = 0.9994;
+
+/// A ball is in the material where the face around the place that is nearest to it says so too, this far away, mm.
+const ALL_AROUND_MM: f64 = 0.2;
 
 /// What is no nearer than a box that is kept clear by more than this, mm, does not carry the ball there.
 const BOX_MARGIN_MM: f64 = 0.01;
@@ -85,6 +88,30 @@ impl Scene<'_> {
         let arm = from - foot.point;
         let normal = self.model.faces[foot.face].surface.normal(foot.u, foot.v);
         normal.is_some_and(|(n, _)| n.dot(&arm).abs() >= SQUARE_COSINE * arm.norm())
+    }
+
+    /// A ball with its centre here is in the material where what is nearest is the inside of a face, whose material is on that
+    /// side: nothing lies between.
+    pub(crate) fn is_in_material(&self, foot: &Foot, centre: &Point3) -> bool {
+        let free = self.free_sides[foot.face];
+        if foot.on_boundary || free.is_both() {
+            return false;
+        }
+        let surface = &self.model.faces[foot.face].surface;
+        let is_of_material = |u: f64, v: f64| {
+            let away = centre - surface.point(u, v);
+            surface.normal(u, v).is_some_and(|(n, _)| !free.allows(n.dot(&away) > 0.0))
+        };
+        if !is_of_material(foot.u, foot.v) {
+            return false;
+        }
+        // Files let faces curl over at their borders, by less than this: it has to be so all around.
+        let (jet, ((u0, u1), (v0, v1))) = (surface.jet(foot.u, foot.v), surface.domain());
+        let step = |slope: Vector3| ALL_AROUND_MM / slope.norm().max(f64::MIN_POSITIVE);
+        let (du, dv) = (step(jet.su), step(jet.sv));
+        let around = [(du, 0.0), (-du, 0.0), (0.0, dv), (0.0, -dv)].map(|(a, b)| (foot.u + a, foot.v + b));
+        let is_inside = |&(u, v): &(f64, f64)| (u0..=u1).contains(&u) && (v0..=v1).contains(&v);
+        around.iter().all(|at| is_inside(at) && is_of_material(at.0, at.1))
     }
 
     /// A place on the model.

@@ -81,7 +81,7 @@ pub use report::{
 };
 pub use scene::{
     BOTH_SIDES, Colouring, FREE_AGAINST, FREE_ALONG, LegendEntry, LineKind, LineLayer, Mark, ModelView,
-    Scene, Strip, SurfaceMesh, SurfaceVertex, face_colours, region_colours,
+    Scene, Strip, SurfaceMesh, SurfaceVertex, face_colours, region_colours, shows_material,
 };
 pub use segments::CLOSEST_PASSES_PX;
 pub use stock::Stock;

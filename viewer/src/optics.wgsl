@@ -31,6 +31,19 @@ fn stripes(angle: f32) -> f32 {
     return mix(sharp, 0.5, smoothstep(0.35, 0.7, width));
 }
 
+// Whether it is the material's side that is seen: marks 254 and 253 of 255 say which side is free.
+fn is_material(mark: f32, front: bool) -> bool {
+    let free_against = mark < 253.5 / 255.0;
+    return mark < 254.5 / 255.0 && front == free_against;
+}
+
+// Dull, and hatched as sections of material are in drawings.
+fn material(rgb: vec3<f32>, at_px: vec2<f32>) -> vec3<f32> {
+    let phase = fract((at_px.x - at_px.y) / 9.0);
+    let line = 1.0 - smoothstep(0.10, 0.22, abs(phase - 0.5));
+    return mix(mix(rgb, vec3(0.21, 0.11, 0.07), 0.72), vec3(0.045, 0.022, 0.015), 0.75 * line);
+}
+
 // --- ambient occlusion from the depth buffer --------------------------------------------------------------
 
 @group(0) @binding(1) var depth_buffer: texture_depth_multisampled_2d;

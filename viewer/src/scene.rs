@@ -2,7 +2,7 @@ use std::collections::HashSet;
 use std::ops::Range;
 
 use claymill_nurbs::{Aabb, Curve2, Face, FaceMesh, Model, Point3, Vector3};
-use claymill_toolpath::{FreeSide, Program};
+use claymill_toolpath::{FreeSide, Program, SheetRecord};
 use rayon::prelude::*;
 
 use crate::ViewError;
@@ -337,6 +337,13 @@ fn outline_box(face: &Face) -> Aabb {
     let points: Vec<Point3> =
         face.boundary().iter().flat_map(|l| &l.edges).flat_map(|e| along(&e.pcurve)).collect();
     Aabb::of(&points)
+}
+
+/// Whether some sheet can be seen from the side of the material.
+#[must_use]
+pub fn shows_material(sheets: &[SheetRecord]) -> bool {
+    let is_one_sided = |sheet: &SheetRecord| sheet.free_sides.iter().any(|side| !side.is_both());
+    sheets.iter().any(|sheet| sheet.open_mm > 0.0 && is_one_sided(sheet))
 }
 
 pub(crate) fn mesh_deviation_mm(meshes: &[FaceMesh]) -> f32 {

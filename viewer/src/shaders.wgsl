@@ -66,7 +66,7 @@ fn surface_fragment(in: Surface, @builtin(front_facing) front: bool) -> @locatio
     let rim_light = 0.12 * max(0.0, dot(n, rim));
     let shine = 0.09 * pow(max(0.0, dot(n, normalize(key + e))), 48.0);
     let light = ambient + vec3(1.0, 0.985, 0.96) * key_light + vec3(0.94, 0.97, 1.0) * (fill_light + rim_light);
-    let rgb = select(in.colour.rgb, material(in.colour.rgb, in.position.xy), is_material(in.colour.a, front));
+    let rgb = select(in.colour.rgb, material(in.colour.rgb, in.position.xy / frame.viewport.z), is_material(in.colour.a, front));
     if (frame.sky.w > 1.5) {
         // Darker only where the surface turns away, so that its form shows.
         return vec4(rgb * (0.85 + 0.15 * smoothstep(0.0, 0.5, dot(n, e))), 1.0);
@@ -75,19 +75,6 @@ fn surface_fragment(in: Surface, @builtin(front_facing) front: bool) -> @locatio
     let lines = stripes(acos(clamp(dot(mirrored, frame.sky.xyz), -1.0, 1.0)));
     let zebra = (0.25 + 0.75 * rgb) * mix(0.04, 0.9, lines) * (0.6 + 0.4 * light);
     return vec4(mix(rgb * light + vec3(shine), zebra, frame.sky.w), 1.0);
-}
-
-// Whether it is the material's side that is seen: marks 254 and 253 of 255 say which side is free.
-fn is_material(mark: f32, front: bool) -> bool {
-    let free_against = mark < 253.5 / 255.0;
-    return mark < 254.5 / 255.0 && front == free_against;
-}
-
-// Dull, and hatched as sections of material are in drawings.
-fn material(rgb: vec3<f32>, at_px: vec2<f32>) -> vec3<f32> {
-    let phase = fract((at_px.x - at_px.y) / (9.0 * frame.viewport.z));
-    let line = 1.0 - smoothstep(0.10, 0.22, abs(phase - 0.5));
-    return mix(mix(rgb, vec3(0.21, 0.11, 0.07), 0.72), vec3(0.045, 0.022, 0.015), 0.75 * line);
 }
 
 // --- ambient occlusion from the depth buffer --------------------------------------------------------------

@@ -424,7 +424,8 @@ impl<'a> Desk<'a> {
         let same = |a: &Arc<Left>| self.left.as_ref().is_some_and(|b| Arc::ptr_eq(a, b));
         let Some(left) = left.filter(|l| !same(l)) else { return };
         for (surface, colours) in self.scene.surfaces.iter_mut().zip(&left.colours) {
-            surface.vertices.iter_mut().zip(colours).for_each(|(v, c)| v.colour = *c);
+            let painted = surface.vertices.iter_mut().zip(colours);
+            painted.for_each(|(v, &[r, g, b, _])| v.colour = [r, g, b, v.colour[3]]);
         }
         self.scene.legend.clear();
         self.left = Some(left);

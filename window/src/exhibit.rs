@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use claymill_nurbs::{Aabb, FaceMesh, Model, Point3};
-use claymill_toolpath::{Job, Program, RegionsFile};
+use claymill_toolpath::{FreeSide, Job, Program, RegionsFile};
 use claymill_verify::Verification;
 use claymill_viewer::{Axes, ModelView};
 
@@ -20,6 +20,8 @@ pub struct Exhibit {
     pub region_of_face: Vec<usize>,
     /// Regions and joints.
     pub regions: RegionsFile,
+    /// The side of each face that is free of material: the other one is hatched. Empty: both are alike.
+    pub free_sides: Vec<FreeSide>,
     /// Which way is up and to the front.
     pub axes: Axes,
     /// The job; none when only a model is looked at.
@@ -50,7 +52,7 @@ impl Exhibit {
             region_of_face: &self.region_of_face,
             cut,
             joint_tolerance_mm: self.regions.tolerance_mm,
-            free_sides: None,
+            free_sides: (!self.free_sides.is_empty()).then_some(&self.free_sides[..]),
         }
     }
 

@@ -228,7 +228,7 @@ pub(crate) fn paint(
     for (face, mesh) in exhibit.meshes.iter().enumerate() {
         let [r, g, b] = colours.get(face).copied().unwrap_or(CLAY);
         for v in vertices.by_ref().take(mesh.points.len()) {
-            v.colour = [r, g, b, 255];
+            v.colour = [r, g, b, v.colour[3]];
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The panels around the picture.
 
-use claymill_viewer::{Rgb, Stock, heat_legend, kind_colour};
+use claymill_viewer::{MATERIAL_SIDE, Rgb, Stock, heat_legend, kind_colour};
 use egui::{Align, ComboBox, DragValue, Layout, RichText, ScrollArea, Slider, Ui};
 
 use crate::crests::Crests;
@@ -133,6 +133,9 @@ fn surfaces(ui: &mut Ui, desk: &mut Desk<'_>) {
             },
         );
     });
+    if !desk.exhibit().free_sides.is_empty() {
+        legend(ui, MATERIAL_SIDE, "hatched: side of the material");
+    }
     match desk.layers.paint {
         Paint::Coverage => {
             for (colour, text) in [

@@ -75,9 +75,10 @@ fn cut_away(p: vec3<f32>) -> bool {
 }
 
 @fragment
-fn surface_fragment(in: Surface) -> @location(0) vec4<f32> {
+fn surface_fragment(in: Surface, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
     let e = normalize(frame.eye.xyz - in.place * frame.eye.w);
-    let colour = shown(lit(in.colour.rgb, normalize(in.normal), e));
+    let rgb = select(in.colour.rgb, material(in.colour.rgb, in.position.xy), is_material(in.colour.a, front));
+    let colour = shown(lit(rgb, normalize(in.normal), e));
     if (cut_away(in.place)) {
         discard;
     }

@@ -92,6 +92,7 @@ fn exhibit() -> Arc<Exhibit> {
         meshes,
         region_of_face: vec![0, 1],
         regions: RegionsFile { tolerance_mm: 0.01, ..RegionsFile::default() },
+        free_sides: Vec::new(),
         axes: Axes::default(),
         job: Some(job()),
     })
@@ -515,6 +516,7 @@ fn nothing_to_show_is_said() {
         meshes: Vec::new(),
         region_of_face: Vec::new(),
         regions: RegionsFile::default(),
+        free_sides: Vec::new(),
         axes: Axes::default(),
         job: None,
     });

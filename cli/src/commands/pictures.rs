@@ -10,7 +10,7 @@ use claymill_verify::CrestSample;
 use claymill_viewer::{
     Axes, BrowserInput, Colouring, HeatScale, Label, LegendEntry, LineKind, MATERIAL_SIDE, Mark, ModelView,
     Picture, PictureOptions, Renderer, ReportPicture, Rgb, Scene, SetupSheet, StrokeStyle, Thumbnail, View,
-    ViewError, browser_glb, region_colours, region_legend, region_thumbnails,
+    ViewError, browser_glb, region_colours, region_legend, region_thumbnails, shows_material,
 };
 use rayon::prelude::*;
 
@@ -35,6 +35,8 @@ const PREVIEWED: [ShowName; 6] =
     [ShowName::Regions, ShowName::Joints, ShowName::Trims, ShowName::Cut, ShowName::Link, ShowName::Labels];
 /// The map of scallop heights.
 const SCALLOP_FILE: &str = "scallop-iso.png";
+/// So many faces that could not be drawn are named.
+const NAMED: usize = 3;
 /// Captions of pictures that others look for.
 const COVER: &str = "Tool paths over the regions";
 const SCALLOP_MAP: &str = "Scallop height as measured";
@@ -97,8 +99,7 @@ impl<'a> Album<'a> {
 
     /// The same with the two sides of sheets told apart.
     pub(crate) fn with_sides(self, sheets: &[SheetRecord]) -> Self {
-        let is_one_sided = |sheet: &SheetRecord| sheet.free_sides.iter().any(|side| !side.is_both());
-        let shows_material = sheets.iter().any(|sheet| sheet.open_mm > 0.0 && is_one_sided(sheet));
+        let shows_material = shows_material(sheets);
         let free_sides = (!sheets.is_empty()).then(|| free_sides(sheets, self.model.faces.len()));
         Album { free_sides, shows_material, ..self }
     }
@@ -169,6 +170,7 @@ impl<'a> Album<'a> {
         let facts =
             format!("{} in {}", counted(self.model.faces.len(), "face"), counted(colours.len(), "region"));
         scene.caption = vec![title.to_owned(), facts];
+        scene.caption.extend(undrawn(self.model, &self.meshes));
         if shown(ShowName::Regions) && !shown(ShowName::Labels) {
             scene.legend.extend(region_legend(&colours));
         }
@@ -196,6 +198,7 @@ impl<'a> Album<'a> {
         let mut scene = Scene::of_model(&ModelView { meshes: &meshes, ..self.view() }, Colouring::Clay)?;
         scene.lines.retain(|l| l.kind == LineKind::Regions);
         scene.caption = vec![title.to_owned()];
+        scene.caption.extend(undrawn(self.model, &meshes));
         paint_scallops(&mut scene, crests, request);
         Ok(scene)
     }
@@ -238,6 +241,7 @@ pub(crate) fn take(console: &Console, finished: &Finished<'_>, folder: &Path) ->
     let tolerance_mm = finished.regions.tolerance_mm;
     let album =
         Album::new(model, region_of_face, Some(&cut), tolerance_mm).with_sides(&finished.regions.sheets);
+    warn_of_undrawn(console, model, &album.meshes);
     let axes = axes(finished.orientation);
     let crests = heights(finished.crests);
     let input = BrowserInput {
@@ -390,7 +394,28 @@ fn sized(options: MeshOptions, model: &Model) -> MeshOptions {
     MeshOptions { deviation_mm: part * options.deviation_mm, longest_edge_mm: part * options.longest_edge_mm }
 }
 
-/// A face that cannot be triangulated is left out of the picture, not of the job.
+/// What is said of faces without triangles; `None` where there are none.
+fn undrawn(model: &Model, meshes: &[FaceMesh]) -> Option<String> {
+    let bare: Vec<usize> = (0..meshes.len()).filter(|&f| meshes[f].triangles.is_empty()).collect();
+    let named = bare.iter().take(NAMED).map(|&face| match model.faces[face].source.entity.as_str() {
+        "" => face.to_string(),
+        entity => format!("{face} ({entity})"),
+    });
+    let mut names = named.collect::<Vec<_>>().join(", ");
+    if bare.len() > NAMED {
+        names = format!("{names} and {} more", bare.len() - NAMED);
+    }
+    (!bare.is_empty()).then(|| format!("not drawn: face{} {names}", if bare.len() == 1 { "" } else { "s" }))
+}
+
+/// Says which faces pictures leave out.
+pub(crate) fn warn_of_undrawn(console: &Console, model: &Model, meshes: &[FaceMesh]) {
+    if let Some(undrawn) = undrawn(model, meshes) {
+        console.say(format!("warning: {undrawn}: it could not be triangulated"));
+    }
+}
+
+/// A face that cannot be triangulated is left out of the picture, which says so, and not of the job.
 pub(crate) fn meshes(model: &Model, options: &MeshOptions) -> Vec<FaceMesh> {
     model.faces.par_iter().map(|face| tessellate(face, options).unwrap_or_default()).collect()
 }

@@ -24,7 +24,7 @@ mod with_window {
 
     use claymill_toolpath::{Kind, LONGEST_MADE, Output, Standing, VERIFY_FILE, read_moves, read_plain};
     use claymill_verify::{Verification, read_crests};
-    use claymill_viewer::ViewError;
+    use claymill_viewer::{ViewError, shows_material};
     use claymill_window::{Exhibit, Headless, JobToShow, Paint, Stage, WindowError, WindowOptions, show};
 
     use super::{Context, ExitCode, Failure, ViewArgs};
@@ -32,6 +32,7 @@ mod with_window {
     use crate::commands::subject::{Subject, job_in};
     use crate::commands::{animate, layers, pictures};
     use crate::console::{outln, peak_memory_mb};
+    use crate::material::free_sides;
     use crate::output;
 
     impl From<WindowError> for Failure {
@@ -182,6 +183,7 @@ mod with_window {
         let model = loaded.import.model;
         context.console.stage("meshing");
         let meshes = pictures::meshes(&model, &pictures::PICTURE_MESH);
+        pictures::warn_of_undrawn(context.console, &model, &meshes);
         let job = match job {
             Some(mut job) => {
                 job.tools = layers::tools(&job, args.holder.as_deref())?;
@@ -197,7 +199,11 @@ mod with_window {
             }
             None => None,
         };
-        Ok(Exhibit { title, model, meshes, region_of_face, regions, axes, job })
+        let free_sides = match shows_material(&regions.sheets) {
+            true => free_sides(&regions.sheets, model.faces.len()),
+            false => Vec::new(),
+        };
+        Ok(Exhibit { title, model, meshes, region_of_face, regions, free_sides, axes, job })
     }
 
     /// What verification wrote, if it was written of these moves; a job is worth a look without.

@@ -102,8 +102,6 @@ fn a_job_is_not_worth_less_without_an_adapter() {
         "ball:5",
         "--scallop",
         "1",
-        "--material-side",
-        "both",
         "-o",
         "out",
     ];

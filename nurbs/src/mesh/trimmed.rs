@@ -1,8 +1,10 @@
 use std::collections::HashMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Triangulation};
 
+use super::constraints::{keep_edges, refused};
 use super::lines::Lines;
 use super::sampling::{Limits, MOST_SAMPLES, Sample, sample};
 use crate::arc::Arc;
@@ -11,11 +13,11 @@ use crate::rings::Ring;
 use crate::winding::Winding;
 use crate::{FaceMesh, KnotVector, MeshOptions, NurbsError, NurbsSurface, Point2};
 
-type Cdt = ConstrainedDelaunayTriangulation<Vertex>;
+pub(super) type Cdt = ConstrainedDelaunayTriangulation<Vertex>;
 
 /// A vertex of the triangulation: its place in the scaled plane and its index in the mesh.
 #[derive(Debug, Clone, Copy)]
-struct Vertex {
+pub(super) struct Vertex {
     place: spade::Point2<f64>,
     index: u32,
 }
@@ -41,8 +43,6 @@ const FLAT: f64 = 1e-11;
 const ROUNDS: usize = 16;
 /// Points that these add, at most. Triangles that stay too coarse then know by how much.
 const MOST_EXTRA: usize = 1_000_000;
-/// Edges of trim loops that cross others, at most: each crossing is a further point.
-const MOST_CROSSING: usize = 10_000;
 /// Places nearer to a grid line than this share of a step lie on it: the triangulation refuses such small numbers.
 const ON_LINE: f64 = 1e-30;
 
@@ -97,9 +97,16 @@ pub(crate) fn mesh(
     builder.prepare_inside();
     builder.add_grid(&lines);
     builder.add_creases(&creases, &mut edges);
-    let mut cdt = builder.triangulate(edges)?;
-    builder.refine(&mut cdt)?;
-    builder.finish(&cdt)
+    // Spade asserts what rounding may yet find a way around: that costs this face, and no more.
+    let triangulated = catch_unwind(AssertUnwindSafe(|| {
+        let mut cdt = builder.triangulate(edges)?;
+        builder.refine(&mut cdt)?;
+        builder.finish(&cdt)
+    }));
+    triangulated.unwrap_or_else(|_| {
+        let reason = "rounding contradicts itself where its trim loops as good as meet".into();
+        Err(NurbsError::Mesh { reason })
+    })
 }
 
 /// The box of the rings inside the domain; `None` when it is empty.
@@ -261,16 +268,7 @@ impl Builder<'_> {
         let mut handles = vec![FixedVertexHandle::from_index(0); self.mesh.uv.len()];
         cdt.vertices().for_each(|v| handles[v.data().index as usize] = v.fix());
         let edges = edges.into_iter().map(|e| e.map(|i| handles[i as usize]));
-        let crossing: Vec<_> = edges.filter(|&[a, b]| cdt.try_add_constraint(a, b).is_empty()).collect();
-        if crossing.len() > MOST_CROSSING {
-            let reason =
-                format!("its trim loops cross themselves or each other in {} places", crossing.len());
-            return Err(NurbsError::Mesh { reason });
-        }
-        // Loops that cross are cut where they do.
-        for [a, b] in crossing {
-            cdt.add_constraint_and_split(a, b, |place| Vertex { place, index: NEW });
-        }
+        keep_edges(&mut cdt, edges, |place| Vertex { place, index: NEW })?;
         for handle in cdt.fixed_vertices() {
             let Vertex { place, index } = *cdt.vertex(handle).data();
             if index == NEW {
@@ -401,10 +399,6 @@ fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
 
 fn centroid([a, b, c]: [Point2; 3]) -> Point2 {
     Point2::from((a.coords + b.coords + c.coords) / 3.0)
-}
-
-fn refused(error: spade::InsertionError) -> NurbsError {
-    NurbsError::Mesh { reason: error.to_string() }
 }
 
 /// The parts of an arc between creases, with ends exactly on them.

@@ -45,7 +45,7 @@ const STRAIGHT: f64 = 1e-9;
 pub struct Covering {
     pub(crate) meshes: Vec<FaceMesh>,
     /// Per face and triangle: how far the surface may be from the triangle, mm.
-    pub(super) deviation_mm: Vec<Vec<f32>>,
+    pub(crate) deviation_mm: Vec<Vec<f32>>,
     /// Per face and triangle: smallest and largest normal curvature there and on the triangles around it, for
     /// the normal `Su × Sv`, 1/mm.
     pub(super) curvature: Vec<Vec<[f32; 2]>>,

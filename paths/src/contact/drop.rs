@@ -1,6 +1,6 @@
 use std::sync::OnceLock;
 
-use claymill_nurbs::{Aabb, Curve2, Domain, FaceId, Leaves, Model, NurbsSurface, Point2, Point3};
+use claymill_nurbs::{Aabb, Curve2, Domain, FaceId, Foot, Leaves, Model, NurbsSurface, Point2, Point3};
 use claymill_toolpath::Tool;
 use rayon::prelude::*;
 
@@ -17,6 +17,7 @@ use super::tree::DropTree;
 use super::{CONTACT_EPSILON_MM, Location, Support};
 use crate::Frame;
 use crate::free_sides::FreeSides;
+use crate::material::Material;
 use crate::rims::Rims;
 
 /// A triangle where `κ⁺·R` exceeds this may hold more than one contact.
@@ -41,6 +42,8 @@ pub struct BallDrop<'a> {
     /// The sides of faces that it may touch when it cuts.
     free: FreeSides<'a>,
     rims: Rims,
+    /// Where it is in the material though it may touch nothing there; `None` where it cannot be.
+    material: Option<Material<'a>>,
     widest_mm: f64,
 }
 
@@ -140,6 +143,7 @@ impl<'a> BallDrop<'a> {
             sides,
             free: FreeSides::default(),
             rims: Rims::default(),
+            material: None,
             widest_mm: radius_mm,
         }
     }
@@ -152,8 +156,13 @@ impl<'a> BallDrop<'a> {
     }
 
     /// The same for a ball that cuts these sides of faces. It rests where it would, and is asked whether it may.
-    pub(crate) fn on_free_sides(self, free: FreeSides<'a>, rims: Rims) -> Self {
-        BallDrop { free, rims, ..self }
+    pub(crate) fn on_free_sides(
+        self,
+        free: FreeSides<'a>,
+        rims: Rims,
+        material: Option<Material<'a>>,
+    ) -> Self {
+        BallDrop { free, rims, material, ..self }
     }
 
     /// The sides of faces that may be cut.
@@ -161,9 +170,23 @@ impl<'a> BallDrop<'a> {
         self.free
     }
 
+    /// Whether the ball is in the material somewhere on its way up from a place of its centre.
+    pub(crate) fn is_in_material_above(&self, centre: &Point3) -> bool {
+        self.material.as_ref().is_some_and(|material| material.is_above(centre))
+    }
+
+    /// Whether it is with its centre at a place of the model, of which `foot` is nearest to there.
+    pub(crate) fn is_in_material(&self, foot: &Foot, centre: &Point3) -> bool {
+        self.material.as_ref().is_some_and(|material| material.holds(foot, centre))
+    }
+
     /// Whether the inside of a face carries the ball on the side of the material, or the ball has rolled over an open border to
-    /// that side.
+    /// that side, or would have to come through the material.
     pub(crate) fn touches_material(&self, at: &Location) -> bool {
+        self.is_carried_by_material(at) || self.is_in_material_above(&at.centre)
+    }
+
+    fn is_carried_by_material(&self, at: &Location) -> bool {
         let (u, v) = match at.support {
             Support::Face { u, v } => (u, v),
             // What is bounded only is mostly such an edge, where a surface is singular.

@@ -1,6 +1,7 @@
 //! Small models by chance, planned and verified from end to end: whatever is emitted enters no face.
 
 mod parts;
+mod sheets;
 mod solids;
 
 use std::collections::BTreeMap;
@@ -12,8 +13,8 @@ use claymill_nurbs::{Aabb, Model};
 use claymill_paths::{Orientation, Plan, PlanError, PlanOptions, Regions, Strategy, plan};
 use claymill_surface_merge::{Preset, merge};
 use claymill_toolpath::{
-    FORMAT_VERSION, FolderWriter, HOLDER_CLEARANCE_MM, Job, ModelFacts, Program, Request, Tool, ToolRecord,
-    read_moves,
+    FORMAT_VERSION, FolderWriter, FreeSide, HOLDER_CLEARANCE_MM, Job, ModelFacts, Program, Request, Tool,
+    ToolRecord, read_moves,
 };
 use claymill_verify::{FindingCode, GougeSample, Severity, VerifyOptions, gouge_samples, verify_program};
 use rand::{Rng, SeedableRng};
@@ -181,6 +182,17 @@ fn planned(
     radius_mm: f64,
     scallop_mm: f64,
 ) -> Result<(Job, Plan), PlanError> {
+    planned_on(model, Vec::new(), strategy, radius_mm, scallop_mm)
+}
+
+/// The same of a model of which faces have a side that is free of material.
+fn planned_on(
+    model: &Model,
+    free_sides: Vec<FreeSide>,
+    strategy: Strategy,
+    radius_mm: f64,
+    scallop_mm: f64,
+) -> Result<(Job, Plan), PlanError> {
     let face_area_mm2: Vec<f64> = model.faces.iter().map(claymill_nurbs::Face::area_mm2).collect();
     let mut merging = Preset::Clay.options();
     merging.ball_radius_mm = radius_mm;
@@ -194,7 +206,7 @@ fn planned(
     };
     let orientation = Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap();
     let tool = Tool::ball(radius_mm);
-    let options = PlanOptions { strategy, ..PlanOptions::new(tool, scallop_mm, orientation) };
+    let options = PlanOptions { strategy, free_sides, ..PlanOptions::new(tool, scallop_mm, orientation) };
     let mut plan = plan(model, &regions, &options, &|_, _| {})?;
     let take = std::mem::take::<Vec<claymill_toolpath::Setup>>;
     let job = Job {

@@ -62,7 +62,7 @@ fn thin(rng: &mut ChaCha8Rng, size_mm: f64) -> f64 {
     size_mm * between(rng, 0.005f64.ln(), 0.25f64.ln()).exp()
 }
 
-fn whole(surface: NurbsSurface) -> Face {
+pub(crate) fn whole(surface: NurbsSurface) -> Face {
     let (kind, source) = (SurfaceKind::Nurbs, Source::default());
     Face { surface, loops: Vec::new(), reversed: false, kind, source }
 }

@@ -13,7 +13,7 @@ pub(crate) mod way;
 use std::collections::BTreeMap;
 
 use claymill_nurbs::{FaceMesh, MeshOptions, Model, Point3, tessellate};
-use claymill_toolpath::{Job, MoveKind, Program, Request};
+use claymill_toolpath::{FreeSide, Job, MoveKind, Program, Request};
 use rayon::prelude::*;
 use serde_json::json;
 
@@ -66,8 +66,8 @@ pub struct BrowserInput<'a> {
 
 /// The job as binary glTF 2.0 with `KHR_mesh_quantization`, in metres with x to the vehicle's left, y up and z to its
 /// front. The nodes' `extras` say what each is: `kind` (`region`, `border`, `cut`, `link`, `lead`, `rapid`) and, where
-/// it applies, `region`, `cut`, `setup`, `level` and `faces` (pairs of first triangle and face). Vertices of
-/// regions have the attribute `_SCALLOP`: the crest height there in hundredths of what was asked, 255 for none.
+/// it applies, `region`, `cut`, `one_sided` (the backs of triangles are the side of the material), `setup`, `level` and `faces`
+/// (pairs of first triangle and face). Vertices of regions have the attribute `_SCALLOP`: the crest height there in hundredths of what was asked, 255 for none.
 ///
 /// # Errors
 /// The lists do not have one entry a face.
@@ -130,27 +130,30 @@ fn add_regions(
         found.map_or(NO_CREST, |h| (100.0 * h / asked_mm).round().clamp(0.0, f64::from(NO_CREST - 1)) as u8)
     };
     let is_cut = |f: usize| view.cut.is_none_or(|cut| cut[f]);
-    let mut faces_of: BTreeMap<(usize, bool), Vec<usize>> = BTreeMap::new();
+    let free_side = |f: usize| input.job.faces.get(f).map_or(FreeSide::Both, |account| account.free_side);
+    // Fronts of triangles are the free side, where there is one.
+    let is_turned = |f: usize| match free_side(f) {
+        FreeSide::Both => view.model.faces[f].reversed,
+        side => side == FreeSide::Against,
+    };
+    let mut faces_of: BTreeMap<(usize, bool, bool), Vec<usize>> = BTreeMap::new();
     for f in (0..view.meshes.len()).filter(|&f| !view.meshes[f].triangles.is_empty()) {
-        faces_of.entry((view.region_of_face[f], is_cut(f))).or_default().push(f);
+        let one_sided = !free_side(f).is_both();
+        faces_of.entry((view.region_of_face[f], is_cut(f), one_sided)).or_default().push(f);
     }
     let built: Vec<(Triangles, Vec<[usize; 2]>)> = faces_of
         .par_iter()
-        .map(|(&(_, cut), faces)| {
+        .map(|(&(_, cut, _), faces)| {
             let (mut mesh, mut firsts) = (Triangles::default(), Vec::new());
             for &f in faces {
                 let first = mesh.points.len() as u32;
                 firsts.push([mesh.corners.len(), f]);
+                let turned = is_turned(f);
                 for v in face_vertices(view, f, NOT_CUT, &scene.origin) {
                     mesh.points.push(v.position);
-                    mesh.normals.push(if view.model.faces[f].reversed {
-                        v.normal.map(|c| -c)
-                    } else {
-                        v.normal
-                    });
+                    mesh.normals.push(if turned { v.normal.map(|c| -c) } else { v.normal });
                     mesh.heights.push(if cut { hundredths(&v.position) } else { NO_CREST });
                 }
-                let turned = view.model.faces[f].reversed;
                 mesh.corners.extend(view.meshes[f].triangles.iter().map(|t| {
                     let [a, b, c] = t.map(|i| first + i);
                     if turned { [a, c, b] } else { [a, b, c] }
@@ -160,10 +163,13 @@ fn add_regions(
         })
         .collect();
     let grey = glb.material(NOT_CUT, true);
-    for (&(region, cut), (mesh, faces)) in faces_of.keys().zip(&built) {
+    for (&(region, cut, one_sided), (mesh, faces)) in faces_of.keys().zip(&built) {
         let material = if cut { glb.material(colours[region], true) } else { grey };
         let name = format!("region {region}{}", if cut { "" } else { ", not cut" });
-        let extras = json!({ "kind": "region", "region": region, "cut": cut, "faces": faces });
+        let mut extras = json!({ "kind": "region", "region": region, "cut": cut, "faces": faces });
+        if one_sided {
+            extras["one_sided"] = true.into();
+        }
         glb.triangles(&name, material, mesh, extras);
     }
 }

@@ -195,6 +195,7 @@
       const share = hit.object.geometry.attributes._scallop?.getX(hit.face.a) ?? 255;
       if (share < 255) rows.push(["Scallop here, highest within 8 mm", `${(share * facts.scallop_mm * 10).toPrecision(3)} µm`]);
       if (!info.cut) rows.push(["This face", "is not cut"]);
+      if (info.one_sided && ray.ray.direction.dot(facing(hit)) > 0) rows.push(["Seen from", "the side of the material"]);
       choose(info.region, rows);
     }
 
@@ -362,6 +363,16 @@
         mvPosition.xyz *= 1.0 - ${lift.toExponential(4)} / length(mvPosition.xyz);
         gl_Position = projectionMatrix * mvPosition;`);
     };
+    // The side of the material is dull, and hatched as sections of material are in drawings.
+    const stripe = (9 * Math.min(devicePixelRatio, 2)).toFixed(1);
+    const hatchedBehind = (shader) => {
+      shader.fragmentShader = shader.fragmentShader.replace("#include <color_fragment>", `#include <color_fragment>
+        if (!gl_FrontFacing) {
+          float off = abs(fract((gl_FragCoord.x + gl_FragCoord.y) / ${stripe}) - 0.5);
+          vec3 dull = mix(diffuseColor.rgb, vec3(0.21, 0.11, 0.07), 0.72);
+          diffuseColor.rgb = mix(dull, vec3(0.045, 0.022, 0.015), 0.75 - 0.75 * smoothstep(0.10, 0.22, off));
+        }`);
+    };
     root.traverse((object) => {
       let node = object;
       while (node && !node.userData.kind) node = node.parent;
@@ -375,9 +386,15 @@
         lines.push({ object, info });
       } else {
         object.material = new THREE.MeshLambertMaterial({ color: info.colour, side: THREE.DoubleSide });
+        if (info.one_sided) object.material.onBeforeCompile = hatchedBehind;
         regions.push({ object, info });
       }
     });
+  }
+
+  // Which way the front of the triangle looks that was hit.
+  function facing({ face, object }) {
+    return face.normal.clone().transformDirection(object.matrixWorld);
   }
 
   // Points enough of every part to frame it.

@@ -14,7 +14,8 @@ use super::plots::{css, swatch};
 use super::{ReportInput, ReportPicture};
 use crate::browser::{NO_CREST, step_over_mm, way};
 use crate::heat::{heat_colour, heat_legend};
-use crate::palette::{CLAY, NOT_CUT};
+use crate::palette::{CLAY, MATERIAL_SIDE, NOT_CUT};
+use crate::scene::shows_material;
 use crate::strokes::kind_colour;
 
 /// The library that draws, with its licence: see `assets/make-three.sh`.
@@ -90,6 +91,9 @@ fn controls(input: &ReportInput<'_>) -> Markup {
             }
             fieldset { legend { "Colours" }
                 (colouring("region", "regions")) (colouring("scallop", "scallop height")) (colouring("clay", "clay"))
+                @if shows_material(&input.regions.sheets) {
+                    span { (swatch(MATERIAL_SIDE)) "hatched: side of the material, not cut" }
+                }
             }
             fieldset { legend { "Shown" }
                 (layer("region", true, None, "surfaces")) (layer("outlines", true, None, "outlines"))

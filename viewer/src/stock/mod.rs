@@ -204,7 +204,10 @@ impl Stock {
     pub fn show(&self, bare: &Scene, scene: &mut Scene) {
         scene.lines.retain(|l| !matches!(l.kind, LineKind::Cut | LineKind::Link | LineKind::Lead));
         for (mesh, colours) in scene.surfaces.iter_mut().zip(self.colours(bare)) {
-            mesh.vertices.iter_mut().zip(colours).for_each(|(v, c)| v.colour = c);
+            mesh.vertices
+                .iter_mut()
+                .zip(colours)
+                .for_each(|(v, [r, g, b, _])| v.colour = [r, g, b, v.colour[3]]);
         }
         self.add_skin(scene);
         for (colour, text) in

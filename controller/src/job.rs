@@ -39,6 +39,8 @@ pub struct Section {
     pub speed_rpm: f64,
     /// Radius of its ball, mm.
     pub radius_mm: f64,
+    /// How far the tool sticks out of its holder in this setup, mm, where that is known.
+    pub stick_out_mm: Option<f64>,
     /// From model to machine coordinates.
     pub frame: Frame,
     /// Height above which nothing is in the way, machine mm.
@@ -125,7 +127,9 @@ fn section(job: &Job, m: &Move, machine: &Machine) -> Result<Section, PostError>
     let zero = Point3::from(machine.place(&m.setup).zero_mm);
     let frame = Frame::new(Vector3::from(setup.axis), up, front, zero)
         .ok_or_else(|| PostError::Job(format!("setup `{}` has no tool axis", m.setup)))?;
-    let tool = job.tools.iter().find(|t| t.id == m.tool).map_or(job.request.tool, |t| t.tool);
+    let record = job.tools.iter().find(|t| t.id == m.tool);
+    let tool = record.map_or(job.request.tool, |t| t.tool);
+    let holder = record.and_then(|t| t.in_setup(&m.setup).holder);
     let clearance_mm = setup.clearance_mm - frame.axis().dot(&zero.coords);
     let top_mm = machine.axes.get(&AxisName::Z).map_or(f64::INFINITY, |[_, top]| *top);
     Ok(Section {
@@ -134,6 +138,7 @@ fn section(job: &Job, m: &Move, machine: &Machine) -> Result<Section, PostError>
         tool_number: machine.tool_number(&m.tool),
         speed_rpm: machine.speed_rpm(&m.tool),
         radius_mm: tool.radius_mm(),
+        stick_out_mm: holder.map(|h| h.stick_out_mm),
         clearance_mm,
         retreat_mm: (clearance_mm + machine.retreat_mm).min(top_mm).max(clearance_mm),
         frame,

@@ -342,7 +342,14 @@ impl<'a> Writer<'a> {
                         Files::Tool => n.setup == section.setup && n.tool == section.tool,
                     });
                 let turn = next.filter(|n| same_file && n.setup != section.setup);
-                let stop = turn.map(|n| format!("turn the part: setup {}", n.setup));
+                let stop = turn.map(|n| {
+                    // The tool's length is not what it was: whoever sets the machine up must know before it goes on.
+                    let again = n.stick_out_mm.filter(|_| n.stick_out_mm != section.stick_out_mm).map(|mm| {
+                        let mm = self.page.format.text(mm);
+                        format!(", tool T{} sticks out {mm}: measure its length anew", n.tool_number)
+                    });
+                    format!("turn the part: setup {}{}", n.setup, again.unwrap_or_default())
+                });
                 let stroke = &section.strokes[section.strokes.len() - rest.len() - 1];
                 let end = self.page.format.snap_point(&stroke.curve.end());
                 let mut text = String::new();

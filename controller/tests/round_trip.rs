@@ -155,6 +155,29 @@ fn a_program_begins_stops_and_ends_out_of_the_way() {
 }
 
 #[test]
+fn a_tool_that_sticks_out_otherwise_is_measured_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let machine = Machine::default();
+    let mut job = job::job(&job::curves(), &machine);
+    let text = |job: &MachineJob| {
+        let totals = post(job, Dialect::Fanuc, &machine, &folder.path().join("part.nc"), &|_| ()).unwrap();
+        fs::read_to_string(&totals.files[0].path).unwrap()
+    };
+    assert!(!text(&job).contains("sticks out"));
+    job.sections[0].stick_out_mm = Some(42.0);
+    job.sections[1].stick_out_mm = Some(42.0);
+    let same = text(&job);
+    assert_eq!(
+        (same.matches("sticks out 42.").count(), same.contains("measure its length anew")),
+        (2, false)
+    );
+    job.sections[1].stick_out_mm = Some(61.0);
+    let other = text(&job);
+    assert!(other.contains("tool T1 sticks out 61.: measure its length anew"), "{other}");
+    assert!(other.contains("ball R6., sticks out 61., its tip is programmed"), "{other}");
+}
+
+#[test]
 fn a_file_begins_behind_a_retract() {
     let axis = claymill_nurbs::Vector3::z();
     let mut moves = Vec::new();

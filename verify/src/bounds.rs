@@ -5,7 +5,8 @@ use claymill_nurbs::{FaceId, Foot, Hint, Point3};
 use claymill_toolpath::{Contain, MoveKind};
 use rayon::prelude::*;
 
-use crate::limits::{Limits, avoided_faces};
+use crate::asked::avoided_faces;
+use crate::limits::Limits;
 use crate::obstacles::{SAG_MARGIN, UNSEEN_MM};
 use crate::report::{BoundsKept, Place};
 use crate::scene::{Scene, Stage};

@@ -25,6 +25,7 @@
 //! # Ok::<(), claymill_verify::VerifyError>(())
 //! ```
 
+mod asked;
 mod astray;
 mod bounds;
 mod capsule;

@@ -1,14 +1,14 @@
 //! The job's bounds as each setup sees them: how far a ball goes beyond boxes and borders, and
 //! whether it may touch a point at all. `bounds` measures along the moves by it.
 
-use claymill_nurbs::{FaceId, Model, Point3, Vector3};
+use claymill_nurbs::{Model, Point3, Vector3};
 use claymill_toolpath::{Bounds, Contain, Job};
 
+use crate::asked::{avoided_faces, excluded_faces};
 use crate::directions::directions;
 use crate::mesh::Mesh;
 use crate::scene::Scene;
 use crate::shadow::Shadow;
-use crate::surface::excluded_faces;
 
 /// Gaps between faces up to about this wide, seen along the axis, are no border, and where faces are trimmed is known to some
 /// hundredths only: what goes beyond a border by no more than this does not count, mm.
@@ -130,9 +130,4 @@ pub(crate) fn avoided_model(model: &Model, job: &Job) -> Model {
         faces: avoided_faces(model, job).map(|face| model.faces[face].clone()).collect(),
         ..Model::default()
     }
-}
-
-/// Their indices in the whole model.
-pub(crate) fn avoided_faces(model: &Model, job: &Job) -> impl Iterator<Item = FaceId> {
-    job.request.bounds.avoid.iter().copied().filter(|face| *face < model.faces.len())
 }

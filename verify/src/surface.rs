@@ -2,10 +2,10 @@
 //! state of each: cut, or why not.
 
 use claymill_nurbs::{Face, FaceId, FaceMesh, Jet, Point2, Vector3};
-use claymill_toolpath::{FreeSide, Job, UncutReason};
+use claymill_toolpath::{FreeSide, Job};
 use rayon::prelude::*;
 
-use crate::limits::avoided_faces;
+use crate::asked::excluded_faces;
 use crate::reach::Reach;
 use crate::report::{ResidualSample, SurfaceState};
 use crate::scene::{Scene, Stage};
@@ -120,22 +120,6 @@ fn step_over_mm(jet: &Jet, way: &Vector3, normal: &Vector3, radius_mm: f64, scal
     let across = normal.cross(way).try_normalize(0.0)?;
     let bend = 1.0 - jet.normal_curvature(&across, normal)? * radius_mm;
     Some(2.0 * ((2.0 * radius_mm * scallop_mm - scallop_mm * scallop_mm) / bend.max(LEAST_BEND)).sqrt())
-}
-
-/// Faces left out on request: `--only` and `--skip` choose whole faces, the planner's account names them; and those that are to
-/// be avoided.
-pub(crate) fn excluded_faces(scene: &Scene<'_>) -> Vec<bool> {
-    let mut excluded = vec![false; scene.model.faces.len()];
-    for account in &scene.job.faces {
-        let left_out = account.area.uncut_mm2.get(&UncutReason::Excluded);
-        if let (Some(flag), Some(area)) = (excluded.get_mut(account.face), left_out) {
-            *flag = *area > 0.5 * account.area.total_mm2;
-        }
-    }
-    for face in avoided_faces(scene.model, scene.job) {
-        excluded[face] = true;
-    }
-    excluded
 }
 
 /// Faces that the planner left out since it could not triangulate them.

@@ -12,7 +12,8 @@ use crate::camera::View;
 use crate::course::Course;
 use crate::palette::Rgb;
 use crate::pins::{Pin, PinShape};
-use crate::scene::{LineKind, LineLayer, Scene, Strip};
+use crate::scene::Scene;
+use crate::shapes::{LineKind, LineLayer, Strip};
 use crate::strokes::{PathColours, StrokeStyle, consecutive_passes, drawn_moves};
 use crate::tool::PosedTool;
 
@@ -148,7 +149,7 @@ impl Reel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::SurfaceVertex;
+    use crate::shapes::SurfaceVertex;
     use claymill_nurbs::Point3;
     use claymill_toolpath::{Move, Tool, ToolRecord};
 

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use claymill_nurbs::Point3;
 use rayon::prelude::*;
 
-use crate::scene::{ModelView, mesh_deviation_mm};
+use crate::model_view::{ModelView, mesh_deviation_mm};
 
 /// What lies on the other side of a face's boundary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

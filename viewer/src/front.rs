@@ -161,7 +161,7 @@ impl Band {
 mod tests {
     use super::*;
     use crate::camera::{Axes, View};
-    use crate::scene::SurfaceVertex;
+    use crate::shapes::SurfaceVertex;
     use claymill_nurbs::Vector3;
 
     #[test]

@@ -9,8 +9,9 @@ use claymill_verify::SCALLOP_BAR;
 use rayon::prelude::*;
 
 use crate::browser::step_over_mm;
+use crate::legend::{LegendEntry, Mark};
 use crate::palette::{NOT_CUT, Rgb};
-use crate::scene::{LegendEntry, Mark, Scene};
+use crate::scene::Scene;
 
 /// Colours of a map of heights.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -142,7 +143,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::SurfaceVertex;
+    use crate::shapes::SurfaceVertex;
 
     #[test]
     fn vertices_take_the_colour_of_the_highest_sample_in_the_cells_around_them() {

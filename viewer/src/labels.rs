@@ -7,17 +7,7 @@ use crate::palette::Rgb;
 use crate::picture::Picture;
 use crate::placement::{Area, Page};
 use crate::scene::Scene;
-
-/// The name of some faces of a scene that was made of a model.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Label {
-    /// The name.
-    pub text: String,
-    /// Colour of its frame and of its line.
-    pub colour: Rgb,
-    /// The faces, by their number in the model.
-    pub faces: Vec<usize>,
-}
+use crate::shapes::Label;
 
 const INK: Rgb = [24, 26, 32];
 const PAPER: Rgb = [255, 255, 255];
@@ -227,7 +217,7 @@ mod tests {
     use super::*;
     use crate::camera::View;
     use crate::placement::Covered;
-    use crate::scene::SurfaceVertex;
+    use crate::shapes::SurfaceVertex;
     use claymill_nurbs::Vector3;
 
     /// A large plate and eight narrow strips beside it.

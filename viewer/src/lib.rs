@@ -32,8 +32,10 @@ mod error;
 mod front;
 mod heat;
 mod labels;
+mod legend;
 mod lettering;
 mod marks;
+mod model_view;
 mod movie;
 mod nets;
 mod overlay;
@@ -47,6 +49,7 @@ mod render;
 mod report;
 mod scene;
 mod segments;
+mod shapes;
 mod stock;
 mod strokes;
 mod thinning;
@@ -62,13 +65,14 @@ pub use cells::{CellHasher, Cells};
 pub use course::Course;
 pub use error::ViewError;
 pub use heat::{HeatScale, heat_colour, heat_legend};
-pub use labels::Label;
+pub use legend::region_legend;
+pub use legend::{LegendEntry, Mark};
 pub use marks::StateScale;
+pub use model_view::{Colouring, ModelView};
 pub use movie::Movie;
 pub use overlay::Places;
 pub use palette::{
-    CLAY, MATERIAL_SIDE, NOT_CUT, RegionExtent, Rgb, colour_regions, region_legend, region_palette,
-    stroke_shade,
+    CLAY, MATERIAL_SIDE, NOT_CUT, RegionExtent, Rgb, colour_regions, region_palette, stroke_shade,
 };
 pub use passes::{DEPTH_FORMAT, FrameLayouts, MULTIPLY, Pass, Press, surface_layout};
 pub use picture::Picture;
@@ -79,11 +83,12 @@ pub use report::{
     Compared, ComparisonInput, ReportError, ReportInput, ReportPicture, SetupSheet, comparison_html,
     report_html, write_report,
 };
-pub use scene::{
-    BOTH_SIDES, Colouring, FREE_AGAINST, FREE_ALONG, LegendEntry, LineKind, LineLayer, Mark, ModelView,
-    Scene, Strip, SurfaceMesh, SurfaceVertex, face_colours, region_colours, shows_material,
-};
+pub use scene::{Scene, face_colours, region_colours, shows_material};
 pub use segments::CLOSEST_PASSES_PX;
+pub use shapes::Label;
+pub use shapes::{
+    BOTH_SIDES, FREE_AGAINST, FREE_ALONG, LineKind, LineLayer, Strip, SurfaceMesh, SurfaceVertex,
+};
 pub use stock::Stock;
 pub use strokes::{ColourBy, StrokeStyle, drawn_moves, flatten, kind_colour};
 pub use thumbnail::{Thumbnail, region_thumbnails};

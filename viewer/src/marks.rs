@@ -5,8 +5,9 @@ use std::collections::HashMap;
 use claymill_nurbs::{Point3, Vector3};
 use rayon::prelude::*;
 
+use crate::legend::{LegendEntry, Mark};
 use crate::palette::{NOT_CUT, Rgb};
-use crate::scene::{LegendEntry, Mark, Scene};
+use crate::scene::Scene;
 
 /// The meaning of the numbers of a map of states.
 #[derive(Debug, Clone)]
@@ -59,7 +60,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::SurfaceVertex;
+    use crate::shapes::SurfaceVertex;
 
     #[test]
     fn a_vertex_takes_the_state_of_the_nearest_sample_and_grey_where_none_is_near() {

@@ -3,8 +3,10 @@
 use claymill_nurbs::{Model, Point3, Vector3};
 use claymill_toolpath::{MoveKind, Program, ToolRecord};
 
+use crate::legend::{LegendEntry, Mark};
 use crate::palette::Rgb;
-use crate::scene::{LegendEntry, LineLayer, Mark, Scene};
+use crate::scene::Scene;
+use crate::shapes::LineLayer;
 use crate::strokes::consecutive_passes;
 
 const NET: Rgb = [108, 58, 150];

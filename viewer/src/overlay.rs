@@ -5,11 +5,12 @@ use claymill_nurbs::Vector3;
 
 use crate::camera::Camera;
 use crate::labels::draw_labels;
+use crate::legend::{LegendEntry, Mark};
 use crate::lettering::{draw_strokes, fill, text_width, write_text};
 use crate::picture::Picture;
 use crate::pins::{draw_pin, draw_pins};
 use crate::placement::{Area, Corner, Covered, Page, Stand};
-use crate::scene::{LegendEntry, Mark, Scene};
+use crate::scene::Scene;
 
 const INK: [u8; 3] = [38, 42, 48];
 const SOFT_INK: [u8; 3] = [92, 98, 106];

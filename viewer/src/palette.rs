@@ -3,8 +3,6 @@
 
 use claymill_nurbs::{Aabb, Vector3};
 
-use crate::scene::{LegendEntry, Mark};
-
 /// An sRGB colour.
 pub type Rgb = [u8; 3];
 
@@ -92,29 +90,6 @@ pub fn colour_regions(regions: &[RegionExtent]) -> Vec<Rgb> {
     chosen.into_iter().map(|c| c.map_or(CLAY, |c| palette[c])).collect()
 }
 
-/// The legend of regions coloured by [`colour_regions`]: a line a colour, with the numbers of all regions that have it.
-#[must_use]
-pub fn region_legend(colours: &[Rgb]) -> Vec<LegendEntry> {
-    const NAMED: usize = 6;
-    let mut of_colour: Vec<(Rgb, Vec<usize>)> = Vec::new();
-    for (region, &colour) in colours.iter().enumerate() {
-        match of_colour.iter_mut().find(|(c, _)| *c == colour) {
-            Some((_, regions)) => regions.push(region),
-            None => of_colour.push((colour, vec![region])),
-        }
-    }
-    let entry = |(colour, regions): (Rgb, Vec<usize>)| {
-        let numbers: Vec<String> = regions.iter().take(NAMED).map(ToString::to_string).collect();
-        let word = if regions.len() == 1 { "region" } else { "regions" };
-        let more = match regions.len().saturating_sub(NAMED) {
-            0 => String::new(),
-            n => format!(" and {n} more"),
-        };
-        LegendEntry { mark: Mark::Area, colour, text: format!("{word} {}{more}", numbers.join(", ")) }
-    };
-    of_colour.into_iter().map(entry).collect()
-}
-
 fn close(a: &Aabb, b: &Aabb, reach: f64) -> bool {
     (0..3).all(|i| a.min[i] - reach <= b.max[i] && b.min[i] - reach <= a.max[i])
 }
@@ -175,6 +150,7 @@ fn deuteranopic(c: Rgb) -> Rgb {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::legend::region_legend;
     use claymill_nurbs::Point3;
 
     #[test]

@@ -5,7 +5,7 @@ use wgpu::{
     RenderPipeline, ShaderModule, ShaderStages, TextureFormat, VertexBufferLayout, VertexStepMode,
 };
 
-use crate::scene::SurfaceVertex;
+use crate::shapes::SurfaceVertex;
 
 /// Of depth buffers.
 pub const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;

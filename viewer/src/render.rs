@@ -373,7 +373,7 @@ fn failed(gpu: &Gpu, reason: &dyn std::fmt::Display) -> ViewError {
 mod tests {
     use super::*;
     use crate::camera::Axes;
-    use crate::scene::SurfaceVertex;
+    use crate::shapes::SurfaceVertex;
 
     #[test]
     fn a_lost_device_is_an_error_with_the_adapter_s_name() {

@@ -1,148 +1,19 @@
 use std::collections::HashSet;
 use std::ops::Range;
 
-use claymill_nurbs::{Aabb, Curve2, Face, FaceMesh, Model, Point3, Vector3};
-use claymill_toolpath::{FreeSide, Program, SheetRecord};
+use claymill_nurbs::{Aabb, Curve2, Face, FaceMesh, Point3, Vector3};
+use claymill_toolpath::{FreeSide, SheetRecord};
 use rayon::prelude::*;
 
 use crate::ViewError;
 use crate::borders::{BorderKind, classify_borders};
-use crate::labels::Label;
+use crate::legend::LegendEntry;
+use crate::model_view::{Colouring, ModelView, mesh_deviation_mm};
 use crate::palette::{CLAY, NOT_CUT, RegionExtent, Rgb, colour_regions};
-use crate::pins::{Pin, PinShape};
-use crate::strokes::{self, StrokeStyle};
-
-/// A model as the caller sees it: the faces, their triangles and the region that each belongs to.
-#[derive(Debug, Clone, Copy)]
-pub struct ModelView<'a> {
-    /// The model.
-    pub model: &'a Model,
-    /// One mesh a face ([`claymill_nurbs::tessellate`]); a face that could not be meshed has an empty one.
-    pub meshes: &'a [FaceMesh],
-    /// Region of each face, from 0.
-    pub region_of_face: &'a [usize],
-    /// Which faces are cut; the others are drawn grey. `None`: all.
-    pub cut: Option<&'a [bool]>,
-    /// Distance within which edges of two faces count as one joint, mm.
-    pub joint_tolerance_mm: f64,
-    /// The side of each face that is free of material: the other one is hatched. `None`: both are alike.
-    pub free_sides: Option<&'a [FreeSide]>,
-}
-
-/// What decides a surface's colour.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Colouring {
-    /// Clay all over: for pictures in which something else matters.
-    Clay,
-    /// A colour a region.
-    Region,
-    /// The colours of the file; clay where it gives none.
-    File,
-}
-
-/// A vertex of a shaded surface, as the graphics card reads it.
-#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub struct SurfaceVertex {
-    /// Position relative to [`Scene::origin`], mm.
-    pub position: [f32; 3],
-    /// Unit normal, `Su × Sv` side.
-    pub normal: [f32; 3],
-    /// sRGB, and whether one of the two sides is drawn as that of the material: [`BOTH_SIDES`], [`FREE_ALONG`] or
-    /// [`FREE_AGAINST`].
-    pub colour: [u8; 4],
-}
-
-/// Both sides of a surface are alike.
-pub const BOTH_SIDES: u8 = 255;
-/// The side that the normal does not point to is the material's.
-pub const FREE_ALONG: u8 = 254;
-/// The side that the normal points to is the material's.
-pub const FREE_AGAINST: u8 = 253;
-
-/// Triangles that share one vertex buffer.
-#[derive(Debug, Clone, Default)]
-pub struct SurfaceMesh {
-    /// The vertices.
-    pub vertices: Vec<SurfaceVertex>,
-    /// Corners of the triangles, three each.
-    pub indices: Vec<u32>,
-}
-
-/// One polyline of a [`LineLayer`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Strip {
-    /// Its points are `points[first..first + count]` of the layer.
-    pub first: usize,
-    /// Number of points.
-    pub count: usize,
-    /// Colour.
-    pub colour: Rgb,
-    /// Pass number, for layers that thin out passes: strips in a row with the same number belong together.
-    pub pass: u32,
-}
-
-/// What the lines of a layer are.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum LineKind {
-    /// Lines of the caller's own.
-    #[default]
-    Other,
-    /// Joints between patches of one region.
-    Patches,
-    /// Outlines of regions.
-    Regions,
-    /// Rapid moves.
-    Rapid,
-    /// Moves onto and off the model.
-    Lead,
-    /// Moves between passes, down on the model.
-    Link,
-    /// Cutting moves.
-    Cut,
-}
-
-/// Polylines of one kind. Layers are drawn in order, later ones over earlier ones.
-#[derive(Debug, Clone, Default)]
-pub struct LineLayer {
-    /// What they are.
-    pub kind: LineKind,
-    /// Points of all strips relative to [`Scene::origin`], mm.
-    pub points: Vec<[f32; 3]>,
-    /// The strips.
-    pub strips: Vec<Strip>,
-    /// Line width, pixels.
-    pub width_px: f32,
-    /// Size of a dot at each point, pixels, where points are farther apart than a few dots; 0: none.
-    pub dots_px: f32,
-    /// 1 covers, 0 is invisible.
-    pub opacity: f32,
-    /// Whether strips of different passes are thinned out where they would come closer together in the
-    /// picture than [`crate::CLOSEST_PASSES_PX`]; else all are drawn.
-    pub thinned: bool,
-}
-
-/// How a legend line shows its colour.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Mark {
-    /// A filled square.
-    Area,
-    /// A line of this width, pixels.
-    Line(f32),
-    /// The sign of pins.
-    Pin(PinShape),
-}
-
-/// A line of the legend.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LegendEntry {
-    /// The sign.
-    pub mark: Mark,
-    /// Its colour.
-    pub colour: Rgb,
-    /// What it means.
-    pub text: String,
-}
+use crate::pins::Pin;
+use crate::shapes::{
+    BOTH_SIDES, FREE_AGAINST, FREE_ALONG, Label, LineKind, LineLayer, SurfaceMesh, SurfaceVertex, relative,
+};
 
 /// Everything that is drawn, ready for the graphics card but built without one.
 #[derive(Debug, Clone, Default)]
@@ -247,13 +118,6 @@ impl Scene {
         self.lines.push(region);
     }
 
-    /// Adds the tool paths, one layer a kind: rapids below, then leads, links and cuts.
-    ///
-    /// Moves that are not curves are left out; their number is returned.
-    pub fn add_paths(&mut self, program: &Program, style: &StrokeStyle<'_>) -> usize {
-        strokes::add_paths(self, program, style)
-    }
-
     /// Whether there is nothing to draw.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -269,26 +133,6 @@ impl Scene {
         let told = !self.framed.is_empty();
         let all = surface.chain(lines).filter(move |_| !told);
         self.framed.iter().copied().chain(all.map(move |p| Point3::from(p.map(f64::from)) + origin))
-    }
-}
-
-impl LineLayer {
-    /// Appends a polyline; fewer than two points are nothing to draw.
-    pub fn add<'a>(
-        &mut self,
-        points: impl Iterator<Item = &'a Point3>,
-        origin: &Point3,
-        colour: Rgb,
-        pass: u32,
-    ) {
-        let first = self.points.len();
-        self.points.extend(points.map(|p| relative(p, origin)));
-        let count = self.points.len() - first;
-        if count < 2 {
-            self.points.truncate(first);
-            return;
-        }
-        self.strips.push(Strip { first, count, colour, pass });
     }
 }
 
@@ -344,10 +188,6 @@ fn outline_box(face: &Face) -> Aabb {
 pub fn shows_material(sheets: &[SheetRecord]) -> bool {
     let is_one_sided = |sheet: &SheetRecord| sheet.free_sides.iter().any(|side| !side.is_both());
     sheets.iter().any(|sheet| sheet.open_mm > 0.0 && is_one_sided(sheet))
-}
-
-pub(crate) fn mesh_deviation_mm(meshes: &[FaceMesh]) -> f32 {
-    meshes.iter().flat_map(|m| m.deviation_mm.iter().copied()).fold(0.0, f32::max)
 }
 
 pub(crate) fn face_vertices(
@@ -422,9 +262,4 @@ fn facet_normals(mesh: &FaceMesh) -> Vec<Vector3> {
     }
     let unit = |n: Vector3| n.try_normalize(0.0).unwrap_or(Vector3::z());
     normals.into_iter().map(unit).collect()
-}
-
-fn relative(p: &Point3, origin: &Point3) -> [f32; 3] {
-    let q = p - origin;
-    [q.x as f32, q.y as f32, q.z as f32]
 }

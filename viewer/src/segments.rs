@@ -6,7 +6,8 @@ use rayon::prelude::*;
 
 use crate::camera::Camera;
 use crate::palette::Rgb;
-use crate::scene::{LineLayer, Scene};
+use crate::scene::Scene;
+use crate::shapes::LineLayer;
 use crate::thinning::evenly_spaced;
 
 /// Passes that would come closer together than this in a picture are thinned out, pixels.

@@ -7,8 +7,10 @@ use claymill_nurbs::{Curve3, Point3, Vector3};
 use claymill_toolpath::{Move, MoveKind, Program, ToolRecord};
 use rayon::prelude::*;
 
+use crate::legend::{LegendEntry, Mark};
 use crate::palette::{Rgb, stroke_shade};
-use crate::scene::{LegendEntry, LineKind, LineLayer, Mark, Scene};
+use crate::scene::Scene;
+use crate::shapes::{LineKind, LineLayer};
 use crate::touch::TriangleTree;
 
 /// What decides the colour of tool paths.
@@ -114,7 +116,16 @@ pub fn drawn_moves(
     program.moves.par_iter().map(draw).collect()
 }
 
-pub(crate) fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyle<'_>) -> usize {
+impl Scene {
+    /// Adds the tool paths, one layer a kind: rapids below, then leads, links and cuts.
+    ///
+    /// Moves that are not curves are left out; their number is returned.
+    pub fn add_paths(&mut self, program: &Program, style: &StrokeStyle<'_>) -> usize {
+        add_paths(self, program, style)
+    }
+}
+
+fn add_paths(scene: &mut Scene, program: &Program, style: &StrokeStyle<'_>) -> usize {
     let flat = drawn_moves(scene, program, style);
     let pass_numbers = consecutive_passes(&program.moves);
     let colours = PathColours::new(program, style);

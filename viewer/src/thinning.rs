@@ -6,7 +6,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::cells::Cells;
-use crate::scene::{LineLayer, Strip};
+use crate::shapes::{LineLayer, Strip};
 
 type Place = [f32; 3];
 

@@ -5,8 +5,8 @@ use claymill_nurbs::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::camera::Axes;
+use crate::model_view::ModelView;
 use crate::palette::{Rgb, stroke_shade};
-use crate::scene::ModelView;
 
 /// Size, pixels.
 const WIDTH: usize = 144;

@@ -3,8 +3,10 @@
 use claymill_nurbs::{Point3, Vector3};
 use claymill_toolpath::{End, Tool, ToolRecord};
 
+use crate::legend::{LegendEntry, Mark};
 use crate::palette::Rgb;
-use crate::scene::{LegendEntry, Mark, Scene, SurfaceVertex};
+use crate::scene::Scene;
+use crate::shapes::SurfaceVertex;
 
 const BALL: Rgb = [236, 196, 74];
 const SHANK: Rgb = [168, 172, 180];

@@ -3,7 +3,7 @@
 
 use claymill_nurbs::{Aabb, Point3, Vector3};
 
-use crate::scene::SurfaceMesh;
+use crate::shapes::SurfaceMesh;
 
 /// Triangles under one leaf.
 const LEAF: usize = 4;
@@ -155,7 +155,7 @@ fn nearest_on_triangle(p: &Point3, [a, b, c]: [Point3; 3]) -> Point3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::SurfaceVertex;
+    use crate::shapes::SurfaceVertex;
 
     /// A height field over a square of 100 mm: `z(x, y)` on a grid of 2 mm.
     fn field(z: impl Fn(f64, f64) -> f64) -> SurfaceMesh {

@@ -119,7 +119,7 @@ impl Command {
     pub(crate) fn draws(&self) -> bool {
         !matches!(
             self,
-            Command::Drop(_)
+            Command::Drop(DropArgs { out: None, .. })
                 | Command::Verify(_)
                 | Command::Post(_)
                 | Command::Simulate(_)

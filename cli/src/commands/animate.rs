@@ -5,15 +5,14 @@ use std::io::{Read as _, Write as _};
 use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
 
-use claymill_paths::times_s;
-use claymill_toolpath::{Job, Kind, Move, Output, Program, read_job, read_moves};
+use claymill_toolpath::{Kind, Output, Program, read_job, read_moves};
 use claymill_viewer::{Movie, PictureOptions, Places, Reel, Renderer, Stock, StrokeStyle, View};
-use rayon::prelude::*;
 
+use super::finished::{seconds, title};
 use super::pictures::{self, Album};
 use super::render::{camera, parse_size};
 use super::subject::Subject;
-use super::{Context, layers, report};
+use super::{Context, layers};
 use crate::args::{AnimateArgs, AxisArgs, ShowName};
 use crate::failure::{Failure, advice_on};
 use crate::{interrupt, output};
@@ -78,7 +77,7 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
         Album::new(model, &region_of_face, Some(&cut), regions.tolerance_mm).with_sides(&regions.sheets);
     let album = if args.stock.is_some() { album.for_maps() } else { album };
     let shown = if args.stock.is_some() { &SHOWN[..2] } else { &SHOWN[..] };
-    let mut bare = album.scene(&report::title(&job), None, shown)?;
+    let mut bare = album.scene(&title(&job), None, shown)?;
     bare.legend.clear();
     // Outlines that suit a large picture are heavy in a small one.
     let finer = (size[1] as f32 / FULL_HEIGHT).clamp(0.45, 1.0);
@@ -167,12 +166,6 @@ fn frames(args: &AnimateArgs, format: Format, [width, height]: [u32; 2]) -> Resu
         ));
     }
     Ok(count)
-}
-
-/// Seconds of every move: every setup begins and ends at rest.
-pub(crate) fn seconds(job: &Job, program: &Program) -> Vec<f64> {
-    let setups: Vec<&[Move]> = program.moves.chunk_by(|a, b| a.setup == b.setup).collect();
-    setups.par_iter().flat_map_iter(|moves| times_s(moves, &job.request.machine)).collect()
 }
 
 fn write(args: &AnimateArgs, format: Format, movie: &Movie, out: Output) -> Result<(), Failure> {

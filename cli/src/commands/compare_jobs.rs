@@ -1,9 +1,9 @@
 //! What a comparison is made of: one job for each combination of strategy, tool and scallop height.
 
+use super::finished::quoted;
 use super::job_file;
 use super::merge;
-use super::plan::{Request, USUAL_SCALLOP_MM, USUAL_TOOL};
-use super::report::quoted;
+use super::request::{Request, USUAL_SCALLOP_MM, USUAL_TOOL};
 use crate::args::{CompareArgs, JobOptions, StrategyName};
 use crate::failure::Failure;
 

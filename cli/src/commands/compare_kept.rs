@@ -10,7 +10,8 @@ use claymill_toolpath::{
 use claymill_verify::Verification;
 
 use super::job_file::{self, JOB_TOML};
-use super::plan::{Done, Request};
+use super::plan::Done;
+use super::request::Request;
 use super::{Context, guess, pictures, region_of_face, verify};
 use crate::console::Console;
 use crate::failure::Failure;

@@ -1,6 +1,7 @@
 use std::process::ExitCode;
 
-use super::plan::{Request, run};
+use super::plan::run;
+use super::request::Request;
 use super::{Context, sample};
 use crate::args::DemoArgs;
 use crate::failure::{Failure, PROBLEM};

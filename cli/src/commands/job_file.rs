@@ -5,7 +5,7 @@ use std::path::Path;
 use claymill_paths::Orientation;
 use claymill_toolpath::{LONGEST_WRITTEN, LinkStyle, read_plain_text};
 
-use super::plan::{LEAST, Request};
+use super::request::{LEAST, Request};
 use crate::args::{AxisArgs, JobOptions, LinkName, StrategyName, first_given};
 use crate::failure::{Failure, advice_on};
 

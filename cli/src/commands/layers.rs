@@ -12,9 +12,9 @@ use claymill_viewer::{
     LegendEntry, LineKind, Mark, Pin, PinShape, Reel, Rgb, Scene, StateScale, Stock, StrokeStyle, kind_colour,
 };
 
-use super::animate::seconds;
+use super::finished::seconds;
 use super::pictures::paint_scallops;
-use super::{Context, plan};
+use super::{Context, request};
 use crate::args::ShowName;
 use crate::failure::Failure;
 
@@ -50,7 +50,7 @@ pub(crate) struct Work<'a> {
 /// The job's tools, with another holder if one is given.
 pub(crate) fn tools(job: &Job, holder: Option<&str>) -> Result<Vec<ToolRecord>, Failure> {
     let with = |t: &ToolRecord| -> Result<ToolRecord, Failure> {
-        let own: Option<Holder> = holder.map(|text| plan::holder(text, &t.tool)).transpose()?;
+        let own: Option<Holder> = holder.map(|text| request::holder(text, &t.tool)).transpose()?;
         Ok(match own {
             // In all setups.
             Some(holder) => {

@@ -108,7 +108,9 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
     } else if context.json {
         context.print_json(&record)?;
     } else {
-        print(&record, options.high.angle_deg);
+        if !context.console.is_quiet() {
+            print(&record, options.high.angle_deg);
+        }
         if let Some(count) = args.why {
             why::print(&record, count);
         }

@@ -14,7 +14,7 @@ use claymill_viewer::{
 };
 use rayon::prelude::*;
 
-use super::report::{self, Finished};
+use super::finished::{Finished, title};
 use crate::args::ShowName;
 use crate::console::{Console, counted};
 use crate::failure::{Failure, advice_on};
@@ -278,7 +278,7 @@ fn alt(caption: &str, title: &str, view: &str) -> String {
 /// The map of scallop heights of a job that was drawn before.
 pub(crate) fn kept_scallop_map(job: &Job, folder: &Path) -> Option<ReportPicture> {
     let png = read_plain(&folder.join(SCALLOP_FILE), LONGEST_MADE).ok()?;
-    let alt = alt(SCALLOP_MAP, &report::title(job), "iso");
+    let alt = alt(SCALLOP_MAP, &title(job), "iso");
     Some(ReportPicture { caption: SCALLOP_MAP.to_owned(), alt, png })
 }
 
@@ -298,7 +298,7 @@ impl Album<'_> {
         finished: &Finished<'_>,
         axes: &Axes,
     ) -> Result<Vec<SetupSheet>, Failure> {
-        let title = report::title(finished.job);
+        let title = title(finished.job);
         let bare = self.scene(&title, None, &PREVIEWED)?;
         let colours = self.colours();
         let tools = &finished.job.tools;
@@ -349,7 +349,7 @@ impl Album<'_> {
         axes: &Axes,
         folder: &Path,
     ) -> Result<Vec<ReportPicture>, Failure> {
-        let (job, title) = (finished.job, report::title(finished.job));
+        let (job, title) = (finished.job, title(finished.job));
         let colours = self.colours();
         let style =
             StrokeStyle { region_colours: Some(&colours), tools: &job.tools, ..StrokeStyle::new(CHORD_MM) };

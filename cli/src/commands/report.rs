@@ -1,37 +1,18 @@
+//! `claymill report`: a job verified again and its report written anew.
+
 use std::path::Path;
 use std::process::ExitCode;
 
-use claymill_nurbs::Model;
-use claymill_paths::Orientation;
-use claymill_toolpath::{
-    Job, Program, REPORT_FILE, RegionsFile, Renewal, VERIFY_FILE, read_job, read_moves_judged, read_regions,
-};
-use claymill_verify::{
-    CRESTS_FILE, CrestSample, Verification, VerifyOptions, model_of, verify_with_crests, write_crests,
-};
+use claymill_toolpath::{Job, REPORT_FILE, Renewal, VERIFY_FILE, read_job, read_moves_judged, read_regions};
+use claymill_verify::{CRESTS_FILE, Verification, VerifyOptions, model_of, verify_with_crests, write_crests};
 use claymill_viewer::{ReportError, ReportInput, write_report};
 
-use super::animate::seconds;
+use super::finished::{Finished, quoted, seconds, title};
 use super::job_file::JOB_TOML;
 use super::{Context, orientation, pictures, region_of_face};
 use crate::args::{AxisArgs, ReportArgs};
 use crate::failure::Failure;
 use crate::interrupt;
-
-/// A job with all that its pictures and its report are made of.
-#[derive(Clone, Copy)]
-pub(crate) struct Finished<'a> {
-    pub(crate) model: &'a Model,
-    pub(crate) job: &'a Job,
-    pub(crate) regions: &'a RegionsFile,
-    pub(crate) region_of_face: &'a [usize],
-    pub(crate) program: &'a Program,
-    /// Of each move.
-    pub(crate) seconds: &'a [f64],
-    pub(crate) found: &'a Verification,
-    pub(crate) crests: &'a [CrestSample],
-    pub(crate) orientation: Orientation,
-}
 
 /// What `claymill report` writes into a job folder.
 const MADE_ANEW: [&str; 8] = [
@@ -118,39 +99,8 @@ pub(crate) fn write(
     Ok(written.map_err(|ReportError::Write(e)| e)?)
 }
 
-/// The model's file name.
-pub(crate) fn title(job: &Job) -> String {
-    let path = Path::new(&job.model.path);
-    path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
-}
-
 /// The command line that makes the job again: its own job file holds every option that was chosen or guessed.
 fn command(job: &Job, out: &Path) -> String {
     let (options, out) = (out.join(JOB_TOML).display().to_string(), out.display().to_string());
     ["claymill", "plan", &job.model.path, "--job", &options, "-o", &out].map(quoted).join(" ")
-}
-
-/// A word as a shell reads it back.
-pub(crate) fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_+=./:,@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        return word.to_owned();
-    }
-    format!("'{}'", word.replace('\'', r"'\''"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_come_back_from_the_shell_as_they_were() {
-        for word in ["car.igs", "my car's model.igs", "layer:a b", "", "$HOME;ls", "+z", "-y"] {
-            let shell = std::process::Command::new("sh")
-                .args(["-c", &format!("printf '%s' {}", quoted(word))])
-                .output();
-            let Ok(shell) = shell else { return eprintln!("skipped: no shell") };
-            assert_eq!(String::from_utf8_lossy(&shell.stdout), word);
-        }
-    }
 }

@@ -6,7 +6,7 @@ use claymill_verify::{
     BallShare, BoundsKept, HolderClearance, Severity, TooTight, Verification, VerifyOptions,
 };
 
-use super::{Context, plan, post};
+use super::{Context, post, request};
 use crate::args::{VerifyArgs, check_clearance};
 use crate::console::{Console, Tone};
 use crate::failure::{Failure, NOT_PASSED, advice_on};
@@ -23,7 +23,7 @@ pub(crate) fn verify(context: &Context, args: &VerifyArgs) -> Result<ExitCode, F
     let holder = args.holder.as_deref().map(|text| holder(&args.folder, text)).transpose()?;
     let options = VerifyOptions {
         holder,
-        holder_clearance_mm: plan::holder_clearance(args.holder_clearance)?,
+        holder_clearance_mm: request::holder_clearance(args.holder_clearance)?,
         model: args.model.clone(),
         obstacles: args.check.clone(),
         obstacle_unit_mm: args.mesh_unit,
@@ -35,7 +35,8 @@ pub(crate) fn verify(context: &Context, args: &VerifyArgs) -> Result<ExitCode, F
     let as_planned = args.program.is_empty()
         && args.check.is_empty()
         && options.holder.is_none()
-        && options.holder_clearance_mm.is_none();
+        && options.holder_clearance_mm.is_none()
+        && options.check_clearance_mm.is_none();
     let found = if args.program.is_empty() {
         context.console.stage("verifying");
         claymill_verify::verify(&args.folder, &options, &progress)?
@@ -82,7 +83,7 @@ pub(crate) fn write(folder: &Path, found: &Verification) -> Result<(), Failure> 
 
 /// The holder as written on the command line, for the tool of a job.
 fn holder(folder: &Path, text: &str) -> Result<Holder, Failure> {
-    plan::holder(text, &read_job(folder)?.request.tool)
+    request::holder(text, &read_job(folder)?.request.tool)
 }
 
 /// The moves as the control will see them. What the post may use up comes on top of what a pass may lie high.

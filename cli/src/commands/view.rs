@@ -28,9 +28,10 @@ mod with_window {
     use claymill_window::{Exhibit, Headless, JobToShow, Paint, Stage, WindowError, WindowOptions, show};
 
     use super::{Context, ExitCode, Failure, ViewArgs};
+    use crate::commands::finished::seconds;
     use crate::commands::render::parse_size;
     use crate::commands::subject::{Subject, job_in};
-    use crate::commands::{animate, layers, pictures};
+    use crate::commands::{layers, pictures};
     use crate::console::{outln, peak_memory_mb};
     use crate::material::free_sides;
     use crate::output;
@@ -191,7 +192,7 @@ mod with_window {
                 if program.moves.is_empty() {
                     context.console.say("warning: the job holds no moves; the model alone is shown");
                 }
-                let seconds = animate::seconds(&job, &program);
+                let seconds = seconds(&job, &program);
                 let verification = verification(context, &args.what);
                 let crests = read_crests(&args.what, &job)
                     .map(|crests| Arc::new(crests.into_iter().map(|c| (c.foot, c.height_mm)).collect()));

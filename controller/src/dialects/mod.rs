@@ -197,9 +197,10 @@ pub(crate) fn title(page: &Page, section: &Section) -> [String; 2] {
     );
     let points = section.strokes.iter().flat_map(|s| s.curve.points());
     let lowest = points.map(|p| p.z).fold(f64::INFINITY, f64::min);
+    let held = section.stick_out_mm.map_or_else(String::new, |mm| format!(", sticks out {}", text(mm)));
     [
         format!(
-            "setup {} tool T{} ball R{}, its tip is programmed",
+            "setup {} tool T{} ball R{}{held}, its tip is programmed",
             section.setup,
             section.tool_number,
             text(section.radius_mm)

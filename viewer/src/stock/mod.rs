@@ -23,8 +23,10 @@ use self::checkpoints::Checkpoints;
 use self::grid::Grid;
 use self::heights::Heights;
 use crate::course::Course;
+use crate::legend::{LegendEntry, Mark};
 use crate::palette::Rgb;
-use crate::scene::{LegendEntry, LineKind, Mark, Scene};
+use crate::scene::Scene;
+use crate::shapes::LineKind;
 
 /// Material that is still to go, and what has been cut.
 const TO_GO: Rgb = [124, 92, 68];

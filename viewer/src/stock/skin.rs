@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use super::TO_GO;
 use super::grid::{Grid, LEFT};
 use super::heights::Heights;
-use crate::scene::{Scene, SurfaceVertex};
+use crate::scene::Scene;
+use crate::shapes::SurfaceVertex;
 
 /// Side of the largest square, cells.
 const SQUARE: usize = 16;

@@ -2,7 +2,7 @@ use std::time::{Duration, Instant};
 
 use super::*;
 use crate::animation::Reel;
-use crate::scene::SurfaceVertex;
+use crate::shapes::SurfaceVertex;
 use crate::strokes::StrokeStyle;
 use claymill_nurbs::Point3;
 use claymill_toolpath::{Move, MoveKind, Program, Tool, ToolRecord};

@@ -1,3 +1,5 @@
+//! A watch on memory: a job that takes nearly all there is ends with a message instead of being killed.
+
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;

@@ -1,3 +1,5 @@
+//! Triangles of a trimmed face whose deviation from the surface is bounded.
+
 mod constraints;
 mod grid;
 mod lines;

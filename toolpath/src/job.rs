@@ -1,3 +1,5 @@
+//! The job record, `job.json`: what was asked for, what was planned, totals and areas.
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

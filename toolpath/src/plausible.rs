@@ -1,3 +1,5 @@
+//! Limits of what values a job can hold: what is read from a file may be anything.
+
 use crate::holder::LONGEST_MM;
 use crate::{Holder, Job, Move, MoveError, RegionsFile, ToolRecord};
 

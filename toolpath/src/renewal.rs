@@ -1,3 +1,5 @@
+//! Files of a finished job folder made anew, put in place one by one, with the list of hashes last.
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

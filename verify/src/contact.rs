@@ -1,3 +1,5 @@
+//! Gouge and contact along the paths: the distance of the ball from all faces, proven between samples.
+
 use claymill_nurbs::{Foot, Hint};
 use claymill_toolpath::MoveKind;
 use rayon::prelude::*;

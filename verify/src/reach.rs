@@ -1,3 +1,5 @@
+//! What a tool can reach: from which setups, and why not from any. It knows nothing of the planner.
+
 use std::cmp::Ordering;
 
 use claymill_nurbs::{Aabb, Hint, Point3, Vector3};

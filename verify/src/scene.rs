@@ -1,3 +1,5 @@
+//! What all measurements look at: the model, its closest points, the moves and the free sides of faces.
+
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use claymill_nurbs::{Aabb, ClosestPoints, FaceId, Foot, Model, Point3, Vector3};

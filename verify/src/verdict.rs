@@ -1,3 +1,5 @@
+//! The verdict: findings from the measurements, and whether any of them is an error.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

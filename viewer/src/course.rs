@@ -1,3 +1,5 @@
+//! Where the tool is at any time of a job.
+
 use claymill_nurbs::{Point3, Vector3};
 use claymill_toolpath::{Move, Program, ToolRecord};
 

@@ -1,3 +1,5 @@
+//! A scene of a model: coloured faces, borders, pins, labels and legend, built without a graphics card.
+
 use std::collections::HashSet;
 use std::ops::Range;
 

@@ -1,3 +1,6 @@
+//! `claymill compare`: every combination of strategy, scallop height and tool, planned and verified on
+//! the same terms, on one page.
+
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::ExitCode;

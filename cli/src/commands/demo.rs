@@ -1,3 +1,5 @@
+//! `claymill demo`: the built-in vehicle, from the generated model to the finished job.
+
 use std::process::ExitCode;
 
 use super::plan::run;

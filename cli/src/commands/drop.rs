@@ -1,3 +1,5 @@
+//! `claymill drop`: where a tool comes to rest over given places, with proof and picture.
+
 use std::path::Path;
 use std::process::ExitCode;
 

@@ -1,3 +1,5 @@
+//! The pictures of a job or a model: what each shows, how finely it is triangulated, its caption.
+
 use std::path::Path;
 
 use claymill_controller::Frame;

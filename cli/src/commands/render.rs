@@ -1,3 +1,5 @@
+//! `claymill render`: one picture of a model or a job, with layers, view and size of choice.
+
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

@@ -1,3 +1,5 @@
+//! `claymill verify`: the written files measured again, and the verdict told and kept.
+
 use std::path::Path;
 use std::process::ExitCode;
 

@@ -1,3 +1,5 @@
+//! `claymill view`: a model or a job in a window, or one picture of that window.
+
 use std::process::ExitCode;
 
 use super::Context;

@@ -1,3 +1,6 @@
+//! Triangulation of a trimmed face: constrained Delaunay over boundary and grid points in the scaled
+//! parameter plane.
+
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

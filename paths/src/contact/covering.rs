@@ -1,3 +1,5 @@
+//! The covering: triangles over all faces, each with a bound of how far the surface is from it.
+
 use std::collections::HashSet;
 
 use claymill_nurbs::{

@@ -1,6 +1,9 @@
+//! The ball dropped along the tool axis on all faces: branch and bound over the covering, then Newton on
+//! the exact surfaces.
+
 use std::sync::OnceLock;
 
-use claymill_nurbs::{Aabb, Curve2, Domain, FaceId, Foot, Leaves, Model, NurbsSurface, Point2, Point3};
+use claymill_nurbs::{Aabb, Curve2, Domain, FaceId, Leaves, Model, NurbsSurface, Point2, Point3};
 use claymill_toolpath::Tool;
 use rayon::prelude::*;
 
@@ -40,10 +43,10 @@ pub struct BallDrop<'a> {
     /// What stands out above the ball.
     sides: Vec<Body>,
     /// The sides of faces that it may touch when it cuts.
-    free: FreeSides<'a>,
-    rims: Rims,
+    pub(super) free: FreeSides<'a>,
+    pub(super) rims: Rims,
     /// Where it is in the material though it may touch nothing there; `None` where it cannot be.
-    material: Option<Material<'a>>,
+    pub(super) material: Option<Material<'a>>,
     widest_mm: f64,
 }
 
@@ -153,51 +156,6 @@ impl<'a> BallDrop<'a> {
     pub fn of_tool(model: &Model, covering: &'a Covering, frame: &Frame, tool: &Tool) -> Self {
         let ball = BallDrop::new(model, covering, frame, tool.radius_mm());
         BallDrop { sides: Body::sides(tool), widest_mm: tool.widest_mm(), ..ball }
-    }
-
-    /// The same for a ball that cuts these sides of faces. It rests where it would, and is asked whether it may.
-    pub(crate) fn on_free_sides(
-        self,
-        free: FreeSides<'a>,
-        rims: Rims,
-        material: Option<Material<'a>>,
-    ) -> Self {
-        BallDrop { free, rims, material, ..self }
-    }
-
-    /// The sides of faces that may be cut.
-    pub(crate) fn free(&self) -> FreeSides<'a> {
-        self.free
-    }
-
-    /// Whether the ball is in the material somewhere on its way up from a place of its centre.
-    pub(crate) fn is_in_material_above(&self, centre: &Point3) -> bool {
-        self.material.as_ref().is_some_and(|material| material.is_above(centre))
-    }
-
-    /// Whether it is with its centre at a place of the model, of which `foot` is nearest to there.
-    pub(crate) fn is_in_material(&self, foot: &Foot, centre: &Point3) -> bool {
-        self.material.as_ref().is_some_and(|material| material.holds(foot, centre))
-    }
-
-    /// Whether the inside of a face carries the ball on the side of the material, or the ball has rolled over an open border to
-    /// that side, or would have to come through the material.
-    pub(crate) fn touches_material(&self, at: &Location) -> bool {
-        self.is_carried_by_material(at) || self.is_in_material_above(&at.centre)
-    }
-
-    fn is_carried_by_material(&self, at: &Location) -> bool {
-        let (u, v) = match at.support {
-            Support::Face { u, v } => (u, v),
-            // What is bounded only is mostly such an edge, where a surface is singular.
-            Support::Edge | Support::Bound => {
-                return self.rims.is_rolled_over(&(at.centre - at.normal * self.radius_mm), &at.normal);
-            }
-            Support::Side => return false,
-        };
-        !self.free.of(at.face).is_both()
-            && (self.surface(at.face).normal(u, v))
-                .is_some_and(|(n, _)| !self.free.allow(at.face, n.dot(&at.normal) > 0.0))
     }
 
     /// Corners of the triangles, which lie on the faces.

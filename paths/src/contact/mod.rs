@@ -18,6 +18,7 @@ mod floor;
 mod held;
 mod joint;
 mod march;
+mod material_side;
 mod shape;
 mod sheet;
 mod subdivide;

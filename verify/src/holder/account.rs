@@ -1,3 +1,5 @@
+//! What is reported of holder and shank: distances, stick-outs needed, moves that touch.
+
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;

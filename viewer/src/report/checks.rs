@@ -1,3 +1,5 @@
+//! The section of the report that tells whether the job may be run, and the table of measurements.
+
 use claymill_verify::{
     Coverage, Finding, HISTOGRAM_BIN, Place, Severity, SurfaceState, TooTight, Verification,
 };

@@ -1,3 +1,5 @@
+//! Setup sheets: a page for the machine for every tool direction.
+
 use claymill_nurbs::Vector3;
 use claymill_toolpath::{MoveKind, Setup};
 use maud::{Markup, html};

@@ -1,3 +1,5 @@
+//! The 3-D view of the report: data, controls and scripts.
+
 use std::collections::BTreeMap;
 use std::io::Write;
 

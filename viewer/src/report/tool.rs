@@ -1,3 +1,5 @@
+//! The tool in words, and drawn to scale in its holder.
+
 use claymill_toolpath::{Tool, ToolRecord};
 use maud::{Markup, html};
 

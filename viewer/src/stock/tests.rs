@@ -1,3 +1,5 @@
+//! Cuts into a plate whose depths are known.
+
 use std::time::{Duration, Instant};
 
 use super::*;

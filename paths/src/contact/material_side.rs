@@ -1,0 +1,56 @@
+//! Whether a ball that rests somewhere touches the side of a face that is free of material.
+
+use claymill_nurbs::{Foot, Point3};
+
+use super::{BallDrop, Location, Support};
+use crate::free_sides::FreeSides;
+use crate::material::Material;
+use crate::rims::Rims;
+
+impl<'a> BallDrop<'a> {
+    /// The same for a ball that cuts these sides of faces. It rests where it would, and is asked whether it may.
+    pub(crate) fn on_free_sides(
+        mut self,
+        free: FreeSides<'a>,
+        rims: Rims,
+        material: Option<Material<'a>>,
+    ) -> Self {
+        (self.free, self.rims, self.material) = (free, rims, material);
+        self
+    }
+
+    /// The sides of faces that may be cut.
+    pub(crate) fn free(&self) -> FreeSides<'a> {
+        self.free
+    }
+
+    /// Whether the ball is in the material somewhere on its way up from a place of its centre.
+    pub(crate) fn is_in_material_above(&self, centre: &Point3) -> bool {
+        self.material.as_ref().is_some_and(|material| material.is_above(centre))
+    }
+
+    /// Whether it is with its centre at a place of the model, of which `foot` is nearest to there.
+    pub(crate) fn is_in_material(&self, foot: &Foot, centre: &Point3) -> bool {
+        self.material.as_ref().is_some_and(|material| material.holds(foot, centre))
+    }
+
+    /// Whether the inside of a face carries the ball on the side of the material, or the ball has rolled over an open border to
+    /// that side, or would have to come through the material.
+    pub(crate) fn touches_material(&self, at: &Location) -> bool {
+        self.is_carried_by_material(at) || self.is_in_material_above(&at.centre)
+    }
+
+    fn is_carried_by_material(&self, at: &Location) -> bool {
+        let (u, v) = match at.support {
+            Support::Face { u, v } => (u, v),
+            // What is bounded only is mostly such an edge, where a surface is singular.
+            Support::Edge | Support::Bound => {
+                return self.rims.is_rolled_over(&(at.centre - at.normal * self.radius_mm()), &at.normal);
+            }
+            Support::Side => return false,
+        };
+        !self.free.of(at.face).is_both()
+            && (self.surface(at.face).normal(u, v))
+                .is_some_and(|(n, _)| !self.free.allow(at.face, n.dot(&at.normal) > 0.0))
+    }
+}

@@ -27,7 +27,7 @@ const NEAR_SCALLOPS: f64 = 1.6;
 /// Files let faces curl over at their borders, by less than this: a side has to be that of the material all around, mm.
 const ALL_AROUND_MM: f64 = 0.2;
 /// On the way up it is looked this often, in ball radii, where a face is near.
-const RISE_RADII: f64 = 0.05;
+const RISE_RADII: f64 = 0.1;
 /// A face is behind the ball where its triangle is so far behind, in ball radii: normals differ within a triangle.
 const BEHIND_RADII: f64 = 0.5;
 /// And by so much in how far it looks up (`n·axis`).
@@ -98,20 +98,30 @@ impl<'a> Material<'a> {
 
     /// Whether a ball on its way up from a place of its centre, in the setup's coordinates, is in the material somewhere.
     pub(crate) fn is_above(&self, centre: &Point3) -> bool {
-        let mut hint = Hint::default();
-        let mut found = false;
         let may_hold =
             |b: &Aabb| (0..2).all(|k| b.min[k] <= centre[k] && centre[k] <= b.max[k]) && centre.z <= b.max[2];
+        let mut behind = Vec::new();
         let visit = |k: usize| {
-            found = self.is_behind(&self.backs[k], centre, &mut hint);
-            if found { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            behind.extend(self.behind(&self.backs[k], centre));
+            ControlFlow::Continue(())
         };
         self.tree.visit(|boxes| boxes.each(may_hold), visit);
-        found
+        // Triangles one above the other, and those beside each other, are looked at together.
+        behind.sort_by(|a: &[f64; 2], b| a[0].total_cmp(&b[0]));
+        let mut hint = Hint::default();
+        let mut from = f64::NEG_INFINITY;
+        behind.into_iter().any(|[low, high]| {
+            if high <= from {
+                return false;
+            }
+            let low = low.max(from);
+            from = high;
+            self.is_within(centre, [low, high], &mut hint)
+        })
     }
 
-    /// The same beside one triangle.
-    fn is_behind(&self, back: &Back, centre: &Point3, hint: &mut Hint) -> bool {
+    /// The heights at which a ball on its way up may be behind a triangle.
+    fn behind(&self, back: &Back, centre: &Point3) -> Option<[f64; 2]> {
         let (mut from, mut to) = (centre.z.max(back.heights[0]), back.heights[1]);
         // How far before the triangle's plane the ball is at a height: between two bounds it may be behind.
         let level = back.normal.dot(&(Point3::new(centre.x, centre.y, 0.0) - back.at));
@@ -121,12 +131,17 @@ impl<'a> Material<'a> {
         ];
         if back.normal.z.abs() < f64::EPSILON {
             if !(bounds[0]..=bounds[1]).contains(&level) {
-                return false;
+                return None;
             }
         } else {
             let [a, b] = bounds.map(|mm| (mm - level) / back.normal.z);
             (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
         }
+        (from <= to).then_some([from, to])
+    }
+
+    /// Whether the ball is in the material somewhere between two heights of its centre.
+    fn is_within(&self, centre: &Point3, [from, to]: [f64; 2], hint: &mut Hint) -> bool {
         let within_mm = self.radius_mm + self.near_mm;
         let least_mm = RISE_RADII * self.radius_mm;
         let mut height = from;

@@ -35,12 +35,9 @@ impl<'a> BallDrop<'a> {
     }
 
     /// Whether the inside of a face carries the ball on the side of the material, or the ball has rolled over an open border to
-    /// that side, or would have to come through the material.
+    /// that side. Whether it would have to come through the material is not asked: that takes closest points on its whole way
+    /// up, and what is written is looked at once more.
     pub(crate) fn touches_material(&self, at: &Location) -> bool {
-        self.is_carried_by_material(at) || self.is_in_material_above(&at.centre)
-    }
-
-    fn is_carried_by_material(&self, at: &Location) -> bool {
         let (u, v) = match at.support {
             Support::Face { u, v } => (u, v),
             // What is bounded only is mostly such an edge, where a surface is singular.

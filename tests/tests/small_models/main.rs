@@ -138,7 +138,6 @@ fn one(seed: u64) -> Outcome {
 /// What is wrong with the moves; all that the verifier measures if `fully`, else gouges alone.
 fn harms(what: &str, model: &Model, job: &Job, program: &Program, fully: bool) -> Vec<String> {
     let options = VerifyOptions::default();
-    let kind = |seq: u64| program.moves[seq as usize].kind;
     if !fully {
         let samples = gouge_samples(model, job, program, &options, &|_, _| {}).unwrap();
         let deepest = samples.iter().max_by(|a, b| a.depth_mm.total_cmp(&b.depth_mm));
@@ -153,8 +152,9 @@ fn harms(what: &str, model: &Model, job: &Job, program: &Program, fully: bool) -
     let found = verify_program(model, job, program, &options, &|_, _| {}).unwrap();
     let mut wrong = Vec::new();
     for finding in found.verdict.findings.iter().filter(|f| f.severity == Severity::Error) {
-        let kind = finding.place.as_ref().and_then(|p| p.move_seq).map(kind);
-        let text = format!("{what}: {}, {kind:?}, {:?}", finding.message, finding.place);
+        let at = finding.place.as_ref().and_then(|p| p.move_seq).map(|seq| &program.moves[seq as usize]);
+        let at = at.map(|m| (m.kind, m.setup.as_str(), [m.start(), m.end()].map(|p| p.coords)));
+        let text = format!("{what}: {}, {at:?}, {:?}", finding.message, finding.place);
         eprintln!("{:?} {text}", finding.code);
         if HARMFUL.contains(&finding.code) {
             wrong.push(text);

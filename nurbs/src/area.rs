@@ -17,7 +17,7 @@ const INNER: f64 = 0.1;
 const APART: f64 = 0.25;
 /// Halvings of all integrals of a face together: what is smooth between its knots takes about ten for each part, a pole some
 /// thousands.
-const HALVINGS: u64 = 20_000;
+const HALVINGS: u64 = 10_000;
 const HALVINGS_FOR_EACH_PART: u64 = 30;
 
 /// The area of a trimmed face.

@@ -95,33 +95,41 @@ impl MeshOptions {
 pub(crate) fn rectangle(face: &Face, rings: &[Ring], whole: (Point2, Point2)) -> Option<(Point2, Point2)> {
     let [ring] = rings else { return None };
     let (low, high) = ring.hull();
+    let runs_around = |slack: Point2| {
+        let along_a_side = |points: &mut dyn Iterator<Item = Point2>| {
+            let mut sides = [true; 4];
+            for p in points {
+                let near = [p.x - low.x, high.x - p.x, p.y - low.y, high.y - p.y];
+                let slacks = [slack.x, slack.x, slack.y, slack.y];
+                (0..4).for_each(|k| sides[k] &= near[k] <= slacks[k]);
+            }
+            sides.contains(&true)
+        };
+        let around = ring.arcs.iter().all(|a| along_a_side(&mut a.control_points()));
+        // Along the sides and back again would enclose nothing: the corners must be met.
+        let corners = [low, high, Point2::new(low.x, high.y), Point2::new(high.x, low.y)];
+        let is_met = |c: &Point2| {
+            let near = |p: Point2| (p.x - c.x).abs() <= slack.x && (p.y - c.y).abs() <= slack.y;
+            ring.arcs.iter().any(|a| near(a.start()))
+        };
+        around && corners.iter().all(is_met)
+    };
+    // The size of the surface takes time, and most loops leave no doubt without it.
+    let most = Point2::from((high - low) * 1e-3);
+    if !(low.x < high.x && low.y < high.y && runs_around(most)) {
+        return None;
+    }
+    if (low, high) == whole && runs_around(Point2::origin()) {
+        return Some(whole);
+    }
     let size = Curvedness::of(&face.surface).over(low, high);
     // Where the surface stands still (a plane has no such place) any parameter distance is the same point.
-    let slack = Point2::new(
-        (RECTANGLE_MM / size.u).min(1e-3 * (high.x - low.x)),
-        (RECTANGLE_MM / size.v).min(1e-3 * (high.y - low.y)),
-    );
-    let along_a_side = |points: &mut dyn Iterator<Item = Point2>| {
-        let mut sides = [true; 4];
-        for p in points {
-            let near = [p.x - low.x, high.x - p.x, p.y - low.y, high.y - p.y];
-            let slacks = [slack.x, slack.x, slack.y, slack.y];
-            (0..4).for_each(|k| sides[k] &= near[k] <= slacks[k]);
-        }
-        sides.contains(&true)
-    };
-    let around = ring.arcs.iter().all(|a| along_a_side(&mut a.control_points()));
-    // Along the sides and back again would enclose nothing: the corners must be met.
-    let corners = [low, high, Point2::new(low.x, high.y), Point2::new(high.x, low.y)];
-    let met = corners.iter().all(|c| {
-        let near = |p: Point2| (p.x - c.x).abs() <= slack.x && (p.y - c.y).abs() <= slack.y;
-        ring.arcs.iter().any(|a| near(a.start()))
-    });
+    let slack = Point2::new((RECTANGLE_MM / size.u).min(most.x), (RECTANGLE_MM / size.v).min(most.y));
     let snap = |x: f64, side: f64, slack: f64| if (x - side).abs() <= slack { side } else { x };
     let snapped = (
         Point2::new(snap(low.x, whole.0.x, slack.x), snap(low.y, whole.0.y, slack.y)),
         Point2::new(snap(high.x, whole.1.x, slack.x), snap(high.y, whole.1.y, slack.y)),
     );
     let inside = snapped.0 >= whole.0 && snapped.1 <= whole.1;
-    (around && met && inside && low.x < high.x && low.y < high.y).then_some(snapped)
+    (inside && runs_around(slack)).then_some(snapped)
 }

@@ -8,7 +8,7 @@ mod step_text;
 
 use std::fmt::Write;
 use std::path::Path;
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use claymill_exchange::{Import, ReadError, read_bytes};
@@ -19,8 +19,12 @@ use step_text::{polygon, ring};
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
 
-/// Memory is counted for the whole process: one file at a time.
+/// Memory is counted for the whole process: one test at a time, with the text that it makes.
 static ALONE: Mutex<()> = Mutex::new(());
+
+fn alone() -> MutexGuard<'static, ()> {
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// A file may take so many bytes of memory for each of its own, and these besides, as in `fuzz/`.
 const TIMES_INPUT: usize = 50;
@@ -30,7 +34,6 @@ const LONGEST: Duration = Duration::from_secs(10);
 /// Reads a file that must end soon and in little memory.
 #[track_caller]
 fn read(text: &str) -> Result<Import, ReadError> {
-    let _alone = ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     // The thread pool is made on first use.
     rayon_is_up();
     let before = MEMORY.current_usage();
@@ -140,6 +143,7 @@ fn plate(list: &str, more: &str) -> String {
 
 #[test]
 fn doubled_placements_are_counted_before_anything_is_built() {
+    let _alone = alone();
     let told = refusal(&mapped(12, 100.0));
     assert!(
         told.contains("#1000: the representation `level 0` unfolds to 8191 placed parts with 4096 faces"),
@@ -153,6 +157,7 @@ fn doubled_placements_are_counted_before_anything_is_built() {
 
 #[test]
 fn nesting_as_assemblies_have_it_is_read() {
+    let _alone = alone();
     let import = read(&mapped(6, 100.0)).unwrap();
     assert_eq!(import.model.faces.len(), 64);
     let import = read(&assembly(6)).unwrap();
@@ -173,6 +178,7 @@ fn nesting_as_assemblies_have_it_is_read() {
 
 #[test]
 fn what_stands_twice_at_one_place_is_read_once() {
+    let _alone = alone();
     let import = read(&mapped(12, 0.0)).unwrap();
     assert_eq!(import.model.faces.len(), 1);
     let told = |w: &&String| w.contains("where it stands already");
@@ -181,6 +187,7 @@ fn what_stands_twice_at_one_place_is_read_once() {
 
 #[test]
 fn a_face_listed_again_is_read_once() {
+    let _alone = alone();
     let import = read(&plate(&vec!["#100"; 300_000].join(","), "")).unwrap();
     assert_eq!((import.model.faces.len(), import.report.warnings.len()), (1, 1));
     let told = &import.report.warnings[0];
@@ -203,6 +210,7 @@ fn perforated(bounds: &str, more: &str) -> String {
 
 #[test]
 fn a_hole_listed_again_is_read_once() {
+    let _alone = alone();
     let hole = ring(300, 4.0, -3.0, false);
     let own = ["#301", "#302", "#303", "#304"];
     let plain = read(&perforated("#300", &hole)).unwrap();
@@ -229,6 +237,7 @@ fn a_hole_listed_again_is_read_once() {
 
 #[test]
 fn curves_within_curves_are_counted_before_they_are_built() {
+    let _alone = alone();
     // A thousand times a thousand lines.
     let segments = |first: u64, curve: u64| {
         let segment = first + 1;
@@ -251,6 +260,7 @@ fn curves_within_curves_are_counted_before_they_are_built() {
 
 #[test]
 fn long_names_and_styles_of_styles_take_little() {
+    let _alone = alone();
     let face = |id: u64| format!("#{id}=ADVANCED_FACE('',(#200),#50,.T.);\n");
     let ids: Vec<String> = (1000..1900).map(|id| format!("#{id}")).collect();
     let layer =
@@ -268,6 +278,7 @@ fn long_names_and_styles_of_styles_take_little() {
 
 #[test]
 fn a_shell_that_refers_to_no_face_says_so() {
+    let _alone = alone();
     let import = read(&plate("#100,#77,#50", "")).unwrap();
     let told: Vec<_> = import.report.skipped.iter().map(|s| format!("{} {}", s.entity, s.reason)).collect();
     assert_eq!(
@@ -288,6 +299,7 @@ fn trimmed(curves: Vec<Entity>) -> Vec<Entity> {
 
 #[test]
 fn composites_of_composites_are_counted_before_they_are_built() {
+    let _alone = alone();
     let many = |de: u32| entity(102, format!("1000,{}", vec![de.to_string(); 1000].join(",")));
     let text = iges_text::file(&trimmed(vec![many(9), many(11), line([1.0, 1.0, 0.0], [9.0, 1.0, 0.0])]));
     let told = skipped(&text);
@@ -296,6 +308,7 @@ fn composites_of_composites_are_counted_before_they_are_built() {
 
 #[test]
 fn subfigures_of_subfigures_are_counted_before_they_are_placed() {
+    let _alone = alone();
     // Each places the next one twice; the last holds the face. Depth 15 is within what subfigures may nest.
     let mut entities = Vec::new();
     for k in 0..15 {
@@ -313,6 +326,7 @@ fn subfigures_of_subfigures_are_counted_before_they_are_placed() {
 
 #[test]
 fn a_loop_listed_again_is_read_once_in_iges() {
+    let _alone = alone();
     let corners = [[1.0, 1.0, 0.0], [9.0, 1.0, 0.0], [9.0, 7.0, 0.0], [1.0, 1.0, 0.0]];
     let mut entities = vec![
         entity(144, format!("3,0,3000,0,{}", vec!["5"; 3000].join(","))),
@@ -328,6 +342,7 @@ fn a_loop_listed_again_is_read_once_in_iges() {
 
 #[test]
 fn numbers_of_lost_cards_take_no_room() {
+    let _alone = alone();
     // Every card says that a hundred thousand before it are lost.
     let text = iges_text::file(&[flat(10.0, 8.0)]);
     let mut far = String::new();
@@ -348,6 +363,7 @@ fn numbers_of_lost_cards_take_no_room() {
 
 #[test]
 fn a_net_larger_than_its_record_is_refused_before_it_is_made() {
+    let _alone = alone();
     let breaks = (0..=1000).map(|i| format!("{i}.")).collect::<Vec<_>>().join(",");
     let told = skipped(&iges_text::file(&[entity(114, format!("3,1,1000,1000,{breaks},{breaks},1.,2.,3."))]));
     assert!(told.contains("missing or break off"), "{told}");
@@ -360,6 +376,7 @@ fn a_net_larger_than_its_record_is_refused_before_it_is_made() {
 
 #[test]
 fn what_reaches_implausibly_far_is_left_out_by_name() {
+    let _alone = alone();
     // A plate of small squares, and three of them with a corner a thousand kilometres away.
     let squares = |far: &[usize]| -> Vec<Entity> {
         let square = |i: usize| {
@@ -385,6 +402,7 @@ fn what_reaches_implausibly_far_is_left_out_by_name() {
 
 #[test]
 fn an_absurd_tolerance_is_not_believed() {
+    let _alone = alone();
     let text = plate("#100", "").replace("LENGTH_MEASURE(0.001)", "LENGTH_MEASURE(1.E300)");
     let import = read(&text).unwrap();
     assert_eq!(import.model.tolerance_mm, 10.0);
@@ -393,12 +411,14 @@ fn an_absurd_tolerance_is_not_believed() {
 
 #[test]
 fn exponents_beyond_all_numbers_are_survived() {
+    let _alone = alone();
     let text = plate("#100", "#20=CARTESIAN_POINT('',(1.E-2147483648,2.5E-2147483648,1.E2147483647));\n");
     assert_eq!(read(&text).unwrap().model.faces.len(), 1);
 }
 
 #[test]
 fn an_entity_whose_types_differ_is_named() {
+    let _alone = alone();
     let text = iges_text::file(&[flat(10.0, 8.0), flat(10.0, 8.0)]);
     // In the directory the second one is no surface.
     let at = text.rmatch_indices("     128").nth(1).unwrap().0;
@@ -414,6 +434,7 @@ fn an_entity_whose_types_differ_is_named() {
 
 #[test]
 fn a_subfigure_that_cannot_be_placed_is_named() {
+    let _alone = alone();
     let sound =
         [entity(308, "0,5Hwheel,1,3"), flat(10.0, 8.0), entity(408, "1,100.,0.,0.,1."), flat(10.0, 8.0)];
     for (number, damaged) in [(2, entity(408, "99,100.,0.,0.,1.")), (0, entity(308, "0,5Hwheel,900,3"))] {

@@ -25,7 +25,7 @@ pub struct LegendEntry {
     pub text: String,
 }
 
-/// The legend of regions coloured by [`colour_regions`]: a line a colour, with the numbers of all regions that have it.
+/// The legend of regions coloured by [`crate::colour_regions`]: a line a colour, with the numbers of all regions that have it.
 #[must_use]
 pub fn region_legend(colours: &[Rgb]) -> Vec<LegendEntry> {
     const NAMED: usize = 6;

@@ -57,7 +57,7 @@ def main():
     corpus = occ.corpus(arguments)
     places = int(arguments[1]) if len(arguments) > 1 else 60
     python = occ.python()
-    drop = occ.example("claymill-paths", "drop")
+    drop = occ.example("claymill-contact", "drop")
     worst = 0.0
     print(f"{'model':28}{'ball, mm':>10}{'locations':>11}{'judged':>8}{'deepest, µm':>13}{'highest, µm':>13}")
     for name, balls, rows, step in MODELS:

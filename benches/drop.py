@@ -79,7 +79,7 @@ def main():
     deflection = arguments[2] if len(arguments) > 2 else "0.01"
     python = occ.python()
     subprocess.run([python, "-m", "pip", "install", "--quiet", PACKAGE], check=True)
-    drop = occ.example("claymill-paths", "drop")
+    drop = occ.example("claymill-contact", "drop")
     with tempfile.TemporaryDirectory() as folder:
         ours, places, heights, mesh, check = (Path(folder) / n for n in ["ours", "places", "heights", "m.stl", "check"])
         command = [drop, model, str(RADIUS_MM), str(ROWS_MM), str(STEP_MM)]

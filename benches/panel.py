@@ -88,7 +88,7 @@ else:
 
 def main():
     python = occ.python()
-    drop = occ.example("claymill-paths", "drop")
+    drop = occ.example("claymill-contact", "drop")
     with tempfile.TemporaryDirectory() as folder:
         model, centres = Path(folder) / "panel.igs", Path(folder) / "centres"
 

@@ -152,6 +152,7 @@ impl From<claymill_paths::PlanError> for Failure {
     fn from(error: claymill_paths::PlanError) -> Self {
         use claymill_paths::PlanError as E;
         let advice = match &error {
+            E::Orientation(_) => return Failure::usage(error, "For example: --up +z --length -y."),
             E::Scallop { .. } => {
                 let advice = "Usual scallop heights are 0.02 to 0.2 mm, for example --scallop 0.1.";
                 return Failure::usage(error, advice);

@@ -1,0 +1,92 @@
+//! Why no plan could be made.
+
+use claymill_contact::ParallelAxes;
+use claymill_nurbs::{FaceId, NurbsError, Point3};
+use claymill_surface_merge::FieldError;
+use claymill_toolpath::Tool;
+use thiserror::Error;
+
+/// A place chooses a side of a region this far from it at most, mm.
+pub(crate) const FARTHEST_GUIDE_MM: f64 = 50.0;
+
+/// Why no plan could be made.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PlanError {
+    /// The setups have no directions.
+    #[error(transparent)]
+    Orientation(#[from] ParallelAxes),
+    /// The scallop height does not suit the tool.
+    #[error(
+        "scallop height {scallop_mm} mm must be positive and smaller than the ball radius {radius_mm} mm"
+    )]
+    Scallop {
+        /// Scallop height asked for.
+        scallop_mm: f64,
+        /// Ball radius.
+        radius_mm: f64,
+    },
+    /// Rest passes are for a smaller tool.
+    #[error("a ball of radius {radius_mm} mm leaves no rest for one of {earlier_mm} mm that went before")]
+    EarlierTool {
+        /// Ball radius.
+        radius_mm: f64,
+        /// Radius of the earlier one.
+        earlier_mm: f64,
+    },
+    /// The end is not one that passes are laid for.
+    #[error("passes are laid for ball ends only so far: {tool} cannot be planned with")]
+    NoBall {
+        /// The tool.
+        tool: Tool,
+    },
+    /// The tool does not fit the model.
+    #[error("a ball of radius {radius_mm} mm is too big for a model of {size_mm:.1} mm")]
+    ToolTooBig {
+        /// Ball radius.
+        radius_mm: f64,
+        /// The model's longest side.
+        size_mm: f64,
+    },
+    /// A face cannot be covered with triangles.
+    #[error("face {face} ({entity}): {source}")]
+    Face {
+        /// Index of the face.
+        face: FaceId,
+        /// Where it came from.
+        entity: String,
+        /// What is wrong.
+        source: NurbsError,
+    },
+    /// No region's side can be meant by a place.
+    #[error("no region that is cut has a border within {FARTHEST_GUIDE_MM} mm of {}, {}, {}{}", at.x, at.y, at.z, nearest(*nearest_mm))]
+    NoSide {
+        /// The place.
+        at: Point3,
+        /// Distance of the nearest border, mm, if there is one.
+        nearest_mm: Option<f64>,
+    },
+    /// Places that do not choose sides of a region.
+    #[error("the sides chosen for region {region}: {source}")]
+    Sides {
+        /// The region.
+        region: usize,
+        /// What is wrong.
+        source: FieldError,
+    },
+    /// More places than a region can be swept between.
+    #[error("three places or more choose sides of region {region}: it is swept from one to another")]
+    TooManySides {
+        /// The region.
+        region: usize,
+    },
+    /// There is nothing to cut.
+    #[error("no setup reaches any face that is to be cut")]
+    NothingToCut,
+    /// There is no rest.
+    #[error("the earlier tool could cut all that this one reaches")]
+    NoRest,
+}
+
+fn nearest(mm: Option<f64>) -> String {
+    mm.map_or_else(String::new, |mm| format!(": the nearest is {mm:.1} mm away"))
+}

@@ -1,0 +1,121 @@
+//! What to cut and how.
+
+use claymill_nurbs::Point3;
+use claymill_toolpath::{Bounds, CHECK_CLEARANCE_MM, FreeSide, LinkStyle, MachineLimits, Tool};
+
+use crate::pattern::strategy::Strategy;
+use crate::plan::error::PlanError;
+use crate::setup::orientation::Orientation;
+
+/// By itself, rapids across keep at least this distance above everything within the tool's radius; rapids up and down
+/// end this far above the ball's location, mm.
+pub const CLEARANCE_MM: f64 = 5.0;
+
+/// Usual limit between shallow and steep, degrees. Rows across a slope of 45° are 1.4 times closer in plan than on the
+/// level, those across a steeper one soon half as far apart and less; waterlines come together the same way as the
+/// surface flattens. In the middle neither has to be refined.
+pub const STEEP_DEG: f64 = 45.0;
+
+/// What to cut and how.
+#[derive(Debug, Clone)]
+pub struct PlanOptions {
+    /// The tool.
+    pub tool: Tool,
+    /// A larger tool that has been over the model: only what it could not cut is cut.
+    pub rest_of: Option<Tool>,
+    /// Scallop height, mm.
+    pub scallop_mm: f64,
+    /// Where passes run.
+    pub strategy: Strategy,
+    /// Slope above which [`Strategy::SteepShallow`] has waterlines instead of rows, degrees; see [`STEEP_DEG`].
+    pub steep_deg: f64,
+    /// Parameter lines of every patch for [`Strategy::IsoPatch`]; as many as the scallop height takes if `None`.
+    pub lines: Option<usize>,
+    /// Places beside sides of regions, mm, in the model's coordinates: where [`Strategy::Iso`] and [`Strategy::Scallop`] sweep
+    /// a region from, and with a second place beside the same region, where to. By itself a region has the two of
+    /// [`claymill_surface_merge::RegionMesh::guides`].
+    pub guides: Vec<Point3>,
+    /// Whether passes along the valleys in which the ball touches on both sides come last in every region.
+    pub pencil: bool,
+    /// Direction of planar rows, degrees from each setup's `x` to its `y`; the cheapest one by region if `None`.
+    pub row_angle_deg: Option<f64>,
+    /// The side of each face that is free of material, and cut; either one of faces beyond the end of the list.
+    pub free_sides: Vec<FreeSide>,
+    /// Where the tool is kept.
+    pub bounds: Bounds,
+    /// Distance that the ball keeps from obstacles, mm.
+    pub check_clearance_mm: f64,
+    /// Distance that rapids keep from the finished model along the tool axis, mm.
+    pub clearance_mm: f64,
+    /// How passes are joined.
+    pub link: LinkStyle,
+    /// How the vehicle lies in its file.
+    pub orientation: Orientation,
+    /// Feeds.
+    pub feeds: Feeds,
+    /// What the machine can do, for the times.
+    pub machine: MachineLimits,
+}
+
+impl PlanOptions {
+    /// Planar rows with a tool at a scallop height, and everything else as usual.
+    #[must_use]
+    pub fn new(tool: Tool, scallop_mm: f64, orientation: Orientation) -> Self {
+        PlanOptions {
+            tool,
+            rest_of: None,
+            scallop_mm,
+            strategy: Strategy::Planar,
+            steep_deg: STEEP_DEG,
+            lines: None,
+            guides: Vec::new(),
+            pencil: false,
+            row_angle_deg: None,
+            free_sides: Vec::new(),
+            bounds: Bounds::default(),
+            check_clearance_mm: CHECK_CLEARANCE_MM,
+            clearance_mm: CLEARANCE_MM,
+            link: LinkStyle::Lace,
+            orientation,
+            feeds: Feeds::default(),
+            machine: MachineLimits::default(),
+        }
+    }
+}
+
+/// Feeds, mm/min.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Feeds {
+    /// Along passes and links.
+    pub cut_mm_per_min: f64,
+    /// Leads.
+    pub lead_mm_per_min: f64,
+    /// Rapids.
+    pub rapid_mm_per_min: f64,
+}
+
+impl Default for Feeds {
+    /// A clay mill: 6 m/min, leads at 3 m/min, rapids at 20 m/min.
+    fn default() -> Self {
+        Feeds { cut_mm_per_min: 6000.0, lead_mm_per_min: 3000.0, rapid_mm_per_min: 20_000.0 }
+    }
+}
+
+/// Whether passes can be laid for a tool, for the rest of an earlier one if there is one, at a scallop height: all that can be
+/// said before the model is known.
+///
+/// # Errors
+/// They cannot.
+pub fn check_tools(tool: &Tool, rest_of: Option<&Tool>, scallop_mm: f64) -> Result<(), PlanError> {
+    let radius_mm = tool.radius_mm();
+    if let Some(&tool) = [Some(tool), rest_of].into_iter().flatten().find(|t| !t.is_ball()) {
+        return Err(PlanError::NoBall { tool });
+    }
+    if !(scallop_mm > 0.0 && scallop_mm < radius_mm) {
+        return Err(PlanError::Scallop { scallop_mm, radius_mm });
+    }
+    match rest_of.map(Tool::radius_mm).filter(|&mm| mm <= radius_mm) {
+        Some(earlier_mm) => Err(PlanError::EarlierTool { radius_mm, earlier_mm }),
+        None => Ok(()),
+    }
+}

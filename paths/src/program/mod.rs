@@ -1,0 +1,136 @@
+//! The program: setup by setup the parts with the ways between them, and what they come to.
+
+pub(crate) mod account;
+pub(crate) mod kinematics;
+pub(crate) mod part;
+
+use claymill_toolpath::{LengthByKind, MachineLimits, Move, Program, RegionTotals, Setup, Totals};
+
+use rayon::prelude::*;
+
+use crate::link::leads::End;
+use crate::link::order::{Ends, order_parts};
+use crate::program::account::Account;
+use crate::program::kinematics::times_s;
+use crate::program::part::Part;
+use crate::setup::context::SetupContext;
+
+/// Identity of the only tool.
+pub const TOOL_ID: &str = "T1";
+
+#[derive(Default)]
+pub(crate) struct Output {
+    pub(crate) program: Program,
+    /// Time of each move, s.
+    pub(crate) seconds: Vec<f64>,
+    pub(crate) setups: Vec<Setup>,
+    pub(crate) regions: Vec<RegionTotals>,
+    pub(crate) totals: Totals,
+}
+
+impl Output {
+    /// Appends a setup: its parts with the ways between them.
+    pub(crate) fn setup(
+        &mut self,
+        context: &SetupContext,
+        account: &Account,
+        parts: Vec<(usize, Part)>,
+        machine: &MachineLimits,
+    ) {
+        let name = context.frame.name;
+        let first_move = self.program.moves.len();
+        let first_region = self.regions.len();
+        let parts: Vec<(usize, Part)> = in_order(parts).filter(|(_, part)| !part.moves.is_empty()).collect();
+        let over = |w: &[(usize, Part)]| -> Vec<Move> {
+            let ends = w[0].1.moves.last().and_then(behind).zip(w[1].1.moves.first().and_then(before));
+            ends.map_or_else(Vec::new, |(from, to)| context.lift_over(from, to))
+        };
+        let approach =
+            parts.first().and_then(|(_, part)| Some(context.approach(before(part.moves.first()?)?)));
+        let ways: Vec<Vec<Move>> =
+            approach.into_iter().chain(parts.par_windows(2).map(over).collect::<Vec<_>>()).collect();
+        for (k, ((region, part), way)) in parts.into_iter().zip(ways).enumerate() {
+            let retracts = part.retracts + u32::from(k > 0);
+            let moves = way.into_iter().chain(part.moves);
+            self.program.moves.extend(moves.map(|m| Move { region, ..m }));
+            self.regions.push(RegionTotals {
+                region,
+                setup: name.to_owned(),
+                strategy: part.strategy.to_string(),
+                considered: part.considered,
+                area_mm2: account.region_setup_mm2[region][context.index],
+                pass_direction: part.along.map(|along| along.direction(&context.frame).into()),
+                passes: part.passes,
+                retracts,
+                length: LengthByKind::default(),
+                control_points: 0,
+                time_s: 0.0,
+            });
+            self.totals.locations += part.proofs.locations;
+            self.totals.certified_locations += part.proofs.certified;
+            self.totals.lifted_locations += part.proofs.lifted;
+        }
+        if let Some((end, region, pass)) =
+            self.program.moves[first_move..].last().and_then(|m| Some((behind(m)?, m.region, m.pass)))
+        {
+            let up = context.retreat(end);
+            self.program.moves.extend(up.into_iter().map(|m| Move { region, pass, ..m }));
+        }
+        let regions = &mut self.regions[first_region..];
+        let times_s = times_s(&self.program.moves[first_move..], machine);
+        for ((seq, m), time_s) in self.program.moves.iter_mut().enumerate().skip(first_move).zip(&times_s) {
+            m.seq = seq as u64;
+            name.clone_into(&mut m.setup);
+            TOOL_ID.clone_into(&mut m.tool);
+            if let Some(totals) = regions.iter_mut().find(|r| r.region == m.region) {
+                totals.length.add(m.kind, m.length_mm());
+                totals.control_points += m.points.len() as u64;
+                totals.time_s += time_s;
+            }
+        }
+        self.seconds.extend(times_s);
+        if regions.is_empty() {
+            return;
+        }
+        let sum = |f: fn(&RegionTotals) -> f64| regions.iter().map(f).sum();
+        self.setups.push(Setup {
+            name: name.to_owned(),
+            axis: context.frame.axis().into(),
+            clearance_mm: context.heights.highest() + context.clearance_mm,
+            area_mm2: sum(|r| r.area_mm2),
+            time_s: sum(|r| r.time_s),
+        });
+    }
+
+    pub(crate) fn add_up(&mut self) {
+        let totals = &mut self.totals;
+        totals.moves = self.program.moves.len() as u64;
+        for r in &self.regions {
+            totals.passes += r.passes;
+            totals.retracts += r.retracts;
+            totals.control_points += r.control_points;
+            totals.time_s += r.time_s;
+            totals.length += r.length;
+        }
+    }
+}
+
+fn before(first: &Move) -> Option<End> {
+    Some(End::before(&first.curve().ok()?))
+}
+
+fn behind(last: &Move) -> Option<End> {
+    Some(End::behind(&last.curve().ok()?))
+}
+
+/// The regions in an order with short ways between them.
+fn in_order(parts: Vec<(usize, Part)>) -> impl Iterator<Item = (usize, Part)> {
+    let ends: Vec<Ends> = parts
+        .iter()
+        .filter_map(|(_, part)| {
+            Some(Ends { start: part.moves.first()?.start(), end: part.moves.last()?.end() })
+        })
+        .collect();
+    let mut parts: Vec<Option<(usize, Part)>> = parts.into_iter().map(Some).collect();
+    order_parts(&ends).into_iter().filter_map(move |k| parts[k].take())
+}

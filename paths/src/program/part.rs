@@ -1,0 +1,253 @@
+//! The passes of one part: what one setup cuts of one region.
+
+use claymill_nurbs::{Curve3, Point3};
+use claymill_toolpath::{Considered, LinkStyle, Move, MoveKind};
+use rayon::prelude::*;
+
+use crate::curve::drive::{Guide, Line};
+use crate::fit::refit::{Fit, Over, fit_chain};
+use crate::fit::written::{join, move_end, polygon_mm, reversed_from_zero, straightened};
+use crate::follow::profile::{Chain, Profile, follow};
+use crate::follow::proofs::Proofs;
+use crate::link::leads::End;
+use crate::link::order::{Ends, Turn, order};
+use crate::pattern::ground::Ground;
+use crate::pattern::levels::sweeps::Sweeps;
+use crate::pattern::near::LaidNear;
+use crate::pattern::rows::crests::Laid;
+use crate::setup::context::SetupContext;
+use crate::{RowsAlong, Strategy};
+
+/// A stay-down link may be this long in lace, mm; it must also be quicker than lifting over.
+const LONGEST_LINK_MM: f64 = 250.0;
+/// One-way passes are linked down on the model only over this many flat step-overs.
+const LINK_STEPS: f64 = 8.0;
+/// What the stops of a retract cost, as path length.
+const STOPS_MM: f64 = 40.0;
+/// Between corners this near to each other a pass goes straight, mm.
+const TINY_MM: f64 = 0.05;
+/// Moves and totals of a part, from the start of its first pass to the end of its last one.
+#[derive(Debug, Clone)]
+pub(crate) struct Part {
+    pub(crate) moves: Vec<Move>,
+    pub(crate) strategy: Strategy,
+    pub(crate) considered: Vec<Considered>,
+    /// Direction of straight rows.
+    pub(crate) along: Option<RowsAlong>,
+    pub(crate) passes: u32,
+    pub(crate) retracts: u32,
+    pub(crate) proofs: Proofs,
+}
+
+/// The curves of one pass, in order.
+struct Pass {
+    curves: Vec<Curve3>,
+    beside_walls: bool,
+}
+
+impl SetupContext<'_> {
+    /// Plans the part of the region made of `faces`, of which this setup cuts `area_mm2`, with its mesh where there is one;
+    /// `None` when nothing of it is cut.
+    pub(crate) fn part(&self, faces: &[usize], area_mm2: f64, sweeps: Option<&Sweeps>) -> Option<Part> {
+        let (valleys, mut proofs) =
+            if self.pencil { self.valleys(faces) } else { (Vec::new(), Proofs::default()) };
+        let in_valleys = LaidNear::new(&valleys, self.flat_step_mm());
+        let ground = Ground { faces, area_mm2, sweeps, in_valleys };
+        let is_cut = faces.iter().any(|&face| self.claims.any(face));
+        let chosen = if is_cut { self.choose(&ground) } else { None };
+        let (walls, of_walls) = self.lay_walls(&ground);
+        let fit_all = |laid: &Vec<Laid>| laid.par_iter().flat_map_iter(|row| self.fit_row(row)).collect();
+        let beside = |pass: Pass| Pass { beside_walls: true, ..pass };
+        let chosen_groups = chosen.iter().flat_map(|(layout, _)| &layout.groups);
+        let mut groups: Vec<Vec<Pass>> = chosen_groups.chain([&valleys]).map(fit_all).collect();
+        groups.extend(walls.iter().map(|laid| fit_all(laid).into_iter().map(beside).collect()));
+        let passes: Vec<Pass> = groups.into_iter().flat_map(|passes| self.in_order(passes)).collect();
+        if passes.is_empty() {
+            return None;
+        }
+        let (strategy, along) = match &chosen {
+            Some((layout, _)) => (layout.strategy, layout.along),
+            None => (Strategy::Waterline, None),
+        };
+        proofs += [of_walls].into_iter().chain(chosen.iter().map(|(layout, _)| layout.proofs)).sum();
+        let mut part = Part {
+            moves: Vec::new(),
+            strategy,
+            considered: chosen.map_or_else(Vec::new, |(_, considered)| considered),
+            along,
+            passes: passes.len() as u32,
+            retracts: 0,
+            proofs,
+        };
+        self.link_passes(&passes, &mut part);
+        Some(part)
+    }
+
+    /// The passes over a row, without what of them enters anything as written.
+    fn fit_row(&self, row: &Laid) -> Vec<Pass> {
+        let fitted = row.chains.iter().filter_map(|chain| self.fit_chain(chain, &row.guide));
+        fitted.flat_map(|pass| self.proven_passes(pass)).collect()
+    }
+
+    fn proven_passes(&self, pass: Pass) -> Vec<Pass> {
+        let whole_mm = pass.length_mm();
+        let runs = self.proven_runs(pass.curves).into_iter().map(|curves| Pass { curves, ..pass });
+        let mut passes: Vec<Pass> = runs.collect();
+        // What something was cut out of has to be worth a pass still.
+        passes.retain(|part| part.length_mm() >= self.shortest_pass_mm().min(whole_mm));
+        passes
+    }
+
+    /// Fits a chain: the curves of one pass, end to end; `None` when nothing is left in the written digits.
+    fn fit_chain(&self, chain: &Chain, guide: &Guide) -> Option<Pass> {
+        let over =
+            Over { guide, frame: &self.frame, radius_mm: self.ball.radius_mm(), tolerance: self.tolerance };
+        let mut curves: Vec<Curve3> = Vec::new();
+        for Fit { mut curve, .. } in fit_chain(chain, &over) {
+            join(curves.last_mut(), &mut curve);
+            curves.push(curve);
+        }
+        curves.iter_mut().filter(|c| polygon_mm(c) < TINY_MM).for_each(|c| *c = straightened(c));
+        (!curves.is_empty()).then_some(Pass { curves, beside_walls: false })
+    }
+
+    /// The passes as they are to be cut, one after the other.
+    fn in_order(&self, passes: Vec<Pass>) -> Vec<Pass> {
+        let ends: Vec<Ends> = passes.iter().map(|p| Ends { start: p.start(), end: p.end() }).collect();
+        let mut passes: Vec<Option<Pass>> = passes.into_iter().map(Some).collect();
+        let turned = |turn: Turn| {
+            let mut pass = passes[turn.pass].take()?;
+            if turn.reversed {
+                pass.reverse();
+            }
+            Some(pass)
+        };
+        order(&ends, self.link).into_iter().filter_map(turned).collect()
+    }
+
+    fn link_passes(&self, passes: &[Pass], part: &mut Part) {
+        let run_outs: Vec<[Option<Point3>; 2]> = passes
+            .par_iter()
+            .map(|pass| [pass.before(), pass.behind()].map(|end| self.run_out(end)))
+            .collect();
+        let ends = |k: usize| {
+            let ends = [passes[k].before(), passes[k].behind()];
+            [0, 1].map(|side| End { at: run_outs[k][side].unwrap_or(ends[side].at), ..ends[side] })
+        };
+        // Ways are independent of each other, so they are proven in parallel.
+        let way = |k: usize| {
+            let ([_, from], [to, _]) = (ends(k), ends(k + 1));
+            let beside_walls = passes[k..k + 2].iter().any(|pass| pass.beside_walls);
+            let in_the_open = run_outs[k][1].is_some() && run_outs[k + 1][0].is_some();
+            let link = match () {
+                () if in_the_open => self.link_in_the_open(from, to),
+                () if beside_walls => self.link_beside(from.at, to.at),
+                () => self.stay_down(from.at, to.at),
+            };
+            link.map_or_else(|| (self.lift_over(from, to), 1), |link| (link, 0))
+        };
+        let ways: Vec<(Vec<Move>, u32)> =
+            (0..passes.len().saturating_sub(1)).into_par_iter().map(way).collect();
+        let (axis, feed) = (self.frame.axis(), self.feeds.cut_mm_per_min);
+        for (k, pass) in passes.iter().enumerate() {
+            let number = k as u32;
+            let first = part.moves.len();
+            if let Some((way, retracts)) = k.checked_sub(1).map(|before| &ways[before]) {
+                part.retracts += retracts;
+                part.moves.extend(way.iter().cloned());
+            }
+            let [run_in, run_out] = run_outs[k];
+            let run_in = run_in.map(|from| Move::straight(MoveKind::LeadIn, from, pass.start(), axis, feed));
+            let run_out = run_out.map(|to| Move::straight(MoveKind::LeadOut, pass.end(), to, axis, feed));
+            part.moves.extend(run_in);
+            part.moves.extend(pass.curves.iter().map(|curve| Move::along(MoveKind::Cut, curve, axis, feed)));
+            part.moves.extend(run_out);
+            for m in &mut part.moves[first..] {
+                m.pass = number;
+            }
+        }
+    }
+
+    /// A link that keeps the ball on the model: the exact path over the straight line between the two ends,
+    /// refitted like a pass. `None` when the way is long, climbs far or is interrupted.
+    fn stay_down(&self, from: Point3, to: Point3) -> Option<Vec<Move>> {
+        let (a, b) = (self.frame.to_setup(&from), self.frame.to_setup(&to));
+        let (dx, dy) = (b.x - a.x, b.y - a.y);
+        let length = dx.hypot(dy);
+        if length > self.longest_link_mm() {
+            return None;
+        }
+        let axis = self.frame.axis();
+        let feed = self.feeds.cut_mm_per_min;
+        if length < 0.05 {
+            let straight = || vec![Move::straight(MoveKind::Link, from, to, axis, feed)];
+            return ((b - a).norm() < 0.05).then(straight).and_then(|link| self.proven(link));
+        }
+        let guide = Guide::Straight(Line { origin: [a.x, a.y], direction: [dx / length, dy / length] });
+        let followed = follow(self.ball, &guide, 0.0, length);
+        let chains = self.kept_of_link(followed.chains, &guide);
+        let [chain] = chains.as_slice() else {
+            return None;
+        };
+        let whole = chain[0].start().s == 0.0 && chain[chain.len() - 1].end().s == length;
+        let path_mm: f64 = chain.iter().map(Profile::length_mm).sum();
+        if !whole || path_mm > self.retract_mm(from, to) {
+            return None;
+        }
+        let mut curves = self.fit_chain(chain, &guide)?.curves;
+        let last = curves.len() - 1;
+        move_end(&mut curves[0], false, from);
+        move_end(&mut curves[last], true, to);
+        self.proven(curves.iter().map(|c| Move::along(MoveKind::Link, c, axis, feed)).collect())
+    }
+
+    /// How long a link may be, mm.
+    pub(crate) fn longest_link_mm(&self) -> f64 {
+        match self.link {
+            LinkStyle::Lace => LONGEST_LINK_MM,
+            LinkStyle::Box => LINK_STEPS * self.flat_step_mm(),
+        }
+    }
+
+    /// What lifting over costs, as length of path at cutting feed.
+    fn retract_mm(&self, from: Point3, to: Point3) -> f64 {
+        let height = self.link_height(from, to);
+        let (a, b) = (self.frame.to_setup(&from), self.frame.to_setup(&to));
+        let feed = self.feeds.cut_mm_per_min;
+        let lead_mm = (height - a.z).min(self.clearance_mm) + (height - b.z).min(self.clearance_mm);
+        let rapid_mm = 2.0 * height - a.z - b.z - lead_mm + (b - a).xy().norm();
+        lead_mm * feed / self.feeds.lead_mm_per_min + rapid_mm * feed / self.feeds.rapid_mm_per_min + STOPS_MM
+    }
+}
+
+impl Pass {
+    /// About how long it is.
+    fn length_mm(&self) -> f64 {
+        self.curves.iter().map(polygon_mm).sum()
+    }
+
+    fn start(&self) -> Point3 {
+        self.curves[0].points()[0]
+    }
+
+    fn end(&self) -> Point3 {
+        let points = self.curves[self.curves.len() - 1].points();
+        points[points.len() - 1]
+    }
+
+    /// Where leads take over.
+    fn before(&self) -> End {
+        End::before(&self.curves[0])
+    }
+
+    fn behind(&self) -> End {
+        End::behind(&self.curves[self.curves.len() - 1])
+    }
+
+    fn reverse(&mut self) {
+        self.curves.reverse();
+        for c in &mut self.curves {
+            *c = reversed_from_zero(c);
+        }
+    }
+}

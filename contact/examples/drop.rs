@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let covering = Covering::new(&model, &vec![false; model.faces.len()], area_mm2, radius_mm)
         .map_err(|(face, error)| format!("face {face}: {error}"))?;
     // Front +x: setup coordinates are model coordinates.
-    let [top, ..] = Frame::five("+z".parse()?, "+x".parse()??);
+    let [top, ..] = Frame::five("+z".parse()?, "+x".parse()?)?;
     let ball = BallDrop::new(&model, &covering, &top, radius_mm);
     println!("covered_s {:.3}", start.elapsed().as_secs_f64());
     let points = model.faces.iter().flat_map(|f| f.surface.net()).map(|h| h.xyz() / h.w);

@@ -2,7 +2,7 @@
 //! `cargo run --release -p claymill-paths --example ends -- MODEL TOOL [COUNT]`
 use std::time::Instant;
 
-use claymill_contact::{Covering, EndDrop, Frame};
+use claymill_contact::{Covering, CutterDrop, Frame};
 use claymill_nurbs::{Aabb, Point3};
 use claymill_toolpath::Tool;
 
@@ -15,8 +15,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let area_mm2: f64 = model.faces.iter().map(|f| f.area_mm2()).sum();
     let excluded = vec![false; model.faces.len()];
     let covering = Covering::new(&model, &excluded, area_mm2, tool.radius_mm()).map_err(|(_, e)| e)?;
-    let frame = Frame::five("+z".parse()?, "-x".parse()??)[0];
-    let end = EndDrop::new(&model, &covering, &frame, &tool);
+    let frame = Frame::five("+z".parse()?, "-x".parse()?)?[0];
+    let end = CutterDrop::new(&model, &covering, &frame, &tool);
     let net = model.faces.iter().flat_map(|f| f.surface.net());
     let bounds = net.fold(Aabb::empty(), |mut b, h| {
         b.add(&frame.to_setup(&Point3::from(h.xyz() / h.w)));

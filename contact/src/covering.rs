@@ -8,7 +8,7 @@ use claymill_nurbs::{
 };
 use rayon::prelude::*;
 
-use crate::certificate::beside::Beside;
+use crate::certificate::adjacency::Adjacency;
 use crate::larger_than_usual;
 
 /// Coarseness of the covering triangles: coarser means fewer boxes to search but more candidates per
@@ -54,7 +54,7 @@ pub struct Covering {
     /// Per face and triangle: whether a side is a chord of a trim curve, so that part of the triangle may lie
     /// outside the trims.
     pub(crate) rimmed: Vec<Vec<bool>>,
-    pub(crate) beside: Beside,
+    pub(crate) beside: Adjacency,
     pub(crate) edges: Vec<EdgePiece>,
 }
 
@@ -128,7 +128,7 @@ impl Covering {
         let curvature = model.faces.par_iter().zip(&meshes).map(|(f, m)| curvature_ranges(f, m)).collect();
         let deviation_mm = model.faces.par_iter().zip(&meshes).map(|(f, m)| deviations(f, m)).collect();
         let rimmed = model.faces.par_iter().zip(&meshes).map(|(f, m)| rimmed(f, m)).collect();
-        let beside = Beside::new(&meshes);
+        let beside = Adjacency::new(&meshes);
         let edges = model.faces.par_iter().enumerate().flat_map_iter(|(id, f)| edge_pieces(id, f)).collect();
         Ok(Covering { meshes, deviation_mm, curvature, rimmed, beside, edges })
     }

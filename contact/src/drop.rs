@@ -8,8 +8,8 @@ use claymill_toolpath::Tool;
 use rayon::prelude::*;
 
 use crate::Frame;
-use crate::certificate::floor::Floor;
-use crate::certificate::sheet::Sheets;
+use crate::certificate::one_sheet::Certificates;
+use crate::certificate::support_bound::SupportBound;
 use crate::covering::{Covering, EdgePiece};
 use crate::cutter::{Body, Effort, held_above};
 use crate::exact::edge::OnEdge;
@@ -19,8 +19,8 @@ use crate::exact::shape::{Flat, OnPlane, Shape};
 use crate::material::behind::Material;
 use crate::material::free_sides::FreeSides;
 use crate::material::rims::Rims;
-use crate::search::tops::Tops;
 use crate::search::tree::DropTree;
+use crate::search::vertex_bound::VertexBound;
 use crate::{CONTACT_EPSILON_MM, Location, Support};
 
 /// A triangle where `κ⁺·R` exceeds this may hold more than one contact.
@@ -38,8 +38,8 @@ pub struct BallDrop<'a> {
     pub(crate) triangles: Vec<Triangle>,
     pub(crate) edges: Vec<EdgePiece>,
     pub(crate) tree: DropTree,
-    pub(crate) sheets: Sheets,
-    tops: OnceLock<Tops>,
+    pub(crate) sheets: Certificates,
+    vertex_bound: OnceLock<VertexBound>,
     /// What stands out above the ball.
     sides: Vec<Body>,
     /// The sides of faces that it may touch when it cuts.
@@ -132,8 +132,8 @@ impl<'a> BallDrop<'a> {
             .chain(edges.iter().map(|e| Aabb::of([&e.a, &e.b]).inflated(e.deviation_mm)))
             .collect();
         let (tree, sides) = (DropTree::new(&boxes), Vec::new());
-        let sheets = Sheets::new(&covering.beside, &tree.0);
-        let tops = OnceLock::new();
+        let sheets = Certificates::new(&covering.beside, &tree.0);
+        let vertex_bound = OnceLock::new();
         BallDrop {
             radius_mm,
             covering,
@@ -142,7 +142,7 @@ impl<'a> BallDrop<'a> {
             edges,
             tree,
             sheets,
-            tops,
+            vertex_bound,
             sides,
             free: FreeSides::default(),
             rims: Rims::default(),
@@ -159,8 +159,9 @@ impl<'a> BallDrop<'a> {
     }
 
     /// Corners of the triangles, which lie on the faces.
-    pub(crate) fn tops(&self) -> &Tops {
-        self.tops.get_or_init(|| Tops::new(self.triangles.iter().flat_map(|t| &t.p), self.radius_mm))
+    pub(crate) fn vertex_bound(&self) -> &VertexBound {
+        self.vertex_bound
+            .get_or_init(|| VertexBound::new(self.triangles.iter().flat_map(|t| &t.p), self.radius_mm))
     }
 
     /// The largest radius of ball, taper and shank.
@@ -320,7 +321,7 @@ pub(crate) struct Search<'a> {
     pub(crate) y: f64,
     pub(crate) best: Option<Location>,
     /// What would have to be exceeded for another best.
-    pub(crate) floor: Floor,
+    pub(crate) floor: SupportBound,
     /// What carries the ball as high as this need not be the highest.
     pub(crate) enough_z: f64,
     /// The triangle that the best contact lies in, if it is known.
@@ -340,7 +341,7 @@ impl<'a> Search<'a> {
             x,
             y,
             best: None,
-            floor: Floor::NONE,
+            floor: SupportBound::NONE,
             enough_z: f64::INFINITY,
             triangle: None,
             unproven: Vec::new(),
@@ -432,9 +433,9 @@ impl<'a> Search<'a> {
     pub(crate) fn offer(&mut self, location: Location, triangle: Option<u32>) {
         if self.best.is_none_or(|b| location.centre.z > b.centre.z) {
             let Location { centre, normal, .. } = &location;
-            let floor = Floor::under(centre, normal, self.ball.radius_mm, CONTACT_EPSILON_MM);
+            let floor = SupportBound::under(centre, normal, self.ball.radius_mm, CONTACT_EPSILON_MM);
             if location.certified || centre.z >= self.enough_z {
-                self.floor = Floor::ALL;
+                self.floor = SupportBound::ALL;
             } else if floor.z > self.floor.z {
                 self.floor = floor;
             }

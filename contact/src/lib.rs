@@ -1,19 +1,46 @@
-//! The exact ball: where it comes to rest when it is dropped along the tool axis on *all* faces.
+//! The exact drop cutter: where a tool comes to rest when it is dropped along the tool axis on *all* faces.
 //!
-//! Every face is covered by triangles, each with a bound `δ` on how far the surface is from it. A ball of
-//! radius `R` that touches the surface makes a ball of radius `R + δ` touch the triangle, so
+//! ```text
+//!      axis ↑            R + δ ╭───╮        every face is covered by triangles; δ bounds how far the
+//!         ╭─┴─╮   drop         │ ● │        face is from its triangle
+//!         │ ● │    │           ╰─┬─╯ ← upper bound, from the triangle
+//!         ╰───╯    ▼        ╭────┴──╮
+//!                      ─────╯ face  ╰──── exact, by Newton; proven or subdivided
+//! ```
+//!
+//! A ball of radius `R` that touches the surface makes a ball of radius `R + δ` touch the triangle, so
 //! `drop(R + δ, triangle)` is a proven upper bound of the height at which the surface stops the ball
 //! (docs/theory.md §6.2). Only triangles whose bound lies above the best contact found so far are looked at
 //! more closely: by Newton on the offset surface, and where that proves nothing by subdivision. The heights
 //! returned are those of the NURBS, not of triangles.
+//!
+//! ```
+//! use claymill_contact::{BallDrop, Covering, Frame};
+//! use claymill_nurbs::analytic::{Frame as Placement, sphere};
+//! use claymill_nurbs::{Face, Model, Point3, Source, SurfaceKind, Vector3};
+//!
+//! // Half a sphere of radius 20 mm, and a ball of 5 mm that comes down beside its middle.
+//! let at = Placement::new(Point3::origin(), Vector3::z(), Vector3::x()).ok_or("parallel")?;
+//! let dome = sphere(&at, 20.0, (0.0, std::f64::consts::TAU), (0.0, std::f64::consts::FRAC_PI_2))?;
+//! let kind = SurfaceKind::Nurbs;
+//! let face = Face { surface: dome, loops: Vec::new(), reversed: false, kind, source: Source::default() };
+//! let model = Model { faces: vec![face], ..Model::default() };
+//! let covering = Covering::new(&model, &[false], model.faces[0].area_mm2(), 5.0).map_err(|(_, e)| e)?;
+//! let [top, ..] = Frame::five("+z".parse()?, "+x".parse()?)?;
+//! let ball = BallDrop::new(&model, &covering, &top, 5.0);
+//! let rest = ball.drop(7.0, 0.0).ok_or("nothing below")?;
+//! assert!((rest.centre.z - (25.0_f64.powi(2) - 7.0_f64.powi(2)).sqrt()).abs() < 1e-6);
+//! assert!(ball.drop(40.0, 0.0).is_none());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
+mod blocked;
 mod certificate;
 mod covering;
 mod cutter;
 mod drop;
 mod exact;
 mod frame;
-mod held;
 mod march;
 mod material;
 mod search;
@@ -23,11 +50,11 @@ mod tests;
 
 use claymill_nurbs::{FaceId, Point3, Vector3};
 
+pub use blocked::Blocked;
 pub use covering::{Covering, distance_from};
-pub use cutter::{END_EPSILON_MM, EndDrop, EndLocation, ToolPart};
+pub use cutter::{CUTTER_EPSILON_MM, CutterDrop, CutterLocation, ToolPart};
 pub use drop::BallDrop;
 pub use frame::{Axis, AxisError, Frame, ParallelAxes};
-pub use held::Held;
 pub use march::March;
 pub use material::behind::{Material, near_mm};
 pub use material::free_sides::FreeSides;

@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::Location;
-use crate::certificate::floor::{Floor, Hulls};
+use crate::certificate::support_bound::{Hulls, SupportBound};
 use crate::drop::{BallDrop, Search};
 use crate::exact::face::Pace;
 
@@ -187,7 +187,7 @@ fn lowest(p: &Point3, [a, b]: [Point2; 2], aside: f64, r: f64) -> f64 {
 }
 
 struct Clears<'a> {
-    floor: &'a Floor,
+    floor: &'a SupportBound,
     hulls: &'a Hulls,
 }
 

@@ -237,7 +237,7 @@ fn a_ball_that_touches_one_flank_of_a_groove_is_held_up_by_the_other() {
     let ball = BallDrop::new(&model, &covering, &top, R);
     let held = |p: Point3, normal: Vector3, face: usize, (u, v): (f64, f64)| {
         let touch = Location::touching(p + normal * R, normal, face, [u, v]);
-        ball.is_held_from(&touch, 0.0125 / normal.z)
+        ball.is_blocked_from(&touch, 0.0125 / normal.z)
     };
     for s in [2.5, 3.0, 5.0, 5.7, 5.8, 8.0, 40.0] {
         let p = Point3::new(s * cosine, 50.0, low + s * sine);

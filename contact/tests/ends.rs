@@ -1,6 +1,6 @@
 //! Ends of all kinds on real models, held against the exact closest point and against points of the faces.
 
-use claymill_contact::{Covering, EndDrop, Frame};
+use claymill_contact::{Covering, CutterDrop, Frame};
 use claymill_nurbs::{ClosestPoints, FaceMesh, MeshOptions, Point3, tessellate};
 use claymill_tests::corpus;
 use claymill_toolpath::Tool;
@@ -30,7 +30,7 @@ fn ends_touch_the_faces_and_no_point_of_a_fine_mesh_enters_them() {
         let model = claymill_exchange::read(&folder.join(file)).unwrap().model;
         let area_mm2: f64 = model.faces.iter().map(|f| f.area_mm2()).sum();
         let covering = Covering::new(&model, &vec![false; model.faces.len()], area_mm2, 6.0).unwrap();
-        let [frame, ..] = Frame::five("+z".parse().unwrap(), "-x".parse().unwrap().unwrap());
+        let [frame, ..] = Frame::five("+z".parse().unwrap(), "-x".parse().unwrap()).unwrap();
         let closest = ClosestPoints::new(&model);
         // Corners of fine triangles lie on the faces.
         let fine = MeshOptions { deviation_mm: 0.02, longest_edge_mm: 2.5 };
@@ -39,9 +39,9 @@ fn ends_touch_the_faces_and_no_point_of_a_fine_mesh_enters_them() {
         let places: Vec<Point3> = points.iter().step_by(points.len() / 11).copied().collect();
         for name in tools {
             let tool: Tool = name.parse().unwrap();
-            let end = EndDrop::new(&model, &covering, &frame, &tool);
+            let end = CutterDrop::new(&model, &covering, &frame, &tool);
             for place in &places {
-                // Beside a point of the model, so that something is met.
+                // Adjacency a point of the model, so that something is met.
                 let (x, y) = (place.x + 0.3, place.y - 0.2);
                 let Some(at) = end.drop(x, y) else { continue };
                 assert!(at.gap_mm < 1e-3, "{file} {name}: gap {}", at.gap_mm);

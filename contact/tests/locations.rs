@@ -52,7 +52,7 @@ fn look(path: &Path, radii_mm: &[f64], count: usize) -> Found {
     let closest = ClosestPoints::new(&model);
     let area_mm2: f64 = model.faces.iter().map(Face::area_mm2).sum();
     let larger = (area_mm2.sqrt() / CAR_MM).max(1.0);
-    let frames = Frame::five("+z".parse().unwrap(), "+x".parse().unwrap().unwrap());
+    let frames = Frame::five("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap();
     let rows = count / (radii_mm.len() * frames.len() * 2 * ROW_PLACES);
     let mut found = Found::default();
     for radius_mm in radii_mm.iter().map(|r| r * larger) {

@@ -6,7 +6,7 @@
 //!      │  raster     where rows run: step-over from scallop height, slope and curvature
 //!      │  profile    the exact path of the ball over a row: dropped on ALL faces (contact)
 //!      │  refit      one cubic NURBS per smooth stretch, on the safe side, rounded, measured again
-//!      │  order      lace or box;  part: links that stay down where that is proven, else over a proven height
+//!      │  order      zigzag or one-way;  part: links that stay down where that is proven, else over a proven height
 //!      ▼
 //!   Plan: the program and its totals
 //! ```
@@ -33,8 +33,8 @@ mod program;
 mod setup;
 
 pub use claymill_contact::{
-    Axis, AxisError, BallDrop, Covering, END_EPSILON_MM, EndDrop, EndLocation, Frame, Location, March,
-    ParallelAxes, Support, ToolPart,
+    Axis, AxisError, BallDrop, CUTTER_EPSILON_MM, Covering, CutterDrop, CutterLocation, Frame, Location,
+    March, ParallelAxes, Support, ToolPart,
 };
 pub use fit::tolerance::FitTolerance;
 pub use pattern::step_over::flat_mm;

@@ -94,8 +94,8 @@ fn a_hill_and_a_valley_have_rows_as_their_curvature_asks() {
     let (from, to) = (-40f64.to_radians(), 40f64.to_radians());
     let width_mm = REACH * (to - from);
     let turned = |p: &Point3, up: f64| p.y.atan2(up * p.z);
-    let hill = cylinder(&lying, REACH, (from, to), (0.0, 250.0)).unwrap();
-    hold("hill", hill, width_mm, 1.0 / REACH, |p| REACH * (turned(p, 1.0) - from));
+    let field = cylinder(&lying, REACH, (from, to), (0.0, 250.0)).unwrap();
+    hold("hill", field, width_mm, 1.0 / REACH, |p| REACH * (turned(p, 1.0) - from));
     let valley = cylinder(&lying, REACH, (PI + from, PI + to), (0.0, 250.0)).unwrap();
     hold("valley", valley, width_mm, -1.0 / REACH, |p| REACH * (turned(p, -1.0) - from));
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use claymill_nurbs::{FaceId, Point3};
-use claymill_paths::{Covered, EndDrop, Frame, PlanError, ToolPart};
+use claymill_paths::{Covered, CutterDrop, Frame, PlanError, ToolPart};
 use claymill_toolpath::{Tool, ToolRecord};
 use claymill_viewer::{PictureOptions, PosedTool, Renderer};
 use serde::Serialize;
@@ -47,7 +47,7 @@ pub(crate) fn drop(context: &Context, args: &DropArgs) -> Result<ExitCode, Failu
     })?;
     left_out::say(context.console, &loaded, &covered.left_out);
     let [frame, ..] = orientation.five_setups().map_err(PlanError::from)?;
-    let end = EndDrop::new(&covered.model, &covered.covering, &frame, &tool);
+    let end = CutterDrop::new(&covered.model, &covered.covering, &frame, &tool);
     let rest = |line: &Point3| {
         let at = frame.to_setup(line);
         let location = end.drop(at.x, at.y)?;

@@ -3,7 +3,7 @@
 
 use claymill_nurbs::{Leaves, Point2, Point3, Vector3};
 
-use crate::certificate::sheet::upward;
+use crate::certificate::one_sheet::upward;
 use crate::drop::{BallDrop, TIGHT, Triangle, weighted};
 use crate::exact::flat::barycentric;
 

@@ -1,9 +1,9 @@
 //! What proves that a contact is the only one, or the highest.
 
-pub(crate) mod beside;
-pub(crate) mod floor;
+pub(crate) mod adjacency;
 pub(crate) mod joint;
-pub(crate) mod sheet;
+pub(crate) mod one_sheet;
+pub(crate) mod support_bound;
 
 #[cfg(test)]
-mod sheet_tests;
+mod one_sheet_tests;

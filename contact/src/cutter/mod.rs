@@ -21,21 +21,21 @@ use crate::Frame;
 use crate::{BallDrop, Covering};
 
 /// Locations are proven to be no higher than this above where the tool touches, mm, unless they say otherwise.
-pub const END_EPSILON_MM: f64 = 1e-5;
+pub const CUTTER_EPSILON_MM: f64 = 1e-5;
 
 /// The whole model as seen from one setup, ready for dropping any end of a tool on it.
 #[derive(Debug)]
-pub struct EndDrop<'a> {
+pub struct CutterDrop<'a> {
     sheets: BallDrop<'a>,
     bodies: Vec<Body>,
 }
 
 /// Where the end of a tool comes to rest, in the setup's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EndLocation {
+pub struct CutterLocation {
     /// The tool's tip, the lowest point on its axis: nothing of the model enters the tool there.
     pub tip: Point3,
-    /// It is proven to be higher than it would have to be by no more than this, mm: [`END_EPSILON_MM`], but more where
+    /// It is proven to be higher than it would have to be by no more than this, mm: [`CUTTER_EPSILON_MM`], but more where
     /// the search was ended early, beside walls above all.
     pub gap_mm: f64,
     /// What is touched, within the gap.
@@ -57,20 +57,20 @@ pub enum ToolPart {
     Side,
 }
 
-impl<'a> EndDrop<'a> {
+impl<'a> CutterDrop<'a> {
     /// Looks at a covered model from a setup.
     #[must_use]
     pub fn new(model: &Model, covering: &'a Covering, frame: &Frame, tool: &Tool) -> Self {
         let sheets = BallDrop::new(model, covering, frame, tool.radius_mm());
-        EndDrop { sheets, bodies: [Body::end(tool)].into_iter().chain(Body::sides(tool)).collect() }
+        CutterDrop { sheets, bodies: [Body::end(tool)].into_iter().chain(Body::sides(tool)).collect() }
     }
 
     /// Drops the tool at `(x, y)` on everything (setup coordinates, mm). `None` where nothing is below.
     #[must_use]
-    pub fn drop(&self, x: f64, y: f64) -> Option<EndLocation> {
+    pub fn drop(&self, x: f64, y: f64) -> Option<CutterLocation> {
         let held = held_above(&self.sheets, &self.bodies, [x, y], f64::NEG_INFINITY, Effort::FULL)?;
         let part = if held.body == 0 { ToolPart::End } else { ToolPart::Side };
-        Some(EndLocation {
+        Some(CutterLocation {
             tip: Point3::new(x, y, held.tip),
             gap_mm: held.gap_mm,
             contact: held.contact,

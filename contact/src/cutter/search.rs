@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 
 use claymill_nurbs::{Boxes, FaceId, Point2, Point3, Vector3};
 
-use super::{Body, END_EPSILON_MM};
+use super::{Body, CUTTER_EPSILON_MM};
 use crate::BallDrop;
 use crate::covering::EdgePiece;
 use crate::drop::{Triangle, weighted};
@@ -21,7 +21,7 @@ const ROUNDING_MM: f64 = 1e-9;
 
 /// What holds a tool up.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Held {
+pub(crate) struct Blocked {
     /// Height of the tip, free of gouges.
     pub(crate) tip: f64,
     /// Too high by no more than this, mm.
@@ -93,10 +93,11 @@ pub(crate) struct Effort {
 
 impl Effort {
     /// For the height of an end.
-    pub(crate) const FULL: Effort = Effort { epsilon: END_EPSILON_MM, known_to: END_EPSILON_MM, cuts: 4000 };
+    pub(crate) const FULL: Effort =
+        Effort { epsilon: CUTTER_EPSILON_MM, known_to: CUTTER_EPSILON_MM, cuts: 4000 };
     /// For whether something is in the way of a side: how high it holds it matters little, and what grazes it, as a wall
     /// along a shank, may be taken to hold it.
-    pub(crate) const IN_THE_WAY: Effort = Effort { epsilon: END_EPSILON_MM, known_to: 0.1, cuts: 60 };
+    pub(crate) const IN_THE_WAY: Effort = Effort { epsilon: CUTTER_EPSILON_MM, known_to: 0.1, cuts: 60 };
 }
 
 /// What holds `bodies`, which make a tool together, with its tip above `floor`; `None` if nothing does.
@@ -106,7 +107,7 @@ pub(crate) fn held_above(
     at: [f64; 2],
     floor: f64,
     effort: Effort,
-) -> Option<Held> {
+) -> Option<Blocked> {
     let mut search = Search {
         sheets,
         bodies,
@@ -125,7 +126,7 @@ pub(crate) fn held_above(
     let touched = above.or_else(|| left.as_ref().map(|left| search.supposed(&left.piece)))?;
     let high = left.map_or(f64::NEG_INFINITY, |left| left.bound);
     let tip = (high + search.step).max(search.low + 2.0 * search.step);
-    Some(Held { tip, gap_mm: tip - search.low, ..touched })
+    Some(Blocked { tip, gap_mm: tip - search.low, ..touched })
 }
 
 struct Search<'a> {
@@ -137,7 +138,7 @@ struct Search<'a> {
     step: f64,
     /// The tool is held at least here.
     low: f64,
-    held: Option<Held>,
+    held: Option<Blocked>,
     waiting: BinaryHeap<Waiting<'a>>,
     met: usize,
 }
@@ -251,7 +252,7 @@ impl<'a> Search<'a> {
             self.step = self.step.max(0.5 * self.effort.known_to);
         }
         self.low = tip;
-        self.held = Some(Held { tip, gap_mm: 0.0, contact: *p, normal, face, body });
+        self.held = Some(Blocked { tip, gap_mm: 0.0, contact: *p, normal, face, body });
     }
 
     /// A point of a triangle's surface: it has to lie inside the trims.
@@ -354,12 +355,12 @@ impl<'a> Search<'a> {
     }
 
     /// What may hold the tool, where that has not been found out.
-    fn supposed(&self, piece: &Piece) -> Held {
+    fn supposed(&self, piece: &Piece) -> Blocked {
         let (contact, face) = match piece {
             Piece::Sheet(sheet) => (weighted(&sheet.p, sheet.at), sheet.of.face),
             Piece::Edge(piece) => (nalgebra::center(&piece.a, &piece.b), piece.face),
         };
-        Held { tip: 0.0, gap_mm: 0.0, contact, normal: Vector3::z(), face: face as usize, body: 0 }
+        Blocked { tip: 0.0, gap_mm: 0.0, contact, normal: Vector3::z(), face: face as usize, body: 0 }
     }
 
     fn quarter(&mut self, sheet: &Sheet<'a>) {

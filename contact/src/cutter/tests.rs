@@ -10,7 +10,7 @@ use claymill_nurbs::{
 };
 use claymill_toolpath::Tool;
 
-use super::{END_EPSILON_MM, EndDrop, EndLocation, ToolPart};
+use super::{CUTTER_EPSILON_MM, CutterDrop, CutterLocation, ToolPart};
 use crate::Frame;
 use crate::{BallDrop, Covering};
 
@@ -45,8 +45,8 @@ impl Bench {
         Bench::of(surfaces.into_iter().map(face).collect())
     }
 
-    fn tool(&self, tool: &str) -> EndDrop<'_> {
-        EndDrop::new(&self.model, &self.covering, &top(), &tool.parse::<Tool>().unwrap())
+    fn tool(&self, tool: &str) -> CutterDrop<'_> {
+        CutterDrop::new(&self.model, &self.covering, &top(), &tool.parse::<Tool>().unwrap())
     }
 
     fn ball(&self, radius_mm: f64) -> BallDrop<'_> {
@@ -55,11 +55,11 @@ impl Bench {
 }
 
 /// Never lower than it may be, and higher by no more than is stated, which is what is aimed at or, at round rims, close to it.
-fn assert_rests(at: Option<EndLocation>, exact: f64, what: &str) -> EndLocation {
-    assert_rests_within(at, exact, 1.0001 * END_EPSILON_MM, what)
+fn assert_rests(at: Option<CutterLocation>, exact: f64, what: &str) -> CutterLocation {
+    assert_rests_within(at, exact, 1.0001 * CUTTER_EPSILON_MM, what)
 }
 
-fn assert_rests_within(at: Option<EndLocation>, exact: f64, gap_mm: f64, what: &str) -> EndLocation {
+fn assert_rests_within(at: Option<CutterLocation>, exact: f64, gap_mm: f64, what: &str) -> CutterLocation {
     let at = at.unwrap_or_else(|| panic!("{what}: nothing"));
     assert!(at.tip.z >= exact - 1e-9, "{what}: {} is below {exact}", at.tip.z);
     assert!(at.tip.z <= exact + at.gap_mm + 1e-9, "{what}: {} is not {exact} within {}", at.tip.z, at.gap_mm);
@@ -116,7 +116,7 @@ fn sphere_cylinder_and_torus() {
             let across = (out - flat).max(0.0);
             let exact = ((rho + r) * (rho + r) - across * across).sqrt() - r;
             // The parametrisation is singular at the pole.
-            let gap_mm = if out < flat + 1.0 { 5e-3 } else { 1.0001 * END_EPSILON_MM };
+            let gap_mm = if out < flat + 1.0 { 5e-3 } else { 1.0001 * CUTTER_EPSILON_MM };
             assert_rests_within(end.drop(x, y), exact, gap_mm, &format!("{tool} at {out}"));
         }
     }
@@ -251,7 +251,7 @@ fn a_corner_as_large_as_the_tool_is_the_ball() {
         let (Some(own), Some(known)) = (end.drop(x, y), ball.drop(x, y)) else { continue };
         let higher = own.tip.z + 6.0 - known.centre.z;
         assert!(higher > -1e-8 && higher < own.gap_mm + crate::CONTACT_EPSILON_MM, "({x}, {y}): {higher}");
-        assert!(own.gap_mm <= 1.0001 * END_EPSILON_MM, "({x}, {y}): {}", own.gap_mm);
+        assert!(own.gap_mm <= 1.0001 * CUTTER_EPSILON_MM, "({x}, {y}): {}", own.gap_mm);
         met += 1;
     }
     assert!(met > 250, "{met}");
@@ -265,7 +265,7 @@ fn corners_tend_to_the_flat_end_and_larger_tools_stop_higher() {
     let rounder =
         ["flat:6", "bull:6:0.000001", "bull:6:0.5", "bull:6:2", "bull:6:5", "ball:6"].map(|t| bench.tool(t));
     for (x, y) in places() {
-        let rests = |ends: &[EndDrop]| -> Vec<f64> {
+        let rests = |ends: &[CutterDrop]| -> Vec<f64> {
             ends.iter().map(|e| e.drop(x, y).map_or(f64::NEG_INFINITY, |l| l.tip.z)).collect()
         };
         // Each tool holds the one before.

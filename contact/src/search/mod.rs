@@ -1,4 +1,4 @@
 //! Which pieces of the model are looked at.
 
-pub(crate) mod tops;
 pub(crate) mod tree;
+pub(crate) mod vertex_bound;

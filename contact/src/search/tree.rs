@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use claymill_nurbs::{Aabb, BRANCHES, BoxTree, Boxes, Eight, Point3, outward};
 
-use crate::certificate::floor::Floor;
+use crate::certificate::support_bound::SupportBound;
 
 /// Boxes in a tree, to find what a ball dropped at `(x, y)` could rest on.
 #[derive(Debug)]
@@ -26,15 +26,15 @@ impl DropTree {
         x: f64,
         y: f64,
         r: f64,
-        mut floor: Floor,
-        mut visit: impl FnMut(usize) -> Floor,
+        mut floor: SupportBound,
+        mut visit: impl FnMut(usize) -> SupportBound,
     ) {
         let ball = Ball { over: [outward([x, x]), outward([y, y])], r: r as f32 * (1.0 + ROUNDING) };
-        let depths = |floor: &Floor, boxes: &Boxes| {
+        let depths = |floor: &SupportBound, boxes: &Boxes| {
             let (heights, cleared) = (ball.heights(boxes), floor.clears_boxes(boxes));
             std::array::from_fn(|k| if cleared[k] { f32::INFINITY } else { -heights[k] })
         };
-        let surpassed = |floor: &Floor, depth: f32| -f64::from(depth) <= floor.z;
+        let surpassed = |floor: &SupportBound, depth: f32| -f64::from(depth) <= floor.z;
         self.0.search(&mut floor, depths, surpassed, |floor, item| *floor = visit(item));
     }
 
@@ -150,9 +150,9 @@ mod tests {
             // By order of promise, the first one is the highest; with a floor below it, all above are met.
             let place = [[x, x], [y, y]];
             let mut best = f64::NEG_INFINITY;
-            tree.descend(x, y, r, Floor::NONE, |i| {
+            tree.descend(x, y, r, SupportBound::NONE, |i| {
                 best = best.max(height(&boxes[i], place));
-                let mut floor = Floor::NONE;
+                let mut floor = SupportBound::NONE;
                 floor.z = best;
                 floor
             });

@@ -2,8 +2,8 @@
 
 use claymill_nurbs::{FaceId, Hint, Point3, bisect};
 
-use crate::containment::{Keep, On};
-use crate::curve::drive::Guide;
+use crate::containment::{Containment, On};
+use crate::curve::drive::DriveCurve;
 use crate::follow::profile::{Chain, Profile, Sample, is_long_enough};
 use crate::setup::context::SetupContext;
 
@@ -14,27 +14,27 @@ const FARTHER_MM: f64 = 1.0;
 
 impl SetupContext<'_> {
     /// The stretches of passes over a guide on which the tool is in its bounds.
-    pub(crate) fn kept(&self, passes: Vec<Chain>, guide: &Guide) -> Vec<Chain> {
-        match self.keep {
-            Some(keep) => {
+    pub(crate) fn kept(&self, passes: Vec<Chain>, drive: &DriveCurve) -> Vec<Chain> {
+        match self.containment {
+            Some(containment) => {
                 let long = |chain: &Chain| is_long_enough(chain, self.shortest_pass_mm());
-                self.cut(keep, &passes, guide, On::Pass).into_iter().filter(long).collect()
+                self.cut(containment, &passes, drive, On::Pass).into_iter().filter(long).collect()
             }
             None => passes,
         }
     }
 
     /// The same of links, however short.
-    pub(crate) fn kept_of_link(&self, links: Vec<Chain>, guide: &Guide) -> Vec<Chain> {
-        match self.keep {
-            Some(keep) => self.cut(keep, &links, guide, On::Way),
+    pub(crate) fn kept_of_link(&self, links: Vec<Chain>, drive: &DriveCurve) -> Vec<Chain> {
+        match self.containment {
+            Some(containment) => self.cut(containment, &links, drive, On::Way),
             None => links,
         }
     }
 
-    fn cut(&self, keep: &Keep, chains: &[Chain], guide: &Guide, on: On) -> Vec<Chain> {
+    fn cut(&self, containment: &Containment, chains: &[Chain], drive: &DriveCurve, on: On) -> Vec<Chain> {
         let (hint, kept, goes_on) = (Hint::default(), Vec::new(), false);
-        let mut cutter = Cutter { context: self, keep, guide, on, hint, kept, goes_on };
+        let mut cutter = Cutter { context: self, containment, drive, on, hint, kept, goes_on };
         for chain in chains {
             cutter.goes_on = false;
             chain.iter().for_each(|profile| cutter.cut(profile));
@@ -43,20 +43,20 @@ impl SetupContext<'_> {
     }
 
     /// Whether the tool is in its bounds where it touches a face.
-    pub(crate) fn may_touch(&self, keep: &Keep, face: FaceId, u: f64, v: f64) -> bool {
+    pub(crate) fn may_touch(&self, containment: &Containment, face: FaceId, u: f64, v: f64) -> bool {
         let surface = self.ball.surface(face);
         let Some((n, _)) = surface.normal(u, v) else { return false };
         let normal = self.upper(face, n);
         let contact = surface.point(u, v);
-        keep.allows(&(contact + normal * self.ball.radius_mm()), &contact, On::Pass)
+        containment.allows(&(contact + normal * self.ball.radius_mm()), &contact, On::Pass)
     }
 }
 
 /// Takes what the tool may not follow out of chains.
 struct Cutter<'c, 'a> {
     context: &'c SetupContext<'a>,
-    keep: &'c Keep<'a>,
-    guide: &'c Guide,
+    containment: &'c Containment<'a>,
+    drive: &'c DriveCurve,
     on: On,
     hint: Hint,
     kept: Vec<Chain>,
@@ -66,13 +66,13 @@ struct Cutter<'c, 'a> {
 
 impl Cutter<'_, '_> {
     fn allows(&mut self, at: &Sample) -> bool {
-        let [x, y] = self.guide.at(at.s);
+        let [x, y] = self.drive.at(at.s);
         let centre = Point3::new(x, y, at.z);
         let frame = &self.context.frame;
         let within_mm = self.context.ball.radius_mm() + FARTHER_MM;
         let foot =
             self.context.walls.closest.closest_from(&frame.to_model(&centre), within_mm, &mut self.hint);
-        foot.is_some_and(|foot| self.keep.allows(&centre, &frame.to_setup(&foot.point), self.on))
+        foot.is_some_and(|foot| self.containment.allows(&centre, &frame.to_setup(&foot.point), self.on))
     }
 
     fn cut(&mut self, profile: &Profile) {

@@ -80,7 +80,7 @@ impl Avoided {
 }
 
 /// What keeps the tool of one setup in its bounds. Places are in the setup's coordinates.
-pub(crate) struct Keep<'a> {
+pub(crate) struct Containment<'a> {
     contain: Contain,
     radius_mm: f64,
     boxes: Vec<Aabb>,
@@ -92,7 +92,7 @@ pub(crate) struct Keep<'a> {
     obstacles: Option<[BallDrop<'a>; 2]>,
 }
 
-impl<'a> Keep<'a> {
+impl<'a> Containment<'a> {
     /// For a ball, with the faces to be avoided and the obstacles; `None` where it may be anywhere.
     pub(crate) fn new(
         bounds: &Bounds,
@@ -114,7 +114,7 @@ impl<'a> Keep<'a> {
             let [x0, y0, z0, x1, y1, z1] = *sides;
             Aabb::of(&[Point3::new(x0, y0, z0), Point3::new(x1, y1, z1)].map(|p| frame.to_setup(&p)))
         };
-        Some(Keep {
+        Some(Containment {
             contain: bounds.contain,
             radius_mm,
             boxes: bounds.within_mm.iter().map(corners).collect(),
@@ -176,7 +176,7 @@ impl<'a> Keep<'a> {
 
     /// Whether what is to be avoided is far enough from a ball, and from one that comes down to there.
     fn is_away(&self, centre: &Point3, on: On) -> bool {
-        let is_held = |balls: &[BallDrop; 2]| balls[on as usize].is_held_at(centre.x, centre.y, centre.z);
+        let is_held = |balls: &[BallDrop; 2]| balls[on as usize].is_blocked_at(centre.x, centre.y, centre.z);
         ![&self.avoided, &self.obstacles].into_iter().flatten().any(is_held)
     }
 

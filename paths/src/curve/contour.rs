@@ -13,7 +13,7 @@ use claymill_contact::{BallDrop, CONTACT_EPSILON_MM, Location, March, Support};
 use claymill_nurbs::{Curve2, KnotVector, Point2, Vector2};
 
 use crate::curve::cubics::Cubics;
-use crate::curve::drive::Guide;
+use crate::curve::drive::DriveCurve;
 use crate::curve::plan_curve::Drawn;
 use crate::follow::profile::STEEPEST_NZ;
 
@@ -54,7 +54,7 @@ struct Node {
 type Sought = (Point2, Option<Node>);
 
 /// A hill in plan, of which a contour line is sought.
-pub(crate) trait Hill {
+pub(crate) trait HeightField {
     /// How the line is to be reached from a place, if there is anything there.
     fn seen(&mut self, from: Point2) -> Option<Seen>;
 }
@@ -63,7 +63,7 @@ pub(crate) trait Hill {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Seen {
     /// How much higher the line is, mm.
-    pub(crate) lacks_mm: f64,
+    pub(crate) residual_mm: f64,
     /// Rise by way, if it is steep enough for a line.
     pub(crate) uphill: Option<Vector2>,
     /// Whether it is known no better than to the bounds of contacts.
@@ -76,11 +76,11 @@ struct Dropped<'a> {
     height: f64,
 }
 
-impl Hill for Dropped<'_> {
+impl HeightField for Dropped<'_> {
     fn seen(&mut self, from: Point2) -> Option<Seen> {
         let location = self.march.drop(from.x, from.y).filter(|l| l.support != Support::Side)?;
         Some(Seen {
-            lacks_mm: self.height - location.centre.z,
+            residual_mm: self.height - location.centre.z,
             uphill: uphill(&location),
             is_bound: location.support == Support::Bound,
         })
@@ -94,8 +94,13 @@ pub(crate) fn contour(ball: &BallDrop, places: &[Point2], height: f64, aside_mm:
 }
 
 /// The same of any hill, of guides that are at least so long.
-pub(crate) fn contour_of(hill: impl Hill, places: &[Point2], aside_mm: f64, shortest_mm: f64) -> Vec<Drawn> {
-    let mut trace = Trace { hill, uphill: 1.0, runs: Vec::new() };
+pub(crate) fn contour_of(
+    field: impl HeightField,
+    places: &[Point2],
+    aside_mm: f64,
+    shortest_mm: f64,
+) -> Vec<Drawn> {
+    let mut trace = Trace { field, uphill: 1.0, runs: Vec::new() };
     let sought = |(index, place): (usize, &Point2)| {
         let node = trace.node(index, *place, aside_mm);
         (*place, node.map(|n| Node { given: true, ..n }))
@@ -135,23 +140,23 @@ impl Node {
 }
 
 struct Trace<H> {
-    hill: H,
+    field: H,
     /// On which side uphill is.
     uphill: f64,
     runs: Vec<Vec<Node>>,
 }
 
-impl<H: Hill> Trace<H> {
+impl<H: HeightField> Trace<H> {
     /// The place of the line that is reached from `from` uphill or downhill, if it is no further than `aside_mm`.
     fn node(&mut self, index: usize, from: Point2, aside_mm: f64) -> Option<Node> {
         let mut at = from;
         for _ in 0..NEWTON_STEPS {
-            let seen = self.hill.seen(at)?;
+            let seen = self.field.seen(at)?;
             let uphill = seen.uphill?;
             if seen.is_on_line(ON_LEVEL_MM) {
                 return Some(Node { index, given: false, corner: None, at, uphill });
             }
-            at += uphill * (seen.lacks_mm / uphill.norm_squared());
+            at += uphill * (seen.residual_mm / uphill.norm_squared());
             if (at - from).norm() > aside_mm {
                 return None;
             }
@@ -197,7 +202,7 @@ impl<H: Hill> Trace<H> {
         if length <= LONGEST_MM
             && !turns
             && !sharp
-            && self.hill.seen(halfway).is_some_and(|seen| seen.is_on_line(LEVEL_MM))
+            && self.field.seen(halfway).is_some_and(|seen| seen.is_on_line(LEVEL_MM))
         {
             return self.push(b);
         }
@@ -248,7 +253,7 @@ const SHARP_MM: f64 = 0.01;
 impl Seen {
     /// Whether it is as high as the line, to `exact_mm` or as well as bounds tell.
     fn is_on_line(&self, exact_mm: f64) -> bool {
-        self.lacks_mm.abs() <= if self.is_bound { 2.0 * CONTACT_EPSILON_MM } else { exact_mm }
+        self.residual_mm.abs() <= if self.is_bound { 2.0 * CONTACT_EPSILON_MM } else { exact_mm }
     }
 }
 
@@ -350,8 +355,8 @@ fn drawn(run: &[Node], uphill: f64, shortest_mm: f64) -> Option<Drawn> {
     points.push(stretches.last()?.last()?.0);
     knots.extend([s, s]);
     let curve = Curve2::new(KnotVector::new(3, knots).ok()?, points, None).ok()?;
-    let guide = Guide::Curved(Cubics::new(&curve)?);
-    Some(Drawn { guide, at, corners })
+    let drive = DriveCurve::Curved(Cubics::new(&curve)?);
+    Some(Drawn { drive, at, corners })
 }
 
 #[cfg(test)]
@@ -378,7 +383,7 @@ mod tests {
         let found = contour(&ball, places, height, 1.0);
         for drawn in &found {
             let end = drawn.at[drawn.at.len() - 1].1;
-            let chains = follow(&ball, &drawn.guide, 0.0, end).chains;
+            let chains = follow(&ball, &drawn.drive, 0.0, end).chains;
             assert_eq!(chains.len(), 1);
             for sample in chains[0].iter().flat_map(|p| &p.samples) {
                 // Where the line turns, the ball rises along either wall: corners are known less well.
@@ -405,7 +410,7 @@ mod tests {
         let end = drawn.at[drawn.at.len() - 1].1;
         approx::assert_relative_eq!(end, radius * turn, max_relative = 1e-4);
         for k in 0..=997 {
-            let [x, y] = drawn.guide.at(end * f64::from(k) / 997.0);
+            let [x, y] = drawn.drive.at(end * f64::from(k) / 997.0);
             assert!((x.hypot(y) - radius).abs() < 1e-6, "{} instead of {radius}", x.hypot(y));
         }
     }
@@ -443,13 +448,13 @@ mod tests {
             .collect();
         let found = lines(vec![dome], 30.0, &places);
         assert_circle(&found, radius, 1.0);
-        let Guide::Curved(curve) = &found[0].guide else { panic!() };
+        let DriveCurve::Curved(curve) = &found[0].drive else { panic!() };
         let shortest = curve.breaks().windows(2).map(|w| w[1] - w[0]);
         assert!(shortest.fold(f64::INFINITY, f64::min) > NARROWEST_MM);
         // A place ahead is found from the beginning.
         for ahead in [1e-3, 0.1, 0.5] {
-            let [x, y] = found[0].guide.at(ahead);
-            approx::assert_abs_diff_eq!(found[0].guide.nearest(x, y, 0.0), ahead, epsilon = 1e-8);
+            let [x, y] = found[0].drive.at(ahead);
+            approx::assert_abs_diff_eq!(found[0].drive.nearest(x, y, 0.0), ahead, epsilon = 1e-8);
         }
     }
 
@@ -472,10 +477,10 @@ mod tests {
         let found = lines(walls, 10.0, &down.chain(right).collect::<Vec<_>>());
         let [drawn] = &found[..] else { panic!("{} guides", found.len()) };
         let [corner] = drawn.corners[..] else { panic!("{:?}", drawn.corners) };
-        let [x, y] = drawn.guide.at(corner);
+        let [x, y] = drawn.drive.at(corner);
         assert!((x - beside).hypot(y - beside) < 1e-6, "{x} {y} instead of {beside}");
         for (s, along) in [(corner - 1e-3, [0.0, -1.0]), (corner + 1e-3, [1.0, 0.0])] {
-            let [x, y] = drawn.guide.direction(s);
+            let [x, y] = drawn.drive.direction(s);
             assert!((x - along[0]).hypot(y - along[1]) < 1e-6, "{x} {y}");
         }
     }

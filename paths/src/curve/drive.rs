@@ -11,7 +11,7 @@ const NEWTON_STEPS: usize = 8;
 /// A curve in the setup's horizontal plane, over which the ball is dropped. Its parameter `s` is about arc
 /// length.
 #[derive(Debug, Clone)]
-pub(crate) enum Guide {
+pub(crate) enum DriveCurve {
     /// A straight row.
     Straight(Line),
     /// A smooth curve.
@@ -25,27 +25,27 @@ pub(crate) struct Line {
     pub(crate) direction: [f64; 2],
 }
 
-impl Guide {
+impl DriveCurve {
     pub(crate) fn at(&self, s: f64) -> [f64; 2] {
         match self {
-            Guide::Straight(line) => [0, 1].map(|k| line.origin[k] + s * line.direction[k]),
-            Guide::Curved(curve) => curve.point(s).into(),
+            DriveCurve::Straight(line) => [0, 1].map(|k| line.origin[k] + s * line.direction[k]),
+            DriveCurve::Curved(curve) => curve.point(s).into(),
         }
     }
 
-    /// Derivative of [`Guide::at`]: about a unit vector.
+    /// Derivative of [`DriveCurve::at`]: about a unit vector.
     pub(crate) fn direction(&self, s: f64) -> [f64; 2] {
         match self {
-            Guide::Straight(line) => line.direction,
-            Guide::Curved(curve) => curve.derivatives(s)[1].into(),
+            DriveCurve::Straight(line) => line.direction,
+            DriveCurve::Curved(curve) => curve.derivatives(s)[1].into(),
         }
     }
 
     /// Both at once.
     pub(crate) fn at_with_direction(&self, s: f64) -> ([f64; 2], [f64; 2]) {
         match self {
-            Guide::Straight(line) => (self.at(s), line.direction),
-            Guide::Curved(curve) => {
+            DriveCurve::Straight(line) => (self.at(s), line.direction),
+            DriveCurve::Curved(curve) => {
                 let [p, first, _] = curve.derivatives(s);
                 (p.into(), first.into())
             }
@@ -56,10 +56,10 @@ impl Guide {
     /// straight.
     pub(crate) fn nearest(&self, x: f64, y: f64, near: f64) -> f64 {
         match self {
-            Guide::Straight(line) => {
+            DriveCurve::Straight(line) => {
                 (x - line.origin[0]) * line.direction[0] + (y - line.origin[1]) * line.direction[1]
             }
-            Guide::Curved(curve) => {
+            DriveCurve::Curved(curve) => {
                 let (s0, s1) = curve.domain();
                 let mut s = near.clamp(s0, s1);
                 for _ in 0..NEWTON_STEPS {

@@ -3,7 +3,7 @@
 use claymill_nurbs::{Curve2, Point2};
 
 use crate::curve::cubics::Cubics;
-use crate::curve::drive::Guide;
+use crate::curve::drive::DriveCurve;
 use crate::curve::spline::{Datum, knot_vector, least_squares};
 
 /// A guide may run this far beside the places that it is made of, mm: a hundredth of a fine step-over.
@@ -21,7 +21,7 @@ const SHORTEST_MM: f64 = 0.5;
 /// A guide and its parameters at the places that it is made of.
 #[derive(Debug, Clone)]
 pub(crate) struct Drawn {
-    pub(crate) guide: Guide,
+    pub(crate) drive: DriveCurve,
     /// Index of the place, parameter there; both ascend.
     pub(crate) at: Vec<(usize, f64)>,
     /// Parameters at which it turns sharply.
@@ -70,7 +70,7 @@ fn smooth(places: &[Point2], kept: &[usize], beside_mm: f64) -> Option<Drawn> {
         let off: Vec<f64> = at.iter().map(|&(i, s)| (curve.point(s) - places[i]).norm()).collect();
         let finer = if round + 1 < ROUNDS { split(&at, &off, &breaks, beside_mm) } else { breaks.clone() };
         if finer.len() == breaks.len() {
-            return Some(Drawn { guide: Guide::Curved(Cubics::new(&curve)?), at, corners: Vec::new() });
+            return Some(Drawn { drive: DriveCurve::Curved(Cubics::new(&curve)?), at, corners: Vec::new() });
         }
         breaks = finer;
     }
@@ -142,9 +142,9 @@ mod tests {
         approx::assert_relative_eq!(end, 150.0, max_relative = 1e-4);
         for k in 0..=1000 {
             let s = end * f64::from(k) / 1000.0;
-            let [x, y] = drawn.guide.at(s);
+            let [x, y] = drawn.drive.at(s);
             assert!((x.hypot(y) - 50.0).abs() < BESIDE_MM, "{}", x.hypot(y) - 50.0);
-            let [dx, dy] = drawn.guide.direction(s);
+            let [dx, dy] = drawn.drive.direction(s);
             approx::assert_abs_diff_eq!(dx.hypot(dy), 1.0, epsilon = 0.02);
         }
     }

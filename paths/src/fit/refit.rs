@@ -4,7 +4,7 @@
 use claymill_nurbs::{Curve3, Point3, Vector3};
 use claymill_toolpath::{WRITTEN_STEP_MM, round_to_written};
 
-use crate::curve::drive::{Guide, lift};
+use crate::curve::drive::{DriveCurve, lift};
 use crate::curve::spline::{Datum, SpanBasis, knot_vector, least_squares};
 use crate::fit::breaks::thinned;
 use crate::fit::target::{Target, corner};
@@ -20,7 +20,7 @@ const ROUNDS: usize = 12;
 const DATA_PER_SPAN: usize = 8;
 const DATA_MM: f64 = 0.5;
 pub(crate) const LONGEST_SPAN_MM: f64 = 400.0;
-/// Beside its guide a pass comes closer to whatever stands there, on a steep slope as much as it is aside: that
+/// Adjacency its guide a pass comes closer to whatever stands there, on a steep slope as much as it is aside: that
 /// counts twice.
 const ASIDE_SHARE: f64 = 2.0;
 /// The written error is checked at points this far apart, mm, and at least eight a span.
@@ -31,7 +31,7 @@ const MOST_PASSED: usize = 64;
 /// The places that a profile is about, and how they are written.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Over<'a> {
-    pub(crate) guide: &'a Guide,
+    pub(crate) drive: &'a DriveCurve,
     pub(crate) frame: &'a Frame,
     pub(crate) radius_mm: f64,
     pub(crate) tolerance: FitTolerance,
@@ -235,8 +235,8 @@ fn span_errors(
         let count = ((length / CHECK_MM).ceil() as usize).max(8);
         let mut check = |x: f64| {
             let centre = a + (b + (c + d * x) * x) * x;
-            near = over.guide.nearest(centre.x, centre.y, near);
-            let (place, [ex, ey]) = over.guide.at_with_direction(near);
+            near = over.drive.nearest(centre.x, centre.y, near);
+            let (place, [ex, ey]) = over.drive.at_with_direction(near);
             let (z, slope) = profile.beyond(near, &mut at_sample);
             let off = centre - Vector3::new(place[0], place[1], z);
             let level = ex.hypot(ey);
@@ -277,7 +277,7 @@ mod tests {
     use super::*;
     use crate::curve::drive::Line;
 
-    const ALONG_X: Guide = Guide::Straight(Line { origin: [0.0, 0.0], direction: [1.0, 0.0] });
+    const ALONG_X: DriveCurve = DriveCurve::Straight(Line { origin: [0.0, 0.0], direction: [1.0, 0.0] });
 
     fn usual() -> FitTolerance {
         FitTolerance::of_scallop(0.1)
@@ -292,7 +292,7 @@ mod tests {
     }
 
     fn fit_along_x(profile: &Profile) -> Fit {
-        let over = Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() };
+        let over = Over { drive: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() };
         fit_one(profile, &Target::new(profile, [None; 2], &over), &over).unwrap()
     }
 
@@ -337,7 +337,7 @@ mod tests {
         let ends = [(0.0, 0.1), (0.5, -0.1)];
         let samples = ends.map(|(s, slope)| sample(s, 0.0, slope)).to_vec();
         let profile = Profile { samples };
-        let over = Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() };
+        let over = Over { drive: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() };
         let target = Target::new(&profile, [None; 2], &over);
         let piece = straight(&profile, &target, &over).unwrap();
         assert!(piece.error_mm.0 > 0.0, "{:?}", piece.error_mm);
@@ -362,8 +362,8 @@ mod tests {
         ];
         let points = points.map(Point2::from).to_vec();
         let curve = Curve2::new(KnotVector::new(3, knots).unwrap(), points, None).unwrap();
-        let guide = Guide::Curved(crate::curve::cubics::Cubics::new(&curve).unwrap());
-        let over = Over { guide: &guide, frame: &top(), radius_mm: 0.0, tolerance: usual() };
+        let drive = DriveCurve::Curved(crate::curve::cubics::Cubics::new(&curve).unwrap());
+        let over = Over { drive: &drive, frame: &top(), radius_mm: 0.0, tolerance: usual() };
         let level = Profile { samples: [0.0, 0.5, 1.0].map(|s| sample(s, 0.0, 0.0)).to_vec() };
         assert!(fit_one(&level, &Target::new(&level, [None; 2], &over), &over).is_none());
         let pieces = fit(&level, [None; 2], &over);
@@ -375,7 +375,7 @@ mod tests {
             let highest = curve.points().iter().map(|p| p.z).fold(0.0, f64::max);
             assert!(highest < 0.01, "{highest} mm above");
         }
-        let [x, y] = guide.at(1.0);
+        let [x, y] = drive.at(1.0);
         assert!((end - Point3::new(x, y, 0.0)).norm() < 0.005);
     }
 
@@ -386,7 +386,7 @@ mod tests {
         let side = |s: f64, slope: f64| sample(s, s * slope, slope);
         let before = Profile { samples: [-8.0, -1e-3, -2e-4, 0.0].map(|s| side(s, down)).to_vec() };
         let after = Profile { samples: [0.0, 1e-4, 7.0].map(|s| side(s, up)).to_vec() };
-        let over = Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() };
+        let over = Over { drive: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() };
         let [first, second] = &fit_chain(&vec![before, after], &over)[..] else { panic!() };
         assert_eq!(first.curve.end(), second.curve.start());
         for (fit, slope) in [(first, down), (second, up)] {
@@ -414,7 +414,7 @@ mod tests {
         let samples = places.map(|s| sample(s, exact(s).0, exact(s).1)).collect();
         for fit in fit_chain(
             &vec![Profile { samples }],
-            &Over { guide: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() },
+            &Over { drive: &ALONG_X, frame: &top(), radius_mm: 0.0, tolerance: usual() },
         ) {
             let (t0, t1) = fit.curve.domain();
             for i in 0..=20_000 {

@@ -36,13 +36,13 @@ pub(crate) struct Target {
 
 /// Where two stretches meet at a corner: the place that lies above both by the bias.
 pub(crate) fn corner(before: &Profile, after: &Profile, over: &Over) -> Option<Point3> {
-    let Over { guide, tolerance, .. } = over;
+    let Over { drive, tolerance, .. } = over;
     let ends = [before.end(), after.start()];
     let [a, b] = ends.map(|q| {
-        let [x, y] = guide.at(q.s);
+        let [x, y] = drive.at(q.s);
         Point3::new(x, y, q.z)
     });
-    let [up, lean] = ends.map(|q| guide.lift(q.s, q.slope));
+    let [up, lean] = ends.map(|q| drive.lift(q.s, q.slope));
     let halfway = nalgebra::center(&a, &b);
     let cos = up.dot(&lean);
     let lacks = [tolerance.bias_mm - (halfway - a).dot(&up), tolerance.bias_mm - (halfway - b).dot(&lean)];
@@ -71,14 +71,14 @@ fn begin_at(corner: Option<Point3>, p: &mut Vec<Point3>, tangent: &mut Vec<Vecto
 impl Target {
     /// Over a profile that ends at `corners`, where it does (see [`corner`]).
     pub(crate) fn new(profile: &Profile, corners: [Option<Point3>; 2], over: &Over) -> Self {
-        let Over { guide, tolerance, .. } = over;
+        let Over { drive, tolerance, .. } = over;
         let biased = |q: &Sample| {
-            let [x, y] = guide.at(q.s);
-            Point3::new(x, y, q.z) + guide.lift(q.s, q.slope) * tolerance.bias_mm
+            let [x, y] = drive.at(q.s);
+            Point3::new(x, y, q.z) + drive.lift(q.s, q.slope) * tolerance.bias_mm
         };
         let mut p: Vec<Point3> = profile.samples.iter().map(biased).collect();
         let along = |q: &Sample| {
-            let [ex, ey] = guide.direction(q.s);
+            let [ex, ey] = drive.direction(q.s);
             Vector3::new(ex, ey, q.slope).normalize()
         };
         let mut tangent: Vec<Vector3> = profile.samples.iter().map(along).collect();

@@ -5,7 +5,7 @@
 use claymill_contact::{BallDrop, Location, March, Support, larger_than_usual};
 use claymill_nurbs::FaceId;
 
-use crate::curve::drive::Guide;
+use crate::curve::drive::DriveCurve;
 use crate::follow::proofs::Proofs;
 
 /// Samples along a guide are at most this far apart, mm along the profile; a location halfway between each
@@ -39,7 +39,7 @@ const FLICKER_MM: f64 = 2e-3;
 /// Passes are at least this long, mm, those of a small ball this share of its radius.
 pub(crate) const SHORTEST_PASS_MM: f64 = 1.0;
 pub(crate) const SHORTEST_PASS_RADII: f64 = 0.25;
-/// Beside walls: in a bore hardly wider than the ball its centre goes round in a small circle, and cuts a large one, mm.
+/// Adjacency walls: in a bore hardly wider than the ball its centre goes round in a small circle, and cuts a large one, mm.
 pub(crate) const SHORTEST_BESIDE_MM: f64 = 0.1;
 /// Steeper than this (`n·axis` of the contact normal) a pass ends: the ball's side would cut.
 pub(crate) const STEEPEST_NZ: f64 = 0.12;
@@ -213,10 +213,10 @@ fn hermite(a: &Sample, b: &Sample, s: f64) -> (f64, f64) {
     (z, slope)
 }
 
-/// Drops the ball along `guide` from `s0` to `s1` and returns the chains of the exact profile. A chain ends
+/// Drops the ball along `drive` from `s0` to `s1` and returns the chains of the exact profile. A chain ends
 /// where nothing is below, where the contact becomes steep, and where the height jumps.
-pub(crate) fn follow(ball: &BallDrop, guide: &Guide, s0: f64, s1: f64) -> Followed {
-    let mut walk = Walk { guide, chains: Vec::new(), proofs: Proofs::default(), march: March::new(ball) };
+pub(crate) fn follow(ball: &BallDrop, drive: &DriveCurve, s0: f64, s1: f64) -> Followed {
+    let mut walk = Walk { drive, chains: Vec::new(), proofs: Proofs::default(), march: March::new(ball) };
     let mut here = walk.sample(s0);
     if let Some(a) = here {
         walk.begin(a);
@@ -270,7 +270,7 @@ pub(crate) fn parted(chain: Chain, corners: &[f64]) -> Chain {
 }
 
 struct Walk<'a> {
-    guide: &'a Guide,
+    drive: &'a DriveCurve,
     chains: Vec<Chain>,
     proofs: Proofs,
     march: March<'a>,
@@ -278,7 +278,7 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     fn drop(&mut self, s: f64) -> Option<Location> {
-        let [x, y] = self.guide.at(s);
+        let [x, y] = self.drive.at(s);
         self.march.drop(x, y)
     }
 
@@ -288,7 +288,7 @@ impl Walk<'_> {
             return None;
         }
         self.proofs.add(&location);
-        let [ex, ey] = self.guide.direction(s);
+        let [ex, ey] = self.drive.direction(s);
         let (z, mut slope) = (location.centre.z, location.slope(ex, ey));
         let face = match location.support {
             Support::Face { .. } => Some(location.face),
@@ -340,7 +340,7 @@ impl Walk<'_> {
             return self.step(middle, None, sb, Some(b));
         };
         let slopes = [a, m, b].map(|q| q.slope.atan());
-        let courses = [sa, middle, sb].map(|s| self.guide.direction(s));
+        let courses = [sa, middle, sb].map(|s| self.drive.direction(s));
         // An S turns only on the way.
         let turn = [(0, 1), (1, 2), (0, 2)]
             .map(|(i, j)| (slopes[j] - slopes[i]).abs().max(angle_between(courses[i], courses[j])))
@@ -373,16 +373,16 @@ impl Walk<'_> {
 
     /// Whether the guide is where its places and directions at both ends tell, seen from above.
     fn bends_evenly(&self, sa: f64, sb: f64) -> bool {
-        let Guide::Curved(_) = self.guide else { return true };
+        let DriveCurve::Curved(_) = self.drive else { return true };
         let end = |s: f64, k: usize| Sample {
             s,
-            z: self.guide.at(s)[k],
-            slope: self.guide.direction(s)[k],
+            z: self.drive.at(s)[k],
+            slope: self.drive.direction(s)[k],
             ..Sample::default()
         };
         let off = |share: f64, k: usize| {
             let s = sa + (sb - sa) * share;
-            hermite(&end(sa, k), &end(sb, k), s).0 - self.guide.at(s)[k]
+            hermite(&end(sa, k), &end(sb, k), s).0 - self.drive.at(s)[k]
         };
         [0.25, 0.5, 0.75].iter().all(|&share| off(share, 0).hypot(off(share, 1)) <= HERMITE_MM)
     }
@@ -446,11 +446,11 @@ mod tests {
         let points = [(0.0, 0.0), (0.4, 0.25), (0.7, -0.25), (1.1, 0.0)].map(|(x, y)| Point2::new(x, y));
         let curve =
             Curve2::new(KnotVector::new(3, [[0.0; 4], [1.1; 4]].concat()).unwrap(), points.into(), None);
-        let guide = Guide::Curved(crate::curve::cubics::Cubics::new(&curve.unwrap()).unwrap());
-        let [chain] = &follow(&ball, &guide, 0.0, 1.1).chains[..] else { panic!() };
+        let drive = DriveCurve::Curved(crate::curve::cubics::Cubics::new(&curve.unwrap()).unwrap());
+        let [chain] = &follow(&ball, &drive, 0.0, 1.1).chains[..] else { panic!() };
         let [profile] = &chain[..] else { panic!() };
         for w in profile.samples.windows(2) {
-            let turn = angle_between(guide.direction(w[0].s), guide.direction(w[1].s));
+            let turn = angle_between(drive.direction(w[0].s), drive.direction(w[1].s));
             assert!(
                 turn <= SHARPEST_TURN || w[1].s - w[0].s <= CLOSEST_MM,
                 "{turn} from {} to {}",
@@ -476,8 +476,8 @@ mod tests {
             for (aslant, off) in [(0.0f64, 0.0), (0.7, 0.0), (0.7, 0.123), (1.3, 0.04)] {
                 let direction = [aslant.cos(), aslant.sin()];
                 let origin = [off - 6.0 * direction[0], -6.0 * direction[1]];
-                let guide = Guide::Straight(crate::curve::drive::Line { origin, direction });
-                let [chain] = &follow(&ball, &guide, 0.0, 12.0).chains[..] else { panic!() };
+                let drive = DriveCurve::Straight(crate::curve::drive::Line { origin, direction });
+                let [chain] = &follow(&ball, &drive, 0.0, 12.0).chains[..] else { panic!() };
                 let [before, after] = &chain[..] else { panic!("{} stretches at {lean}", chain.len()) };
                 let slope = lean.tan() * direction[0];
                 let corner = 6.0 - off / direction[0];
@@ -513,7 +513,7 @@ mod tests {
             let covering = Covering::new(&model, &[false], 1600.0, 3.0).unwrap();
             let top = Frame::five("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap()[0];
             let ball = BallDrop::new(&model, &covering, &top, 3.0);
-            let uphill = Guide::Straight(crate::curve::drive::Line {
+            let uphill = DriveCurve::Straight(crate::curve::drive::Line {
                 origin: [-3.0 * sine, 0.0],
                 direction: [1.0, 0.0],
             });

@@ -25,7 +25,7 @@ const ARM: f64 = 2.0 / 3.0;
 
 impl SetupContext<'_> {
     /// Where a pass runs out to, if it ends at an open border and there is room.
-    pub(crate) fn run_out(&self, End { at, onward }: End) -> Option<Point3> {
+    pub(crate) fn extend_pass(&self, End { at, onward }: End) -> Option<Point3> {
         let way = onward.try_normalize(0.0).filter(|_| self.extend_mm > 0.0)?;
         if !self.is_open_behind(at, way) {
             return None;

@@ -16,7 +16,7 @@ use claymill_contact::BallDrop;
 use claymill_nurbs::{Curve3, Point3, Vector3};
 use claymill_toolpath::{Move, MoveKind, round_to_written};
 
-use crate::curve::drive::{Guide, Line};
+use crate::curve::drive::{DriveCurve, Line};
 use crate::fit::written::{one_span, reversed_from_zero};
 use crate::follow::profile::follow;
 use crate::setup::context::SetupContext;
@@ -219,7 +219,7 @@ impl SetupContext<'_> {
             let up = Vector3::z() * self.ball.radius_mm();
             let way: Vec<Point3> =
                 (0..=LOOKS).map(|k| at + (q - at) * (f64::from(k) / f64::from(LOOKS)) + up).collect();
-            self.keep.is_none_or(|keep| keep.allows_way(&way))
+            self.containment.is_none_or(|containment| containment.allows_way(&way))
         };
         let is_proven =
             |q: &Point3| self.enters_nothing_between(p, self.frame.to_model(q).map(round_to_written));
@@ -253,7 +253,8 @@ impl SetupContext<'_> {
     fn clear_height(&self, foot: &Point3) -> f64 {
         let places = [(foot.x, foot.y)].into_iter().chain(around(foot.x, foot.y, ASIDE_MM));
         let high = places.fold(foot.z, |high, (x, y)| rest_above(self.ball, x, y, high));
-        let high = self.keep.map_or(high, |keep| keep.over_obstacles(foot.x, foot.y, high));
+        let high =
+            self.containment.map_or(high, |containment| containment.over_obstacles(foot.x, foot.y, high));
         round_to_written(self.above_left_by_earlier(foot, high) + self.clearance_mm)
     }
 
@@ -293,9 +294,9 @@ impl SetupContext<'_> {
     fn is_clear(&self, place: &Point3, at: &Point3) -> bool {
         let (way, radius) = ((place - at).xy(), self.ball.radius_mm());
         let length = way.norm();
-        let guide =
-            Guide::Straight(Line { origin: [at.x, at.y], direction: [way.x / length, way.y / length] });
-        let followed = follow(self.ball, &guide, 0.0, length);
+        let drive =
+            DriveCurve::Straight(Line { origin: [at.x, at.y], direction: [way.x / length, way.y / length] });
+        let followed = follow(self.ball, &drive, 0.0, length);
         let Some((first, last)) = followed.chains.first().zip(followed.chains.last()) else {
             return false;
         };

@@ -11,10 +11,10 @@ use claymill_nurbs::{FaceId, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::follow::proofs::Proofs;
-use crate::pattern::ground::Ground;
-use crate::pattern::near::{LaidNear, Touch};
+use crate::pattern::near::{PassIndex, Touch};
+use crate::pattern::part_region::PartRegion;
 use crate::pattern::rows::RowRounds;
-use crate::pattern::rows::crests::Laid;
+use crate::pattern::rows::crests::PlannedPass;
 use crate::pattern::together::together;
 use crate::setup::context::SetupContext;
 
@@ -36,8 +36,8 @@ struct LeftOut {
 
 impl SetupContext<'_> {
     /// Rows over what the laid passes leave out, if anything.
-    pub(crate) fn mend(&self, laid: &[Laid], ground: &Ground) -> (Vec<Laid>, Proofs) {
-        let near = LaidNear::new(laid, self.flat_step_mm());
+    pub(crate) fn mend(&self, laid: &[PlannedPass], ground: &PartRegion) -> (Vec<PlannedPass>, Proofs) {
+        let near = PassIndex::new(laid, self.flat_step_mm());
         let of_face = |&face: &FaceId| -> Vec<LeftOut> {
             let areas = self.covering.areas_mm2(face).enumerate().filter(|_| self.claims.any(face));
             let left_out = |(triangle, area_mm2)| {
@@ -67,16 +67,16 @@ impl SetupContext<'_> {
 
     /// Where the ball would touch the middle of a triangle of the covering, if the setup cuts it and the ball gets there,
     /// but no pass comes past.
-    fn left_out(&self, face: FaceId, triangle: usize, near: &LaidNear) -> Option<Point3> {
-        let fate = &self.fates[face][triangle];
-        if !fate.is_cut_by(self.index) {
+    fn left_out(&self, face: FaceId, triangle: usize, near: &PassIndex) -> Option<Point3> {
+        let assignment = &self.assignments[face][triangle];
+        if !assignment.is_cut_by(self.index) {
             return None;
         }
         let mesh = &self.covering.meshes()[face];
         let [a, b, c] = mesh.triangles[triangle].map(|i| mesh.uv[i as usize].coords);
         let uv = Point2::from((a + b + c) / 3.0);
         let jet = self.ball.surface(face).jet(uv.x, uv.y);
-        let normal = jet.normal().map(|n| n * fate.side(self.index))?;
+        let normal = jet.normal().map(|n| n * assignment.side(self.index))?;
         if normal.z < self.least_facing || !self.slopes.hold(&jet) {
             return None;
         }
@@ -87,6 +87,6 @@ impl SetupContext<'_> {
             return None;
         }
         let touching = Location::touching(centre, normal, face, uv.into());
-        (!self.ball.is_held_from(&touching, self.scallop_mm)).then_some(centre)
+        (!self.ball.is_blocked_from(&touching, self.scallop_mm)).then_some(centre)
     }
 }

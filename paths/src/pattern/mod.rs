@@ -10,9 +10,9 @@
 //! to the cost: the first that is whole has won.
 
 pub(crate) mod gaps;
-pub(crate) mod ground;
 pub(crate) mod levels;
 pub(crate) mod near;
+pub(crate) mod part_region;
 pub(crate) mod pencil;
 pub(crate) mod rows;
 pub(crate) mod step_over;
@@ -27,13 +27,13 @@ use claymill_toolpath::Considered;
 
 use crate::follow::profile::Profile;
 use crate::follow::proofs::Proofs;
-use crate::pattern::ground::Ground;
 use crate::pattern::levels::LevelRounds;
 use crate::pattern::levels::patch::PatchLevels;
 use crate::pattern::levels::pattern::Levels;
 use crate::pattern::levels::waterline::CentreHeights;
+use crate::pattern::part_region::PartRegion;
 use crate::pattern::rows::RowRounds;
-use crate::pattern::rows::crests::Laid;
+use crate::pattern::rows::crests::PlannedPass;
 use crate::setup::context::{SetupContext, TURN_MM};
 use crate::setup::slopes::{Limit, Slopes};
 use crate::{RowsAlong, Strategy};
@@ -42,7 +42,7 @@ use crate::{RowsAlong, Strategy};
 /// rows leave the least at rims.
 const WORTH_A_CHOICE_STEPS2: f64 = 25.0;
 
-/// Ground shallower than this has no waterlines but rows, degrees: contour lines wander there, and for the same scallop
+/// PartRegion shallower than this has no waterlines but rows, degrees: contour lines wander there, and for the same scallop
 /// height their levels would be closer than a quarter of the step-over.
 const SHALLOWEST_DEG: f64 = 15.0;
 
@@ -50,7 +50,7 @@ const SHALLOWEST_DEG: f64 = 15.0;
 pub(crate) struct Layout<'p> {
     pub(crate) strategy: Strategy,
     /// Cut one after the other.
-    pub(crate) groups: Vec<Vec<Laid>>,
+    pub(crate) groups: Vec<Vec<PlannedPass>>,
     pub(crate) proofs: Proofs,
     /// Direction of straight rows.
     pub(crate) along: Option<RowsAlong>,
@@ -93,7 +93,7 @@ impl SetupContext<'_> {
     /// The paths by the strategy that costs least, in length and turns, and what each one came to.
     pub(crate) fn choose<'b, 'a: 'b, 'm: 'b>(
         &'b self,
-        ground: &Ground<'_, 'a, 'm>,
+        ground: &PartRegion<'_, 'a, 'm>,
     ) -> Option<(Layout<'b>, Vec<Considered>)> {
         let tiny = ground.area_mm2 < WORTH_A_CHOICE_STEPS2 * self.flat_step_mm().powi(2);
         let candidates = match self.strategy.candidates() {
@@ -120,12 +120,12 @@ impl SetupContext<'_> {
     fn lay<'b, 'a: 'b, 'm: 'b>(
         &'b self,
         strategy: Strategy,
-        ground: &Ground<'_, 'a, 'm>,
+        ground: &PartRegion<'_, 'a, 'm>,
     ) -> Option<Layout<'b>> {
         Some(self.lay_rest(self.begin(strategy, ground)?, ground))
     }
 
-    fn lay_rest<'b>(&self, mut layout: Layout<'b>, ground: &Ground) -> Layout<'b> {
+    fn lay_rest<'b>(&self, mut layout: Layout<'b>, ground: &PartRegion) -> Layout<'b> {
         while layout.goes_on() {
             self.lay_more(&mut layout, ground);
         }
@@ -136,7 +136,7 @@ impl SetupContext<'_> {
     fn begin<'b, 'a: 'b, 'm: 'b>(
         &'b self,
         strategy: Strategy,
-        ground: &Ground<'_, 'a, 'm>,
+        ground: &PartRegion<'_, 'a, 'm>,
     ) -> Option<Layout<'b>> {
         let mut layout = match strategy {
             Strategy::Planar => {
@@ -158,7 +158,7 @@ impl SetupContext<'_> {
     }
 
     /// Lays one more round.
-    fn lay_more(&self, layout: &mut Layout, ground: &Ground) {
+    fn lay_more(&self, layout: &mut Layout, ground: &PartRegion) {
         let Some(laid) = layout.groups.first_mut() else { return };
         layout.proofs += match &mut layout.rest {
             Rest::Nothing => Proofs::default(),
@@ -196,7 +196,7 @@ impl SetupContext<'_> {
         &'b self,
         strategy: Strategy,
         limit_deg: f64,
-        ground: &Ground<'_, 'a, 'm>,
+        ground: &PartRegion<'_, 'a, 'm>,
     ) -> Option<Layout<'b>> {
         let limit = Limit::new(limit_deg, self.flat_step_mm());
         let steep = SetupContext { slopes: Slopes::Steeper(limit), ..*self };

@@ -4,7 +4,7 @@ use claymill_contact::Location;
 use claymill_nurbs::{Point3, Vector3};
 use rustc_hash::FxHashMap;
 
-use crate::pattern::rows::crests::Laid;
+use crate::pattern::rows::crests::PlannedPass;
 
 /// Passes are looked for within this many cells.
 const REACH_CELLS: i32 = 2;
@@ -16,8 +16,8 @@ const NEWTON_STEPS: usize = 4;
 const COMES_BY: f64 = 0.1;
 
 /// All laid passes by where they run in plan.
-pub(crate) struct LaidNear<'a> {
-    laid: &'a [Laid],
+pub(crate) struct PassIndex<'a> {
+    laid: &'a [PlannedPass],
     cell_mm: f64,
     cells: FxHashMap<[i32; 2], Vec<At>>,
 }
@@ -68,15 +68,15 @@ impl Touch {
     }
 }
 
-impl<'a> LaidNear<'a> {
-    pub(crate) fn new(laid: &'a [Laid], cell_mm: f64) -> Self {
-        let mut near = LaidNear { laid, cell_mm, cells: FxHashMap::default() };
+impl<'a> PassIndex<'a> {
+    pub(crate) fn new(laid: &'a [PlannedPass], cell_mm: f64) -> Self {
+        let mut near = PassIndex { laid, cell_mm, cells: FxHashMap::default() };
         for (l, row) in laid.iter().enumerate() {
             for (c, chain) in row.chains.iter().enumerate() {
                 for (p, profile) in chain.iter().enumerate() {
                     let mut before = None;
                     for sample in &profile.samples {
-                        let [x, y] = row.guide.at(sample.s);
+                        let [x, y] = row.drive.at(sample.s);
                         let cell = near.cell([x, y]);
                         if before != Some(cell) {
                             let ball = [x as f32, y as f32, sample.z as f32];
@@ -158,7 +158,7 @@ impl<'a> LaidNear<'a> {
         let mut s = at.s;
         let mut ball = *centre;
         for _ in 0..NEWTON_STEPS {
-            let ([x, y], [dx, dy]) = row.guide.at_with_direction(s);
+            let ([x, y], [dx, dy]) = row.drive.at_with_direction(s);
             let (z, slope) = profile.at(s);
             ball = Point3::new(x, y, z);
             let along = Vector3::new(dx, dy, slope);

@@ -17,11 +17,11 @@ use nalgebra::Vector2;
 use rayon::prelude::*;
 
 use crate::RowsAlong;
-use crate::curve::drive::{Guide, Line};
+use crate::curve::drive::{DriveCurve, Line};
 use crate::curve::plan_curve::within;
 use crate::follow::profile::{Chain, Sample, follow};
 use crate::follow::proofs::Proofs;
-use crate::pattern::rows::crests::Laid;
+use crate::pattern::rows::crests::PlannedPass;
 use crate::pattern::rows::raster::{Patch, Row};
 use crate::setup::context::SetupContext;
 
@@ -85,7 +85,7 @@ struct Pencil<'a, 'c> {
 
 impl SetupContext<'_> {
     /// The valleys of the part made of `faces`, and how many locations rest on a proven bound.
-    pub(crate) fn valleys(&self, faces: &[usize]) -> (Vec<Laid>, Proofs) {
+    pub(crate) fn valleys(&self, faces: &[usize]) -> (Vec<PlannedPass>, Proofs) {
         let pencil = Pencil { context: self, faces: faces.iter().copied().collect() };
         let mut known = Known::default();
         let mut valleys: Vec<Vec<Point2>> = Vec::new();
@@ -100,18 +100,18 @@ impl SetupContext<'_> {
                 valleys.push(valley);
             }
         }
-        let lay = |valley: &Vec<Point2>| -> Vec<(Laid, Proofs)> {
+        let lay = |valley: &Vec<Point2>| -> Vec<(PlannedPass, Proofs)> {
             let drawn = within(valley, BESIDE_MM).into_iter();
             let laid = drawn.map(|drawn| {
                 let end = drawn.at[drawn.at.len() - 1].1;
-                let found = follow(self.ball, &drawn.guide, 0.0, end);
+                let found = follow(self.ball, &drawn.drive, 0.0, end);
                 let (proofs, planned) = (found.proofs, vec![(0.0, end)]);
-                let chains = self.kept(found.passes(self.shortest_pass_mm(), |_| true), &drawn.guide);
-                (Laid { q: 0.0, guide: drawn.guide, planned, chains, fresh: false }, proofs)
+                let chains = self.kept(found.passes(self.shortest_pass_mm(), |_| true), &drawn.drive);
+                (PlannedPass { q: 0.0, drive: drawn.drive, planned, chains, fresh: false }, proofs)
             });
             laid.collect()
         };
-        let laid: Vec<(Laid, Proofs)> = valleys.par_iter().flat_map_iter(lay).collect();
+        let laid: Vec<(PlannedPass, Proofs)> = valleys.par_iter().flat_map_iter(lay).collect();
         let proofs = laid.iter().map(|l| l.1).sum();
         (laid.into_iter().map(|l| l.0).filter(|l| !l.chains.is_empty()).collect(), proofs)
     }
@@ -147,7 +147,7 @@ impl Pencil<'_, '_> {
 
     /// The corners in which the ball touches two sides.
     fn corners(&self, line: Line, s0: f64, s1: f64) -> Vec<Corner> {
-        let chains = follow(self.context.ball, &Guide::Straight(line), s0, s1).chains;
+        let chains = follow(self.context.ball, &DriveCurve::Straight(line), s0, s1).chains;
         let mut corners: Vec<Corner> = Vec::new();
         for corner in chains.iter().flat_map(corners_of) {
             match corners.last_mut() {

@@ -12,8 +12,8 @@ use claymill_nurbs::{Curve3, FaceId, Foot, Hint, KnotVector, Point2, Point3, Vec
 use claymill_surface_merge::RegionMesh;
 use claymill_toolpath::{Move, MoveKind, round_to_written};
 
-use crate::curve::contour::{FLATTEST, Hill, Seen, contour_of};
-use crate::curve::drive::Guide;
+use crate::curve::contour::{FLATTEST, HeightField, Seen, contour_of};
+use crate::curve::drive::DriveCurve;
 use crate::curve::plan_curve::Drawn;
 use crate::fit::written::one_span;
 use crate::follow::profile::{
@@ -21,11 +21,11 @@ use crate::follow::profile::{
     angle_between,
 };
 use crate::follow::proofs::Proofs;
-use crate::pattern::ground::Ground;
 use crate::pattern::levels::field::mesh_edge_mm;
 use crate::pattern::levels::pattern::{ASIDE, Levels};
 use crate::pattern::levels::waterline::CentreHeights;
-use crate::pattern::rows::crests::Laid;
+use crate::pattern::part_region::PartRegion;
+use crate::pattern::rows::crests::PlannedPass;
 use crate::setup::claims::Claims;
 use crate::setup::context::SetupContext;
 use crate::setup::leaning::{LEAST_FACING, OVERHANGING};
@@ -47,14 +47,14 @@ const OFF_WALL_MM: [f64; 4] = [2.0, 1.0, 0.5, 0.2];
 const LINK_STEPS: f64 = 8.0;
 
 /// The ball with its centre at a height, as if the model rose towards its walls.
-struct Beside<'a> {
+struct Adjacency<'a> {
     context: &'a SetupContext<'a>,
     height: f64,
     away_mm: f64,
     hint: Hint,
 }
 
-impl Beside<'_> {
+impl Adjacency<'_> {
     /// The nearest place on a face, which way the ball's centre is from there (of unit length), and how far.
     fn nearest(&mut self, at: Point3) -> Option<(Foot, Vector3)> {
         let frame = &self.context.frame;
@@ -66,12 +66,12 @@ impl Beside<'_> {
     }
 }
 
-impl Hill for Beside<'_> {
+impl HeightField for Adjacency<'_> {
     fn seen(&mut self, from: Point2) -> Option<Seen> {
         let (foot, away) = self.nearest(Point3::new(from.x, from.y, self.height))?;
         let uphill: Vector2 = -away.xy();
         Some(Seen {
-            lacks_mm: foot.distance_mm - self.away_mm,
+            residual_mm: foot.distance_mm - self.away_mm,
             uphill: (uphill.norm() >= FLATTEST).then_some(uphill),
             is_bound: false,
         })
@@ -80,7 +80,7 @@ impl Hill for Beside<'_> {
 
 impl SetupContext<'_> {
     /// Passes beside the walls of a part, from the highest down: those on one side of its faces, then those on the other.
-    pub(crate) fn lay_walls(&self, ground: &Ground) -> ([Vec<Laid>; 2], Proofs) {
+    pub(crate) fn lay_walls(&self, ground: &PartRegion) -> ([Vec<PlannedPass>; 2], Proofs) {
         let mut proofs = Proofs::default();
         let is_wall = |f: &FaceId| self.walls.claims.iter().any(|claims| claims.any(*f));
         let faces: Vec<FaceId> = ground.faces.iter().copied().filter(is_wall).collect();
@@ -111,7 +111,7 @@ impl SetupContext<'_> {
         sides.into_iter().map(|double_area: f64| if double_area < 0.0 { -1.0 } else { 1.0 }).collect()
     }
 
-    fn lay_side(&self, mesh: &RegionMesh, ground: &Ground) -> (Vec<Laid>, Proofs) {
+    fn lay_side(&self, mesh: &RegionMesh, ground: &PartRegion) -> (Vec<PlannedPass>, Proofs) {
         let (mut laid, mut proofs) = (Vec::new(), Proofs::default());
         let heights = CentreHeights::new(mesh, self);
         let waterlines = heights.waterlines().into_iter().map(|levels| Box::new(levels) as Box<dyn Levels>);
@@ -123,10 +123,10 @@ impl SetupContext<'_> {
         (laid, proofs)
     }
 
-    fn beside(&self, height: f64) -> Beside<'_> {
+    fn beside(&self, height: f64) -> Adjacency<'_> {
         // What is written may lie a fit tolerance beside the guide.
         let away_mm = self.ball.radius_mm() + self.tolerance.bias_mm;
-        Beside { context: self, height, away_mm, hint: Hint::default() }
+        Adjacency { context: self, height, away_mm, hint: Hint::default() }
     }
 
     /// The lines at a height on which the ball touches the walls near `places`.
@@ -144,15 +144,15 @@ impl SetupContext<'_> {
         let bias_mm = self.tolerance.bias_mm;
         let Some(aside) = Vector3::new(normal.x, normal.y, 0.0).try_normalize(0.0) else { return true };
         let touch = Location::touching(centre + aside * bias_mm, aside, spot.0, spot.1);
-        self.ball.is_held_from(&touch, bias_mm)
+        self.ball.is_blocked_from(&touch, bias_mm)
     }
 
     /// The stretches of a guide at a height, from one parameter to another, on which nothing stands above the ball.
-    pub(crate) fn follow_beside(&self, guide: &Guide, height: f64, [s0, s1]: [f64; 2]) -> Followed {
+    pub(crate) fn follow_beside(&self, drive: &DriveCurve, height: f64, [s0, s1]: [f64; 2]) -> Followed {
         let mut beside = self.beside(height);
         let mut proofs = Proofs::default();
         let mut sample = |s: f64| {
-            let [x, y] = guide.at(s);
+            let [x, y] = drive.at(s);
             let centre = Point3::new(x, y, height);
             let (foot, away) = beside.nearest(centre)?;
             let is_free = foot.distance_mm >= self.ball.radius_mm()
@@ -170,7 +170,7 @@ impl SetupContext<'_> {
             let mut next = if s + 1.5 * STRIDE_MM >= s1 { s1 } else { s + STRIDE_MM };
             // Once around a small circle a guide has the direction that it began with.
             let turns =
-                |a: f64, b: f64| angle_between(guide.direction(a), guide.direction(b)) > SHARPEST_TURN;
+                |a: f64, b: f64| angle_between(drive.direction(a), drive.direction(b)) > SHARPEST_TURN;
             let turns_on_the_way = |next: f64| {
                 let middle = 0.5 * (s + next);
                 turns(s, next) || turns(s, middle) || turns(middle, next)
@@ -259,7 +259,7 @@ impl SetupContext<'_> {
     }
 
     /// Whether the ball enters nothing along a curve of its tip, nor the material, nor has anything above it.
-    fn is_link_clear(&self, curve: &Curve3, length: f64, beside: &mut Beside) -> bool {
+    fn is_link_clear(&self, curve: &Curve3, length: f64, beside: &mut Adjacency) -> bool {
         let radius_mm = self.ball.radius_mm();
         let centre = |t: f64| self.frame.to_setup(&curve.point(t)) + Vector3::z() * radius_mm;
         // No faster than its control polygon.
@@ -290,7 +290,7 @@ impl SetupContext<'_> {
         let looks = of_ball.max(of_curve).ceil().max(2.0) as u32;
         let places: Vec<Point3> =
             (0..=looks).map(|k| centre(length * f64::from(k) / f64::from(looks))).collect();
-        self.keep.is_none_or(|keep| keep.allows_way(&places))
+        self.containment.is_none_or(|containment| containment.allows_way(&places))
             && places[1..places.len() - 1].iter().all(|&at| self.is_free_at(at, beside))
     }
 
@@ -299,7 +299,7 @@ impl SetupContext<'_> {
     }
 
     /// Whether nothing holds a ball up that comes down to a place, nor does it come through the material.
-    fn is_free_at(&self, at: Point3, beside: &mut Beside) -> bool {
+    fn is_free_at(&self, at: Point3, beside: &mut Adjacency) -> bool {
         if self.ball.is_in_material_above(&at) {
             return false;
         }
@@ -326,6 +326,6 @@ impl SetupContext<'_> {
         let touched_mm = self.ball.radius_mm() + self.tolerance.bias_mm + HELD_MM;
         let speaks_for_face = foot.distance_mm <= touched_mm && away.z >= OVERHANGING;
         let touch = if speaks_for_face { touch } else { Location { support: Support::Edge, ..touch } };
-        !self.ball.is_held_from(&touch, HELD_MM)
+        !self.ball.is_blocked_from(&touch, HELD_MM)
     }
 }

@@ -17,7 +17,7 @@ use claymill_surface_merge::{Guides, RegionMesh};
 use claymill_toolpath::Tool;
 use rayon::prelude::*;
 
-use crate::containment::{Avoided, Keep};
+use crate::containment::{Avoided, Containment};
 use crate::pattern::levels::field::mesh_edge_mm;
 use crate::pattern::levels::sweeps::Sweeps;
 use crate::pattern::step_over::flat_mm;
@@ -29,12 +29,12 @@ use crate::plan::regions::{Regions, open_borders};
 use crate::program::Output;
 use crate::program::account::Account;
 use crate::program::part::Part;
+use crate::setup::assignment::{Assignments, assign};
 use crate::setup::claims::Claims;
 use crate::setup::context::SetupContext;
 use crate::setup::heights::Heights;
 use crate::setup::leaning::{LEAST_FACING, LEAST_SLANT};
 use crate::setup::probe::Views;
-use crate::setup::reach::{Fates, assign};
 use crate::setup::sides::Sides;
 use crate::setup::slopes::Slopes;
 use crate::setup::space::Space;
@@ -135,11 +135,11 @@ fn lay(
     let avoided = avoid(&options.bounds.avoid, options.bounds.avoid_mm)?;
     let obstacle_mm = if obstacles.is_empty() { 0.0 } else { options.check_clearance_mm };
     let obstacles = avoid(if obstacle_mm > 0.0 { obstacles } else { &[] }, obstacle_mm)?;
-    let keeps: Vec<Option<Keep>> = frames
+    let keeps: Vec<Option<Containment>> = frames
         .par_iter()
         .map(|f| {
             let avoided = [avoided.as_ref(), obstacles.as_ref()];
-            Keep::new(&options.bounds, f, radius_mm, covering, regions.excluded, avoided)
+            Containment::new(&options.bounds, f, radius_mm, covering, regions.excluded, avoided)
         })
         .collect();
     let views = Views {
@@ -152,8 +152,8 @@ fn lay(
         scallop_mm: options.scallop_mm,
         divides: area_mm2 <= FEW_SQUARES * (FINEST * radius_mm).powi(2),
     };
-    let fates = assign(model, covering, &views, regions);
-    let account = Account::new(covering, &fates.of, regions);
+    let assignments = assign(model, covering, &views, regions);
+    let account = Account::new(covering, &assignments.of, regions);
     let faces_of = group(regions.of_face);
     progress("region meshes", 0.0);
     let edge_mm = mesh_edge_mm(radius_mm, options.scallop_mm);
@@ -167,7 +167,7 @@ fn lay(
         .map(|r| if wanted(r) { RegionMesh::of_region(model, regions.merged, r, edge_mm).ok() } else { None })
         .collect();
     let mut chosen = chosen(&meshes, &options.guides)?;
-    let sides = Sides::new(covering, &fates.of, &frames);
+    let sides = Sides::new(covering, &assignments.of, &frames);
     let sweeps: Vec<Option<Sweeps>> = (meshes.iter().zip(&faces_of).enumerate())
         .map(|(r, (mesh, faces))| {
             mesh.as_ref().map(|mesh| Sweeps::new(mesh, faces, &sides, chosen.remove(&r)))
@@ -175,7 +175,7 @@ fn lay(
         .collect();
     let views_of: Vec<View> = (0..frames.len())
         .into_par_iter()
-        .map(|k| View::new(covering, &fates, k, &balls[k], &space, regions))
+        .map(|k| View::new(covering, &assignments, k, &balls[k], &space, regions))
         .collect();
     let contexts: Vec<SetupContext> = (views_of.iter().zip(&frames).enumerate())
         .map(|(index, (view, frame))| SetupContext {
@@ -183,15 +183,15 @@ fn lay(
             covering,
             frame: *frame,
             index,
-            fates: &fates.of,
+            assignments: &assignments.of,
             claims: &view.claims,
             walls: &view.walls,
             beside_walls: None,
             ball: &balls[index],
             earlier: earlier.get(index),
             heights: &view.heights,
-            keep: keeps[index].as_ref(),
-            least_facing: if fates.slants { LEAST_SLANT } else { LEAST_FACING },
+            containment: keeps[index].as_ref(),
+            least_facing: if assignments.slants { LEAST_SLANT } else { LEAST_FACING },
             obstacle_mm,
             clearance_mm: options.clearance_mm.max(obstacle_mm),
             excluded: regions.excluded,
@@ -298,15 +298,15 @@ struct View<'a> {
 impl<'a> View<'a> {
     fn new(
         covering: &Covering,
-        fates: &Fates,
+        assignments: &Assignments,
         setup: usize,
         ball: &BallDrop,
         space: &'a Space<'_>,
         regions: &Regions<'a>,
     ) -> Self {
         View {
-            claims: Claims::new(covering, fates, |fate| fate.is_cut_by(setup)),
-            walls: Walls::new(covering, fates, setup, space, &regions.merged.joints),
+            claims: Claims::new(covering, assignments, |assignment| assignment.is_cut_by(setup)),
+            walls: Walls::new(covering, assignments, setup, space, &regions.merged.joints),
             heights: Heights::new(ball),
         }
     }

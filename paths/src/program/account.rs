@@ -7,7 +7,7 @@ use claymill_nurbs::{FaceId, Model};
 use claymill_toolpath::{Area, FaceAccount, UncutReason};
 
 use crate::plan::regions::Regions;
-use crate::setup::reach::Fate;
+use crate::setup::assignment::Assignment;
 
 /// Where the area of a face goes, mm².
 struct FaceSums {
@@ -22,13 +22,16 @@ impl FaceSums {
         FaceSums { cut: [0.0; 5], uncut: [Hidden, TooTight, EarlierTool, OutOfBounds].map(|r| (r, 0.0)) }
     }
 
-    fn add(&mut self, fate: &Fate, area_mm2: f64) {
-        for (sum, share) in self.cut.iter_mut().zip(fate.cut) {
+    fn add(&mut self, assignment: &Assignment, area_mm2: f64) {
+        for (sum, share) in self.cut.iter_mut().zip(assignment.cut) {
             *sum += area_mm2 * f64::from(share);
         }
-        for ((_, sum), share) in
-            self.uncut.iter_mut().zip([fate.hidden, fate.tight, fate.done, fate.out_of_bounds])
-        {
+        for ((_, sum), share) in self.uncut.iter_mut().zip([
+            assignment.hidden,
+            assignment.tight,
+            assignment.done,
+            assignment.out_of_bounds,
+        ]) {
             *sum += area_mm2 * f64::from(share);
         }
     }
@@ -45,14 +48,14 @@ pub(crate) struct Account {
 }
 
 impl Account {
-    pub(crate) fn new(covering: &Covering, fates: &[Vec<Fate>], regions: &Regions) -> Self {
+    pub(crate) fn new(covering: &Covering, assignments: &[Vec<Assignment>], regions: &Regions) -> Self {
         let count = regions.of_face.iter().max().map_or(0, |m| m + 1);
         let mut region_setup_mm2 = vec![[0.0; 5]; count];
-        let mut faces = Vec::with_capacity(fates.len());
-        for (face, fate) in fates.iter().enumerate() {
+        let mut faces = Vec::with_capacity(assignments.len());
+        for (face, assignment) in assignments.iter().enumerate() {
             let mut sums = FaceSums::new();
             let mut total = 0.0;
-            for (area, f) in covering.areas_mm2(face).zip(fate) {
+            for (area, f) in covering.areas_mm2(face).zip(assignment) {
                 total += area;
                 sums.add(f, area);
             }

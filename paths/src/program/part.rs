@@ -4,17 +4,17 @@ use claymill_nurbs::{Curve3, Point3};
 use claymill_toolpath::{Considered, LinkStyle, Move, MoveKind};
 use rayon::prelude::*;
 
-use crate::curve::drive::{Guide, Line};
+use crate::curve::drive::{DriveCurve, Line};
 use crate::fit::refit::{Fit, Over, fit_chain};
 use crate::fit::written::{join, move_end, polygon_mm, reversed_from_zero, straightened};
 use crate::follow::profile::{Chain, Profile, follow};
 use crate::follow::proofs::Proofs;
 use crate::link::leads::End;
 use crate::link::order::{Ends, Turn, order};
-use crate::pattern::ground::Ground;
 use crate::pattern::levels::sweeps::Sweeps;
-use crate::pattern::near::LaidNear;
-use crate::pattern::rows::crests::Laid;
+use crate::pattern::near::PassIndex;
+use crate::pattern::part_region::PartRegion;
+use crate::pattern::rows::crests::PlannedPass;
 use crate::setup::context::SetupContext;
 use crate::{RowsAlong, Strategy};
 
@@ -51,12 +51,13 @@ impl SetupContext<'_> {
     pub(crate) fn part(&self, faces: &[usize], area_mm2: f64, sweeps: Option<&Sweeps>) -> Option<Part> {
         let (valleys, mut proofs) =
             if self.pencil { self.valleys(faces) } else { (Vec::new(), Proofs::default()) };
-        let in_valleys = LaidNear::new(&valleys, self.flat_step_mm());
-        let ground = Ground { faces, area_mm2, sweeps, in_valleys };
+        let in_valleys = PassIndex::new(&valleys, self.flat_step_mm());
+        let ground = PartRegion { faces, area_mm2, sweeps, in_valleys };
         let is_cut = faces.iter().any(|&face| self.claims.any(face));
         let chosen = if is_cut { self.choose(&ground) } else { None };
         let (walls, of_walls) = self.lay_walls(&ground);
-        let fit_all = |laid: &Vec<Laid>| laid.par_iter().flat_map_iter(|row| self.fit_row(row)).collect();
+        let fit_all =
+            |laid: &Vec<PlannedPass>| laid.par_iter().flat_map_iter(|row| self.fit_row(row)).collect();
         let beside = |pass: Pass| Pass { beside_walls: true, ..pass };
         let chosen_groups = chosen.iter().flat_map(|(layout, _)| &layout.groups);
         let mut groups: Vec<Vec<Pass>> = chosen_groups.chain([&valleys]).map(fit_all).collect();
@@ -84,8 +85,8 @@ impl SetupContext<'_> {
     }
 
     /// The passes over a row, without what of them enters anything as written.
-    fn fit_row(&self, row: &Laid) -> Vec<Pass> {
-        let fitted = row.chains.iter().filter_map(|chain| self.fit_chain(chain, &row.guide));
+    fn fit_row(&self, row: &PlannedPass) -> Vec<Pass> {
+        let fitted = row.chains.iter().filter_map(|chain| self.fit_chain(chain, &row.drive));
         fitted.flat_map(|pass| self.proven_passes(pass)).collect()
     }
 
@@ -99,9 +100,9 @@ impl SetupContext<'_> {
     }
 
     /// Fits a chain: the curves of one pass, end to end; `None` when nothing is left in the written digits.
-    fn fit_chain(&self, chain: &Chain, guide: &Guide) -> Option<Pass> {
+    fn fit_chain(&self, chain: &Chain, drive: &DriveCurve) -> Option<Pass> {
         let over =
-            Over { guide, frame: &self.frame, radius_mm: self.ball.radius_mm(), tolerance: self.tolerance };
+            Over { drive, frame: &self.frame, radius_mm: self.ball.radius_mm(), tolerance: self.tolerance };
         let mut curves: Vec<Curve3> = Vec::new();
         for Fit { mut curve, .. } in fit_chain(chain, &over) {
             join(curves.last_mut(), &mut curve);
@@ -128,7 +129,7 @@ impl SetupContext<'_> {
     fn link_passes(&self, passes: &[Pass], part: &mut Part) {
         let run_outs: Vec<[Option<Point3>; 2]> = passes
             .par_iter()
-            .map(|pass| [pass.before(), pass.behind()].map(|end| self.run_out(end)))
+            .map(|pass| [pass.before(), pass.behind()].map(|end| self.extend_pass(end)))
             .collect();
         let ends = |k: usize| {
             let ends = [passes[k].before(), passes[k].behind()];
@@ -156,12 +157,13 @@ impl SetupContext<'_> {
                 part.retracts += retracts;
                 part.moves.extend(way.iter().cloned());
             }
-            let [run_in, run_out] = run_outs[k];
+            let [run_in, extend_pass] = run_outs[k];
             let run_in = run_in.map(|from| Move::straight(MoveKind::LeadIn, from, pass.start(), axis, feed));
-            let run_out = run_out.map(|to| Move::straight(MoveKind::LeadOut, pass.end(), to, axis, feed));
+            let extend_pass =
+                extend_pass.map(|to| Move::straight(MoveKind::LeadOut, pass.end(), to, axis, feed));
             part.moves.extend(run_in);
             part.moves.extend(pass.curves.iter().map(|curve| Move::along(MoveKind::Cut, curve, axis, feed)));
-            part.moves.extend(run_out);
+            part.moves.extend(extend_pass);
             for m in &mut part.moves[first..] {
                 m.pass = number;
             }
@@ -183,9 +185,9 @@ impl SetupContext<'_> {
             let straight = || vec![Move::straight(MoveKind::Link, from, to, axis, feed)];
             return ((b - a).norm() < 0.05).then(straight).and_then(|link| self.proven(link));
         }
-        let guide = Guide::Straight(Line { origin: [a.x, a.y], direction: [dx / length, dy / length] });
-        let followed = follow(self.ball, &guide, 0.0, length);
-        let chains = self.kept_of_link(followed.chains, &guide);
+        let drive = DriveCurve::Straight(Line { origin: [a.x, a.y], direction: [dx / length, dy / length] });
+        let followed = follow(self.ball, &drive, 0.0, length);
+        let chains = self.kept_of_link(followed.chains, &drive);
         let [chain] = chains.as_slice() else {
             return None;
         };
@@ -194,7 +196,7 @@ impl SetupContext<'_> {
         if !whole || path_mm > self.retract_mm(from, to) {
             return None;
         }
-        let mut curves = self.fit_chain(chain, &guide)?.curves;
+        let mut curves = self.fit_chain(chain, &drive)?.curves;
         let last = curves.len() - 1;
         move_end(&mut curves[0], false, from);
         move_end(&mut curves[last], true, to);

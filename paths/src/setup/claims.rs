@@ -6,8 +6,8 @@ use claymill_contact::Covering;
 use claymill_nurbs::{FaceId, FaceMesh, Point2};
 use rayon::prelude::*;
 
+use crate::setup::assignment::{Assignment, Assignments};
 use crate::setup::in_triangle::contains;
-use crate::setup::reach::{Fate, Fates};
 
 /// What one setup cuts, by face.
 pub(crate) struct Claims {
@@ -32,16 +32,20 @@ struct Bins {
 
 impl Claims {
     /// Of the triangles whose fates are `mine`, without what is missed of them.
-    pub(crate) fn new(covering: &Covering, fates: &Fates, mine: impl Fn(&Fate) -> bool + Sync) -> Self {
+    pub(crate) fn new(
+        covering: &Covering,
+        assignments: &Assignments,
+        mine: impl Fn(&Assignment) -> bool + Sync,
+    ) -> Self {
         let faces = covering
             .meshes()
             .par_iter()
-            .zip(&fates.of)
-            .zip(&fates.missed)
-            .map(|((mesh, fates), missed)| match fates.iter().filter(|f| mine(f)).count() {
+            .zip(&assignments.of)
+            .zip(&assignments.missed)
+            .map(|((mesh, assignments), missed)| match assignments.iter().filter(|f| mine(f)).count() {
                 0 => Claimed::None,
-                all if all == fates.len() && missed.is_empty() => Claimed::All,
-                _ => Claimed::Part(Arc::new(Bins::new(mesh, fates.iter().map(&mine), missed))),
+                all if all == assignments.len() && missed.is_empty() => Claimed::All,
+                _ => Claimed::Part(Arc::new(Bins::new(mesh, assignments.iter().map(&mine), missed))),
             })
             .collect();
         Claims { faces }

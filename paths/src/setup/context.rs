@@ -4,13 +4,13 @@ use claymill_contact::{BallDrop, Covering};
 use claymill_nurbs::{FaceId, Model, Point2};
 use claymill_toolpath::LinkStyle;
 
-use crate::containment::Keep;
+use crate::containment::Containment;
 use crate::follow::profile::{SHORTEST_BESIDE_MM, SHORTEST_PASS_MM, SHORTEST_PASS_RADII};
 use crate::pattern::step_over::flat_mm;
 use crate::plan::options::Feeds;
+use crate::setup::assignment::Assignment;
 use crate::setup::claims::Claims;
 use crate::setup::heights::Heights;
-use crate::setup::reach::Fate;
 use crate::setup::slopes::Slopes;
 use crate::setup::wall_claims::Walls;
 use crate::{FitTolerance, Frame, RowsAlong, Strategy};
@@ -34,7 +34,7 @@ pub(crate) struct SetupContext<'a> {
     pub(crate) covering: &'a Covering,
     pub(crate) frame: Frame,
     pub(crate) index: usize,
-    pub(crate) fates: &'a [Vec<Fate>],
+    pub(crate) assignments: &'a [Vec<Assignment>],
     pub(crate) claims: &'a Claims,
     pub(crate) walls: &'a Walls<'a>,
     /// Where the claims are walls, the side of each face that is cut: 1 for that of `Su × Sv`, −1 for the other.
@@ -44,7 +44,7 @@ pub(crate) struct SetupContext<'a> {
     pub(crate) earlier: Option<&'a BallDrop<'a>>,
     pub(crate) heights: &'a Heights,
     /// What keeps the tool in its bounds, if it may not be anywhere.
-    pub(crate) keep: Option<&'a Keep<'a>>,
+    pub(crate) containment: Option<&'a Containment<'a>>,
     /// What leans further is not cut from above (`n·axis`).
     pub(crate) least_facing: f64,
     /// Distance that it keeps from obstacles, where there are any, mm.
@@ -96,6 +96,6 @@ impl SetupContext<'_> {
     pub(crate) fn claims_at(&self, face: FaceId, u: f64, v: f64) -> bool {
         self.claims.holds(face, Point2::new(u, v))
             && (self.slopes == Slopes::All || self.slopes.hold(&self.ball.surface(face).jet(u, v)))
-            && self.keep.is_none_or(|keep| self.may_touch(keep, face, u, v))
+            && self.containment.is_none_or(|containment| self.may_touch(containment, face, u, v))
     }
 }

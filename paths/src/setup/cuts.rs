@@ -32,10 +32,10 @@ impl SetupContext<'_> {
         let of_face = |&face: &FaceId| {
             let mesh = &self.covering.meshes()[face];
             let surface = self.ball.surface(face);
-            let cut = mesh.triangles.iter().zip(&self.fates[face]).enumerate();
-            cut.filter(|(k, (_, fate))| fate.is_cut_by(self.index) && kept(face, *k))
-                .flat_map(|(_, (t, fate))| {
-                    self.cut_up(surface, t.map(|i| mesh.uv[i as usize]), fate.side(self.index))
+            let cut = mesh.triangles.iter().zip(&self.assignments[face]).enumerate();
+            cut.filter(|(k, (_, assignment))| assignment.is_cut_by(self.index) && kept(face, *k))
+                .flat_map(|(_, (t, assignment))| {
+                    self.cut_up(surface, t.map(|i| mesh.uv[i as usize]), assignment.side(self.index))
                 })
                 .collect::<Vec<_>>()
         };

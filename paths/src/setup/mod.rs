@@ -1,5 +1,6 @@
 //! One setup: what it sees of the model, what it cuts of it, and what its parts share.
 
+pub(crate) mod assignment;
 pub(crate) mod claimed_mesh;
 pub(crate) mod claims;
 pub(crate) mod context;
@@ -9,7 +10,6 @@ pub(crate) mod in_triangle;
 pub(crate) mod leaning;
 pub(crate) mod orientation;
 pub(crate) mod probe;
-pub(crate) mod reach;
 pub(crate) mod rows_along;
 pub(crate) mod sides;
 pub(crate) mod slopes;

@@ -1,9 +1,9 @@
 //! What each setup sees of places on the model.
 
-use claymill_contact::{BallDrop, Covering, FreeSides, Held, Location};
+use claymill_contact::{BallDrop, Blocked, Covering, FreeSides, Location};
 use claymill_nurbs::{Model, Point2, Point3, Vector3};
 
-use crate::containment::{Keep, On};
+use crate::containment::{Containment, On};
 use crate::setup::leaning::{LEAST_FACING, LEAST_SLANT, OVERHANGING};
 use crate::setup::space::Space;
 use crate::{FitTolerance, Frame};
@@ -97,7 +97,7 @@ pub(crate) struct Views<'a> {
     /// The sides that may be cut.
     pub(crate) free: FreeSides<'a>,
     /// What keeps the tool in its bounds.
-    pub(crate) keeps: &'a [Option<Keep<'a>>],
+    pub(crate) keeps: &'a [Option<Containment<'a>>],
     pub(crate) scallop_mm: f64,
     /// Whether triangles are few enough to look closer where strips may be missed.
     pub(crate) divides: bool,
@@ -113,15 +113,27 @@ struct Place {
 
 impl Place {
     /// What a setup sees there, if the ball may be kept up by `allowed_mm` along the normal.
-    fn seen(&self, frame: &Frame, ball: &BallDrop, keep: Option<&Keep>, allowed_mm: f64) -> Seen {
+    fn seen(
+        &self,
+        frame: &Frame,
+        ball: &BallDrop,
+        containment: Option<&Containment>,
+        allowed_mm: f64,
+    ) -> Seen {
         if self.normal.dot(&frame.axis()).abs() < LEAST_FACING {
             return Seen::Steep;
         }
-        self.seen_facing(frame, ball, keep, allowed_mm)
+        self.seen_facing(frame, ball, containment, allowed_mm)
     }
 
     /// The same however far it leans.
-    fn seen_facing(&self, frame: &Frame, ball: &BallDrop, keep: Option<&Keep>, allowed_mm: f64) -> Seen {
+    fn seen_facing(
+        &self,
+        frame: &Frame,
+        ball: &BallDrop,
+        containment: Option<&Containment>,
+        allowed_mm: f64,
+    ) -> Seen {
         let facing = self.normal.dot(&frame.axis());
         if !ball.free().allow(self.face, facing > 0.0) {
             return Seen::Material;
@@ -130,19 +142,22 @@ impl Place {
         let centre = frame.to_setup(&(self.point + n * ball.radius_mm()));
         let normal = frame.to_setup(&n.into()).coords;
         let touch = Location::touching(centre, normal, self.face, self.uv.into());
-        match ball.held_from(&touch, allowed_mm / facing.abs(), ball.radius_mm()) {
+        match ball.blocked_from(&touch, allowed_mm / facing.abs(), ball.radius_mm()) {
             None if ball.is_in_material_above(&centre) => Seen::Hidden,
             None => {
                 let at = frame.to_setup(&self.point);
-                let in_bounds = keep.is_none_or(|keep| keep.allows(&centre, &at, On::Pass));
+                let in_bounds =
+                    containment.is_none_or(|containment| containment.allows(&centre, &at, On::Pass));
                 let near_mm = NEAR_RADII * ball.radius_mm();
-                match in_bounds || keep.is_some_and(|keep| keep.allows_near(&centre, &at, near_mm)) {
+                match in_bounds
+                    || containment.is_some_and(|containment| containment.allows_near(&centre, &at, near_mm))
+                {
                     true => Seen::Reached { facing, done: false, in_bounds },
                     false => Seen::OutOfBounds,
                 }
             }
-            Some(Held::Near) => Seen::Tight,
-            Some(Held::Far) => Seen::Hidden,
+            Some(Blocked::Near) => Seen::Tight,
+            Some(Blocked::Far) => Seen::Hidden,
         }
     }
 
@@ -153,7 +168,7 @@ impl Place {
         setup: usize,
         views: &Views,
         ball: &BallDrop,
-        keep: Option<&Keep>,
+        containment: Option<&Containment>,
         farther_mm: f64,
     ) -> Seen {
         let (frame, radius_mm) = (&views.frames[setup], ball.radius_mm());
@@ -168,17 +183,18 @@ impl Place {
             let centre = frame.to_setup(&(self.point + n * radius_mm + aside * farther_mm));
             let away = frame.to_setup(&aside.into()).coords;
             let touch = Location::touching(centre, away, self.face, self.uv.into());
-            let held = ball.held_from(&touch, farther_mm, radius_mm);
+            let held = ball.blocked_from(&touch, farther_mm, radius_mm);
             let at = frame.to_setup(&self.point);
-            if held == Some(Held::Far)
-                || ball.is_held_at(at.x, at.y, at.z + (1.0 + DEEPEST_RADII) * radius_mm)
+            if held == Some(Blocked::Far)
+                || ball.is_blocked_at(at.x, at.y, at.z + (1.0 + DEEPEST_RADII) * radius_mm)
                 || views.space.is_underside(&self.point, &n, ROOM_RADII * radius_mm)
                 || ball.is_in_material_above(&centre)
             {
                 continue;
             }
             if held.is_none() {
-                let is_kept_out = keep.is_some_and(|keep| !keep.allows(&centre, &at, On::Pass));
+                let is_kept_out =
+                    containment.is_some_and(|containment| !containment.allows(&centre, &at, On::Pass));
                 return if is_kept_out { Seen::OutOfBounds } else { Seen::Wall { other_side, done: false } };
             }
             seen = Seen::Tight;

@@ -4,8 +4,8 @@ use claymill_contact::Covering;
 use claymill_nurbs::{FaceId, FaceMesh, Vector3};
 
 use crate::Frame;
+use crate::setup::assignment::Assignment;
 use crate::setup::leaning::LEAST_FACING;
-use crate::setup::reach::Fate;
 
 /// What a setup cuts of a region from the other side than most is cut from may be this share of it for it to count as
 /// none.
@@ -25,10 +25,12 @@ struct Side {
 }
 
 impl Sides {
-    pub(crate) fn new(covering: &Covering, fates: &[Vec<Fate>], frames: &[Frame]) -> Self {
-        let side = |(mesh, fates): (&FaceMesh, &Vec<Fate>)| {
+    pub(crate) fn new(covering: &Covering, assignments: &[Vec<Assignment>], frames: &[Frame]) -> Self {
+        let side = |(mesh, assignments): (&FaceMesh, &Vec<Assignment>)| {
             let mut side = Side::default();
-            for (t, fate) in mesh.triangles.iter().zip(fates).filter(|(_, fate)| fate.setups != 0) {
+            for (t, assignment) in
+                mesh.triangles.iter().zip(assignments).filter(|(_, assignment)| assignment.setups != 0)
+            {
                 let [a, b, c] = t.map(|i| mesh.points[i as usize]);
                 let [p, q, r] = t.map(|i| mesh.uv[i as usize]);
                 let double = (b - a).cross(&(c - a)) * (q - p).perp(&(r - p)).signum();
@@ -36,14 +38,14 @@ impl Sides {
                 for (k, frame) in frames.iter().enumerate() {
                     let facing = 0.5 * double.dot(&frame.axis());
                     if facing.abs() > LEAST_FACING * area_mm2 {
-                        side.cut_mm2[k][usize::from(facing < 0.0)] += area_mm2 * f64::from(fate.cut[k]);
+                        side.cut_mm2[k][usize::from(facing < 0.0)] += area_mm2 * f64::from(assignment.cut[k]);
                     }
                 }
             }
             let [upper, lower] = side.cut_mm2.iter().fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
             Side { other: lower > upper, ..side }
         };
-        Sides { faces: covering.meshes().iter().zip(fates).map(side).collect() }
+        Sides { faces: covering.meshes().iter().zip(assignments).map(side).collect() }
     }
 
     /// The normal of a face on the side from which most of it is cut.
@@ -79,20 +81,20 @@ mod tests {
     }
 
     /// What is cut by the setup that faces it, on either side if it is thin.
-    fn cut(covering: &Covering, thin: bool) -> Vec<Vec<Fate>> {
+    fn cut(covering: &Covering, thin: bool) -> Vec<Vec<Assignment>> {
         let frames = frames();
         let mesh = &covering.meshes()[0];
         let of_triangle = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|i| mesh.points[i as usize]);
             let middle = (a.coords + b.coords + c.coords) / 3.0;
-            let mut fate = Fate::default();
+            let mut assignment = Assignment::default();
             // A setup faces the half of an upright cylinder around the origin that is on its side.
             let faces = |k: usize| middle.dot(&frames[k].axis()) > 0.0;
             for k in [LEFT, RIGHT].into_iter().filter(|&k| thin || faces(k)) {
-                fate.setups |= 1 << k;
-                fate.cut[k] = if thin { 0.5 } else { 1.0 };
+                assignment.setups |= 1 << k;
+                assignment.cut[k] = if thin { 0.5 } else { 1.0 };
             }
-            fate
+            assignment
         };
         vec![mesh.triangles.iter().map(of_triangle).collect()]
     }

@@ -4,8 +4,8 @@ use claymill_contact::Covering;
 use claymill_nurbs::ClosestPoints;
 use claymill_surface_merge::Joint;
 
+use crate::setup::assignment::Assignments;
 use crate::setup::claims::Claims;
-use crate::setup::reach::Fates;
 use crate::setup::space::Space;
 
 /// The walls of a setup.
@@ -21,12 +21,14 @@ pub(crate) struct Walls<'a> {
 impl<'a> Walls<'a> {
     pub(crate) fn new(
         covering: &Covering,
-        fates: &Fates,
+        assignments: &Assignments,
         setup: usize,
         space: &'a Space<'_>,
         joints: &'a [Joint],
     ) -> Self {
-        let claims = |other_side| Claims::new(covering, fates, |fate| fate.is_wall_of(setup, other_side));
+        let claims = |other_side| {
+            Claims::new(covering, assignments, |assignment| assignment.is_wall_of(setup, other_side))
+        };
         Walls { claims: [false, true].map(claims), closest: &space.closest, joints }
     }
 }

@@ -12,10 +12,10 @@
 use claymill_contact::Support;
 use claymill_nurbs::{Point2, Point3, Vector3};
 
-use crate::pattern::ground::Ground;
 use crate::pattern::levels::pattern::Spot;
 use crate::pattern::levels::strokes::Place;
-use crate::pattern::near::{LaidNear, Touch, cut_to_mm};
+use crate::pattern::near::{PassIndex, Touch, cut_to_mm};
+use crate::pattern::part_region::PartRegion;
 use crate::pattern::rows::crests::WORTH_A_PASS;
 use crate::setup::context::SetupContext;
 
@@ -32,8 +32,8 @@ const HALVINGS: usize = 4;
 
 /// What is laid of a part so far.
 pub(crate) struct SoFar<'s, 'b, 'a, 'm> {
-    pub(crate) near: [&'s LaidNear<'s>; 3],
-    pub(crate) ground: &'s Ground<'b, 'a, 'm>,
+    pub(crate) near: [&'s PassIndex<'s>; 3],
+    pub(crate) ground: &'s PartRegion<'b, 'a, 'm>,
 }
 
 impl SoFar<'_, '_, '_, '_> {

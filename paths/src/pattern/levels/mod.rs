@@ -29,14 +29,14 @@ use rayon::prelude::*;
 use crate::curve::plan_curve::{Drawn, through, within};
 use crate::curve::spiral;
 use crate::follow::proofs::Proofs;
-use crate::pattern::ground::Ground;
 use crate::pattern::levels::between::SoFar;
 use crate::pattern::levels::halfway::{Found, Halfway, Level, halfway};
 use crate::pattern::levels::pattern::{BRIDGE_MM, Levels, Spot};
 use crate::pattern::levels::spines::{Asking, in_plan, spines};
 use crate::pattern::levels::strokes::{Place, Stroke};
-use crate::pattern::near::{LaidNear, Touch};
-use crate::pattern::rows::crests::Laid;
+use crate::pattern::near::{PassIndex, Touch};
+use crate::pattern::part_region::PartRegion;
+use crate::pattern::rows::crests::PlannedPass;
 use crate::setup::context::SetupContext;
 
 /// Rounds of laying levels halfway between levels: on a long arm a field changes by little.
@@ -76,7 +76,7 @@ enum Done {
 struct AtLevel {
     pattern: usize,
     level: f64,
-    laid: Vec<(Laid, Proofs)>,
+    laid: Vec<(PlannedPass, Proofs)>,
     found: Found,
     /// Whether what lies on both sides has to be looked at.
     goes_on: bool,
@@ -128,8 +128,8 @@ impl SetupContext<'_> {
     pub(crate) fn lay_levels(
         &self,
         rounds: &mut LevelRounds,
-        laid: &mut Vec<Laid>,
-        ground: &Ground,
+        laid: &mut Vec<PlannedPass>,
+        ground: &PartRegion,
     ) -> Proofs {
         let found =
             if rounds.round == 0 { self.first(rounds, ground) } else { self.further(rounds, laid, ground) };
@@ -150,7 +150,7 @@ impl SetupContext<'_> {
     }
 
     /// What is laid along the first levels of all patterns.
-    fn first(&self, rounds: &LevelRounds, ground: &Ground) -> Vec<AtLevel> {
+    fn first(&self, rounds: &LevelRounds, ground: &PartRegion) -> Vec<AtLevel> {
         let patterns: Vec<&dyn Levels> = rounds.patterns.iter().map(AsRef::as_ref).collect();
         let levels: Vec<Vec<f64>> = patterns.par_iter().map(|p| self.first_levels(*p)).collect();
         let look = |(pattern, level): (usize, f64)| {
@@ -169,7 +169,7 @@ impl SetupContext<'_> {
 
     /// What is laid along first levels of one pattern: where they lie in each other, a spiral, or else spirals over parts of
     /// them.
-    fn at_firsts(&self, lines: &[Line], patterns: &[&dyn Levels], ground: &Ground) -> Vec<AtLevel> {
+    fn at_firsts(&self, lines: &[Line], patterns: &[&dyn Levels], ground: &PartRegion) -> Vec<AtLevel> {
         if let Some(spiral) = self.round_and_round(lines, ground) {
             return spiral;
         }
@@ -182,11 +182,11 @@ impl SetupContext<'_> {
     }
 
     /// What is laid along a first level.
-    fn at_first(&self, line: &Line, on: &dyn Levels, ground: &Ground) -> AtLevel {
+    fn at_first(&self, line: &Line, on: &dyn Levels, ground: &PartRegion) -> AtLevel {
         let &Line { pattern, level, ref runs, leans } = line;
         let strokes = self.strokes(runs.clone(), on.height_mm(level));
         let laid: Vec<_> = strokes.iter().map(|k| self.lay_stroke(k, level, None, ground)).collect();
-        let is_held = |(laid, _): &(Laid, Proofs)| laid.left_mm() > END_OF_REACH * self.flat_step_mm();
+        let is_held = |(laid, _): &(PlannedPass, Proofs)| laid.left_mm() > END_OF_REACH * self.flat_step_mm();
         let barred = leans || on.height_mm(level).is_some() && laid.iter().any(is_held);
         let found = found(&laid, barred);
         let found = Found { barred: barred || !found.laid, ..found };
@@ -194,7 +194,7 @@ impl SetupContext<'_> {
     }
 
     /// One spiral over closed lines that lie in each other, if these are such.
-    fn round_and_round(&self, lines: &[Line], ground: &Ground) -> Option<Vec<AtLevel>> {
+    fn round_and_round(&self, lines: &[Line], ground: &PartRegion) -> Option<Vec<AtLevel>> {
         if lines.len() < spiral::FEWEST || self.link == LinkStyle::Box {
             return None;
         }
@@ -220,7 +220,7 @@ impl SetupContext<'_> {
     }
 
     /// What is missing halfway between the levels of all patterns.
-    fn further(&self, rounds: &LevelRounds, laid: &[Laid], ground: &Ground) -> Vec<AtLevel> {
+    fn further(&self, rounds: &LevelRounds, laid: &[PlannedPass], ground: &PartRegion) -> Vec<AtLevel> {
         let LevelRounds { patterns, levels, round, .. } = rounds;
         let between: Vec<(usize, Halfway)> =
             of_each(&levels.iter().zip(patterns).collect::<Vec<_>>(), |(levels, pattern)| {
@@ -229,7 +229,7 @@ impl SetupContext<'_> {
                     None => halfway(levels, pattern.range(), *round == 1),
                 }
             });
-        let (near, none) = (LaidNear::new(laid, self.flat_step_mm()), LaidNear::new(&[], 1.0));
+        let (near, none) = (PassIndex::new(laid, self.flat_step_mm()), PassIndex::new(&[], 1.0));
         let look = |&(pattern, halfway): &(usize, Halfway)| {
             let so_far = SoFar { near: [&near, &ground.in_valleys, &none], ground };
             self.look(patterns[pattern].as_ref(), pattern, halfway, &so_far)
@@ -237,11 +237,11 @@ impl SetupContext<'_> {
         let mut looks: Vec<Look> = between.par_iter().map(look).collect();
         let mut found = self.lay_spines(&mut looks, patterns, [&near, &ground.in_valleys], ground);
         let of_level = |look: Look| {
-            let stretches = |(stroke, missing): &(Stroke, Vec<(f64, f64)>)| -> Vec<(Laid, Proofs)> {
+            let stretches = |(stroke, missing): &(Stroke, Vec<(f64, f64)>)| -> Vec<(PlannedPass, Proofs)> {
                 let bridged = bridged(missing).into_iter();
                 bridged.map(|s| self.lay_stroke(stroke, look.halfway.at, Some(s), ground)).collect()
             };
-            let laid: Vec<(Laid, Proofs)> = look.strokes.iter().flat_map(stretches).collect();
+            let laid: Vec<(PlannedPass, Proofs)> = look.strokes.iter().flat_map(stretches).collect();
             let found = self::found(&laid, look.barred);
             let goes_on = look.goes_on || found.laid || found.barred;
             AtLevel { pattern: look.pattern, level: look.halfway.at, laid, found, goes_on }
@@ -271,8 +271,8 @@ impl SetupContext<'_> {
         &self,
         looks: &mut [Look],
         patterns: &[Box<dyn Levels + '_>],
-        near: [&LaidNear; 2],
-        ground: &Ground,
+        near: [&PassIndex; 2],
+        ground: &PartRegion,
     ) -> Vec<AtLevel> {
         let step_mm = self.flat_step_mm();
         let (mut asking, mut rank): (Vec<Asking>, usize) = (Vec::new(), 0);
@@ -313,8 +313,9 @@ impl SetupContext<'_> {
             vec![AtLevel { pattern, level, laid, found: Found::default(), goes_on: false }]
         };
         let laid: Vec<AtLevel> = spines.par_iter().flat_map_iter(lay).collect();
-        let of_spines: Vec<Laid> = laid.iter().flat_map(|at| at.laid.iter().map(|l| l.0.clone())).collect();
-        let with_spines = LaidNear::new(&of_spines, step_mm);
+        let of_spines: Vec<PlannedPass> =
+            laid.iter().flat_map(|at| at.laid.iter().map(|l| l.0.clone())).collect();
+        let with_spines = PassIndex::new(&of_spines, step_mm);
         let so_far = SoFar { near: [near[0], near[1], &with_spines], ground };
         let crossed: BTreeSet<(usize, usize)> =
             spines.iter().flatten().flat_map(|&k| asked_by[k].iter().copied()).collect();
@@ -341,7 +342,7 @@ impl SetupContext<'_> {
                 if gap_steps < CLOSEST {
                     continue;
                 }
-                match self.done(&place, stroke.drawn.guide.direction(s), gap_steps, so_far) {
+                match self.done(&place, stroke.drawn.drive.direction(s), gap_steps, so_far) {
                     Done::Cut => {}
                     Done::Barred => barred |= gap_steps >= END_OF_REACH,
                     Done::Left => {
@@ -422,7 +423,7 @@ impl SetupContext<'_> {
             return self.is_kept_from_wall(centre, normal, (face, [u, v]));
         }
         let location = Location::touching(centre, normal, face, [u, v]);
-        self.ball.is_held_from(&location, 0.5 * self.scallop_mm / normal.z)
+        self.ball.is_blocked_from(&location, 0.5 * self.scallop_mm / normal.z)
     }
 }
 
@@ -449,6 +450,6 @@ fn is_closed(run: &[Place]) -> bool {
 }
 
 /// What was found where this was laid.
-fn found(laid: &[(Laid, Proofs)], barred: bool) -> Found {
+fn found(laid: &[(PlannedPass, Proofs)], barred: bool) -> Found {
     Found { laid: laid.iter().any(|(laid, _)| !laid.chains.is_empty()), barred }
 }

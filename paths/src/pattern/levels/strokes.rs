@@ -6,9 +6,9 @@ use crate::curve::contour::contour;
 use crate::curve::plan_curve::{Drawn, through};
 use crate::follow::profile::{follow, parted};
 use crate::follow::proofs::Proofs;
-use crate::pattern::ground::Ground;
 use crate::pattern::levels::pattern::{ASIDE, BRIDGE_MM, Levels, Spot};
-use crate::pattern::rows::crests::Laid;
+use crate::pattern::part_region::PartRegion;
+use crate::pattern::rows::crests::PlannedPass;
 use crate::setup::context::SetupContext;
 use crate::setup::leaning::OVERHANGING;
 
@@ -33,7 +33,7 @@ impl Stroke {
     pub(crate) fn centre(&self, s: f64) -> Point3 {
         let at = &self.drawn.at;
         let near = at.partition_point(|p| p.1 < s).min(at.len() - 1);
-        let [x, y] = self.drawn.guide.at(s);
+        let [x, y] = self.drawn.drive.at(s);
         Point3::new(x, y, self.places[at[near].0].centre.z)
     }
 }
@@ -135,20 +135,20 @@ impl SetupContext<'_> {
         stroke: &Stroke,
         level: f64,
         stretch: Option<(f64, f64)>,
-        ground: &Ground,
-    ) -> (Laid, Proofs) {
+        ground: &PartRegion,
+    ) -> (PlannedPass, Proofs) {
         let at = &stroke.drawn.at;
         let (s0, s1) = stretch.unwrap_or((at[0].1, at[at.len() - 1].1));
-        let guide = &stroke.drawn.guide;
+        let drive = &stroke.drawn.drive;
         let followed = match self.beside_walls {
-            Some(_) => self.follow_beside(guide, level, [s0, s1]),
-            None => follow(self.ball, guide, s0, s1),
+            Some(_) => self.follow_beside(drive, level, [s0, s1]),
+            None => follow(self.ball, drive, s0, s1),
         };
         let proofs = followed.proofs;
         let corners = &stroke.drawn.corners;
-        let passes = self.kept(followed.passes(self.shortest_pass_mm(), |face| ground.owns(face)), guide);
+        let passes = self.kept(followed.passes(self.shortest_pass_mm(), |face| ground.owns(face)), drive);
         let chains = passes.into_iter().map(|chain| parted(chain, corners)).collect();
-        (Laid { q: level, guide: guide.clone(), planned: vec![(s0, s1)], chains, fresh: true }, proofs)
+        (PlannedPass { q: level, drive: drive.clone(), planned: vec![(s0, s1)], chains, fresh: true }, proofs)
     }
 }
 

@@ -18,9 +18,9 @@ use claymill_contact::{BallDrop, Location, March, Support};
 use claymill_nurbs::{FaceId, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::curve::drive::Guide;
+use crate::curve::drive::DriveCurve;
 use crate::follow::profile::{Chain, STEEPEST_NZ};
-use crate::pattern::near::{LaidNear, Touch, cut_to_mm};
+use crate::pattern::near::{PassIndex, Touch, cut_to_mm};
 use crate::pattern::rows::raster::{Raster, Row};
 use crate::pattern::step_over::flat_mm;
 
@@ -33,16 +33,16 @@ pub(crate) const WORTH_A_PASS: f64 = 1.25;
 
 /// A row with its exact path.
 #[derive(Debug, Clone)]
-pub(crate) struct Laid {
+pub(crate) struct PlannedPass {
     /// Position across the rows.
     pub(crate) q: f64,
     /// What the row runs over.
-    pub(crate) guide: Guide,
+    pub(crate) drive: DriveCurve,
     /// The stretches of it that were to be followed.
     pub(crate) planned: Vec<(f64, f64)>,
     /// Its exact path; gaps between chains are not cut.
     pub(crate) chains: Vec<Chain>,
-    /// Laid since the crests were last looked at.
+    /// PlannedPass since the crests were last looked at.
     pub(crate) fresh: bool,
 }
 
@@ -97,7 +97,7 @@ struct Crest {
     feed: Vector3,
 }
 
-impl Laid {
+impl PlannedPass {
     /// How much of what was to be followed is not, mm.
     pub(crate) fn left_mm(&self) -> f64 {
         let planned: f64 = self.planned.iter().map(|(a, b)| b - a).sum();
@@ -116,8 +116,8 @@ impl Laid {
         let chain = self.chains.iter().find(holds)?;
         let profile = chain.iter().find(|p| s <= p.end().s)?;
         let (z, slope) = profile.at(s);
-        let [x, y] = self.guide.at(s);
-        let [ex, ey] = self.guide.direction(s);
+        let [x, y] = self.drive.at(s);
+        let [ex, ey] = self.drive.direction(s);
         Some(OnRow {
             centre: Point3::new(x, y, z),
             feed: Vector3::new(ex, ey, slope).normalize(),
@@ -136,10 +136,10 @@ impl Laid {
 pub(crate) fn missing_rows(
     ball: &BallDrop,
     raster: &Raster,
-    laid: &[Laid],
-    in_valleys: &LaidNear,
+    laid: &[PlannedPass],
+    in_valleys: &PassIndex,
     scallop_mm: f64,
-    guide: impl Fn(f64) -> Guide + Sync,
+    drive: impl Fn(f64) -> DriveCurve + Sync,
     claimed: impl Fn(FaceId, Option<Point2>) -> bool + Sync,
 ) -> Vec<Row> {
     let closest_mm = CLOSEST * flat_mm(ball.radius_mm(), scallop_mm);
@@ -165,9 +165,9 @@ pub(crate) fn missing_rows(
                 && let Some(q) = raster.claimed_between(column, a.q(), b.q())
             {
                 let mut look = |q: f64, beside: [Option<&OnRow>; 2]| {
-                    let [x, y] = guide(q).at(s);
+                    let [x, y] = drive(q).at(s);
                     let m = march.drop(x, y).filter(|m| m.normal.z >= STEEPEST_NZ && on_part(beside, m))?;
-                    let [ex, ey] = guide(q).direction(s);
+                    let [ex, ey] = drive(q).direction(s);
                     let feed = Vector3::new(ex, ey, m.slope(ex, ey)).normalize();
                     let left = |row| left_mm(row, &m, &feed, ball.radius_mm());
                     let left = beside.map(|row| row.map_or(f64::INFINITY, left));
@@ -201,7 +201,7 @@ pub(crate) fn missing_rows(
     let mut found: Vec<Crest> = (0..raster.columns()).into_par_iter().flat_map_iter(of_column).collect();
     if !found.is_empty() {
         // Aslant over a valley, rows come past somewhere else than abreast.
-        let near = LaidNear::new(laid, flat_mm(ball.radius_mm(), scallop_mm));
+        let near = PassIndex::new(laid, flat_mm(ball.radius_mm(), scallop_mm));
         let is_left = |Crest { m, feed, .. }: &Crest| {
             let touch = Touch::of(m, *feed, ball.radius_mm());
             ![&near, in_valleys].into_iter().any(|near| near.is_cut(&touch, ball.radius_mm(), scallop_mm))
@@ -274,19 +274,19 @@ mod tests {
         let corners = [[0.0, 0.0], [200.0, 0.0], [200.0, 40.0 * cosine], [0.0, 40.0 * cosine]];
         let patch = |k: [usize; 3]| Patch { corners: k.map(|i| corners[i]), distance_mm: 2.8, stretch: 1.0 };
         let raster = Raster::new(&[patch([0, 1, 2]), patch([0, 2, 3])], 1.4).unwrap();
-        let guide = |q: f64| Guide::Straight(Line { origin: [0.0, q], direction: [1.0, 0.0] });
-        let laid: Vec<Laid> = at
+        let drive = |q: f64| DriveCurve::Straight(Line { origin: [0.0, q], direction: [1.0, 0.0] });
+        let laid: Vec<PlannedPass> = at
             .iter()
-            .map(|&q| Laid {
+            .map(|&q| PlannedPass {
                 q,
-                guide: guide(q),
+                drive: drive(q),
                 planned: vec![(1.0, 199.0)],
-                chains: follow(&ball, &guide(q), 1.0, 199.0).chains,
+                chains: follow(&ball, &drive(q), 1.0, 199.0).chains,
                 fresh: true,
             })
             .collect();
         let rows =
-            missing_rows(&ball, &raster, &laid, &LaidNear::new(&[], 1.0), SCALLOP_MM, guide, |_, _| true);
+            missing_rows(&ball, &raster, &laid, &PassIndex::new(&[], 1.0), SCALLOP_MM, drive, |_, _| true);
         for row in &rows {
             let [(from, to)] = row.stretches[..] else { panic!("{row:?}") };
             assert!(from < 4.0 && to > 196.0, "{row:?}");

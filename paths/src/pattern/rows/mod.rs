@@ -7,11 +7,11 @@ use claymill_nurbs::FaceId;
 use rayon::prelude::*;
 
 use crate::RowsAlong;
-use crate::curve::drive::{Guide, Line};
+use crate::curve::drive::{DriveCurve, Line};
 use crate::follow::profile::{STEEPEST_NZ, follow};
 use crate::follow::proofs::Proofs;
-use crate::pattern::ground::Ground;
-use crate::pattern::rows::crests::{Laid, missing_rows};
+use crate::pattern::part_region::PartRegion;
+use crate::pattern::rows::crests::{PlannedPass, missing_rows};
 use crate::pattern::rows::raster::{Patch, Raster, Row};
 use crate::pattern::step_over::row_distance_mm;
 use crate::setup::context::{ROUNDS, SetupContext, TURN_MM};
@@ -84,7 +84,7 @@ impl SetupContext<'_> {
     /// The first round of rows over those triangles of the ground (by face and number) that are to be `kept`.
     pub(crate) fn begin_rows(
         &self,
-        ground: &Ground,
+        ground: &PartRegion,
         kept: impl Fn(FaceId, usize) -> bool + Sync,
     ) -> Option<RowRounds> {
         let (along, raster, rows) = self.rows(&self.cuts(ground.faces, kept))?;
@@ -93,11 +93,16 @@ impl SetupContext<'_> {
 
     /// Follows the rows of a round, adding them to those laid so far (sorted by position), and finds where further ones
     /// are missing between them: until no crest is too high. Tells what the locations are proven by.
-    pub(crate) fn lay_rows(&self, rounds: &mut RowRounds, laid: &mut Vec<Laid>, ground: &Ground) -> Proofs {
+    pub(crate) fn lay_rows(
+        &self,
+        rounds: &mut RowRounds,
+        laid: &mut Vec<PlannedPass>,
+        ground: &PartRegion,
+    ) -> Proofs {
         let along = rounds.along;
         let rows = std::mem::take(&mut rounds.rows);
         let is_own = |face: FaceId| rounds.anywhere || ground.owns(face);
-        let followed: Vec<(Laid, Proofs)> =
+        let followed: Vec<(PlannedPass, Proofs)> =
             rows.par_iter().map(|row| self.follow_row(row, along, is_own)).collect();
         laid.iter_mut().for_each(|row| row.fresh = false);
         let proofs = followed.iter().map(|f| f.1).sum();
@@ -121,20 +126,25 @@ impl SetupContext<'_> {
         proofs
     }
 
-    fn follow_row(&self, row: &Row, along: RowsAlong, is_own: impl Fn(FaceId) -> bool) -> (Laid, Proofs) {
-        let (guide, planned) = (row_guide(along, row.q), row.stretches.clone());
-        let mut laid = Laid { q: row.q, guide, planned, chains: Vec::new(), fresh: true };
+    fn follow_row(
+        &self,
+        row: &Row,
+        along: RowsAlong,
+        is_own: impl Fn(FaceId) -> bool,
+    ) -> (PlannedPass, Proofs) {
+        let (drive, planned) = (row_guide(along, row.q), row.stretches.clone());
+        let mut laid = PlannedPass { q: row.q, drive, planned, chains: Vec::new(), fresh: true };
         let mut proofs = Proofs::default();
         for &(s0, s1) in &row.stretches {
-            let followed = follow(self.ball, &laid.guide, s0, s1);
+            let followed = follow(self.ball, &laid.drive, s0, s1);
             proofs += followed.proofs;
-            laid.chains.extend(self.kept(followed.passes(self.shortest_pass_mm(), &is_own), &laid.guide));
+            laid.chains.extend(self.kept(followed.passes(self.shortest_pass_mm(), &is_own), &laid.drive));
         }
         (laid, proofs)
     }
 }
 
 /// The guide of a straight row.
-fn row_guide(along: RowsAlong, q: f64) -> Guide {
-    Guide::Straight(Line { origin: along.at([0.0, q]), direction: along.unit() })
+fn row_guide(along: RowsAlong, q: f64) -> DriveCurve {
+    DriveCurve::Straight(Line { origin: along.at([0.0, q]), direction: along.unit() })
 }

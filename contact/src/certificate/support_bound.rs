@@ -9,7 +9,7 @@ use claymill_nurbs::{BRANCHES, Boxes, Point3, Vector3};
 /// stands on the plane, and whose lower side is the ball's within `R·n_z` of `touch`: so at a distance `t` along the
 /// plane it is at least `min(t, R·n_z)² / 2R` above it, and what does not rise to that cannot hold the ball up.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Floor {
+pub(crate) struct SupportBound {
     /// Height of the centre.
     pub(crate) z: f64,
     normal: Vector3,
@@ -20,9 +20,9 @@ pub(crate) struct Floor {
     diameter_mm: f64,
 }
 
-impl Floor {
+impl SupportBound {
     /// Below everything: no plane at all.
-    pub(crate) const NONE: Floor = Floor {
+    pub(crate) const NONE: SupportBound = SupportBound {
         z: f64::NEG_INFINITY,
         normal: Vector3::new(0.0, 0.0, 0.0),
         level: f64::NEG_INFINITY,
@@ -32,17 +32,18 @@ impl Floor {
     };
 
     /// Above everything.
-    pub(crate) const ALL: Floor = Floor { z: f64::INFINITY, level: f64::INFINITY, ..Floor::NONE };
+    pub(crate) const ALL: SupportBound =
+        SupportBound { z: f64::INFINITY, level: f64::INFINITY, ..SupportBound::NONE };
 
     /// The floor of a ball that rests with its centre here, raised by `by`.
     pub(crate) fn under(centre: &Point3, normal: &Vector3, radius_mm: f64, by: f64) -> Self {
         let z = centre.z + by;
         if normal.z < 0.0 {
-            return Floor { z, ..Floor::NONE };
+            return SupportBound { z, ..SupportBound::NONE };
         }
         let touch = [centre.x - radius_mm * normal.x, centre.y - radius_mm * normal.y];
         let level = normal.dot(&centre.coords) - radius_mm + by * normal.z;
-        Floor {
+        SupportBound {
             z,
             normal: *normal,
             level,

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 /// Which triangles lie beside which in the parameter planes of their faces. Triangles of all faces are numbered in one.
 #[derive(Debug, Default)]
-pub(crate) struct Beside {
+pub(crate) struct Adjacency {
     /// Per triangle, beyond the sides that begin in its first, second and third corner.
     sides: Vec<[u32; 3]>,
     /// Per face, its first triangle.
@@ -27,9 +27,9 @@ const RIM: u32 = 1 << 31;
 /// More triangles than this between two places are not crossed.
 const STEPS: usize = 32;
 
-impl Beside {
+impl Adjacency {
     pub(crate) fn new(meshes: &[FaceMesh]) -> Self {
-        let mut all = Beside::default();
+        let mut all = Adjacency::default();
         for (sides, rims) in meshes.par_iter().map(sides).collect::<Vec<_>>() {
             let first = all.sides.len() as u32;
             let numbered = |side: u32| if side >= RIM { side + all.rims } else { side + first };

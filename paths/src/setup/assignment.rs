@@ -18,9 +18,9 @@ const LEAST_PART_RADII2: f64 = 4.0;
 const LEAST_WALL_RADII2: f64 = 1.0;
 const MOST_LEFT: f64 = 2e-4;
 
-/// Fate of the points probed on one triangle.
+/// Assignment of the points probed on one triangle.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Fate {
+pub(crate) struct Assignment {
     /// Bit `s`: setup `s` cuts here.
     pub(crate) setups: u8,
     /// Bit `s`: it does so on the side against `Su × Sv`.
@@ -41,7 +41,7 @@ pub(crate) struct Fate {
     pub(crate) out_of_bounds: f32,
 }
 
-impl Fate {
+impl Assignment {
     /// A setup cuts it on the side that faces it.
     fn is_for(&mut self, setup: usize, facing: f64) {
         self.setups |= 1 << setup;
@@ -71,8 +71,8 @@ impl Fate {
     }
 
     /// What cuts any of four equal parts, and the mean of their shares.
-    fn of_parts(parts: [Fate; 4]) -> Fate {
-        let mut all = Fate::default();
+    fn of_parts(parts: [Assignment; 4]) -> Assignment {
+        let mut all = Assignment::default();
         for part in parts {
             all.setups |= part.setups;
             all.other_side |= part.other_side;
@@ -98,9 +98,9 @@ impl Fate {
 const HALVINGS: u32 = 2;
 
 /// What becomes of the triangles of all faces.
-pub(crate) struct Fates {
+pub(crate) struct Assignments {
     /// By face and triangle.
-    pub(crate) of: Vec<Vec<Fate>>,
+    pub(crate) of: Vec<Vec<Assignment>>,
     /// By face: parts of triangles that no setup gets to, though one does to others of the triangle.
     pub(crate) missed: Vec<Vec<[Point2; 3]>>,
     /// Whether anything is cut of which no setup faces more than a slant.
@@ -110,7 +110,7 @@ pub(crate) struct Fates {
 /// Decides for every triangle of every face which setups cut it; none does where a face is excluded.
 ///
 /// Probes that keep the ball up by no more than half a scallop height along the normal count as reached.
-pub(crate) fn assign(model: &Model, covering: &Covering, views: &Views, regions: &Regions) -> Fates {
+pub(crate) fn assign(model: &Model, covering: &Covering, views: &Views, regions: &Regions) -> Assignments {
     let allowed_mm = ALLOWED * views.scallop_mm;
     let prober = |face: usize, slants: Slants| Prober { model, covering, views, face, allowed_mm, slants };
     let probed = |face: usize| {
@@ -124,13 +124,13 @@ pub(crate) fn assign(model: &Model, covering: &Covering, views: &Views, regions:
     let least_part_mm2 = LEAST_PART_RADII2 * radius_mm.powi(2);
     let slants = worthy_slants(covering, &mut seen, regions.of_face, least_part_mm2);
     let leads = lead_setups(covering, &seen, regions.of_face, least_part_mm2);
-    let decided: Vec<(Vec<Fate>, Vec<[Point2; 3]>)> = seen
+    let decided: Vec<(Vec<Assignment>, Vec<[Point2; 3]>)> = seen
         .par_iter()
         .enumerate()
         .map(|(face, triangles)| {
             let mut missed = Vec::new();
             if regions.excluded[face] {
-                return (vec![Fate::default(); covering.meshes()[face].triangles.len()], missed);
+                return (vec![Assignment::default(); covering.meshes()[face].triangles.len()], missed);
             }
             let region = regions.of_face[face];
             let (order, mesh, prober) =
@@ -142,10 +142,11 @@ pub(crate) fn assign(model: &Model, covering: &Covering, views: &Views, regions:
             (triangles.iter().zip(&mesh.triangles).map(decide_on).collect(), missed)
         })
         .collect();
-    let (mut fates, missed): (Vec<Vec<Fate>>, Vec<Vec<[Point2; 3]>>) = decided.into_iter().unzip();
-    leave_small_walls(covering, &mut fates, LEAST_WALL_RADII2 * radius_mm.powi(2), radius_mm);
+    let (mut assignments, missed): (Vec<Vec<Assignment>>, Vec<Vec<[Point2; 3]>>) =
+        decided.into_iter().unzip();
+    leave_small_walls(covering, &mut assignments, LEAST_WALL_RADII2 * radius_mm.powi(2), radius_mm);
     let slants = slants.contains(&Slants::Cut);
-    Fates { of: fates, missed, slants }
+    Assignments { of: assignments, missed, slants }
 }
 
 /// Region by region, whether what slants is worth passes; what is seen of it says so from then on.
@@ -184,25 +185,30 @@ struct WallTriangle {
 
 /// Takes from the setups the smallest walls that come to less than `least_mm2` together with those around, up to `near_mm`
 /// away, as long as all these are a small share of what is cut.
-fn leave_small_walls(covering: &Covering, fates: &mut [Vec<Fate>], least_mm2: f64, near_mm: f64) {
-    let cut_mm2 = |(face, fates): (usize, &Vec<Fate>)| -> f64 {
-        let areas = covering.areas_mm2(face).zip(fates);
-        areas.map(|(area_mm2, fate)| area_mm2 * f64::from(fate.cut.iter().sum::<f32>())).sum()
+fn leave_small_walls(covering: &Covering, assignments: &mut [Vec<Assignment>], least_mm2: f64, near_mm: f64) {
+    let cut_mm2 = |(face, assignments): (usize, &Vec<Assignment>)| -> f64 {
+        let areas = covering.areas_mm2(face).zip(assignments);
+        areas.map(|(area_mm2, assignment)| area_mm2 * f64::from(assignment.cut.iter().sum::<f32>())).sum()
     };
-    let mut may_be_left_mm2 = MOST_LEFT * fates.iter().enumerate().map(cut_mm2).sum::<f64>();
+    let mut may_be_left_mm2 = MOST_LEFT * assignments.iter().enumerate().map(cut_mm2).sum::<f64>();
     let small_of = |setup: usize| {
-        let of_face = |(face, fates): (usize, &Vec<Fate>)| -> Vec<WallTriangle> {
+        let of_face = |(face, assignments): (usize, &Vec<Assignment>)| -> Vec<WallTriangle> {
             let mesh = &covering.meshes()[face];
-            let all = fates.iter().zip(covering.areas_mm2(face)).enumerate();
-            let walls = all.filter(|(_, (fate, _))| fate.walls_cut[setup] > 0.0);
-            let wall = |(triangle, (fate, area_mm2)): (usize, (&Fate, f64))| {
+            let all = assignments.iter().zip(covering.areas_mm2(face)).enumerate();
+            let walls = all.filter(|(_, (assignment, _))| assignment.walls_cut[setup] > 0.0);
+            let wall = |(triangle, (assignment, area_mm2)): (usize, (&Assignment, f64))| {
                 let [a, b, c] = mesh.triangles[triangle].map(|i| mesh.points[i as usize].coords);
                 let centre = Point3::from((a + b + c) / 3.0);
-                WallTriangle { face, triangle, centre, area_mm2: area_mm2 * f64::from(fate.walls_cut[setup]) }
+                WallTriangle {
+                    face,
+                    triangle,
+                    centre,
+                    area_mm2: area_mm2 * f64::from(assignment.walls_cut[setup]),
+                }
             };
             walls.map(wall).collect()
         };
-        let walls: Vec<WallTriangle> = fates.par_iter().enumerate().flat_map_iter(of_face).collect();
+        let walls: Vec<WallTriangle> = assignments.par_iter().enumerate().flat_map_iter(of_face).collect();
         let groups = together(walls, near_mm, |wall| wall.centre).into_iter().map(move |group| {
             let area_mm2: f64 = group.iter().map(|wall| wall.area_mm2).sum();
             (area_mm2, setup, group)
@@ -216,7 +222,7 @@ fn leave_small_walls(covering: &Covering, fates: &mut [Vec<Fate>], least_mm2: f6
         if may_be_left_mm2 < 0.0 {
             break;
         }
-        group.iter().for_each(|wall| fates[wall.face][wall.triangle].leave_wall(setup));
+        group.iter().for_each(|wall| assignments[wall.face][wall.triangle].leave_wall(setup));
     }
 }
 
@@ -229,7 +235,7 @@ impl Prober<'_> {
         leads: &[usize],
         halvings: u32,
         missed: &mut Vec<[Point2; 3]>,
-    ) -> Fate {
+    ) -> Assignment {
         let middle = nalgebra::center::<f64, 2>;
         let [ab, bc, ca] = [middle(&a, &b), middle(&b, &c), middle(&c, &a)];
         let of_part = |part: [Point2; 3]| {
@@ -238,13 +244,13 @@ impl Prober<'_> {
             if halvings > 1 && is_in_doubt(&seen) {
                 return self.divided(part, leads, halvings - 1, missed);
             }
-            let fate = decide(&seen, leads);
-            if !fate.is_cut() {
+            let assignment = decide(&seen, leads);
+            if !assignment.is_cut() {
                 missed.push(part);
             }
-            fate
+            assignment
         };
-        Fate::of_parts([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]].map(of_part))
+        Assignment::of_parts([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]].map(of_part))
     }
 }
 
@@ -294,7 +300,7 @@ fn lead_setups(
 
 /// A triangle goes to the first leading setup that faces it well, else to the one that faces it best; probes
 /// that this one does not reach may bring in further setups.
-fn decide(seen: &Probed, leads: &[usize]) -> Fate {
+fn decide(seen: &Probed, leads: &[usize]) -> Assignment {
     let best = |k: usize| {
         let facing = |s: &Seen| if let Seen::Reached { facing, .. } = s { facing.abs() } else { 0.0 };
         seen[k].iter().map(facing).fold(0.0, f64::max)
@@ -304,7 +310,7 @@ fn decide(seen: &Probed, leads: &[usize]) -> Fate {
     others.sort_by(|&a, &b| best(b).total_cmp(&best(a)).then(a.cmp(&b)));
     order.extend(others);
 
-    let mut fate = Fate::default();
+    let mut assignment = Assignment::default();
     let share = 1.0 / PROBES as f32;
     let mut finished = true;
     for probe in 0..PROBES {
@@ -316,32 +322,33 @@ fn decide(seen: &Probed, leads: &[usize]) -> Fate {
         };
         let near = reached(false);
         if let Some((k, facing, done)) = reached(true) {
-            fate.is_for(k, facing);
-            fate.cut[k] += share;
+            assignment.is_for(k, facing);
+            assignment.cut[k] += share;
             finished &= done;
         } else if let Some((k, other_side, done)) = (0..5).find_map(|k| match seen[k][probe] {
             Seen::Wall { other_side, done } => Some((k, other_side, done)),
             _ => None,
         }) {
-            fate.walls[usize::from(other_side)] |= 1 << k;
-            fate.cut[k] += share;
-            fate.walls_cut[k] += share;
+            assignment.walls[usize::from(other_side)] |= 1 << k;
+            assignment.cut[k] += share;
+            assignment.walls_cut[k] += share;
             finished &= done;
         } else if near.is_some() || (0..5).any(|k| seen[k][probe] == Seen::OutOfBounds) {
             // Places close by may be in bounds.
-            near.into_iter().for_each(|(k, facing, _)| fate.is_for(k, facing));
-            fate.out_of_bounds += share;
+            near.into_iter().for_each(|(k, facing, _)| assignment.is_for(k, facing));
+            assignment.out_of_bounds += share;
         } else if (0..5).any(|k| seen[k][probe] == Seen::Tight) {
-            fate.tight += share;
+            assignment.tight += share;
             finished = false;
         } else {
-            fate.hidden += share;
+            assignment.hidden += share;
         }
     }
     // What the earlier tool has finished in part, or ends in a corner, is cut as a whole: passes overlap.
     if finished {
-        let Fate { hidden, out_of_bounds, .. } = fate;
-        fate = Fate { hidden, out_of_bounds, done: fate.cut.iter().sum(), ..Fate::default() };
+        let Assignment { hidden, out_of_bounds, .. } = assignment;
+        assignment =
+            Assignment { hidden, out_of_bounds, done: assignment.cut.iter().sum(), ..Assignment::default() };
     }
-    fate
+    assignment
 }

@@ -1,7 +1,7 @@
 //! Where one contact is all there is.
 //!
 //! A ball that touches a surface in `p` with the normal `n` can be held higher by nothing that stays below the tangent
-//! plane there, raised by `t² / 2R` at a distance `t` ([`Floor`](crate::certificate::floor::Floor)). Over a whole triangle `p` is in
+//! plane there, raised by `t² / 2R` at a distance `t` ([`SupportBound`](crate::certificate::support_bound::SupportBound)). Over a whole triangle `p` is in
 //! a known box and `n` in a known cone, so most of the model is out for all of its contacts at once. What is left must
 //! be the sheet itself: triangles curved less tightly than the ball (docs/theory.md §6.4) that hang together, over joints
 //! without a step and without a valley. Then every contact inside of the triangle is where the ball comes to rest.
@@ -13,9 +13,9 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use claymill_nurbs::{BRANCHES, BoxTree, Boxes, Point3, Vector3};
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::certificate::beside::{Beside, Beyond};
-use crate::certificate::floor::{Hulls, larger};
+use crate::certificate::adjacency::{Adjacency, Beyond};
 use crate::certificate::joint::{Joint, is_across};
+use crate::certificate::support_bound::{Hulls, larger};
 use crate::drop::{BallDrop, Triangle};
 
 /// A triangle with what normals on it may differ by, and all contacts inside.
@@ -61,15 +61,15 @@ const ALONE: u8 = 2;
 /// What is known about triangles and the sides on which faces end. It is found when somebody asks for it, and is the
 /// same whoever does.
 #[derive(Debug)]
-pub(crate) struct Sheets {
+pub(crate) struct Certificates {
     pub(crate) triangles: Vec<AtomicU8>,
     joints: Vec<OnceLock<Joint>>,
     /// Per triangle: its group in the tree.
     groups: Vec<u32>,
 }
 
-impl Sheets {
-    pub(crate) fn new(beside: &Beside, tree: &BoxTree) -> Self {
+impl Certificates {
+    pub(crate) fn new(beside: &Adjacency, tree: &BoxTree) -> Self {
         let (triangles, rims) = (beside.triangles(), beside.rims());
         let mut groups = vec![0; triangles];
         for (group, items) in tree.groups(GROUP).enumerate() {
@@ -79,7 +79,7 @@ impl Sheets {
                 }
             }
         }
-        Sheets {
+        Certificates {
             triangles: (0..triangles).map(|_| AtomicU8::new(UNKNOWN)).collect(),
             joints: (0..rims).map(|_| OnceLock::new()).collect(),
             groups,

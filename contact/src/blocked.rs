@@ -1,6 +1,6 @@
 //! Whether a ball gets to a place of the model at all.
 
-use crate::certificate::floor::Floor;
+use crate::certificate::support_bound::SupportBound;
 use crate::drop::{BallDrop, Search};
 use crate::{Location, Support};
 
@@ -9,7 +9,7 @@ const KNOWN_MM: f64 = 1e-3;
 
 /// What keeps a ball from a place where it would touch the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Held {
+pub enum Blocked {
     /// It is held up, but by less than is asked for, or the taper or the shank above it is.
     Near,
     /// It is held up by that much and maybe more.
@@ -20,14 +20,19 @@ impl BallDrop<'_> {
     /// What holds a ball up by more than `by_mm` that would touch the model in `touch`; what holds it up by `far_mm` is not
     /// looked at more closely.
     #[must_use]
-    pub fn held_from(&self, touch: &Location, by_mm: f64, far_mm: f64) -> Option<Held> {
+    pub fn blocked_from(&self, touch: &Location, by_mm: f64, far_mm: f64) -> Option<Blocked> {
         let Location { centre, normal, .. } = touch;
-        if self.tops().hold(centre.x, centre.y, self.radius_mm(), centre.z + by_mm.max(far_mm) + KNOWN_MM) {
-            return Some(Held::Far);
+        if self.vertex_bound().hold(
+            centre.x,
+            centre.y,
+            self.radius_mm(),
+            centre.z + by_mm.max(far_mm) + KNOWN_MM,
+        ) {
+            return Some(Blocked::Far);
         }
         let mut search = Search::new(self, centre.x, centre.y);
         search.best = Some(*touch);
-        search.floor = Floor::under(centre, normal, self.radius_mm(), by_mm);
+        search.floor = SupportBound::under(centre, normal, self.radius_mm(), by_mm);
         search.enough_z = centre.z + far_mm;
         search.descend();
         let rest = search.finish()?;
@@ -35,19 +40,19 @@ impl BallDrop<'_> {
             return None;
         }
         let is_far = rest.support != Support::Side && rest.centre.z >= search.enough_z;
-        Some(if is_far { Held::Far } else { Held::Near })
+        Some(if is_far { Blocked::Far } else { Blocked::Near })
     }
 
     /// Whether something holds a ball over `(x, y)` up with its centre above this height.
     #[must_use]
-    pub fn is_held_at(&self, x: f64, y: f64, height: f64) -> bool {
-        self.tops().hold(x, y, self.radius_mm(), height + KNOWN_MM)
+    pub fn is_blocked_at(&self, x: f64, y: f64, height: f64) -> bool {
+        self.vertex_bound().hold(x, y, self.radius_mm(), height + KNOWN_MM)
             || self.drop_between(x, y, [height, height]).is_some()
     }
 
     /// Whether something holds a ball up by more than `by_mm` that would touch the model in `touch`.
     #[must_use]
-    pub fn is_held_from(&self, touch: &Location, by_mm: f64) -> bool {
-        self.held_from(touch, by_mm, by_mm).is_some()
+    pub fn is_blocked_from(&self, touch: &Location, by_mm: f64) -> bool {
+        self.blocked_from(touch, by_mm, by_mm).is_some()
     }
 }

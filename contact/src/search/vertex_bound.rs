@@ -9,7 +9,7 @@ const MOST_CELLS: f64 = 4e6;
 
 /// The highest known point of the model in each cell of the ground.
 #[derive(Debug)]
-pub(crate) struct Tops {
+pub(crate) struct VertexBound {
     low: [f64; 2],
     cell_mm: f64,
     columns: i64,
@@ -17,7 +17,7 @@ pub(crate) struct Tops {
     top: Vec<Option<Point3>>,
 }
 
-impl Tops {
+impl VertexBound {
     /// Of points on the model.
     pub(crate) fn new<'a>(points: impl Iterator<Item = &'a Point3> + Clone, radius_mm: f64) -> Self {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
@@ -30,16 +30,17 @@ impl Tops {
         let size = [0, 1].map(|k| (high[k] - low[k]).max(0.0));
         let cell_mm = (CELL * radius_mm).max((size[0] * size[1] / MOST_CELLS).sqrt());
         let [columns, lines] = size.map(|mm| (mm / cell_mm) as i64 + 1);
-        let mut tops = Tops { low, cell_mm, columns, lines, top: vec![None; (columns * lines) as usize] };
+        let mut vertex_bound =
+            VertexBound { low, cell_mm, columns, lines, top: vec![None; (columns * lines) as usize] };
         for p in points {
-            let [i, j] = tops.cell(p.x, p.y);
-            if let Some(cell) = tops.index(i, j)
-                && tops.top[cell].is_none_or(|top| top.z < p.z)
+            let [i, j] = vertex_bound.cell(p.x, p.y);
+            if let Some(cell) = vertex_bound.index(i, j)
+                && vertex_bound.top[cell].is_none_or(|top| top.z < p.z)
             {
-                tops.top[cell] = Some(*p);
+                vertex_bound.top[cell] = Some(*p);
             }
         }
-        tops
+        vertex_bound
     }
 
     fn cell(&self, x: f64, y: f64) -> [i64; 2] {

@@ -9,7 +9,7 @@ use claymill_tests::model_of;
 use rayon::prelude::*;
 
 use crate::Frame;
-use crate::certificate::sheet::{SHARED, upward};
+use crate::certificate::one_sheet::{SHARED, upward};
 use crate::drop::{Triangle, weighted};
 use crate::{BallDrop, CONTACT_EPSILON_MM, Covering, March};
 

@@ -41,7 +41,7 @@ fn ends_touch_the_faces_and_no_point_of_a_fine_mesh_enters_them() {
             let tool: Tool = name.parse().unwrap();
             let end = CutterDrop::new(&model, &covering, &frame, &tool);
             for place in &places {
-                // Adjacency a point of the model, so that something is met.
+                // Beside a point of the model, so that something is met.
                 let (x, y) = (place.x + 0.3, place.y - 0.2);
                 let Some(at) = end.drop(x, y) else { continue };
                 assert!(at.gap_mm < 1e-3, "{file} {name}: gap {}", at.gap_mm);

@@ -135,7 +135,7 @@ mod tests {
             .unwrap();
             let pcurve = Curve2::line(Point2::new(0.0, 0.0), Point2::new(1.0, 0.0));
             let leaves = Leaves::new(&surface);
-            // Adjacency the edge at about the radius.
+            // Beside the edge at about the radius.
             let angle = std::f64::consts::TAU * share(k, 13);
             let away = r + 0.1 * (share(k, 17) - 0.8);
             let at = leaves.point_on(&pcurve, share(k, 19));

@@ -13,7 +13,7 @@ const END_MM: f64 = 1e-3;
 const FARTHER_MM: f64 = 1.0;
 
 impl SetupContext<'_> {
-    /// The stretches of passes over a guide on which the tool is in its bounds.
+    /// The stretches of passes over a drive curve on which the tool is in its bounds.
     pub(crate) fn kept(&self, passes: Vec<Chain>, drive: &DriveCurve) -> Vec<Chain> {
         match self.containment {
             Some(containment) => {

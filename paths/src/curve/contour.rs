@@ -1,4 +1,4 @@
-//! Guides over which the ball keeps its height: the exact contour lines of the surface of its centres, whether it is
+//! Drive curves over which the ball keeps its height: the exact contour lines of the surface of its centres, whether it is
 //! dropped on that or comes beside a wall.
 //!
 //! ```text
@@ -35,7 +35,7 @@ const DEEPEST: u32 = 20;
 const LONGEST_MM: f64 = 4.0;
 /// Nor do they turn by more, as a cosine.
 const SHARPEST: f64 = 0.94;
-/// Guides over which it is dropped are at least this long, mm.
+/// Drive curves over which it is dropped are at least this long, mm.
 const SHORTEST_MM: f64 = 0.5;
 
 /// A place on the line, and the direction uphill.
@@ -87,13 +87,13 @@ impl HeightField for Dropped<'_> {
     }
 }
 
-/// The contour line at `height` through `places`, none of which may be further beside it than `aside_mm`: one guide, or
+/// The contour line at `height` through `places`, none of which may be further beside it than `aside_mm`: one drive curve, or
 /// several where it turns sharply or is interrupted.
 pub(crate) fn contour(ball: &BallDrop, places: &[Point2], height: f64, aside_mm: f64) -> Vec<Drawn> {
     contour_of(Dropped { march: March::new(ball), height }, places, aside_mm, SHORTEST_MM)
 }
 
-/// The same of any hill, of guides that are at least so long.
+/// The same of any hill, of drive curves that are at least so long.
 pub(crate) fn contour_of(
     field: impl HeightField,
     places: &[Point2],
@@ -112,7 +112,7 @@ pub(crate) fn contour_of(
     let mut before: Option<Sought> = None;
     for (place, node) in sought {
         match before {
-            // Where triangles meet in a point places are the same but for rounding, and a guide between the two would
+            // Where triangles meet in a point places are the same but for rounding, and a drive curve between the two would
             // turn anyhow; on their way to the line places close together may pass each other.
             Some((_, Some(a)))
                 if node.is_some_and(|b| {

@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn pieces_are_the_curve() {
-        // A double knot and a very short stretch, as guides have them.
+        // A double knot and a very short stretch, as drive curves have them.
         let knots = [[1.0; 4], [2.0, 2.0, 3.5, 3.5 + 1e-6], [9.0; 4]].concat();
         let points = (0..8).map(|k| Point2::new(f64::from(k), (f64::from(k) * 1.7).sin())).collect();
         let curve = Curve2::new(KnotVector::new(3, knots).unwrap(), points, None).unwrap();

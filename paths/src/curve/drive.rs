@@ -4,7 +4,7 @@ use claymill_nurbs::{Point2, Vector3};
 
 use crate::curve::cubics::Cubics;
 
-/// Newton on a guide stops here, mm.
+/// Newton on a drive curve stops here, mm.
 const NEAREST_MM: f64 = 1e-9;
 const NEWTON_STEPS: usize = 8;
 
@@ -52,7 +52,7 @@ impl DriveCurve {
         }
     }
 
-    /// Parameter of the place nearest to `(x, y)`, looked for close to `near`. Beyond the ends a guide goes on
+    /// Parameter of the place nearest to `(x, y)`, looked for close to `near`. Beyond the ends a drive curve goes on
     /// straight.
     pub(crate) fn nearest(&self, x: f64, y: f64, near: f64) -> f64 {
         match self {

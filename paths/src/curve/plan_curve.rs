@@ -1,4 +1,4 @@
-//! Smooth guides through places that lie on a curve, more or less.
+//! Smooth drive curves through places that lie on a curve, more or less.
 
 use claymill_nurbs::{Curve2, Point2};
 
@@ -6,9 +6,9 @@ use crate::curve::cubics::Cubics;
 use crate::curve::drive::DriveCurve;
 use crate::curve::spline::{Datum, knot_vector, least_squares};
 
-/// A guide may run this far beside the places that it is made of, mm: a hundredth of a fine step-over.
+/// A drive curve may run this far beside the places that it is made of, mm: a hundredth of a fine step-over.
 const BESIDE_MM: f64 = 0.01;
-/// Where places turn by more than this a guide ends and another begins, degrees.
+/// Where places turn by more than this a drive curve ends and another begins, degrees.
 const KINK_DEG: f64 = 25.0;
 /// First spans: at least so many places and so long, mm.
 const PLACES_PER_SPAN: usize = 4;
@@ -18,7 +18,7 @@ const ROUNDS: usize = 8;
 const SAME_MM: f64 = 1e-4;
 const SHORTEST_MM: f64 = 0.5;
 
-/// A guide and its parameters at the places that it is made of.
+/// A drive curve and its parameters at the places that it is made of.
 #[derive(Debug, Clone)]
 pub(crate) struct Drawn {
     pub(crate) drive: DriveCurve,
@@ -28,7 +28,7 @@ pub(crate) struct Drawn {
     pub(crate) corners: Vec<f64>,
 }
 
-/// Guides along `places`: one, or several end to end where the places turn sharply.
+/// Drive curves along `places`: one, or several end to end where the places turn sharply.
 pub(crate) fn through(places: &[Point2]) -> Vec<Drawn> {
     within(places, BESIDE_MM)
 }

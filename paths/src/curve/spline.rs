@@ -1,4 +1,4 @@
-//! Cubic splines by least squares: what passes and guides are made of.
+//! Cubic splines by least squares: what passes and drive curves are made of.
 
 use claymill_nurbs::KnotVector;
 use nalgebra::{Point, SVector};

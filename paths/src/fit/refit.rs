@@ -20,7 +20,7 @@ const ROUNDS: usize = 12;
 const DATA_PER_SPAN: usize = 8;
 const DATA_MM: f64 = 0.5;
 pub(crate) const LONGEST_SPAN_MM: f64 = 400.0;
-/// Adjacency its guide a pass comes closer to whatever stands there, on a steep slope as much as it is aside: that
+/// Beside its drive curve a pass comes closer to whatever stands there, on a steep slope as much as it is aside: that
 /// counts twice.
 const ASIDE_SHARE: f64 = 2.0;
 /// The written error is checked at points this far apart, mm, and at least eight a span.
@@ -150,7 +150,7 @@ pub(crate) struct Spline {
 pub(crate) struct SpanError {
     low_mm: f64,
     high_mm: f64,
-    /// Where on the guide the span ends.
+    /// Where on the drive curve the span ends.
     end_s: f64,
 }
 
@@ -347,7 +347,7 @@ mod tests {
 
     #[test]
     fn what_resists_a_fit_is_never_written_far_above_its_face() {
-        // A guide that begins with two nanometres of rounding errors, in which the search for the nearest place is
+        // A drive curve that begins with two nanometres of rounding errors, in which the search for the nearest place is
         // caught: nothing fits there.
         let knots = [[0.0; 4], [2.2e-9, 2.2e-9, 0.5554, 0.5554], [1.1108; 4]].concat();
         let points = [

@@ -8,7 +8,7 @@ use claymill_nurbs::FaceId;
 use crate::curve::drive::DriveCurve;
 use crate::follow::proofs::Proofs;
 
-/// Samples along a guide are at most this far apart, mm along the profile; a location halfway between each
+/// Samples along a drive curve are at most this far apart, mm along the profile; a location halfway between each
 /// two is checked too, and, where none of them is certified, those halfway to it. A bump of the locations' surface is at least a
 /// ball wide at its foot, so one that hides between checks is lower than (⅛ mm)² / 2R. Over a ball that is larger than the usual
 /// one, strides are longer and such bumps no higher.
@@ -24,7 +24,7 @@ const NARROWEST_MM: f64 = 1e-4;
 /// well enough for any way of interpolating between them.
 pub(crate) const SHARPEST_TURN: f64 = 0.12;
 pub(crate) const CLOSEST_MM: f64 = 0.01;
-/// However steep a profile seems to be, a walk along its guide gets on by this, mm.
+/// However steep a profile seems to be, a walk along its drive curve gets on by this, mm.
 const SHORTEST_STEP_MM: f64 = 1e-3;
 /// Where a pass ends is narrowed down to this, mm.
 pub(crate) const END_MM: f64 = 0.05;
@@ -39,12 +39,12 @@ const FLICKER_MM: f64 = 2e-3;
 /// Passes are at least this long, mm, those of a small ball this share of its radius.
 pub(crate) const SHORTEST_PASS_MM: f64 = 1.0;
 pub(crate) const SHORTEST_PASS_RADII: f64 = 0.25;
-/// Adjacency walls: in a bore hardly wider than the ball its centre goes round in a small circle, and cuts a large one, mm.
+/// Beside walls: in a bore hardly wider than the ball its centre goes round in a small circle, and cuts a large one, mm.
 pub(crate) const SHORTEST_BESIDE_MM: f64 = 0.1;
 /// Steeper than this (`n·axis` of the contact normal) a pass ends: the ball's side would cut.
 pub(crate) const STEEPEST_NZ: f64 = 0.12;
 
-/// A point of a profile: height of the ball's centre over the guide, with its slope.
+/// A point of a profile: height of the ball's centre over the drive curve, with its slope.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Sample {
     pub(crate) s: f64,
@@ -56,7 +56,7 @@ pub(crate) struct Sample {
     pub(crate) certified: bool,
 }
 
-/// A smooth stretch of the exact path of the ball's centre over a guide: heights are exact at the samples and
+/// A smooth stretch of the exact path of the ball's centre over a drive curve: heights are exact at the samples and
 /// within [`HERMITE_MM`] between them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Profile {
@@ -66,7 +66,7 @@ pub(crate) struct Profile {
 /// Smooth stretches that join end to end at corners.
 pub(crate) type Chain = Vec<Profile>;
 
-/// What [`follow`] found over a guide.
+/// What [`follow`] found over a drive curve.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Followed {
     /// The chains, in order.
@@ -224,7 +224,7 @@ pub(crate) fn follow(ball: &BallDrop, drive: &DriveCurve, s0: f64, s1: f64) -> F
     let mut s = s0;
     let stride_mm = STRIDE_MM * larger_than_usual(ball.radius_mm()).sqrt();
     while s < s1 {
-        // The stride is along the profile: steep ground needs smaller steps on the guide.
+        // The stride is along the profile: steep ground needs smaller steps on the drive curve.
         let step = here.map_or(stride_mm, |a| stride_mm / (1.0 + a.slope * a.slope).sqrt());
         let step = step.max(SHORTEST_STEP_MM);
         let next = if s + 1.5 * step >= s1 { s1 } else { s + step };
@@ -246,9 +246,9 @@ pub(crate) fn follow(ball: &BallDrop, drive: &DriveCurve, s0: f64, s1: f64) -> F
     Followed { chains, proofs: walk.proofs }
 }
 
-/// Parts the profiles of a chain where their guide turns sharply.
+/// Parts the profiles of a chain where their drive curve turns sharply.
 pub(crate) fn parted(chain: Chain, corners: &[f64]) -> Chain {
-    /// So close to a corner the guide still has the direction of its side, mm.
+    /// So close to a corner the drive curve still has the direction of its side, mm.
     const SIDE_MM: f64 = 1e-6;
     let mut parts = Vec::new();
     for mut rest in chain {
@@ -371,7 +371,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Whether the guide is where its places and directions at both ends tell, seen from above.
+    /// Whether the drive curve is where its places and directions at both ends tell, seen from above.
     fn bends_evenly(&self, sa: f64, sb: f64) -> bool {
         let DriveCurve::Curved(_) = self.drive else { return true };
         let end = |s: f64, k: usize| Sample {

@@ -42,7 +42,7 @@ use crate::{RowsAlong, Strategy};
 /// rows leave the least at rims.
 const WORTH_A_CHOICE_STEPS2: f64 = 25.0;
 
-/// PartRegion shallower than this has no waterlines but rows, degrees: contour lines wander there, and for the same scallop
+/// Ground shallower than this has no waterlines but rows, degrees: contour lines wander there, and for the same scallop
 /// height their levels would be closer than a quarter of the step-over.
 const SHALLOWEST_DEG: f64 = 15.0;
 

@@ -124,7 +124,7 @@ impl SetupContext<'_> {
     }
 
     fn beside(&self, height: f64) -> Adjacency<'_> {
-        // What is written may lie a fit tolerance beside the guide.
+        // What is written may lie a fit tolerance beside the drive curve.
         let away_mm = self.ball.radius_mm() + self.tolerance.bias_mm;
         Adjacency { context: self, height, away_mm, hint: Hint::default() }
     }
@@ -147,7 +147,7 @@ impl SetupContext<'_> {
         self.ball.is_blocked_from(&touch, bias_mm)
     }
 
-    /// The stretches of a guide at a height, from one parameter to another, on which nothing stands above the ball.
+    /// The stretches of a drive curve at a height, from one parameter to another, on which nothing stands above the ball.
     pub(crate) fn follow_beside(&self, drive: &DriveCurve, height: f64, [s0, s1]: [f64; 2]) -> Followed {
         let mut beside = self.beside(height);
         let mut proofs = Proofs::default();
@@ -168,7 +168,7 @@ impl SetupContext<'_> {
         let mut s = s0;
         while s < s1 {
             let mut next = if s + 1.5 * STRIDE_MM >= s1 { s1 } else { s + STRIDE_MM };
-            // Once around a small circle a guide has the direction that it began with.
+            // Once around a small circle a drive curve has the direction that it began with.
             let turns =
                 |a: f64, b: f64| angle_between(drive.direction(a), drive.direction(b)) > SHARPEST_TURN;
             let turns_on_the_way = |next: f64| {

@@ -1,8 +1,8 @@
 //! Passes along the level curves of a function on the part: parameter lines of patches, sweeps of fields.
 //!
 //! ```text
-//!   level ──lines──► places on the faces ──R·n──► places of the ball's centre ──smooth──► guide
-//!                                                            guide ──follow──► exact path
+//!   level ──lines──► places on the faces ──R·n──► places of the ball's centre ──smooth──► drive curve
+//!                                                            drive curve ──follow──► exact path
 //! ```
 //!
 //! A pattern only says where passes run. Halfway between neighbouring levels the model is looked at again:
@@ -359,7 +359,7 @@ impl SetupContext<'_> {
         (found.into_iter().map(|(a, b)| (a.max(0.0), b.min(end))).collect(), barred)
     }
 
-    /// Whether the passes laid so far have done all of a run, before any guide is drawn through it.
+    /// Whether the passes laid so far have done all of a run, before any drive curve is drawn through it.
     fn is_done(&self, run: &[Place], gap: f64, so_far: &SoFar) -> bool {
         run.windows(2).all(|w| {
             let along = (w[1].centre - w[0].centre).xy();

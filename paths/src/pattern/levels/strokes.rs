@@ -1,4 +1,4 @@
-//! Places along a level curve, and the guides through them.
+//! Places along a level curve, and the drive curves through them.
 
 use claymill_nurbs::{FaceId, Point2, Point3, Vector3};
 
@@ -22,14 +22,14 @@ pub(crate) struct Place {
     pub(crate) claimed: bool,
 }
 
-/// A guide with the places that it is made of.
+/// A drive curve with the places that it is made of.
 pub(crate) struct Stroke {
     pub(crate) drawn: Drawn,
     pub(crate) places: Vec<Place>,
 }
 
 impl Stroke {
-    /// About where the ball's centre is over the guide.
+    /// About where the ball's centre is over the drive curve.
     pub(crate) fn centre(&self, s: f64) -> Point3 {
         let at = &self.drawn.at;
         let near = at.partition_point(|p| p.1 < s).min(at.len() - 1);

@@ -42,7 +42,7 @@ pub(crate) struct PlannedPass {
     pub(crate) planned: Vec<(f64, f64)>,
     /// Its exact path; gaps between chains are not cut.
     pub(crate) chains: Vec<Chain>,
-    /// PlannedPass since the crests were last looked at.
+    /// Planned since the crests were last looked at.
     pub(crate) fresh: bool,
 }
 

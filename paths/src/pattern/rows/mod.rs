@@ -144,7 +144,7 @@ impl SetupContext<'_> {
     }
 }
 
-/// The guide of a straight row.
+/// The drive curve of a straight row.
 fn row_guide(along: RowsAlong, q: f64) -> DriveCurve {
     DriveCurve::Straight(Line { origin: along.at([0.0, q]), direction: along.unit() })
 }

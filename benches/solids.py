@@ -20,6 +20,8 @@ import occ
 
 BALLS_MM = [0.05, 0.1, 0.2, 0.5, 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 12.5, 16, 20]
 LONGEST_S = 900
+# Passes are exact to this scallop height.
+FINEST_MM = 0.001
 
 
 def size_mm(command, model):
@@ -33,7 +35,7 @@ def size_mm(command, model):
 def row(command, model, strategy, radius, environment):
     with tempfile.TemporaryDirectory() as folder:
         job = Path(folder) / "job"
-        plan = [command, "plan", model, "-o", job, "--tool", f"ball:{radius}", "--scallop", f"{radius / 60:.4g}",
+        plan = [command, "plan", model, "-o", job, "--tool", f"ball:{radius}", "--scallop", f"{max(radius / 60, FINEST_MM):.4g}",
                 "--strategy", strategy, "--quiet"]
         began = time.monotonic()
         try:

@@ -153,6 +153,7 @@ impl From<claymill_paths::PlanError> for Failure {
         use claymill_paths::PlanError as E;
         let advice = match &error {
             E::Orientation(_) => return Failure::usage(error, "For example: --up +z --length -y."),
+            E::Setups { .. } => return Failure::usage(error, "For example: --setups top,left,bottom."),
             E::Scallop { .. } => {
                 let advice = "Usual scallop heights are 0.02 to 0.2 mm, for example --scallop 0.1.";
                 return Failure::usage(error, advice);

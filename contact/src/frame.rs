@@ -69,7 +69,7 @@ pub struct ParallelAxes {
 /// signs: nothing is rounded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Frame {
-    /// `top`, `left`, `right`, `front` or `rear`.
+    /// Its name in the job, such as `top`.
     pub name: &'static str,
     x: Axis,
     y: Axis,

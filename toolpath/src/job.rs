@@ -95,6 +95,15 @@ pub struct Skipped {
     pub reason: String,
 }
 
+/// A setup that the model may be cut in.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct AskedSetup {
+    /// Its name, such as `top`.
+    pub name: String,
+    /// Unit vector from tip to holder, in model coordinates.
+    pub axis: [f64; 3],
+}
+
 /// What was asked.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Request {
@@ -124,6 +133,9 @@ pub struct Request {
     pub up: String,
     /// Model axis from rear to front, `-y`.
     pub length: String,
+    /// The setups that the model may be cut in, where they were chosen; else from above and from its four sides.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub setups: Vec<AskedSetup>,
     /// Only these regions, layers or faces.
     pub only: Vec<String>,
     /// All but these.

@@ -49,9 +49,9 @@ pub use folder::{
 };
 pub use holder::{Holder, HolderError, HolderSection};
 pub use job::{
-    Area, CHECK_CLEARANCE_MM, Considered, FORMAT_VERSION, FaceAccount, HOLDER_CLEARANCE_MM, Job, LeftOutFace,
-    LengthByKind, LinkStyle, MachineLimits, ModelFacts, Obstacle, RegionTotals, Request, Setup, Skipped,
-    StageTiming, ToolRecord, Totals, UncutReason,
+    Area, AskedSetup, CHECK_CLEARANCE_MM, Considered, FORMAT_VERSION, FaceAccount, HOLDER_CLEARANCE_MM, Job,
+    LeftOutFace, LengthByKind, LinkStyle, MachineLimits, ModelFacts, Obstacle, RegionTotals, Request, Setup,
+    Skipped, StageTiming, ToolRecord, Totals, UncutReason,
 };
 pub use manifest::{MANIFEST_FILE, is_whole};
 pub use moves::{Move, MoveError, MoveKind, Program, WRITTEN_STEP_MM, round_to_written};

@@ -6,8 +6,9 @@ use claymill_toolpath::Job;
 /// Axes closer than this are one direction.
 const SAME: f64 = 1e-9;
 
-/// Tool axes, from tip to holder: those of the job's setups, in their order, then what else the model could be cut from: from
-/// above and from its four sides. Whether a place can be reached does not depend on which setups a strategy has made use of.
+/// Tool axes, from tip to holder: those of the job's setups, in their order, then what else the model could be cut from: the
+/// setups that were asked for, or else above and the four sides. Whether a place can be reached does not depend on which setups a
+/// strategy has made use of.
 pub(crate) fn directions(job: &Job) -> Vec<Vector3> {
     let mut all: Vec<Vector3> = job.setups.iter().map(|s| Vector3::from(s.axis).normalize()).collect();
     let named = axis(&job.request.up).zip(axis(&job.request.length));
@@ -15,7 +16,11 @@ pub(crate) fn directions(job: &Job) -> Vec<Vector3> {
         let left = up.cross(&front);
         [up, left, -left, front, -front]
     });
-    for direction in five.filter(|d| (d.norm() - 1.0).abs() < SAME) {
+    let asked: Vec<Vector3> = match job.request.setups.is_empty() {
+        true => five.collect(),
+        false => job.request.setups.iter().map(|s| Vector3::from(s.axis)).collect(),
+    };
+    for direction in asked.into_iter().filter(|d| (d.norm() - 1.0).abs() < SAME) {
         if all.iter().all(|known| (known - direction).norm() > SAME) {
             all.push(direction);
         }

@@ -146,6 +146,10 @@ pub(crate) struct JobOptions {
     /// Leave these out; same forms as --only.
     #[arg(help_heading = CHOICE, long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) skip: Vec<String>,
+    /// Setups that may be used: `top`, `left`, `right`, `front`, `rear`, `bottom` [default: all but bottom].
+    #[arg(help_heading = SETUP, long, value_name = "NAME", value_delimiter = ',')]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) setups: Vec<String>,
     /// Where the material is, which is not cut from inside: `auto` as found, `inside` or `outside` of what is closed or
     /// bulges, `file` behind the faces as the file turns them, `against-file`, `both` for sheets that are cut from either
     /// side, or a direction, as in -z; for some sheets alone `face:12=outside`, `region:3=-z`, also layer: and colour:; may be

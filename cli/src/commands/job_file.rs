@@ -51,6 +51,7 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
         preset: first.preset.or(second.preset),
         only: first_given(first.only, second.only),
         skip: first_given(first.skip, second.skip),
+        setups: first_given(first.setups, second.setups),
         material_side: first_given(first.material_side, second.material_side),
         bounds: first.bounds.over(second.bounds),
         check: first_given(first.check, second.check),

@@ -6,12 +6,12 @@ use std::process::ExitCode;
 
 use claymill_exchange::read_mesh;
 use claymill_nurbs::{Model, Point3};
-use claymill_paths::{Plan, PlanOptions, Regions, plan_around};
+use claymill_paths::{Frame, Orientation, Plan, PlanError, PlanOptions, Regions, plan_around};
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{
-    Area, Bounds, FORMAT_VERSION, FilePlace, FolderWriter, JOB_FILE, Job, Judged, ModelFacts, Obstacle,
-    Program, REGIONS_FILE, REPORT_FILE, Setup, Skipped, ToolRecord, Totals, VERIFY_FILE, read_moves,
-    sha256_of,
+    Area, AskedSetup, Bounds, FORMAT_VERSION, FilePlace, FolderWriter, JOB_FILE, Job, Judged, ModelFacts,
+    Obstacle, Program, REGIONS_FILE, REPORT_FILE, Setup, Skipped, ToolRecord, Totals, VERIFY_FILE,
+    read_moves, sha256_of,
 };
 use claymill_verify::{
     Verdict, Verification, VerifyOptions, stick_outs_needed_mm, verify_with_crests, write_crests,
@@ -55,6 +55,19 @@ pub(crate) fn plan(context: &Context, args: &PlanArgs) -> Result<ExitCode, Failu
     let options = job_file::with(args.job.options(), args.job_file.as_deref())?;
     let request = Request::new(&args.model, &options)?;
     Ok(run(context, &request, &args.out)?.exit)
+}
+
+/// The setups that were asked for by name; none if all five usual ones may be used.
+fn chosen_setups(orientation: Orientation, names: &[String]) -> Result<Vec<Frame>, Failure> {
+    let of_name = |name: &String| {
+        orientation.setup(name).map_err(PlanError::from)?.ok_or_else(|| {
+            Failure::usage(
+                format!("there is no setup `{name}`"),
+                "Setups are top, left, right, front, rear and bottom, for example --setups top,bottom.",
+            )
+        })
+    };
+    names.iter().map(of_name).collect()
 }
 
 /// The main job, from the model file to the finished folder.
@@ -105,6 +118,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
         clearance_mm: request.rapid_clearance_mm,
         link: request.link,
         orientation,
+        setups: chosen_setups(orientation, &asked.setups)?,
         feeds: request.feeds,
         machine: request.machine.clone(),
     };
@@ -291,6 +305,9 @@ fn job(request: &Request, loaded: &Loaded, sha256: String, options: &PlanOptions
             preset: merge::name(&request.preset),
             up: options.orientation.up.to_string(),
             length: options.orientation.front.to_string(),
+            setups: (options.setups.iter())
+                .map(|f| AskedSetup { name: f.name.to_owned(), axis: f.axis().into() })
+                .collect(),
             only: request.options.only.clone(),
             skip: request.options.skip.clone(),
             material_side: request.options.material_side.clone(),

@@ -15,6 +15,12 @@ pub enum PlanError {
     /// The setups have no directions.
     #[error(transparent)]
     Orientation(#[from] ParallelAxes),
+    /// There are too many setups, or two of one name.
+    #[error("the setups of a job are at most {most}, each with a name of its own")]
+    Setups {
+        /// How many there may be.
+        most: usize,
+    },
     /// The scallop height does not suit the tool.
     #[error(
         "scallop height {scallop_mm} mm must be positive and smaller than the ball radius {radius_mm} mm"

@@ -111,10 +111,10 @@ fn lay(
     let (model, covering): (&Model, &Covering) = (&covered.model, &covered.covering);
     let radius_mm = options.tool.radius_mm();
     let area_mm2: f64 = regions.face_area_mm2.iter().sum();
-    let frames = options.orientation.five_setups()?;
+    let frames = options.frames()?;
     let free = FreeSides::new(&options.free_sides);
     let open = open_borders(regions.merged);
-    let space = Space::new(model, frames[0].axis());
+    let space = Space::new(model, options.orientation.up.vector());
     let of_tool = |tool: &Tool| -> Vec<BallDrop> {
         let drop = |f: &Frame| {
             let rims = Rims::new(model, &open, free, f);

@@ -1,10 +1,12 @@
 //! What to cut and how.
 
+use claymill_contact::Frame;
 use claymill_nurbs::Point3;
 use claymill_toolpath::{Bounds, CHECK_CLEARANCE_MM, FreeSide, LinkStyle, MachineLimits, Tool};
 
 use crate::pattern::strategy::Strategy;
 use crate::plan::error::PlanError;
+use crate::setup::assignment::MOST_SETUPS;
 use crate::setup::orientation::Orientation;
 
 /// By itself, rapids across keep at least this distance above everything within the tool's radius; rapids up and down
@@ -51,6 +53,8 @@ pub struct PlanOptions {
     pub link: LinkStyle,
     /// How the vehicle lies in its file.
     pub orientation: Orientation,
+    /// The setups that it may be cut in, at most eight; the five of the orientation if there are none.
+    pub setups: Vec<Frame>,
     /// Feeds.
     pub feeds: Feeds,
     /// What the machine can do, for the times.
@@ -77,9 +81,24 @@ impl PlanOptions {
             clearance_mm: CLEARANCE_MM,
             link: LinkStyle::Lace,
             orientation,
+            setups: Vec::new(),
             feeds: Feeds::default(),
             machine: MachineLimits::default(),
         }
+    }
+}
+
+impl PlanOptions {
+    /// The setups asked for, or the five usual ones.
+    pub(crate) fn frames(&self) -> Result<Vec<Frame>, PlanError> {
+        if self.setups.is_empty() {
+            return Ok(self.orientation.five_setups()?.to_vec());
+        }
+        let is_twice = |(k, frame): (usize, &Frame)| self.setups[..k].iter().any(|f| f.name == frame.name);
+        if self.setups.len() > MOST_SETUPS || self.setups.iter().enumerate().any(is_twice) {
+            return Err(PlanError::Setups { most: MOST_SETUPS });
+        }
+        Ok(self.setups.clone())
     }
 }
 

@@ -7,19 +7,22 @@ use claymill_nurbs::{FaceId, Model};
 use claymill_toolpath::{Area, FaceAccount, UncutReason};
 
 use crate::plan::regions::Regions;
-use crate::setup::assignment::Assignment;
+use crate::setup::assignment::{Assignment, MOST_SETUPS};
 
 /// Where the area of a face goes, mm².
 struct FaceSums {
     /// Cut by each setup.
-    cut: [f64; 5],
+    cut: [f64; MOST_SETUPS],
     uncut: [(UncutReason, f64); 4],
 }
 
 impl FaceSums {
     fn new() -> Self {
         use UncutReason::{EarlierTool, Hidden, OutOfBounds, TooTight};
-        FaceSums { cut: [0.0; 5], uncut: [Hidden, TooTight, EarlierTool, OutOfBounds].map(|r| (r, 0.0)) }
+        FaceSums {
+            cut: [0.0; MOST_SETUPS],
+            uncut: [Hidden, TooTight, EarlierTool, OutOfBounds].map(|r| (r, 0.0)),
+        }
     }
 
     fn add(&mut self, assignment: &Assignment, area_mm2: f64) {
@@ -44,13 +47,13 @@ impl FaceSums {
 /// Where the area goes, by face: shares of the triangles, scaled to the face's exact area.
 pub(crate) struct Account {
     faces: Vec<FaceSums>,
-    pub(crate) region_setup_mm2: Vec<[f64; 5]>,
+    pub(crate) region_setup_mm2: Vec<[f64; MOST_SETUPS]>,
 }
 
 impl Account {
     pub(crate) fn new(covering: &Covering, assignments: &[Vec<Assignment>], regions: &Regions) -> Self {
         let count = regions.of_face.iter().max().map_or(0, |m| m + 1);
-        let mut region_setup_mm2 = vec![[0.0; 5]; count];
+        let mut region_setup_mm2 = vec![[0.0; MOST_SETUPS]; count];
         let mut faces = Vec::with_capacity(assignments.len());
         for (face, assignment) in assignments.iter().enumerate() {
             let mut sums = FaceSums::new();

@@ -6,7 +6,9 @@ use rayon::prelude::*;
 
 use crate::pattern::together::together;
 use crate::plan::regions::Regions;
-use crate::setup::probe::{PROBES, Probed, Prober, Seen, Slants, Views, by_setup, centroid, is_in_doubt};
+use crate::setup::probe::{
+    PROBES, Probed, Prober, Seen, Slants, Views, by_setup, centroid, is_in_doubt, of_setup,
+};
 
 /// A place counts as reached when the ball is kept away from it by no more than this, in scallop heights.
 const ALLOWED: f64 = 0.5;
@@ -18,6 +20,9 @@ const LEAST_PART_RADII2: f64 = 4.0;
 const LEAST_WALL_RADII2: f64 = 1.0;
 const MOST_LEFT: f64 = 2e-4;
 
+/// Setups of a job at most: a bit for each.
+pub(crate) const MOST_SETUPS: usize = u8::BITS as usize;
+
 /// Assignment of the points probed on one triangle.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Assignment {
@@ -28,9 +33,9 @@ pub(crate) struct Assignment {
     /// Bit `s`: for setup `s` it is a wall, on the side of `Su × Sv` and on the other.
     walls: [u8; 2],
     /// Share of the triangle that setup `s` is the first to cut.
-    pub(crate) cut: [f32; 5],
+    pub(crate) cut: [f32; MOST_SETUPS],
     /// How much of it as a wall.
-    walls_cut: [f32; 5],
+    walls_cut: [f32; MOST_SETUPS],
     /// Share not cut, by reason: hidden, too tight.
     pub(crate) hidden: f32,
     /// Share not cut because the ball does not fit.
@@ -119,11 +124,12 @@ pub(crate) fn assign(model: &Model, covering: &Covering, views: &Views, regions:
         }
         prober(face, Slants::Asked).triangles()
     };
-    let mut seen: Vec<Vec<Probed>> = (0..model.faces.len()).into_par_iter().map(probed).collect();
+    let setups = views.frames.len();
+    let mut seen: Vec<Vec<Seen>> = (0..model.faces.len()).into_par_iter().map(probed).collect();
     let radius_mm = views.balls.first().map_or(0.0, BallDrop::radius_mm);
     let least_part_mm2 = LEAST_PART_RADII2 * radius_mm.powi(2);
-    let slants = worthy_slants(covering, &mut seen, regions.of_face, least_part_mm2);
-    let leads = lead_setups(covering, &seen, regions.of_face, least_part_mm2);
+    let slants = worthy_slants(covering, &mut seen, setups, regions.of_face, least_part_mm2);
+    let leads = lead_setups(covering, &seen, setups, regions.of_face, least_part_mm2);
     let decided: Vec<(Vec<Assignment>, Vec<[Point2; 3]>)> = seen
         .par_iter()
         .enumerate()
@@ -135,16 +141,16 @@ pub(crate) fn assign(model: &Model, covering: &Covering, views: &Views, regions:
             let region = regions.of_face[face];
             let (order, mesh, prober) =
                 (&leads[region], &covering.meshes()[face], prober(face, slants[region]));
-            let decide_on = |(seen, t): (&Probed, &[u32; 3])| match views.divides && is_in_doubt(seen) {
+            let decide_on = |(seen, t): (&[Seen], &[u32; 3])| match views.divides && is_in_doubt(seen) {
                 true => prober.divided(t.map(|i| mesh.uv[i as usize]), order, HALVINGS, &mut missed),
                 false => decide(seen, order),
             };
-            (triangles.iter().zip(&mesh.triangles).map(decide_on).collect(), missed)
+            (triangles.chunks(PROBES * setups).zip(&mesh.triangles).map(decide_on).collect(), missed)
         })
         .collect();
     let (mut assignments, missed): (Vec<Vec<Assignment>>, Vec<Vec<[Point2; 3]>>) =
         decided.into_iter().unzip();
-    leave_small_walls(covering, &mut assignments, LEAST_WALL_RADII2 * radius_mm.powi(2), radius_mm);
+    leave_small_walls(covering, &mut assignments, setups, LEAST_WALL_RADII2 * radius_mm.powi(2), radius_mm);
     let slants = slants.contains(&Slants::Cut);
     Assignments { of: assignments, missed, slants }
 }
@@ -152,15 +158,17 @@ pub(crate) fn assign(model: &Model, covering: &Covering, views: &Views, regions:
 /// Region by region, whether what slants is worth passes; what is seen of it says so from then on.
 fn worthy_slants(
     covering: &Covering,
-    seen: &mut [Vec<Probed>],
+    seen: &mut [Vec<Seen>],
+    setups: usize,
     region_of_face: &[usize],
     least_part_mm2: f64,
 ) -> Vec<Slants> {
     let is_slanting = |s: &Seen| matches!(s, Seen::Slanting { .. });
     let mut areas_mm2 = vec![0.0; region_of_face.iter().max().map_or(0, |m| m + 1)];
     for (face, triangles) in seen.iter().enumerate() {
-        for (probed, area_mm2) in triangles.iter().zip(covering.areas_mm2(face)) {
-            let slanting = (0..PROBES).filter(|&p| probed.iter().any(|of_setup| is_slanting(&of_setup[p])));
+        for (probed, area_mm2) in triangles.chunks(PROBES * setups).zip(covering.areas_mm2(face)) {
+            let slanting =
+                (0..PROBES).filter(|&p| probed.chunks(PROBES).any(|of_setup| is_slanting(&of_setup[p])));
             areas_mm2[region_of_face[face]] += area_mm2 * slanting.count() as f64 / PROBES as f64;
         }
     }
@@ -168,7 +176,7 @@ fn worthy_slants(
     let slants: Vec<Slants> = areas_mm2.into_iter().map(worthy).collect();
     for (triangles, &region) in seen.iter_mut().zip(region_of_face) {
         let cut = slants[region] == Slants::Cut;
-        for s in triangles.iter_mut().flatten().flatten() {
+        for s in triangles {
             *s = if cut { s.with_slants() } else { s.without_slants() };
         }
     }
@@ -185,7 +193,13 @@ struct WallTriangle {
 
 /// Takes from the setups the smallest walls that come to less than `least_mm2` together with those around, up to `near_mm`
 /// away, as long as all these are a small share of what is cut.
-fn leave_small_walls(covering: &Covering, assignments: &mut [Vec<Assignment>], least_mm2: f64, near_mm: f64) {
+fn leave_small_walls(
+    covering: &Covering,
+    assignments: &mut [Vec<Assignment>],
+    setups: usize,
+    least_mm2: f64,
+    near_mm: f64,
+) {
     let cut_mm2 = |(face, assignments): (usize, &Vec<Assignment>)| -> f64 {
         let areas = covering.areas_mm2(face).zip(assignments);
         areas.map(|(area_mm2, assignment)| area_mm2 * f64::from(assignment.cut.iter().sum::<f32>())).sum()
@@ -215,7 +229,7 @@ fn leave_small_walls(covering: &Covering, assignments: &mut [Vec<Assignment>], l
         });
         groups.filter(|&(area_mm2, ..)| area_mm2 < least_mm2)
     };
-    let mut small: Vec<_> = (0..5).flat_map(small_of).collect();
+    let mut small: Vec<_> = (0..setups).flat_map(small_of).collect();
     small.sort_by(|a, b| a.0.total_cmp(&b.0));
     for (area_mm2, setup, group) in small {
         may_be_left_mm2 -= area_mm2;
@@ -258,7 +272,8 @@ impl Prober<'_> {
 /// largest area well comes first, then the best for what is left, and so on.
 fn lead_setups(
     covering: &Covering,
-    seen: &[Vec<Probed>],
+    seen: &[Vec<Seen>],
+    setups: usize,
     region_of_face: &[usize],
     least_part_mm2: f64,
 ) -> Vec<Vec<usize>> {
@@ -271,24 +286,24 @@ fn lead_setups(
         .par_iter()
         .map(|faces| {
             // (area, setups that face it well) of each triangle.
-            let mut open: Vec<(f64, [bool; 5])> = Vec::new();
+            let mut open: Vec<(f64, [bool; MOST_SETUPS])> = Vec::new();
             for &face in faces {
                 let areas = covering.areas_mm2(face);
-                open.extend(seen[face].iter().zip(areas).map(|(t, area)| {
-                    let well = |s: &[Seen; PROBES]| {
+                open.extend(seen[face].chunks(PROBES * setups).zip(areas).map(|(t, area)| {
+                    let well = |s: &[Seen]| {
                         s.iter()
                             .any(|p| matches!(p, Seen::Reached { facing, in_bounds: true, .. } if facing.abs() >= GOOD_FACING))
                     };
-                    (area, std::array::from_fn(|k| well(&t[k])))
+                    (area, std::array::from_fn(|k| k < setups && well(of_setup(t, k))))
                 }));
             }
             let mut order: Vec<usize> = Vec::new();
             loop {
-                let sums: [f64; 5] = std::array::from_fn(|k| {
+                let sums: [f64; MOST_SETUPS] = std::array::from_fn(|k| {
                     open.iter().filter(|(_, well)| well[k]).map(|(area, _)| area).sum()
                 });
-                let best = (0..5).max_by(|&a, &b| sums[a].total_cmp(&sums[b]).then(b.cmp(&a))).unwrap_or(0);
-                if sums[best] < least_part_mm2 || order.len() == 5 {
+                let best = (0..setups).max_by(|&a, &b| sums[a].total_cmp(&sums[b]).then(b.cmp(&a))).unwrap_or(0);
+                if sums[best] < least_part_mm2 || order.len() == setups {
                     return order;
                 }
                 order.push(best);
@@ -301,12 +316,14 @@ fn lead_setups(
 /// A triangle goes to the first leading setup that faces it well, else to the one that faces it best; probes
 /// that this one does not reach may bring in further setups.
 fn decide(seen: &Probed, leads: &[usize]) -> Assignment {
+    let setups = seen.len() / PROBES;
+    let at = |k: usize, probe: usize| of_setup(seen, k)[probe];
     let best = |k: usize| {
         let facing = |s: &Seen| if let Seen::Reached { facing, .. } = s { facing.abs() } else { 0.0 };
-        seen[k].iter().map(facing).fold(0.0, f64::max)
+        of_setup(seen, k).iter().map(facing).fold(0.0, f64::max)
     };
     let mut order: Vec<usize> = leads.iter().copied().filter(|&k| best(k) >= GOOD_FACING).take(1).collect();
-    let mut others: Vec<usize> = (0..5).filter(|k| !order.contains(k) && best(*k) > 0.0).collect();
+    let mut others: Vec<usize> = (0..setups).filter(|k| !order.contains(k) && best(*k) > 0.0).collect();
     others.sort_by(|&a, &b| best(b).total_cmp(&best(a)).then(a.cmp(&b)));
     order.extend(others);
 
@@ -315,7 +332,7 @@ fn decide(seen: &Probed, leads: &[usize]) -> Assignment {
     let mut finished = true;
     for probe in 0..PROBES {
         let reached = |inside: bool| {
-            order.iter().find_map(|&k| match seen[k][probe] {
+            order.iter().find_map(|&k| match at(k, probe) {
                 Seen::Reached { facing, done, in_bounds } if in_bounds == inside => Some((k, facing, done)),
                 _ => None,
             })
@@ -325,7 +342,7 @@ fn decide(seen: &Probed, leads: &[usize]) -> Assignment {
             assignment.is_for(k, facing);
             assignment.cut[k] += share;
             finished &= done;
-        } else if let Some((k, other_side, done)) = (0..5).find_map(|k| match seen[k][probe] {
+        } else if let Some((k, other_side, done)) = (0..setups).find_map(|k| match at(k, probe) {
             Seen::Wall { other_side, done } => Some((k, other_side, done)),
             _ => None,
         }) {
@@ -333,11 +350,11 @@ fn decide(seen: &Probed, leads: &[usize]) -> Assignment {
             assignment.cut[k] += share;
             assignment.walls_cut[k] += share;
             finished &= done;
-        } else if near.is_some() || (0..5).any(|k| seen[k][probe] == Seen::OutOfBounds) {
+        } else if near.is_some() || (0..setups).any(|k| at(k, probe) == Seen::OutOfBounds) {
             // Places close by may be in bounds.
             near.into_iter().for_each(|(k, facing, _)| assignment.is_for(k, facing));
             assignment.out_of_bounds += share;
-        } else if (0..5).any(|k| seen[k][probe] == Seen::Tight) {
+        } else if (0..setups).any(|k| at(k, probe) == Seen::Tight) {
             assignment.tight += share;
             finished = false;
         } else {

@@ -64,6 +64,17 @@ impl Orientation {
         }
     }
 
+    /// The setup of this name: `top`, `left`, `right`, `front`, `rear` or `bottom`; `None` for any other name.
+    ///
+    /// # Errors
+    /// The axes are parallel, which [`Orientation::new`] refuses.
+    pub fn setup(self, name: &str) -> Result<Option<Frame>, ParallelAxes> {
+        if name == "bottom" {
+            return Frame::new("bottom", self.up.opposite(), self.front).map(Some);
+        }
+        Ok(self.five_setups()?.into_iter().find(|frame| frame.name == name))
+    }
+
     /// The five setups of the vehicle: top, left, right, front, rear. Left and right are those of the driver.
     ///
     /// # Errors

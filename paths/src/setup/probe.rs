@@ -20,8 +20,13 @@ const EARLIER_ALLOWED: f64 = 0.5;
 /// there only where the corners differ.
 pub(crate) const PROBES: usize = 4;
 
-/// What each setup sees at the probes of a triangle.
-pub(crate) type Probed = [[Seen; PROBES]; 5];
+/// What all setups see at the probes of triangles: [`PROBES`] for each setup, setup by setup, triangle by triangle.
+pub(crate) type Probed = [Seen];
+
+/// What a setup sees at the probes of one triangle.
+pub(crate) fn of_setup(probed: &Probed, setup: usize) -> &[Seen] {
+    &probed[PROBES * setup..][..PROBES]
+}
 
 /// A probed point of a triangle, as seen from one setup.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,7 +92,7 @@ impl Seen {
     }
 }
 
-/// What each of the five setups sees.
+/// What each of the setups sees.
 pub(crate) struct Views<'a> {
     pub(crate) frames: &'a [Frame],
     pub(crate) balls: &'a [BallDrop<'a>],
@@ -204,9 +209,9 @@ impl Place {
 }
 
 /// The walls among what a place is to the setups, where none of them reaches it otherwise and may be there.
-fn beside_walls(place: &Place, views: &Views, seen: &mut [Seen; 5]) {
+fn beside_walls(place: &Place, views: &Views, seen: &mut [Seen]) {
     let farther_mm = FitTolerance::of_scallop(views.scallop_mm).bias_mm;
-    for k in 0..5 {
+    for k in 0..seen.len() {
         if seen[k] != Seen::Steep {
             continue;
         }
@@ -220,8 +225,8 @@ fn beside_walls(place: &Place, views: &Views, seen: &mut [Seen; 5]) {
 }
 
 /// The slants among what a place is to the setups, where none of them gets to it otherwise.
-fn on_slants(place: &Place, views: &Views, allowed_mm: f64, seen: &mut [Seen; 5]) {
-    for k in 0..5 {
+fn on_slants(place: &Place, views: &Views, allowed_mm: f64, seen: &mut [Seen]) {
+    for k in 0..seen.len() {
         let (frame, facing) = (&views.frames[k], place.normal.dot(&views.frames[k].axis()));
         if seen[k] != Seen::Steep || facing.abs() < LEAST_SLANT {
             continue;
@@ -258,19 +263,19 @@ pub(crate) enum Slants {
 }
 
 impl Prober<'_> {
-    /// What is seen of all triangles.
-    pub(crate) fn triangles(&self) -> Vec<Probed> {
+    /// What is seen of all triangles, one after the other.
+    pub(crate) fn triangles(&self) -> Vec<Seen> {
         let mesh = &self.covering.meshes()[self.face];
-        let corners: Vec<[Seen; 5]> = mesh.uv.iter().map(|&uv| self.probe(uv)).collect();
+        let corners: Vec<Vec<Seen>> = mesh.uv.iter().map(|&uv| self.probe(uv)).collect();
         let radius_mm = self.views.balls.first().map_or(0.0, BallDrop::radius_mm);
         mesh.triangles
             .iter()
-            .map(|t| {
-                let at = t.map(|i| &corners[i as usize]);
+            .flat_map(|t| {
+                let at = t.map(|i| &*corners[i as usize]);
                 let places = t.map(|i| mesh.points[i as usize]);
                 let longest_mm = (0..3).map(|i| (places[i] - places[(i + 1) % 3]).norm()).fold(0.0, f64::max);
                 let middle = if longest_mm < radius_mm && agree(at) {
-                    *at[0]
+                    at[0].to_vec()
                 } else {
                     self.probe(centroid(t.map(|i| mesh.uv[i as usize])))
                 };
@@ -279,10 +284,12 @@ impl Prober<'_> {
             .collect()
     }
 
-    pub(crate) fn probe(&self, uv: Point2) -> [Seen; 5] {
+    /// What each setup sees of a place.
+    pub(crate) fn probe(&self, uv: Point2) -> Vec<Seen> {
         let Prober { views, allowed_mm, .. } = *self;
         let surface = &self.model.faces[self.face].surface;
-        let mut seen = [Seen::Steep; 5];
+        let setups = views.frames.len();
+        let mut seen = vec![Seen::Steep; setups];
         let Some((normal, _)) = surface.normal(uv.x, uv.y) else {
             return seen;
         };
@@ -292,13 +299,13 @@ impl Prober<'_> {
             views.earlier.get(setup).is_some_and(|ball| matches!(seen(ball), Seen::Reached { .. }))
         };
         let place = Place { face: self.face, uv, point: surface.point(uv.x, uv.y), normal };
-        let mut finished_from: [Option<bool>; 5] = [None; 5];
-        for k in 0..5 {
+        let mut finished_from: Vec<Option<bool>> = vec![None; setups];
+        for k in 0..setups {
             seen[k] = place.seen(&views.frames[k], &views.balls[k], views.keeps[k].as_ref(), allowed_mm);
             let Seen::Reached { done, .. } = &mut seen[k] else { continue };
             let side = |k: usize| normal.dot(&views.frames[k].axis()) > 0.0;
             // Mostly the same setup tells.
-            let mut setups = (k..5).chain(0..k).filter(|&other| side(other) == side(k));
+            let mut setups = (k..setups).chain(0..k).filter(|&other| side(other) == side(k));
             *done = setups.any(|other| *finished_from[other].get_or_insert_with(|| finished(&place, other)));
         }
         if !seen.iter().any(|s| matches!(s, Seen::Reached { in_bounds: true, .. })) {
@@ -308,7 +315,10 @@ impl Prober<'_> {
                 on_slants(&place, views, allowed_mm, &mut seen);
             }
         }
-        if self.slants == Slants::Cut { seen.map(Seen::with_slants) } else { seen }
+        if self.slants == Slants::Cut {
+            seen.iter_mut().for_each(|s| *s = s.with_slants());
+        }
+        seen
     }
 }
 
@@ -318,20 +328,20 @@ pub(crate) fn centroid(corners: [Point2; 3]) -> Point2 {
 }
 
 /// What each setup sees of a triangle, of what all see at its probes.
-pub(crate) fn by_setup(probes: [&[Seen; 5]; PROBES]) -> Probed {
-    std::array::from_fn(|setup| probes.map(|seen| seen[setup]))
+pub(crate) fn by_setup(probes: [&[Seen]; PROBES]) -> Vec<Seen> {
+    (0..probes[0].len()).flat_map(|setup| probes.map(|seen| seen[setup])).collect()
 }
 
 /// Whether no setup gets to some probe, while others are something else to a setup: there may be a strip between them that one
 /// gets to.
 pub(crate) fn is_in_doubt(seen: &Probed) -> bool {
     let gets_to = |s: &Seen| matches!(s, Seen::Reached { .. } | Seen::Wall { .. });
-    let is_missed = |probe: usize| !seen.iter().any(|of_setup| gets_to(&of_setup[probe]));
-    let differ = |of_setup: &[Seen; PROBES]| of_setup.iter().any(|s| !s.is_like(of_setup[0]));
-    (0..PROBES).any(is_missed) && seen.iter().any(differ)
+    let is_missed = |probe: usize| !seen.chunks(PROBES).any(|of_setup| gets_to(&of_setup[probe]));
+    let differ = |of_setup: &[Seen]| of_setup.iter().any(|s| !s.is_like(of_setup[0]));
+    (0..PROBES).any(is_missed) && seen.chunks(PROBES).any(differ)
 }
 
 /// Whether the setups see the same at three places.
-fn agree([a, b, c]: [&[Seen; 5]; 3]) -> bool {
-    (0..5).all(|setup| a[setup].is_like(b[setup]) && a[setup].is_like(c[setup]))
+fn agree([a, b, c]: [&[Seen]; 3]) -> bool {
+    (0..a.len()).all(|setup| a[setup].is_like(b[setup]) && a[setup].is_like(c[setup]))
 }

@@ -4,7 +4,7 @@ use claymill_contact::Covering;
 use claymill_nurbs::{FaceId, FaceMesh, Vector3};
 
 use crate::Frame;
-use crate::setup::assignment::Assignment;
+use crate::setup::assignment::{Assignment, MOST_SETUPS};
 use crate::setup::leaning::LEAST_FACING;
 
 /// What a setup cuts of a region from the other side than most is cut from may be this share of it for it to count as
@@ -19,7 +19,7 @@ pub(crate) struct Sides {
 #[derive(Default)]
 struct Side {
     /// Cut by each setup on the side of `Su × Sv`, and on the other, mm².
-    cut_mm2: [[f64; 2]; 5],
+    cut_mm2: [[f64; 2]; MOST_SETUPS],
     /// Most is cut on the other.
     other: bool,
 }

@@ -239,6 +239,7 @@ fn planned_on(
             only: Vec::new(),
             skip: Vec::new(),
             bounds: options.bounds.clone(),
+            setups: Vec::new(),
             material_side: Vec::new(),
             check: Vec::new(),
             check_clearance_mm: 0.0,

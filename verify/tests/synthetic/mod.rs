@@ -67,6 +67,7 @@ pub(crate) fn job(model: &Model) -> Job {
             length: String::new(),
             only: Vec::new(),
             skip: Vec::new(),
+            setups: Vec::new(),
             material_side: Vec::new(),
             bounds: Default::default(),
             check: Vec::new(),

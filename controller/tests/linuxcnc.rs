@@ -1,4 +1,4 @@
-//! Programs on a real control: LinuxCNC 2.9, headless. Skipped, visibly, where it is not installed
+//! Programs on a real control: LinuxCNC 2.9, headless. Left out where it is not installed
 //! (`apt-get install linuxcnc-uspace`).
 
 mod job;
@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 
 use claymill_controller::{Dialect, Machine, MachineJob, post};
 use claymill_nurbs::{Curve3, Point3};
+use claymill_tests::{Need, is_installed, leave_out};
 use claymill_toolpath::MoveKind;
 
 const INI: &str = include_str!("linuxcnc_sim/machine.ini");
@@ -24,12 +25,9 @@ const BAR_MM: f64 = 0.01;
 /// The simulator starts in seconds or not at all: nothing else keeps the processor busy meanwhile.
 static ALONE: Mutex<()> = Mutex::new(());
 
+#[track_caller]
 fn installed(program: &str) -> bool {
-    let found = Command::new("which").arg(program).stdout(Stdio::null()).status().is_ok_and(|s| s.success());
-    if !found {
-        eprintln!("skipped: {program} is not installed (Debian package linuxcnc-uspace)");
-    }
-    found
+    is_installed(Need::LinuxCnc, program, "linuxcnc-uspace")
 }
 
 fn program(folder: &Path, machine: &Machine) -> (MachineJob, std::path::PathBuf) {
@@ -70,7 +68,7 @@ fn the_interpreter_takes_every_program() {
 #[test]
 fn the_interpreter_takes_a_whole_job() {
     let Ok(folder) = std::env::var("CLAYMILL_JOB") else {
-        return eprintln!("skipped: CLAYMILL_JOB names no job folder");
+        return leave_out(Need::Job, "CLAYMILL_JOB names no job folder");
     };
     if !installed("rs274") {
         return;

@@ -1,5 +1,5 @@
 //! LinuxCNC over its own remote protocol: curves and straight moves, as a file and block by block into the running
-//! control, beside the time that the virtual control says. Skipped, visibly, where it is not installed. `CLAYMILL_JOB`
+//! control, beside the time that the virtual control says. Left out where it is not installed. `CLAYMILL_JOB`
 //! names the folder of a job of one setup to be run in place of one pass.
 
 mod job;
@@ -16,6 +16,7 @@ use claymill_controller::{
     Dialect, Dynamics, Feed, Machine, MachineJob, Remote, Route, blocks_of, post, retreat_of, simulate,
 };
 use claymill_nurbs::{Curve3, Point3};
+use claymill_tests::{Need, is_installed};
 use claymill_toolpath::{Move, MoveKind, Program};
 
 const INI: &str = include_str!("linuxcnc_sim/machine.ini");
@@ -54,8 +55,7 @@ fn control(folder: &Path) -> Control {
 
 #[test]
 fn curves_and_straight_moves_arrive() {
-    if !Command::new("which").arg("linuxcncrsh").stdout(Stdio::null()).status().is_ok_and(|s| s.success()) {
-        eprintln!("skipped: linuxcncrsh is not installed (Debian package linuxcnc-uspace)");
+    if !is_installed(Need::LinuxCnc, "linuxcncrsh", "linuxcnc-uspace") {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use claymill_exchange::{ImportReport, ReadError, read_bytes};
+use claymill_tests::corpus_file;
 use iges_text::{Entity, entity, file, flat, line};
 use rand::{Rng, SeedableRng};
 
@@ -186,14 +187,8 @@ fn victims() -> Vec<Vec<u8>> {
         line([8., 4., 0.], [2., 4., 0.]),
     ]);
     let mut victims = vec![file(&entities).into_bytes()];
-    let corpus = std::env::var_os("CLAYMILL_CORPUS")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus"), Into::into);
-    for name in ["bracket_inch.iges", "ship_hull_55.iges"] {
-        match std::fs::read(corpus.join(name)) {
-            Ok(bytes) => victims.push(bytes),
-            Err(_) => eprintln!("skipped: no {name} in {}", corpus.display()),
-        }
-    }
+    let real = ["bracket_inch.iges", "ship_hull_55.iges"].into_iter().filter_map(corpus_file);
+    victims.extend(real.map(|path| std::fs::read(path).unwrap()));
     victims
 }
 

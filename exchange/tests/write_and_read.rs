@@ -6,6 +6,7 @@ use claymill_exchange::{Group, WriteError, read, write_iges, write_step};
 use claymill_nurbs::{
     Curve2, Face, KnotVector, Model, NurbsSurface, Point2, Point3, Source, SurfaceKind, TrimEdge, TrimLoop,
 };
+use claymill_tests::corpus_file;
 
 fn bowl(rational: bool) -> NurbsSurface {
     let (nu, nv) = (5, 4);
@@ -113,8 +114,6 @@ fn boundaries_apart(a: &Face, b: &Face) -> f64 {
 
 #[test]
 fn models_of_the_corpus_come_back_the_same() {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/corpus");
-    let corpus = std::env::var_os("CLAYMILL_CORPUS").map_or_else(|| beside.into(), std::path::PathBuf::from);
     let folder = tempfile::tempdir().unwrap();
     let mut worst = 0.0_f64;
     for name in [
@@ -125,10 +124,8 @@ fn models_of_the_corpus_come_back_the_same() {
         "ship_hull_55.iges",
         "helmet_928.igs",
     ] {
-        let Ok(first) = read(&corpus.join(name)) else {
-            eprintln!("skipped: no {name} in {}", corpus.display());
-            continue;
-        };
+        let Some(path) = corpus_file(name) else { continue };
+        let first = read(&path).unwrap();
         for (copy, write) in WRITERS {
             let path = folder.path().join(copy);
             write(&path, &first.model, &[]).unwrap();
@@ -169,12 +166,8 @@ fn models_of_the_corpus_come_back_the_same() {
 fn shells_are_sewn_where_the_model_knows_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sewn.stp");
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/corpus");
-    let corpus = std::env::var_os("CLAYMILL_CORPUS").map_or_else(|| beside.into(), std::path::PathBuf::from);
-    let Ok(first) = read(&corpus.join("prismatic_ctc01.stp")) else {
-        eprintln!("skipped: no corpus at {}", corpus.display());
-        return;
-    };
+    let Some(real) = corpus_file("prismatic_ctc01.stp") else { return };
+    let first = read(&real).unwrap();
     write_step(&path, &first.model, &[]).unwrap();
     let second = read(&path).unwrap();
     let uses = |model: &Model| {

@@ -1,34 +1,22 @@
 //! Real models: exact answers where they are known, a second opinion where not.
 
-use std::path::PathBuf;
-
 use claymill_nurbs::Model;
 use claymill_surface_merge::{Continuity, Merge, MergeOptions, merge};
 
-fn folder() -> PathBuf {
-    let default = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/corpus");
-    std::env::var("CLAYMILL_CORPUS").map_or_else(|_| default.into(), PathBuf::from)
-}
-
 /// The names of all models that are there.
+#[track_caller]
 fn models() -> Vec<String> {
-    let Ok(entries) = std::fs::read_dir(folder()) else {
-        eprintln!("skipped: {} is not here", folder().display());
-        return Vec::new();
-    };
-    let names = entries.map(|e| e.unwrap().file_name().into_string().unwrap());
+    let Some(folder) = claymill_tests::corpus() else { return Vec::new() };
+    let names = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
     let is_model = |n: &String| [".igs", ".iges", ".stp", ".3dm"].iter().any(|end| n.ends_with(end));
     let mut models: Vec<String> = names.filter(is_model).collect();
     models.sort();
     models
 }
 
+#[track_caller]
 fn corpus(file: &str) -> Option<Model> {
-    let path = folder().join(file);
-    if !path.exists() {
-        eprintln!("skipped: {} is not here", path.display());
-        return None;
-    }
+    let path = claymill_tests::corpus_file(file)?;
     Some(claymill_exchange::read(&path).unwrap().model)
 }
 

@@ -3,18 +3,19 @@
 mod golden;
 
 use claymill_nurbs::{Point3, Vector3};
+use claymill_tests::{Need, leave_out};
 use claymill_viewer::{
     Axes, Backdrop, Camera, LineLayer, Picture, PictureOptions, Renderer, Rgb, Scene, SurfaceVertex, View,
     ViewError,
 };
 
-/// The renderer, or `None` with a visible message; with `REQUIRE_GPU=1` a missing adapter is a failure.
+/// The renderer, or `None`: the calling test is left out.
+#[track_caller]
 fn renderer() -> Option<Renderer> {
     match Renderer::new() {
         Ok(renderer) => Some(renderer),
-        Err(error) if std::env::var("REQUIRE_GPU").is_ok_and(|v| v == "1") => panic!("{error}"),
         Err(error) => {
-            eprintln!("skipped: {error}");
+            leave_out(Need::Vulkan, error);
             None
         }
     }

@@ -10,6 +10,7 @@ use claymill_nurbs::analytic::{Frame, plane_patch, sphere};
 use claymill_nurbs::{
     Face, MeshOptions, Model, NurbsSurface, Point3, Source, SurfaceKind, Vector3, tessellate,
 };
+use claymill_tests::{Need, leave_out};
 use claymill_toolpath::{Holder, Job, Move, MoveKind, Program, RegionsFile};
 use claymill_viewer::{Axes, ViewError};
 use claymill_window::{Care, Exhibit, Headless, JobToShow, Paint, Tool};
@@ -349,8 +350,7 @@ fn pictures_show_what_is_switched_on() {
     let mut window = Headless::new(&exhibit, SIZE).unwrap();
     if let Err(e) = window.open() {
         assert!(matches!(e, ViewError::NoAdapter { .. }), "{e}");
-        eprintln!("skipped: {e}");
-        return;
+        return leave_out(Need::Vulkan, e);
     }
     window.key(Key::T).unwrap();
     window.pane.desk.layers.paint = Paint::Clay;
@@ -395,8 +395,7 @@ fn material_is_left_where_the_ball_has_not_been_and_the_holder_stands_over_it() 
     let mut window = Headless::new(&exhibit, SIZE).unwrap();
     if let Err(e) = window.open() {
         assert!(matches!(e, ViewError::NoAdapter { .. }), "{e}");
-        eprintln!("skipped: {e}");
-        return;
+        return leave_out(Need::Vulkan, e);
     }
     let colour = |window: &mut Headless<'_>, at: [f64; 3]| {
         let until = Instant::now() + PATIENCE;
@@ -445,8 +444,7 @@ fn a_lost_device_is_an_error_and_no_panic() {
     let exhibit = exhibit();
     let mut window = Headless::new(&exhibit, SIZE).unwrap();
     if let Err(e) = window.open() {
-        eprintln!("skipped: {e}");
-        return;
+        return leave_out(Need::Vulkan, e);
     }
     window.rest().unwrap();
     window.device().unwrap().destroy();
@@ -485,8 +483,7 @@ fn ten_million_vertices_turn() {
     let mut window = Headless::new(&exhibit, [1440, 900]).unwrap();
     println!("laid out in {:.1?}", began.elapsed());
     if let Err(e) = window.open() {
-        eprintln!("skipped: {e}");
-        return;
+        return leave_out(Need::Vulkan, e);
     }
     for notches in [0.0, 8.0, 12.0, 14.0] {
         let at = window.pane.place().center();

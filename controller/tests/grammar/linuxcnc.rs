@@ -1,7 +1,8 @@
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use claymill_controller::{Dialect, Shape};
 use claymill_nurbs::Point3;
+use claymill_tests::{Need, is_installed};
 
 use crate::{Fact, Fault, blocks, curve, fact, hold, program, with};
 
@@ -145,8 +146,8 @@ fn facts() {
 /// would execute wrongly.
 #[test]
 fn the_interpreter_agrees() {
-    if !Command::new("which").arg("rs274").stdout(Stdio::null()).status().is_ok_and(|s| s.success()) {
-        return eprintln!("skipped: rs274 is not installed (Debian package linuxcnc-uspace)");
+    if !is_installed(Need::LinuxCnc, "rs274", "linuxcnc-uspace") {
+        return;
     }
     let folder = tempfile::tempdir().unwrap();
     for name in ["tool.tbl", "sim.var"] {

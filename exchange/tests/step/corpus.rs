@@ -1,26 +1,15 @@
 //! The STEP files of the corpus against the answers of another kernel.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use claymill_exchange::{Import, read};
+use claymill_tests::corpus_file;
 
 use crate::green::green_area;
 
-/// The file of the corpus, or `None` (with a message) where the corpus is absent.
-fn corpus(name: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("CLAYMILL_CORPUS")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus"), PathBuf::from);
-    let path = folder.join(name);
-    if !path.exists() {
-        eprintln!("skipped: {} is not there", path.display());
-        return None;
-    }
-    Some(path)
-}
-
+#[track_caller]
 fn import(name: &str) -> Option<Import> {
-    let path = corpus(name)?;
+    let path = corpus_file(name)?;
     let start = Instant::now();
     let import = read(&path).unwrap();
     eprintln!("{name}: {} faces in {:.2?}", import.model.faces.len(), start.elapsed());

@@ -31,7 +31,7 @@ build: setup
 bench: setup
 	$(CARGO) bench --workspace
 	python3 benches/evaluation.py
-	$(CARGO) test --release -p claymill-surface-merge --test flaws -- --ignored
+	$(CARGO) test --release -p claymill-surface-merge --test it -- --ignored flaws::
 
 # Half an hour of coverage-guided fuzzing for each reader, one after the other; `make test` has a short run of the
 # same. Needs a nightly compiler (rustup toolchain install nightly) and `cargo install cargo-fuzz`. What it finds is in

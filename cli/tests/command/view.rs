@@ -198,13 +198,23 @@ fn a_job_without_moves_is_shown_as_a_model_and_a_broken_one_is_refused() {
     let job = folder.path().join("job");
     let mut plan = claymill();
     plan.arg("plan").arg(&panel).arg("-o").arg(&job).args(["--tool", "ball:20", "--scallop", "1"]);
+    // Its pictures are not looked at.
+    plan.env("WGPU_ADAPTER_NAME", "none");
     let planned: crate::run::Run = plan.output().unwrap().into();
     assert_eq!(planned.code, Some(0), "{planned:?}");
     let view = || {
         let picture = folder.path().join("window.png");
         crate::run::run(
             folder.path(),
-            ["view".as_ref(), job.as_os_str(), "--picture".as_ref(), picture.as_os_str(), "--json".as_ref()],
+            [
+                "view".as_ref(),
+                job.as_os_str(),
+                "--picture".as_ref(),
+                picture.as_os_str(),
+                "--size".as_ref(),
+                "800x500".as_ref(),
+                "--json".as_ref(),
+            ],
         )
     };
     let seen = view();

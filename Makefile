@@ -6,7 +6,7 @@ BIN := target/dist/claymill
 # Mesa complains on stderr when this is unset.
 export XDG_RUNTIME_DIR ?= $(shell mktemp -d)
 
-.PHONY: demo test lint setup build bench fuzz clean
+.PHONY: demo test test-checked lint setup build bench fuzz clean
 
 demo: build
 	$(BIN) demo -o out/demo
@@ -19,6 +19,11 @@ test: setup
 	@mkdir -p "$$(dirname "$$CLAYMILL_SKIPPED")" && : > "$$CLAYMILL_SKIPPED"
 	@status=0; $(CARGO) test --release --workspace || status=$$?; \
 	    bash scripts/left-out.sh "$$CLAYMILL_SKIPPED"; exit $$status
+
+# Unit tests of the kernel and the planner with the assertions of debug builds.
+CHECKED ?= nurbs motion toolpath surface-merge paths
+test-checked: setup
+	$(CARGO) test --profile checked --lib $(addprefix -p claymill-,$(CHECKED))
 
 lint:
 	$(CARGO) fmt --check

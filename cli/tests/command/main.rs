@@ -25,6 +25,7 @@ mod material;
 mod obstacle;
 mod other_formats;
 mod post;
+mod public_form;
 mod queue;
 #[path = "../../../controller/tests/it/records/mod.rs"]
 mod records;

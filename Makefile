@@ -6,15 +6,24 @@ BIN := target/dist/claymill
 # Mesa complains on stderr when this is unset.
 export XDG_RUNTIME_DIR ?= $(shell mktemp -d)
 
-.PHONY: demo test lint setup build bench fuzz clean
+.PHONY: demo test test-checked lint setup build bench fuzz clean
 
 demo: build
 	$(BIN) demo -o out/demo
 	@echo "pictures: out/demo/preview-iso.png  out/demo/preview-top.png  out/demo/preview-side.png"
 	@echo "report:   out/demo/report.html"
 
+# Tests whose tool or data is absent say so in a file, which is counted at the end, also when tests fail.
+export CLAYMILL_SKIPPED ?= $(CURDIR)/target/tests-skipped.txt
 test: setup
-	$(CARGO) test --release --workspace
+	@mkdir -p "$$(dirname "$$CLAYMILL_SKIPPED")" && : > "$$CLAYMILL_SKIPPED"
+	@status=0; $(CARGO) test --release --workspace || status=$$?; \
+	    bash scripts/left-out.sh "$$CLAYMILL_SKIPPED"; exit $$status
+
+# Unit tests of the kernel and the planner with the assertions of debug builds.
+CHECKED ?= nurbs motion toolpath surface-merge paths
+test-checked: setup
+	$(CARGO) test --profile checked --lib $(addprefix -p claymill-,$(CHECKED))
 
 lint:
 	$(CARGO) fmt --check
@@ -27,7 +36,7 @@ build: setup
 bench: setup
 	$(CARGO) bench --workspace
 	python3 benches/evaluation.py
-	$(CARGO) test --release -p claymill-surface-merge --test flaws -- --ignored
+	$(CARGO) test --release -p claymill-surface-merge --test it -- --ignored flaws::
 
 # Half an hour of coverage-guided fuzzing for each reader, one after the other; `make test` has a short run of the
 # same. Needs a nightly compiler (rustup toolchain install nightly) and `cargo install cargo-fuzz`. What it finds is in

@@ -1,6 +1,7 @@
 //! Both sides of a stream are killed at any moment, in turns: every record is executed once, in order, and the machine goes
 //! on from where it was.
 
+#[path = "it/records/mod.rs"]
 mod records;
 
 use std::fs::{self, File, OpenOptions};

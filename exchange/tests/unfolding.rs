@@ -1,9 +1,10 @@
 //! Small files that stand for endless geometry: they are refused by name or read once, soon and in little memory.
 
 #[allow(dead_code, reason = "shared with other tests")]
+#[path = "it/iges_text/mod.rs"]
 mod iges_text;
 #[allow(dead_code, reason = "shared with other tests")]
-#[path = "step/text.rs"]
+#[path = "it/step/text.rs"]
 mod step_text;
 
 use std::fmt::Write;

@@ -1,6 +1,6 @@
 //! Speed of the kernel's inner loops: points and jets, triangulation, inside tests.
 
-#[path = "../tests/shapes/mod.rs"]
+#[path = "../tests/it/shapes/mod.rs"]
 mod shapes;
 
 use std::hint::black_box;

@@ -12,6 +12,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
+use crate::need::{Need, leave_out};
+
 /// Longer than any answer takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
@@ -40,17 +42,19 @@ pub struct Screenshot {
 }
 
 impl Browser {
-    /// Starts Chromium with further `options`; `None`, and a line on standard error, where there is none.
+    /// Starts Chromium with further `options`; `None` where there is none: the calling
+    /// test is left out.
     ///
     /// # Panics
     /// It is there and does not work.
     #[must_use]
+    #[track_caller]
     pub fn launch(options: &[&str]) -> Option<Self> {
         let exists = |name: &&&str| {
             Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok()
         };
         let Some(program) = NAMES.iter().find(exists) else {
-            eprintln!("skipped: no Chromium (apt-get install chromium)");
+            leave_out(Need::Chromium, "no Chromium (apt-get install chromium)");
             return None;
         };
         let folder = tempfile::tempdir().expect("a folder");

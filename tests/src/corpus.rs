@@ -1,16 +1,35 @@
-//! Where tests find the real models. Without them, tests that need them are skipped with a message.
+//! Where tests find the real models. Tests that need them are left out without them.
 
 use std::path::PathBuf;
 
-/// The folder of real models: `$CLAYMILL_CORPUS`, else `../shared/corpus` beside the repository. `None`, with
-/// a visible message, where there is none.
-#[must_use]
-pub fn corpus() -> Option<PathBuf> {
+use crate::need::{Need, leave_out};
+
+fn folder() -> PathBuf {
     let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/corpus");
-    let folder = std::env::var_os("CLAYMILL_CORPUS").map_or_else(|| beside.into(), PathBuf::from);
+    std::env::var_os("CLAYMILL_CORPUS").map_or_else(|| beside.into(), PathBuf::from)
+}
+
+/// The folder of real models: `$CLAYMILL_CORPUS`, else `../shared/corpus` beside the repository. `None` where there is
+/// none: the calling test is left out.
+#[must_use]
+#[track_caller]
+pub fn corpus() -> Option<PathBuf> {
+    let folder = folder();
     if !folder.is_dir() {
-        eprintln!("skipped: no corpus at {}", folder.display());
+        leave_out(Need::Corpus, format_args!("no corpus at {}", folder.display()));
         return None;
     }
     Some(folder)
+}
+
+/// A file of the corpus. `None` where it is not there: the calling test, or this part of it, is left out.
+#[must_use]
+#[track_caller]
+pub fn corpus_file(name: &str) -> Option<PathBuf> {
+    let path = folder().join(name);
+    if !path.is_file() {
+        leave_out(Need::Corpus, format_args!("no {}", path.display()));
+        return None;
+    }
+    Some(path)
 }

@@ -3,6 +3,7 @@
 use std::fs;
 use std::time::{Duration, Instant};
 
+use claymill_tests::{Need, leave_out};
 use claymill_toolpath::read_job;
 
 use crate::run::{claymill, run};
@@ -20,8 +21,7 @@ fn an_animation_takes_the_time_of_the_job_and_shows_more_and_more_of_it() {
     let file = folder.path().join("panel.png");
     let made = animate(&file.to_string_lossy(), &["--seconds", "2", "--fps", "4"]);
     if made.stderr.contains("no graphics adapter") {
-        eprintln!("skipped: no graphics adapter");
-        return;
+        return leave_out(Need::Vulkan, "no graphics adapter");
     }
     assert_eq!(made.code, Some(0), "{made:?}");
     let told = made.json();
@@ -50,8 +50,7 @@ fn storyboards_and_gifs_are_pictures_too_and_what_cannot_be_made_is_refused() {
     let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
     let sheet = animate(&path("sheet.png"), &["--storyboard"]);
     if sheet.stderr.contains("no graphics adapter") {
-        eprintln!("skipped: no graphics adapter");
-        return;
+        return leave_out(Need::Vulkan, "no graphics adapter");
     }
     assert_eq!(sheet.code, Some(0), "{sheet:?}");
     let bytes = fs::read(path("sheet.png")).unwrap();
@@ -114,8 +113,7 @@ fn an_interrupted_video_leaves_nothing_however_late_the_encoder_opens_its_file()
     let until = Instant::now() + Duration::from_secs(60);
     while !bin.join("begun").exists() {
         if run.try_wait().unwrap().is_some() {
-            eprintln!("skipped: no graphics adapter");
-            return;
+            return leave_out(Need::Vulkan, "no graphics adapter");
         }
         assert!(Instant::now() < until, "the encoder never begins");
         std::thread::sleep(Duration::from_millis(2));
@@ -160,8 +158,7 @@ fn an_encoder_gets_every_frame_and_its_failure_leaves_no_file() {
     let made = video();
     let stderr = String::from_utf8_lossy(&made.stderr);
     if stderr.contains("no graphics adapter") {
-        eprintln!("skipped: no graphics adapter");
-        return;
+        return leave_out(Need::Vulkan, "no graphics adapter");
     }
     assert_eq!(made.status.code(), Some(0), "{stderr}");
     assert_eq!(fs::read_to_string(&out).unwrap(), "video\n");

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use claymill_tests::{Need, leave_out};
 use claymill_toolpath::read_job;
 
 use crate::iges_text::{Entity, entity, file, flat, line};
@@ -193,12 +194,13 @@ fn output_folders_that_cannot_be_written() {
 struct SmallDisk(PathBuf);
 
 impl SmallDisk {
+    #[track_caller]
     fn mount(at: &Path, size: &str) -> Option<Self> {
         fs::create_dir_all(at).unwrap();
         let option = format!("size={size}");
         let mounted = Command::new("mount").args(["-t", "tmpfs", "-o", &option, "tmpfs"]).arg(at).output();
         if !mounted.is_ok_and(|o| o.status.success()) {
-            eprintln!("skipped: no small file system can be mounted here");
+            leave_out(Need::Mount, "no small file system can be mounted here");
             return None;
         }
         Some(SmallDisk(at.to_owned()))

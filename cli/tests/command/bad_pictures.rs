@@ -4,6 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
+use claymill_tests::{Need, leave_out};
+
 use crate::run::claymill;
 use crate::scratch;
 
@@ -36,8 +38,11 @@ fn every_reason_has_its_message_and_its_code_and_leaves_nothing() {
     job(folder);
     // The backend of another system: no adapter answers on it.
     let none = [("WGPU_BACKEND", "dx12")];
-    if run(folder, &["render", "job", "-o", "there.png", "--size", "60x40"], &[]).status.code() != Some(0) {
-        return eprintln!("skipped: no graphics adapter");
+    let drawn = run(folder, &["render", "job", "-o", "there.png", "--size", "60x40"], &[]);
+    if drawn.status.code() != Some(0) {
+        let said = String::from_utf8_lossy(&drawn.stderr);
+        assert!(said.contains("no graphics adapter"), "{said}");
+        return leave_out(Need::Vulkan, said);
     }
     fs::remove_file(folder.join("there.png")).unwrap();
     fs::create_dir(folder.join("taken.png")).unwrap();

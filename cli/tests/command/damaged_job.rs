@@ -10,7 +10,7 @@ use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::run::{claymill, panel, run};
+use crate::run::{claymill, panel_job, run};
 use crate::scratch;
 
 /// Damages in a test run, and in the measurement.
@@ -64,9 +64,7 @@ fn ends(folder: &Path, args: &[&str], what: &str) -> Option<i32> {
 
 /// A job on a panel, and a program of it.
 fn planned(folder: &Path) {
-    panel(folder);
-    let made = run(folder, ["plan", "panel.igs", "--tool", "ball:10", "--scallop", "2", "-o", "job"]);
-    assert_eq!(made.code, Some(0), "{made:?}");
+    panel_job(folder);
     let made = run(folder, ["post", "job", "--to", "linuxcnc", "-o", "sound.nc"]);
     assert_eq!(made.code, Some(0), "{made:?}");
 }

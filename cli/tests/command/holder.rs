@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::iges_text::{Entity, entity, file};
 use crate::obstacle::block;
-use crate::run::{Run, panel, run};
+use crate::run::{Run, panel, run, run_without_adapter};
 use crate::scratch;
 
 fn read(folder: &Path, file: &str) -> Value {
@@ -64,7 +64,7 @@ fn every_setup_has_the_least_stick_out_that_does_there() {
     assert_eq!(tool["holder"]["stick_out_mm"], stick_outs["front"]);
     assert_eq!((&found["holder"]["touching"], &found["holder"]["near"]), (&0.into(), &0.into()));
     // The job file makes the same again.
-    let again = run(folder, ["plan", "corner.igs", "--job", "out/job.toml", "-o", "again"]);
+    let again = run_without_adapter(folder, ["plan", "corner.igs", "--job", "out/job.toml", "-o", "again"]);
     assert_eq!(again.code, Some(0), "{again:?}");
     assert_eq!(read(folder, "again/job.json")["tools"], job["tools"]);
 
@@ -100,7 +100,7 @@ fn beside_a_post_the_holder_stays_above_it() {
     let sections = "33-42x54,63x26";
     let auto = format!("auto:{sections}");
     let job = ["plan", "panel.igs", "--tool", "ball:10", "--scallop", "0.3", "--check", "post.stl"];
-    let planned = run(folder, job.iter().chain(&["--holder", &auto, "-o", "out"]));
+    let planned = run_without_adapter(folder, job.iter().chain(&["--holder", &auto, "-o", "out"]));
     assert_eq!(planned.code, Some(0), "{planned:?}");
     assert!(said(&planned).contains("of stick-out are needed"), "{planned:?}");
 

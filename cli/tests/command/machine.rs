@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::run::{Run, claymill, panel, run};
+use crate::run::{Run, claymill, panel_job, run};
 use crate::scratch;
 
 /// Longer than anything here takes.
@@ -137,9 +137,7 @@ fn secret(path: &Path, bytes: &str) {
 
 /// A planned job, a secret, and a machine that is quick.
 pub(crate) fn workshop(folder: &Path) -> Vec<Value> {
-    panel(folder);
-    let made = run(folder, ["plan", "panel.igs", "--tool", "ball:10", "--scallop", "2", "-o", "job"]);
-    assert_eq!(made.code, Some(0), "{made:?}");
+    panel_job(folder);
     secret(&folder.join("secret"), "sixteen bytes or more");
     std::fs::write(
         folder.join("quick.toml"),

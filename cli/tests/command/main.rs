@@ -14,7 +14,7 @@ mod export;
 mod flaws;
 mod golden;
 mod holder;
-#[path = "../../../exchange/tests/iges_text/mod.rs"]
+#[path = "../../../exchange/tests/it/iges_text/mod.rs"]
 mod iges_text;
 mod keeping;
 mod kills;
@@ -25,8 +25,9 @@ mod material;
 mod obstacle;
 mod other_formats;
 mod post;
+mod public_form;
 mod queue;
-#[path = "../../../controller/tests/records/mod.rs"]
+#[path = "../../../controller/tests/it/records/mod.rs"]
 mod records;
 mod rest;
 mod roadster;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::run::{panel, run};
+use crate::run::{panel, run, run_without_adapter};
 use crate::scratch;
 
 /// A block as text STL.
@@ -80,7 +80,7 @@ fn a_post_is_milled_around_and_found_where_it_is_not() {
     assert_eq!(record["request"]["check"][0]["path"], "post.stl");
     assert_eq!(record["request"]["check_clearance_mm"], 1.0);
 
-    let through = run(folder, job.iter().chain(&["through"]));
+    let through = run_without_adapter(folder, job.iter().chain(&["through"]));
     assert_eq!(through.code, Some(0), "{through:?}");
     assert_eq!(verified(folder, "through")["obstacles"], Value::Null);
     assert!(depth(folder, "through", low, high) > 5.0);
@@ -92,7 +92,7 @@ fn a_post_is_milled_around_and_found_where_it_is_not() {
     // Near enough to touch, or farther away: what is asked for is kept, and what was not kept is found.
     for (asked, range) in [("0", -0.005..0.05), ("3", 2.98..3.1)] {
         let options = ["--check", "post.stl", "--check-clearance", asked, "--rapid-clearance", "12"];
-        let made = run(folder, job.iter().chain(&[asked]).chain(&options));
+        let made = run_without_adapter(folder, job.iter().chain(&[asked]).chain(&options));
         assert_eq!(made.code, Some(0), "{made:?}");
         let found = verified(folder, asked);
         let least = found["obstacles"]["clearance_min_mm"].as_f64().unwrap();

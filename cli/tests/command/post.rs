@@ -3,13 +3,13 @@
 use std::fs;
 use std::path::Path;
 
-use crate::run::{Run, panel, run};
+use crate::run::{Run, panel, run, run_without_adapter};
 use crate::scratch;
 
 fn planned(folder: &Path) {
     panel(folder);
     let job = ["plan", "panel.igs", "--tool", "ball:10", "--scallop", "0.5", "-o", "job"];
-    let made = run(folder, job);
+    let made = run_without_adapter(folder, job);
     assert_eq!(made.code, Some(0), "{made:?}");
 }
 

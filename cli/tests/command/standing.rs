@@ -4,7 +4,9 @@
 use std::fs;
 use std::path::Path;
 
-use crate::run::{Run, panel, run};
+use claymill_tests::{Need, leave_out};
+
+use crate::run::{Run, panel_job, run, run_without_adapter};
 use crate::scratch;
 
 const DIALECTS: [&str; 10] = [
@@ -19,13 +21,6 @@ const DIALECTS: [&str; 10] = [
     "apt-creo",
     "step-nc",
 ];
-
-fn planned(folder: &Path, out: &str, more: &[&str]) {
-    panel(folder);
-    let job = ["plan", "panel.igs", "--tool", "ball:10", "--scallop", "2", "-o", out];
-    let made = run(folder, job.iter().chain(more));
-    assert_eq!(made.code, Some(0), "{made:?}");
-}
 
 fn post(folder: &Path, more: &[&str]) -> Run {
     run(folder, ["post", "job", "--to", "g1", "-o", "x.nc"].iter().chain(more))
@@ -60,8 +55,10 @@ fn lower_one_point(folder: &Path) {
 fn only_these_very_moves_that_passed_go_to_a_machine() {
     let place = scratch();
     let folder = place.path();
-    planned(folder, "job", &[]);
-    planned(folder, "other", &["--angle", "30"]);
+    panel_job(folder);
+    let other = ["plan", "panel.igs", "--tool", "ball:10", "--scallop", "2", "--angle", "30", "-o", "other"];
+    let made = run_without_adapter(folder, other);
+    assert_eq!(made.code, Some(0), "{made:?}");
     let job = folder.join("job");
     let verdict = fs::read(job.join("verify.json")).unwrap();
     let judged: serde_json::Value = serde_json::from_slice(&verdict).unwrap();
@@ -123,11 +120,11 @@ fn only_these_very_moves_that_passed_go_to_a_machine() {
 fn nobody_shows_a_verdict_on_other_moves() {
     let place = scratch();
     let folder = place.path();
-    planned(folder, "job", &[]);
+    panel_job(folder);
     lower_one_point(folder);
     let shown = run(folder, ["view", "job", "--picture", "w.png", "--size", "800x500"]);
     if shown.stderr.contains("graphics adapter") {
-        return eprintln!("skipped: no graphics adapter");
+        return leave_out(Need::Vulkan, "no graphics adapter");
     }
     assert_eq!(shown.code, Some(0), "{shown:?}");
     assert!(shown.stderr.contains("belongs to other moves"), "{}", shown.stderr);

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::run::{panel, run};
+use crate::run::{panel, run, run_without_adapter};
 use crate::scratch;
 
 #[test]
@@ -20,7 +20,7 @@ fn a_machine_s_own_limits_make_the_times() {
     .unwrap();
     let plan = |more: &[&str], out: &str| {
         let job = ["plan", "panel.igs", "--tool", "ball:10", "--scallop", "1", "-o", out];
-        let planned = run(folder, job.iter().chain(more));
+        let planned = run_without_adapter(folder, job.iter().chain(more));
         assert_eq!(planned.code, Some(0), "{planned:?}");
         let text = fs::read(folder.join(out).join("job.json")).unwrap();
         serde_json::from_slice::<Value>(&text).unwrap()

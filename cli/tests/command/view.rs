@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use claymill_nurbs::analytic::{Frame, plane_patch, sphere};
 use claymill_nurbs::{Point3, Vector3};
-use claymill_tests::model_of;
+use claymill_tests::{Need, leave_out, model_of};
 use serde_json::Value;
 
 use crate::run::claymill;
@@ -35,7 +35,8 @@ struct Screen {
 }
 
 impl Screen {
-    /// `None`, and a line on standard error, where a tool is missing.
+    /// `None` where a tool is missing: the calling test is left out.
+    #[track_caller]
     fn new() -> Option<Self> {
         let missing = |name: &&&str| {
             let tried =
@@ -43,9 +44,8 @@ impl Screen {
             tried.is_err()
         };
         if let Some(name) = ["Xvfb", "xdotool"].iter().find(missing) {
-            eprintln!(
-                "skipped: no {name} (apt-get install xvfb xdotool libxkbcommon-x11-0 libxcursor1 libxi6)"
-            );
+            let packages = "xvfb xdotool libxkbcommon-x11-0 libxcursor1 libxi6";
+            leave_out(Need::Xvfb, format_args!("no {name} (apt-get install {packages})"));
             return None;
         }
         let mut server = Command::new("Xvfb")
@@ -120,8 +120,8 @@ fn a_hand_on_a_real_window_picks_the_exact_surface() {
         let mut why = String::new();
         window.0.stderr.take().unwrap().read_to_string(&mut why).unwrap();
         assert!(why.contains("no graphics adapter") || why.contains("no window can be opened"), "{why}");
-        eprintln!("skipped: {why}");
-        return;
+        let need = if why.contains("no graphics adapter") { Need::Vulkan } else { Need::Xvfb };
+        return leave_out(need, why);
     };
     let opened: Value = serde_json::from_str(&opened).unwrap();
     let [x, y, width, height] =
@@ -198,19 +198,28 @@ fn a_job_without_moves_is_shown_as_a_model_and_a_broken_one_is_refused() {
     let job = folder.path().join("job");
     let mut plan = claymill();
     plan.arg("plan").arg(&panel).arg("-o").arg(&job).args(["--tool", "ball:20", "--scallop", "1"]);
+    // Its pictures are not looked at.
+    plan.env("WGPU_ADAPTER_NAME", "none");
     let planned: crate::run::Run = plan.output().unwrap().into();
     assert_eq!(planned.code, Some(0), "{planned:?}");
     let view = || {
         let picture = folder.path().join("window.png");
         crate::run::run(
             folder.path(),
-            ["view".as_ref(), job.as_os_str(), "--picture".as_ref(), picture.as_os_str(), "--json".as_ref()],
+            [
+                "view".as_ref(),
+                job.as_os_str(),
+                "--picture".as_ref(),
+                picture.as_os_str(),
+                "--size".as_ref(),
+                "800x500".as_ref(),
+                "--json".as_ref(),
+            ],
         )
     };
     let seen = view();
     if seen.stderr.contains("no graphics adapter was found") {
-        eprintln!("skipped: {}", seen.stderr);
-        return;
+        return leave_out(Need::Vulkan, seen.stderr);
     }
     assert_eq!(seen.code, Some(0), "{seen:?}");
     assert!(seen.json()["segments"].as_u64() > Some(0), "{seen:?}");
@@ -241,8 +250,7 @@ fn a_picture_of_the_window_needs_no_display() {
     let tried = run("");
     let said = String::from_utf8_lossy(&tried.stderr);
     if said.contains("no graphics adapter was found") {
-        eprintln!("skipped: {said}");
-        return;
+        return leave_out(Need::Vulkan, said);
     }
     assert!(tried.status.success(), "{said}");
     let mut reader =

@@ -1,0 +1,4 @@
+//! The generated models from outside, in one program.
+
+mod roadster;
+mod write;

@@ -1,0 +1,11 @@
+//! The verifier from outside: each module has a subject, and all of them one program.
+
+mod bounds;
+mod crest_peaks;
+mod defects;
+mod folder;
+mod holder;
+mod scallop_tables;
+mod sequence;
+mod sides;
+mod synthetic;

@@ -1,0 +1,4 @@
+//! Pictures and the report from outside, in one program.
+
+mod pictures;
+mod report;

@@ -1,0 +1,3 @@
+//! The window from outside, in one program.
+
+mod driven;

@@ -21,7 +21,7 @@ test: setup
 	    bash scripts/left-out.sh "$$CLAYMILL_SKIPPED"; exit $$status
 
 # Unit tests of the kernel and the planner with the assertions of debug builds.
-CHECKED ?= nurbs motion toolpath surface-merge paths
+CHECKED ?= nurbs motion toolpath contact surface-merge paths
 test-checked: setup
 	$(CARGO) test --profile checked --lib $(addprefix -p claymill-,$(CHECKED))
 

@@ -1,12 +1,10 @@
 //! Leads: on arcs where nothing is in the way, and clear of what is.
 
-mod few_faces;
-
+use crate::few_faces::planned;
 use claymill_nurbs::analytic::{Frame as Placement, plane_patch};
 use claymill_nurbs::{Curve3, NurbsSurface, Point3, Vector3};
 use claymill_paths::{Plan, PlanOptions};
 use claymill_toolpath::{LinkStyle, Move, MoveKind};
-use few_faces::planned;
 
 const R: f64 = 5.0;
 const SCALLOP_MM: f64 = 0.1;

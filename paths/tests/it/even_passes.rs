@@ -1,14 +1,12 @@
 //! Passes at a constant scallop height on surfaces where distances and crests are known exactly.
 
-mod few_faces;
-
 use std::f64::consts::{PI, TAU};
 
+use crate::few_faces::planned;
 use claymill_nurbs::analytic::{Frame as Placement, cylinder, plane_patch, sphere, torus};
 use claymill_nurbs::{NurbsSurface, Point3, Vector3};
 use claymill_paths::{FitTolerance, PlanOptions, Strategy, flat_mm};
 use claymill_toolpath::{LinkStyle, MoveKind};
-use few_faces::planned;
 
 const R: f64 = 10.0;
 const SCALLOP_MM: f64 = 0.1;

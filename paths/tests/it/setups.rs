@@ -1,12 +1,10 @@
 //! Setups are a list of frames: what they see is cut, and nothing else.
 
-mod few_faces;
-
+use crate::few_faces::planned;
 use claymill_nurbs::analytic::{Frame as Placement, plane_patch};
 use claymill_nurbs::{NurbsSurface, Point3, Vector3};
 use claymill_paths::{Orientation, PlanOptions};
 use claymill_toolpath::MoveKind;
-use few_faces::planned;
 
 const SIDE_MM: f64 = 40.0;
 

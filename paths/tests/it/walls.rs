@@ -1,14 +1,12 @@
 //! Walls: upright ones that no setup faces are cut by balls that pass beside them.
 
-mod few_faces;
-
 use std::f64::consts::{PI, TAU};
 
+use crate::few_faces::planned;
 use claymill_nurbs::analytic::{Frame as Placement, cone, cylinder, plane_patch, torus};
 use claymill_nurbs::{NurbsSurface, Point3, Vector3};
 use claymill_paths::{FitTolerance, Plan, Strategy, flat_mm};
 use claymill_toolpath::{LinkStyle, MoveKind};
-use few_faces::planned;
 
 const R: f64 = 5.0;
 const SCALLOP_MM: f64 = 0.1;

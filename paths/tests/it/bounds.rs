@@ -1,14 +1,12 @@
 //! The tool stays where it is kept, comes as near to the limits as it may, and runs out over open borders.
 
-mod few_faces;
-
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+use crate::few_faces::planned;
 use claymill_nurbs::analytic::{Frame as Placement, cylinder, plane_patch, sphere};
 use claymill_nurbs::{NurbsSurface, Point3, Vector3};
 use claymill_paths::{Plan, PlanOptions, Strategy};
 use claymill_toolpath::{Bounds, Contain, Move, MoveKind};
-use few_faces::planned;
 
 const R: f64 = 5.0;
 const SCALLOP_MM: f64 = 0.1;

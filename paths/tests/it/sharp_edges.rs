@@ -1,14 +1,12 @@
 //! Passes over bodies with sharp round edges: they are close together where the ball goes round an edge, and nowhere else.
 
-mod few_faces;
-
 use std::f64::consts::TAU;
 
+use crate::few_faces::planned;
 use claymill_nurbs::analytic::{Frame as Placement, cylinder, extrusion};
 use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
 use claymill_paths::{FitTolerance, Plan, PlanOptions, Strategy, flat_mm};
 use claymill_toolpath::MoveKind;
-use few_faces::planned;
 
 const R: f64 = 2.0;
 const SCALLOP_MM: f64 = 0.02;

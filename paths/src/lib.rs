@@ -6,7 +6,7 @@
 //!      │  raster     where rows run: step-over from scallop height, slope and curvature
 //!      │  profile    the exact path of the ball over a row: dropped on ALL faces (contact)
 //!      │  refit      one cubic NURBS per smooth stretch, on the safe side, rounded, measured again
-//!      │  order      lace or box;  part: links that stay down where that is proven, else over a proven height
+//!      │  order      zigzag or one-way;  part: links that stay down where that is proven, else over a proven height
 //!      ▼
 //!   Plan: the program and its totals
 //! ```

@@ -21,6 +21,7 @@
 //! # Ok::<(), claymill_viewer::ViewError>(())
 //! ```
 
+
 mod adapter;
 mod animation;
 mod borders;
@@ -51,6 +52,7 @@ mod scene;
 mod segments;
 mod shapes;
 mod stock;
+mod stroke_font;
 mod strokes;
 mod thinning;
 mod thumbnail;

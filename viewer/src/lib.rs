@@ -21,6 +21,8 @@
 //! # Ok::<(), claymill_viewer::ViewError>(())
 //! ```
 
+// What is to be said is returned: only the command prints.
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
 
 mod adapter;
 mod animation;

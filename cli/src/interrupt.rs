@@ -49,8 +49,19 @@ pub(crate) fn end(code: i32, say: impl FnOnce()) {
         remove(path);
     }
     say();
-    // At once: handlers that run at a usual exit take the graphics driver away from under its own threads.
+    exit_at_once(code);
+}
+
+/// Handlers that run at a usual exit take the graphics driver away from under its own threads.
+#[cfg(unix)]
+fn exit_at_once(code: i32) {
     signal_hook::low_level::exit(code);
+}
+
+/// Windows ends all other threads before anything else happens at an exit.
+#[cfg(not(unix))]
+fn exit_at_once(code: i32) {
+    std::process::exit(code);
 }
 
 fn remove(folder: &Path) {

@@ -82,5 +82,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Report(args) => commands::report(&context, args),
         Command::Sample(args) => commands::sample(&context, args),
         Command::Schema => commands::schema(),
+        Command::Completions(args) => commands::completions(&context, args),
+        Command::Man(args) => commands::man(&context, args),
     }
 }

@@ -1,13 +1,8 @@
 //! A watch on memory: a job that takes nearly all there is ends with a message instead of being killed.
 
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use signal_hook::consts::SIGABRT;
-use signal_hook::flag::register_conditional_shutdown;
-
-use sysinfo::{MemoryRefreshKind, System};
+use sysinfo::{MemoryRefreshKind, ProcessesToUpdate, System, get_current_pid};
 
 use crate::console::peak_memory_mb;
 use crate::failure::{Failure, PROBLEM};
@@ -68,15 +63,12 @@ fn address_limit(limits: &str) -> Option<f64> {
 
 /// From now on the process ends with a message, and nothing half-written, before the system ends it without either.
 pub(crate) fn watch() {
-    // Where the system refuses memory at once the standard library says so and aborts: that is a problem like others, and
-    // no crash. Without it the message is the same.
-    let always = Arc::new(AtomicBool::new(true));
-    let _ = register_conditional_shutdown(SIGABRT, i32::from(PROBLEM), always);
+    abort_as_a_problem();
     let look = || {
         let Ok(mut system) = System::new() else { return };
         loop {
             std::thread::sleep(EVERY);
-            let own = peak_memory_mb() * MB;
+            let own = own_bytes(&mut system);
             let (there_is, it_may_have) = (Some(Memory::now(&mut system)), Memory::of_addresses());
             for (memory, what) in [(there_is, "there is"), (it_may_have, "it may have (ulimit -v)")] {
                 if let Some(memory) = memory.filter(|memory| memory.is_short(own)) {
@@ -87,6 +79,29 @@ pub(crate) fn watch() {
     };
     // Without it work goes on as before.
     let _ = std::thread::Builder::new().name("memory".into()).spawn(look);
+}
+
+/// Where the system refuses memory at once the standard library says so and aborts: that is a problem like others, and no
+/// crash. Without this the message is the same.
+#[cfg(unix)]
+fn abort_as_a_problem() {
+    let always = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
+    let aborts = signal_hook::consts::SIGABRT;
+    let _ = signal_hook::flag::register_conditional_shutdown(aborts, i32::from(PROBLEM), always);
+}
+
+#[cfg(not(unix))]
+fn abort_as_a_problem() {}
+
+/// What this process has, bytes: the most that it ever had, or, where the system does not tell that, what it has now.
+fn own_bytes(system: &mut System) -> f64 {
+    let peak = peak_memory_mb() * MB;
+    if peak > 0.0 {
+        return peak;
+    }
+    let Ok(this) = get_current_pid() else { return 0.0 };
+    system.refresh_processes(ProcessesToUpdate::Some(&[this]), false);
+    system.process(this).map_or(0.0, |process| process.memory() as f64)
 }
 
 fn failure(what: &str, memory: &Memory) -> Failure {
@@ -113,7 +128,9 @@ mod tests {
             format!("Max processes 1 1\nMax address space         {soft}           unlimited    bytes\n")
         };
         assert_eq!((address_limit(&line("2048")), address_limit(&line("unlimited"))), (Some(2048.0), None));
-        let now = Memory::now(&mut System::new().unwrap());
+        let mut system = System::new().unwrap();
+        assert!(own_bytes(&mut system) > MB);
+        let now = Memory::now(&mut system);
         assert!(now.total > 0.0 && now.free > 0.0 && now.free <= now.total * 2.0, "{now:?}");
     }
 }

@@ -10,6 +10,18 @@ use crate::failure::{Failure, advice_on};
 /// Fewer bytes are no secret.
 const SHORTEST: usize = 16;
 
+/// How a secret is made, into this file.
+#[cfg(unix)]
+fn how_to_make(file: &str) -> String {
+    format!("`umask 077; head -c 32 /dev/urandom > {file}`")
+}
+
+/// How a secret is made, into this file.
+#[cfg(not(unix))]
+fn how_to_make(file: &str) -> String {
+    format!("32 random bytes in {file}, in a folder that only your account may open")
+}
+
 /// The shared secret of a file that nobody else may read or change.
 pub(crate) fn secret(path: Option<&Path>) -> Result<Vec<u8>, Failure> {
     let path = path.ok_or_else(|| {
@@ -24,14 +36,13 @@ pub(crate) fn secret(path: Option<&Path>) -> Result<Vec<u8>, Failure> {
         return Err(Failure::usage(
             format!("{}: others than its owner may read or write it (mode {mode:04o})", path.display()),
             format!(
-                "What others know is no secret, and moves a machine: make a new one with `umask 077; head -c 32 \
-                 /dev/urandom > {}`, on both sides.",
-                path.display()
+                "What others know is no secret, and moves a machine: make a new one with {}, on both sides.",
+                how_to_make(&path.display().to_string())
             ),
         ));
     }
     if bytes.len() < SHORTEST {
-        let advice = "Make one with: umask 077; head -c 32 /dev/urandom > secret";
+        let advice = format!("Make one with {}.", how_to_make("secret"));
         return Err(Failure::usage(format!("{}: fewer than 16 bytes are no secret", path.display()), advice));
     }
     Ok(bytes)
@@ -47,6 +58,7 @@ fn open_to_others(path: &Path) -> io::Result<Option<u32>> {
     Ok((mode & OTHERS != 0).then_some(mode))
 }
 
+/// Access control lists are not looked at: a secret is as private as its folder.
 #[cfg(not(unix))]
 fn open_to_others(_: &Path) -> io::Result<Option<u32>> {
     Ok(None)

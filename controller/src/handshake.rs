@@ -1,6 +1,5 @@
 //! How two sides of a connection prove to each other that they know a secret, within a time that nobody can stretch.
 
-use std::fs::File;
 use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::{Duration, Instant};
@@ -34,7 +33,7 @@ pub(crate) fn seal(key: &[u8], parts: &[&[u8]]) -> Result<Seal, WireError> {
 
 fn nonce() -> io::Result<[u8; NONCE]> {
     let mut bytes = [0; NONCE];
-    File::open("/dev/urandom")?.read_exact(&mut bytes)?;
+    getrandom::fill(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -180,6 +179,13 @@ mod tests {
         let refused = call(&address, b"right", 1).unwrap_err().to_string();
         assert!(refused.contains("another version"), "{refused}");
         machine.join().unwrap();
+    }
+
+    #[test]
+    fn no_nonce_comes_twice() {
+        let nonces: Vec<[u8; NONCE]> = (0..100).map(|_| nonce().unwrap()).collect();
+        let different: std::collections::BTreeSet<_> = nonces.iter().filter(|n| **n != [0; NONCE]).collect();
+        assert_eq!(different.len(), nonces.len());
     }
 
     #[test]

@@ -16,6 +16,9 @@
 //! assert_eq!(check(program, Dialect::G1, &Machine::default()), Ok(2));
 //! ```
 
+// What is to be said is returned: only the command prints.
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 mod biarc;
 mod compare;
 mod dialects;

@@ -1,7 +1,6 @@
 //! The producer's side of the queue in shared memory: one process at a time writes, and a restarted
 //! one goes on with its stream.
 
-use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::time::{Duration, Instant};
 

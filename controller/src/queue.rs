@@ -2,7 +2,6 @@
 //! record leaves the queue when it has been executed, not when it is read.
 
 use std::io;
-use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 

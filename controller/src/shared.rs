@@ -1,14 +1,13 @@
 //! The file behind the queue: layout, check sums, locks and the ring of records. Readers and
 //! writers survive the death of either side; producer and consumer are built on it.
 
-use std::fs::File;
 use std::io;
-use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use crate::QueueError;
+use crate::private_file::PrivateFile;
 use crate::queue::SILENCE;
-use crate::{QueueError, private_file};
 
 /// A bounded queue of records between two processes, in a file that lives in memory (`/dev/shm`).
 ///
@@ -30,11 +29,12 @@ use crate::{QueueError, private_file};
 /// a record: one that it was doing when it died is still there. Mapping the file would need `unsafe`; reading and
 /// writing it does not, and with many records a call the calls cost little.
 ///
-/// One process at a time writes, and one takes: each side locks the byte where its word begins, and loses that lock when
+/// One process at a time writes, and one takes: each side locks the byte where its word begins (a file beside
+/// the queue of that number where the system has no such locks), and loses that lock when
 /// it dies, however it dies.
 #[derive(Debug)]
 pub(crate) struct Shared {
-    pub(crate) file: File,
+    pub(crate) file: PrivateFile,
     pub(crate) capacity: u64,
 }
 
@@ -95,13 +95,13 @@ pub(crate) struct Word {
 
 impl Shared {
     pub(crate) fn open(path: &Path, capacity: u64) -> Result<Self, QueueError> {
-        let file = private_file::open(path)?;
+        let file = PrivateFile::open(path)?;
         let mut shared = Shared { file, capacity };
         // Both sides may come first at the same time: one makes the queue, the other waits until it is whole.
         if !shared.lock(Role::Maker, SILENCE)? {
             return Err(QueueError::Format("another process keeps it locked"));
         }
-        let length = shared.file.metadata()?.len();
+        let length = shared.file.len()?;
         let mut head = [0; 16];
         if length >= 16 {
             shared.file.read_exact_at(&mut head, 0)?;
@@ -146,7 +146,7 @@ impl Shared {
     /// Takes a role that one process at a time may have; `false` where another one does not let go of it within `patience`.
     pub(crate) fn lock(&self, role: Role, patience: Duration) -> io::Result<bool> {
         let begun = Instant::now();
-        while !private_file::try_lock(&self.file, role.at())? {
+        while !self.file.try_lock(role.at())? {
             if begun.elapsed() >= patience {
                 return Ok(false);
             }
@@ -156,7 +156,7 @@ impl Shared {
     }
 
     pub(crate) fn unlock(&self, role: Role) -> io::Result<()> {
-        private_file::unlock(&self.file, role.at())
+        self.file.unlock(role.at())
     }
 
     pub(crate) fn write_word(&self, at: u64, word: Word) -> io::Result<()> {

@@ -195,6 +195,7 @@ impl<'a> Projector<'a> {
     }
 
     /// Appends the pieces from `start` to parameter `end`.
+    #[expect(clippy::too_many_arguments, reason = "it calls itself, with all but three as they are")]
     fn refine(
         &self,
         curve: &Curve3,

@@ -21,6 +21,9 @@
 //! # Ok::<(), claymill_exchange::ReadError>(())
 //! ```
 
+// What is to be said is returned: only the command prints.
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 mod along;
 mod arc_length;
 mod audit;

@@ -17,6 +17,9 @@
 //! assert_eq!(sample.answers.region_of_face.len(), sample.model.faces.len());
 //! ```
 
+// What is to be said is returned: only the command prints.
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 mod answers;
 mod damage;
 mod flaw;

@@ -16,6 +16,9 @@
 //! precautions in the base: a low speed `c` is held over `c·T`, half before and half behind, and so is every peak. From
 //! rest to rest over `L` that is the textbook's `L/v + v/a + a/j`, and for a speed `v < a²/j` its `L/v + 2√(v/j)`.
 
+// What is to be said is returned: only the command prints.
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 mod chain;
 mod rail;
 mod schedule;

@@ -27,6 +27,9 @@
 //! # Ok::<(), claymill_nurbs::NurbsError>(())
 //! ```
 
+// What is to be said is returned: only the command prints.
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 pub mod analytic;
 mod arc;
 mod area;

@@ -35,6 +35,9 @@
 //! # Ok::<(), claymill_surface_merge::MergeError>(())
 //! ```
 
+// What is to be said is returned: only the command prints.
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 mod absorption;
 mod account;
 mod chord_tree;

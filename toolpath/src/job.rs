@@ -227,10 +227,12 @@ impl Obstacle {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LinkStyle {
-    /// Zig-zag: every second pass runs backwards.
-    Lace,
+    /// Zigzag: every second pass runs backwards.
+    #[serde(alias = "lace")]
+    Zigzag,
     /// One way: every pass starts on the same side.
-    Box,
+    #[serde(alias = "box")]
+    OneWay,
 }
 
 /// A tool of the job.

@@ -26,6 +26,8 @@ pub enum Kind {
     Model,
     /// A picture or an animation.
     Picture,
+    /// A page of the manual.
+    Manual,
 }
 
 /// Stands in the header of every program.
@@ -311,6 +313,8 @@ fn is_ours(path: &Path, kind: Kind) -> io::Result<bool> {
             let iges = head.get(72) == Some(&b'S');
             (iges || begins(&[b"ISO-10303-21", b"glTF"])) && has(&head, MARK)
         }
+        // As pages of roff begin that are made by a program.
+        Kind::Manual => begins(&[b".ie "]) && has(&head, MARK),
         Kind::Picture => {
             let film = head.get(4..8) == Some(b"ftyp") || begins(&[b"\x1a\x45\xdf\xa3"]);
             (film || begins(&[b"\x89PNG", b"GIF8"])) && (has(&head, MARK) || has(&tail, MARK))

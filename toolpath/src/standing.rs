@@ -36,8 +36,17 @@ impl Judged {
     }
 }
 
+/// Link styles as `job.json` has them, and as the hash of a job does: the words that earlier versions wrote, so that a
+/// verdict on one of their jobs still stands.
+const HASHED_LINKS: [(&str, &str); 2] =
+    [(r#""link":"zigzag""#, r#""link":"lace""#), (r#""link":"one_way""#, r#""link":"box""#)];
+
 /// Of a job without what may differ between two equal ones.
 fn sha256_of_job(job: &Job) -> String {
+    hex(&Sha256::digest(hashed_text(job)))
+}
+
+fn hashed_text(job: &Job) -> String {
     let mut job = job.clone();
     job.timings.clear();
     job.peak_memory_mb = 0.0;
@@ -49,7 +58,9 @@ fn sha256_of_job(job: &Job) -> String {
         obstacle.place = None;
     }
     // A job that was read is a job that can be written.
-    hex(&Sha256::digest(serde_json::to_vec(&job).unwrap_or_default()))
+    let text = serde_json::to_string(&job).unwrap_or_default();
+    // Inside of a string the quotes are escaped: only the field itself reads like this.
+    HASHED_LINKS.iter().fold(text, |text, (now, hashed)| text.replace(now, hashed))
 }
 
 /// Where a job folder stands with its verification.
@@ -198,7 +209,7 @@ pub fn read_judged(folder: &Path) -> Result<(Job, Program, Standing), FolderErro
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::JOB_FILE;
+    use crate::{JOB_FILE, LinkStyle};
 
     fn job() -> Job {
         serde_json::from_value(serde_json::json!({
@@ -216,6 +227,24 @@ mod tests {
             "faces": [], "timings": [], "peak_memory_mb": 0.0
         }))
         .unwrap()
+    }
+
+    #[test]
+    fn a_verdict_on_a_job_of_an_earlier_version_stands() {
+        for (old, now, link) in [("lace", "zigzag", LinkStyle::Zigzag), ("box", "one_way", LinkStyle::OneWay)]
+        {
+            let mut text = serde_json::to_value(job()).unwrap();
+            let read = |text: &serde_json::Value| serde_json::from_value::<Job>(text.clone()).unwrap();
+            text["request"]["link"] = old.into();
+            let earlier = read(&text);
+            assert_eq!(earlier.request.link, link);
+            // What the earlier version hashed is what it wrote.
+            let hashed = hashed_text(&earlier);
+            assert!(hashed.contains(&format!(r#""link":"{old}""#)) && !hashed.contains(now), "{hashed}");
+            assert_eq!(serde_json::to_value(&earlier).unwrap()["request"]["link"], now);
+            text["request"]["link"] = now.into();
+            assert_eq!(hashed_text(&read(&text)), hashed);
+        }
     }
 
     fn verdict(folder: &Path, judged: Option<&Judged>, passed: bool) {

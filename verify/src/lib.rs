@@ -25,6 +25,9 @@
 //! # Ok::<(), claymill_verify::VerifyError>(())
 //! ```
 
+// What is to be said is returned: only the command prints.
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 mod asked;
 mod astray;
 mod bounds;

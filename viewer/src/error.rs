@@ -5,14 +5,20 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+/// What pictures are drawn with on this system.
+#[cfg(all(unix, not(target_vendor = "apple")))]
+const NEEDED: &str = "a Vulkan driver. Without a graphics card install the software driver: \
+                      apt-get install mesa-vulkan-drivers libvulkan1";
+#[cfg(windows)]
+const NEEDED: &str = "a driver for Direct3D 12";
+#[cfg(target_vendor = "apple")]
+const NEEDED: &str = "a graphics card with Metal";
+
 /// Why a picture could not be made.
 #[derive(Debug, Error)]
 pub enum ViewError {
     /// Neither a graphics card nor a software driver answers.
-    #[error(
-        "no graphics adapter was found ({reason}); pictures need a Vulkan driver. Without a graphics \
-         card install the software driver: apt-get install mesa-vulkan-drivers libvulkan1"
-    )]
+    #[error("no graphics adapter was found ({reason}); pictures need {NEEDED}")]
     NoAdapter {
         /// What the graphics library said.
         reason: String,

@@ -21,6 +21,9 @@
 //! # Ok::<(), claymill_viewer::ViewError>(())
 //! ```
 
+// What is to be said is returned: only the command prints.
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 mod adapter;
 mod animation;
 mod borders;
@@ -51,6 +54,7 @@ mod scene;
 mod segments;
 mod shapes;
 mod stock;
+mod stroke_font;
 mod strokes;
 mod thinning;
 mod thumbnail;

@@ -16,6 +16,9 @@
 //! over. Passes are kept in levels, each with lines twice as far apart as the next, and only those are drawn that the
 //! picture's scale can show.
 
+// What is to be said is returned: only the command prints.
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
+
 mod accents;
 mod clock;
 mod crests;

@@ -73,6 +73,7 @@ pub(crate) fn spot(
 }
 
 /// The drawn line nearest to the pointer, if the surface does not hide it.
+#[expect(clippy::too_many_arguments, reason = "what is drawn, from where, and what hides it")]
 pub(crate) fn line(
     lines: &Lines,
     ranges: impl Iterator<Item = Range<usize>>,

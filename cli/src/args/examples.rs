@@ -1,4 +1,10 @@
-//! Examples under the help of each command.
+//! Examples under the help of each command, one to three.
+
+pub(super) const CLAYMILL: &str = "\
+Examples:
+  claymill demo
+  claymill plan body.igs --tool ball:10 -o out/body
+  claymill plan --help";
 
 pub(super) const DEMO: &str = "\
 Examples:
@@ -25,10 +31,8 @@ Examples:
 pub(super) const PLAN: &str = "\
 Examples:
   claymill plan body.igs --tool ball:10 --scallop 0.1 -o out/body
-  claymill plan body.igs --up +z --length=-y --strategy auto -o out/body
-  claymill plan body.igs --tool ball:3 --rest-of ball:10 --pencil -o out/rest
-  claymill plan body.igs --only region:0,layer:ROOF --check clamps.stl -o out/roof
-  claymill plan new-body.igs --job out/body/job.toml -o out/new-body";
+  claymill plan body.igs --up +z --length=-y --strategy auto --check clamps.stl -o out/body
+  claymill plan new-body.igs --job out/body/job.toml --only region:0,layer:ROOF -o out/new-body";
 
 pub(super) const COMPARE: &str = "\
 Examples:
@@ -47,7 +51,7 @@ Examples:
   claymill post out/body --to g1 --machine mill.toml -o body.nc --simulate";
 
 pub(super) const SIMULATE: &str = "\
-Example:
+Examples:
   claymill simulate out/body --program body.mpf --machine mill.toml";
 
 pub(super) const STREAM: &str = "\
@@ -84,10 +88,62 @@ Examples:
   claymill animate out/body --storyboard -o sheet.png";
 
 pub(super) const REPORT: &str = "\
-Example:
+Examples:
   claymill report out/body";
 
 pub(super) const SAMPLE: &str = "\
 Examples:
   claymill sample roadster -o roadster.igs
   claymill sample ribbon --flaw gap:0.05 --flaw t-junctions -o ribbon.stp";
+
+pub(super) const SCHEMA: &str = "\
+Examples:
+  claymill schema
+  claymill schema > schemas.json";
+
+pub(super) const COMPLETIONS: &str = "\
+Examples:
+  claymill completions bash > ~/.local/share/bash-completion/completions/claymill
+  claymill completions zsh > ~/.zfunc/_claymill";
+
+pub(super) const MAN: &str = "\
+Examples:
+  claymill man -o ~/.local/share/man/man1";
+
+#[cfg(test)]
+mod tests {
+    use clap::error::ErrorKind;
+    use clap::{Command, CommandFactory, Parser};
+
+    use super::super::Cli;
+
+    /// The examples at the end of a command's help.
+    fn examples(command: &mut Command) -> Vec<String> {
+        let (name, help) = (command.get_name().to_owned(), command.render_help().to_string());
+        let (_, last) = help.rsplit_once("\nExamples:\n").unwrap_or_else(|| panic!("{name}: no examples"));
+        last.lines().map(|line| line.trim().to_owned()).collect()
+    }
+
+    #[test]
+    fn the_help_of_every_command_ends_with_one_to_three_examples_that_it_takes() {
+        let mut whole = Cli::command().disable_help_subcommand(true);
+        whole.build();
+        let mut commands: Vec<Command> = whole.get_subcommands().cloned().collect();
+        assert!(commands.len() >= 20);
+        commands.push(whole);
+        for command in &mut commands {
+            let examples = examples(command);
+            let begin = format!("claymill {}", command.get_name().trim_start_matches("claymill"));
+            assert!((1..=3).contains(&examples.len()), "{examples:?}");
+            for example in &examples {
+                assert!(example.starts_with(begin.trim()), "{example}");
+                // What the shell does with the rest is no matter of the command.
+                let line = example.split(" > ").next().unwrap_or_default();
+                match Cli::try_parse_from(line.split_whitespace()) {
+                    Ok(_) => {}
+                    Err(e) => assert_eq!(e.kind(), ErrorKind::DisplayHelp, "{example}: {e}"),
+                }
+            }
+        }
+    }
+}

@@ -55,7 +55,7 @@ pub(crate) struct Several {
     pub(crate) scallop: Vec<f64>,
     /// Strategies to compare.
     #[arg(help_heading = PASSES, long, visible_alias = "strategy", value_enum, value_delimiter = ',', value_name = "NAMES",
-          default_values_t = [StrategyName::Planar, StrategyName::Iso, StrategyName::Scallop, StrategyName::IsoPatch,
+          default_values_t = [StrategyName::Planar, StrategyName::Flow, StrategyName::Scallop, StrategyName::Isoparametric,
                               StrategyName::Auto])]
     pub(crate) strategies: Vec<StrategyName>,
 }
@@ -119,11 +119,11 @@ pub(crate) struct JobOptions {
     /// Slope above which steep-shallow has waterlines instead of rows, degrees [default: 45].
     #[arg(help_heading = PASSES, long, value_name = "DEG", allow_negative_numbers = true)]
     pub(crate) steep: Option<f64>,
-    /// Parameter lines of every patch for iso-patch, evenly over it, whatever scallop they leave [default: as many as the
+    /// Parameter lines of every patch for isoparametric, evenly over it, whatever scallop they leave [default: as many as the
     /// scallop height takes].
     #[arg(help_heading = PASSES, long, value_name = "COUNT", allow_negative_numbers = true)]
     pub(crate) lines: Option<usize>,
-    /// Place beside the side of a region that iso, scallop or auto start from, mm, in the model's coordinates (where you click in
+    /// Place beside the side of a region that flow, scallop or auto start from, mm, in the model's coordinates (where you click in
     /// `claymill view`); a second place beside the same region says which side they run to. May be repeated.
     #[arg(help_heading = PASSES, long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(crate) guide: Vec<String>,
@@ -134,7 +134,7 @@ pub(crate) struct JobOptions {
     /// Direction of planar rows in each setup, degrees [default: the cheapest one by region].
     #[arg(help_heading = PASSES, long, value_name = "DEG", allow_negative_numbers = true)]
     pub(crate) angle: Option<f64>,
-    /// How passes are joined [default: lace].
+    /// How passes are joined [default: zigzag].
     #[arg(help_heading = PASSES, long, value_enum)]
     pub(crate) link: Option<LinkName>,
     /// Merge preset [default: clay].
@@ -199,12 +199,12 @@ impl JobOptions {
     pub(crate) fn lines(&self, strategy: StrategyName) -> Result<Option<usize>, Failure> {
         match self.lines {
             Some(_) if !strategy.has_lines() => Err(Failure::usage(
-                "only iso-patch has a number of lines",
-                "For example: --strategy iso-patch --lines 20.",
+                "only isoparametric has a number of lines",
+                "For example: --strategy isoparametric --lines 20.",
             )),
             Some(count) if !(1..=MOST_LINES).contains(&count) => Err(Failure::usage(
                 format!("a patch has between 1 and {MOST_LINES} lines, not {count}"),
-                "For example: --strategy iso-patch --lines 20.",
+                "For example: --strategy isoparametric --lines 20.",
             )),
             asked => Ok(asked),
         }
@@ -212,9 +212,9 @@ impl JobOptions {
 
     /// The places beside the sides of regions that passes run between.
     pub(crate) fn guides(&self, strategy: StrategyName) -> Result<Vec<Point3>, Failure> {
-        const EXAMPLE: &str = "For example: --strategy iso --guide 1200,-300,450.";
+        const EXAMPLE: &str = "For example: --strategy flow --guide 1200,-300,450.";
         if !self.guide.is_empty() && !strategy.has_guides() {
-            return Err(Failure::usage("only iso, scallop and auto start from a side of a region", EXAMPLE));
+            return Err(Failure::usage("only flow, scallop and auto start from a side of a region", EXAMPLE));
         }
         let place = |text: &String| {
             let numbers: Option<Vec<f64>> =
@@ -267,7 +267,9 @@ pub(crate) enum StrategyName {
     /// Parallel rows over whole regions.
     Planar,
     /// Lines that sweep a whole region from side to side.
-    Iso,
+    #[value(alias = "iso")]
+    #[serde(alias = "iso")]
+    Flow,
     /// Lines at a constant scallop height from one side of a region.
     Scallop,
     /// Lines of constant height of the ball; rows where the surface is too shallow for them.
@@ -275,26 +277,64 @@ pub(crate) enum StrategyName {
     /// Rows where the surface is shallow, waterlines where it is steep, with an overlap.
     SteepShallow,
     /// Parameter lines of every patch by itself.
-    IsoPatch,
-    /// For each region whatever costs least of planar, iso, scallop and iso-patch.
+    #[value(alias = "iso-patch")]
+    #[serde(alias = "iso-patch")]
+    Isoparametric,
+    /// For each region whatever costs least of planar, flow, scallop and isoparametric.
     Auto,
 }
 
 impl StrategyName {
     /// Whether it has a number of lines.
     pub(crate) fn has_lines(self) -> bool {
-        self == StrategyName::IsoPatch
+        self == StrategyName::Isoparametric
     }
 
     /// Whether it starts from a side of a region, which may be chosen.
     pub(crate) fn has_guides(self) -> bool {
-        matches!(self, StrategyName::Iso | StrategyName::Scallop | StrategyName::Auto)
+        matches!(self, StrategyName::Flow | StrategyName::Scallop | StrategyName::Auto)
     }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum LinkName {
-    Lace,
-    Box,
+    /// Zigzag: every second pass runs backwards.
+    #[value(alias = "lace")]
+    #[serde(alias = "lace")]
+    Zigzag,
+    /// Every pass starts on the same side.
+    #[value(alias = "box")]
+    #[serde(alias = "box")]
+    OneWay,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_earlier_versions_are_still_read() {
+        let strategies = [
+            ("iso", "flow", StrategyName::Flow),
+            ("iso-patch", "isoparametric", StrategyName::Isoparametric),
+        ];
+        for (old, now, strategy) in strategies {
+            for name in [old, now] {
+                assert_eq!(StrategyName::from_str(name, false), Ok(strategy));
+                let options: JobOptions = toml::from_str(&format!("strategy = \"{name}\"")).unwrap();
+                assert_eq!(options.strategy, Some(strategy));
+                assert!(toml::to_string(&options).unwrap().contains(&format!("strategy = \"{now}\"")));
+            }
+            assert_eq!(claymill_paths::Strategy::from(strategy).to_string(), now);
+        }
+        for (old, now, link) in [("lace", "zigzag", LinkName::Zigzag), ("box", "one-way", LinkName::OneWay)] {
+            for name in [old, now] {
+                assert_eq!(LinkName::from_str(name, false), Ok(link));
+                let options: JobOptions = toml::from_str(&format!("link = \"{name}\"")).unwrap();
+                assert_eq!(options.link, Some(link));
+                assert!(toml::to_string(&options).unwrap().contains(&format!("link = \"{now}\"")));
+            }
+        }
+    }
 }

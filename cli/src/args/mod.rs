@@ -8,6 +8,7 @@ mod machine;
 mod model;
 mod paths;
 mod result;
+mod shell;
 
 use clap::{Parser, Subcommand};
 
@@ -19,6 +20,7 @@ pub(crate) use job::{
 pub(crate) use machine::{ControlArgs, OrderArgs, PlaceArgs, PostArgs, SimulateArgs, StreamArgs};
 pub(crate) use model::{DemoArgs, DropArgs, InspectArgs, MergeArgs, SampleArgs};
 pub(crate) use result::{AnimateArgs, PathColour, RenderArgs, ReportArgs, ShowName, VerifyArgs, ViewArgs};
+pub(crate) use shell::{CompletionsArgs, ManArgs};
 
 /// The first of two lists unless nothing was given there.
 pub(crate) fn first_given<T>(first: Vec<T>, second: Vec<T>) -> Vec<T> {
@@ -37,7 +39,7 @@ pub(crate) const JOINING: &str = "Merging";
 
 /// Freeform surface machining of whole vehicles: from an IGES, STEP or Rhino file to verified NURBS tool paths.
 #[derive(Debug, Parser)]
-#[command(name = "claymill", version, arg_required_else_help = true)]
+#[command(name = "claymill", version, arg_required_else_help = true, after_help = examples::CLAYMILL)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -111,7 +113,14 @@ pub(crate) enum Command {
     #[command(after_help = examples::SAMPLE)]
     Sample(SampleArgs),
     /// JSON Schemas of the job folder.
+    #[command(after_help = examples::SCHEMA)]
     Schema,
+    /// The script by which a shell completes commands and options.
+    #[command(hide = true, after_help = examples::COMPLETIONS)]
+    Completions(CompletionsArgs),
+    /// The manual as pages for `man`, one a command.
+    #[command(hide = true, after_help = examples::MAN)]
+    Man(ManArgs),
 }
 
 impl Command {
@@ -128,6 +137,8 @@ impl Command {
                 | Command::Order(_)
                 | Command::Sample(_)
                 | Command::Schema
+                | Command::Completions(_)
+                | Command::Man(_)
         )
     }
 }

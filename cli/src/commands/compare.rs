@@ -350,8 +350,8 @@ mod tests {
     fn an_interruption_says_what_is_done_and_how_to_go_on() {
         let none = interruption(&[], 5);
         assert!(none.starts_with("interrupted: 0 of 5 combinations done\n"), "{none}");
-        let some = interruption(&["planar".into(), "iso".into()], 5);
-        assert!(some.starts_with("interrupted: 2 of 5 combinations done: planar, iso\n"), "{some}");
+        let some = interruption(&["planar".into(), "flow".into()], 5);
+        assert!(some.starts_with("interrupted: 2 of 5 combinations done: planar, flow\n"), "{some}");
         assert!(some.contains("same command"), "{some}");
     }
 }

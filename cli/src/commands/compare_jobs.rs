@@ -183,7 +183,7 @@ mod tests {
         let names = |more: &[&str]| -> Vec<String> {
             texts(more).unwrap().into_iter().map(|(name, _)| name).collect()
         };
-        assert_eq!(names(&[]), ["planar", "iso", "scallop", "iso-patch", "auto"]);
+        assert_eq!(names(&[]), ["planar", "flow", "scallop", "isoparametric", "auto"]);
         assert_eq!(names(&["--strategy", "planar,planar", "--scallop", "0.1,0.10"]), ["planar"]);
         let tools =
             ["--tool", "ball:5,taper:3,length:30,ball:10", "--strategies", "auto", "--scallop", "0.2,0.1"];
@@ -202,13 +202,13 @@ mod tests {
     fn what_only_some_strategies_have_is_theirs_alone() {
         let jobs = texts(&["--lines", "20", "--guide", "1,2,3", "--angle", "30", "--pencil"]).unwrap();
         for (name, options) in &jobs {
-            assert_eq!(options.lines, (name == "iso-patch").then_some(20), "{name}");
-            let follows = ["iso", "scallop", "auto"].contains(&name.as_str());
+            assert_eq!(options.lines, (name == "isoparametric").then_some(20), "{name}");
+            let follows = ["flow", "scallop", "auto"].contains(&name.as_str());
             assert_eq!(options.guide.len(), usize::from(follows), "{name}");
             assert!(options.pencil && options.angle == Some(30.0), "{name}");
         }
-        let refused = texts(&["--lines", "20", "--strategies", "planar,iso"]).unwrap_err();
-        assert!(refused.message().contains("only iso-patch"), "{refused}");
+        let refused = texts(&["--lines", "20", "--strategies", "planar,flow"]).unwrap_err();
+        assert!(refused.message().contains("only isoparametric"), "{refused}");
         let refused = texts(&["--tool-number", "3", "--tool", "ball:5,ball:6"]).unwrap_err();
         assert!(refused.message().contains("one number"), "{refused}");
         assert_eq!(texts(&["--tool-number", "3"]).unwrap()[0].1.tool_number, Some(3));

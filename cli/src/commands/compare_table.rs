@@ -1,5 +1,5 @@
 //! The table that `claymill compare` prints: one row a figure, one column a combination of tool,
-//! scallop height and strategy, and below it the time saved against `iso-patch`.
+//! scallop height and strategy, and below it the time saved against `isoparametric`.
 
 use super::compare::Entry;
 use super::merge;
@@ -68,7 +68,7 @@ pub(super) fn table(entries: &[Entry]) -> String {
 
 fn savings(entries: &[Entry]) -> String {
     let mut out = String::new();
-    for patch in entries.iter().filter(|e| e.strategy == merge::name(&StrategyName::IsoPatch)) {
+    for patch in entries.iter().filter(|e| e.strategy == merge::name(&StrategyName::Isoparametric)) {
         let same = |e: &&Entry| {
             e.tool == patch.tool && e.scallop_mm == patch.scallop_mm && e.strategy != patch.strategy
         };
@@ -98,7 +98,7 @@ mod tests {
             strategy: strategy.to_owned(),
             tool: Tool::ball(10.0),
             scallop_mm: 0.1,
-            passed: strategy != "iso",
+            passed: strategy != "flow",
             all: Figures { time_s: 3600.0 * hours, control_points: 1_234_567, ..Figures::default() },
             never_cut_share: 0.0,
             gouge_mm: 0.0,
@@ -113,7 +113,7 @@ mod tests {
 
     #[test]
     fn however_many_are_compared_no_line_is_wider_than_a_screen_and_no_figure_is_lost() {
-        let strategies = ["planar", "iso", "scallop", "auto", "iso-patch"];
+        let strategies = ["planar", "flow", "scallop", "auto", "isoparametric"];
         for count in 1..=10 {
             let name =
                 |k: usize| format!("{}-ball-10-{}", strategies[k % 5], if k < 5 { "0.1" } else { "0.05" });
@@ -127,7 +127,7 @@ mod tests {
             }
             assert_eq!(text.matches("NOT PASSED").count(), entries.iter().filter(|e| !e.passed).count());
         }
-        let text = table(&[entry("planar", "planar", 10.0), entry("iso-patch", "iso-patch", 13.0)]);
+        let text = table(&[entry("planar", "planar", 10.0), entry("isoparametric", "isoparametric", 13.0)]);
         assert!(text.ends_with("planar saves 3.0 h of 13.0 h against patch by patch"), "{text}");
     }
 }

@@ -80,8 +80,8 @@ pub(crate) fn text(request: &Request, orientation: Orientation) -> Result<String
         strategy: Some(request.strategy),
         steep: (request.strategy == StrategyName::SteepShallow).then_some(request.steep_deg),
         link: Some(match request.link {
-            LinkStyle::Lace => LinkName::Lace,
-            LinkStyle::Box => LinkName::Box,
+            LinkStyle::Zigzag => LinkName::Zigzag,
+            LinkStyle::OneWay => LinkName::OneWay,
         }),
         preset: Some(request.preset),
         check_clearance: (!request.options.check.is_empty()).then_some(request.check_clearance_mm),

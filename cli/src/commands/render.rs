@@ -66,7 +66,7 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
         out.finish(kind)?;
         return done(context, &Made { written: vec![args.out.clone()], ..Made::default() });
     }
-    if let Some(focus) = views.iter().filter_map(|v| v.focus).next() {
+    if let Some(focus) = views.iter().find_map(|v| v.focus) {
         album = album.for_scale(focus.diagonal() / f64::from(size[0].max(1)));
     }
     if args.show.iter().any(|s| PAINTED.contains(s)) {

@@ -108,8 +108,8 @@ impl Request {
             check_clearance_mm: options.check_clearance_mm()?,
             rapid_clearance_mm: options.rapid_clearance_mm()?,
             link: match options.link {
-                Some(LinkName::Box) => LinkStyle::Box,
-                Some(LinkName::Lace) | None => LinkStyle::Lace,
+                Some(LinkName::OneWay) => LinkStyle::OneWay,
+                Some(LinkName::Zigzag) | None => LinkStyle::Zigzag,
             },
             preset: options.preset.unwrap_or(PresetName::Clay),
             feeds,
@@ -163,11 +163,11 @@ impl From<StrategyName> for Strategy {
     fn from(name: StrategyName) -> Self {
         match name {
             StrategyName::Planar => Strategy::Planar,
-            StrategyName::Iso => Strategy::Iso,
+            StrategyName::Flow => Strategy::Flow,
             StrategyName::Scallop => Strategy::Scallop,
             StrategyName::Waterline => Strategy::Waterline,
             StrategyName::SteepShallow => Strategy::SteepShallow,
-            StrategyName::IsoPatch => Strategy::IsoPatch,
+            StrategyName::Isoparametric => Strategy::Isoparametric,
             StrategyName::Auto => Strategy::Auto,
         }
     }

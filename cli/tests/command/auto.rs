@@ -27,7 +27,7 @@ fn auto_cuts_what_costs_least_and_lays_no_other_to_its_end_in_vain() {
     let folder = scratch();
     let laid = |strategy: &str| planned(folder.path(), shapes(), &["--strategy", strategy], strategy).0;
     let chosen = laid("auto");
-    let alone: Vec<Job> = ["planar", "iso", "scallop", "iso-patch"].map(laid).into();
+    let alone: Vec<Job> = ["planar", "flow", "scallop", "isoparametric"].map(laid).into();
     let mut given_up = 0;
     for part in &chosen.regions {
         assert_eq!(part.considered.len(), alone.len());

@@ -13,8 +13,16 @@ use crate::scratch;
 fn strategies_are_compared_on_the_same_terms() {
     let folder = scratch();
     panel(folder.path());
-    let line =
-        ["compare", "panel.igs", "--strategies", "planar,iso-patch", "--scallop", "0.2,0.1", "-o", "side"];
+    let line = [
+        "compare",
+        "panel.igs",
+        "--strategies",
+        "planar,isoparametric",
+        "--scallop",
+        "0.2,0.1",
+        "-o",
+        "side",
+    ];
     let made = run(folder.path(), line.iter().chain(&["--json"]));
     assert_eq!(made.code, Some(0), "{made:?}");
     let side = folder.path().join("side");
@@ -24,7 +32,7 @@ fn strategies_are_compared_on_the_same_terms() {
     assert_eq!(told, written);
     let entries = told["entries"].as_array().unwrap();
     let names: Vec<&str> = entries.iter().map(|e| e["name"].as_str().unwrap()).collect();
-    assert_eq!(names, ["planar-0.2", "iso-patch-0.2", "planar-0.1", "iso-patch-0.1"]);
+    assert_eq!(names, ["planar-0.2", "isoparametric-0.2", "planar-0.1", "isoparametric-0.1"]);
     let number = |e: &Value, key: &str| e[key].as_f64().unwrap();
     for (entry, name) in entries.iter().zip(&names) {
         let job = read_job(&side.join(name)).unwrap();

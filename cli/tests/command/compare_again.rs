@@ -45,7 +45,7 @@ fn jobs_are_those_of_plan_and_are_kept() {
     panel(folder);
     fs::write(folder.join("mill.toml"), MILL).unwrap();
     fs::write(folder.join("post.stl"), block([-20.0, -15.0, -40.0], [20.0, 15.0, 120.0])).unwrap();
-    let shared = "--link box --preset tangent --feed 5000 --machine mill.toml --holder auto:33-42x54,63x26 \
+    let shared = "--link one-way --preset tangent --feed 5000 --machine mill.toml --holder auto:33-42x54,63x26 \
                   --holder-clearance 2 --tool-number 7 --check post.stl --check-clearance 2 --rapid-clearance 8 \
                   --angle 20 --pencil --material-side both --joint-angle 0.7 --within -280,,:280,, --avoid face:3 \
                   --avoid-margin 2 --skip face:5";
@@ -53,13 +53,21 @@ fn jobs_are_those_of_plan_and_are_kept() {
     // Nobody looks at the pictures of jobs that are planned to be compared, byte by byte or by being kept.
     let with =
         |first: &[&str], last: &[&str]| run_without_adapter(folder, [first, &shared[..], last].concat());
-    let line =
-        ["compare", "panel.igs", "--strategies", "planar,iso-patch", "--scallop", "1", "--tool", "ball:8"];
+    let line = [
+        "compare",
+        "panel.igs",
+        "--strategies",
+        "planar,isoparametric",
+        "--scallop",
+        "1",
+        "--tool",
+        "ball:8",
+    ];
     let compare = || run(folder, [&line, &shared[..], &["--lines", "4", "-o", "side", "--json"]].concat());
     let made = compare();
     assert!(matches!(made.code, Some(0 | 3)), "{made:?}");
     assert!(kept(&made).is_empty(), "{made:?}");
-    let names = ["planar", "iso-patch"];
+    let names = ["planar", "isoparametric"];
     for name in names {
         let (out, ours) = (format!("alone/{name}"), folder.join("side").join(name));
         let own = if name == "planar" { &[][..] } else { &["--lines", "4"] };
@@ -86,13 +94,13 @@ fn jobs_are_those_of_plan_and_are_kept() {
     assert!(before == read(), "the comparison differs");
     // The command that the page tells makes the same, and so do the same bytes elsewhere.
     fs::copy(folder.join("panel.igs"), folder.join("copy.igs")).unwrap();
-    let told = "compare copy.igs --job side/compare.toml --strategies planar,iso-patch --scallop 1 --tool ball:8 -o side";
+    let told = "compare copy.igs --job side/compare.toml --strategies planar,isoparametric --scallop 1 --tool ball:8 -o side";
     let again = run(folder, told.split(' '));
     assert_eq!(kept(&again), names, "{again:?}");
     // What is not whole any more is planned again, and nothing else.
     fs::remove_file(side.join("planar/verify.json")).unwrap();
     let again = compare();
-    assert_eq!((again.code, kept(&again)), (made.code, vec!["iso-patch".to_owned()]), "{again:?}");
+    assert_eq!((again.code, kept(&again)), (made.code, vec!["isoparametric".to_owned()]), "{again:?}");
     assert_eq!(again.stdout, made.stdout);
     // The same names of other files, and other options.
     fs::write(folder.join("mill.toml"), MILL.replace("800\n", "900\n")).unwrap();
@@ -111,11 +119,11 @@ fn after_an_interruption_the_same_command_goes_on() {
     let folder = scratch();
     let folder = folder.path();
     panel(folder);
-    let line = "compare panel.igs --strategies planar,iso,scallop --scallop 0.3 -o side";
+    let line = "compare panel.igs --strategies planar,flow,scallop --scallop 0.3 -o side";
     let mut first = claymill();
     let mut first = first.args(line.split(' ')).current_dir(folder).stderr(Stdio::piped()).spawn().unwrap();
     let patience = Instant::now();
-    while !folder.join("side/planar/report.html").exists() || !folder.join("side/.iso.partial").exists() {
+    while !folder.join("side/planar/report.html").exists() || !folder.join("side/.flow.partial").exists() {
         assert!(patience.elapsed() < Duration::from_secs(120), "the first job never ended");
         assert!(first.try_wait().unwrap().is_none(), "it ended before it could be interrupted");
         std::thread::sleep(Duration::from_millis(5));
@@ -141,5 +149,5 @@ fn after_an_interruption_the_same_command_goes_on() {
     let told: Value = serde_json::from_slice(&fs::read(folder.join("side/compare.json")).unwrap()).unwrap();
     let strategies: Vec<&Value> =
         told["entries"].as_array().unwrap().iter().map(|e| &e["strategy"]).collect();
-    assert_eq!(strategies, ["planar", "iso", "scallop"]);
+    assert_eq!(strategies, ["planar", "flow", "scallop"]);
 }

@@ -21,6 +21,7 @@ mod kills;
 mod large;
 mod left_out;
 mod machine;
+mod manual;
 mod material;
 mod obstacle;
 mod other_formats;

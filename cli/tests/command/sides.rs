@@ -36,7 +36,7 @@ fn passes(folder: &Path) -> Vec<([f64; 2], [f64; 2])> {
 
 #[test]
 fn a_plate_is_swept_from_the_side_that_was_chosen() {
-    for strategy in ["iso", "scallop"] {
+    for strategy in ["flow", "scallop"] {
         let folder = scratch();
         let made = planned(folder.path(), &["--strategy", strategy]);
         assert_eq!(made.code, Some(0), "{made:?}");
@@ -64,10 +64,10 @@ fn places_that_choose_no_side_are_refused() {
         assert!(made.stderr.contains(said), "{made:?}");
         assert!(!folder.path().join("out").exists());
     };
-    refused(&["--guide", "0,0,0"], 2, "only iso, scallop and auto");
-    refused(&["--strategy", "iso", "--guide", "0,0"], 2, "three coordinates");
-    refused(&["--strategy", "iso", "--guide", "90,250,0"], 1, "the nearest is 180.0 mm away");
-    let beside = ["--strategy", "iso", "--guide", "40,-1,0", "--guide", "90,-1,0"];
+    refused(&["--guide", "0,0,0"], 2, "only flow, scallop and auto");
+    refused(&["--strategy", "flow", "--guide", "0,0"], 2, "three coordinates");
+    refused(&["--strategy", "flow", "--guide", "90,250,0"], 1, "the nearest is 180.0 mm away");
+    let beside = ["--strategy", "flow", "--guide", "40,-1,0", "--guide", "90,-1,0"];
     refused(&beside, 1, "both places are beside the same one");
     let three = [&beside[..], &["--guide", "90,71,0"]].concat();
     refused(&three, 1, "three places or more");
@@ -76,7 +76,7 @@ fn places_that_choose_no_side_are_refused() {
 #[test]
 fn a_patch_has_as_many_parameter_lines_as_were_asked_for() {
     let folder = scratch();
-    let made = planned(folder.path(), &["--strategy", "iso-patch", "--lines", "20"]);
+    let made = planned(folder.path(), &["--strategy", "isoparametric", "--lines", "20"]);
     // 3.5 mm apart leave more than was asked for, and the proof says how much.
     assert_eq!(made.code, Some(3), "{made:?}");
     assert!(made.stderr.contains("NOT PASSED"), "{made:?}");
@@ -94,9 +94,9 @@ fn a_patch_has_as_many_parameter_lines_as_were_asked_for() {
         assert!((y - 3.5 * (k as f64 + 0.5)).abs() < 1e-4, "{across:?}");
     }
 
-    for wrong in [&["--lines", "20"][..], &["--strategy", "iso-patch", "--lines", "0"]] {
+    for wrong in [&["--lines", "20"][..], &["--strategy", "isoparametric", "--lines", "0"]] {
         let made = planned(folder.path(), wrong);
         assert_eq!(made.code, Some(2), "{made:?}");
-        assert!(made.stderr.contains("--strategy iso-patch --lines 20"), "{made:?}");
+        assert!(made.stderr.contains("--strategy isoparametric --lines 20"), "{made:?}");
     }
 }

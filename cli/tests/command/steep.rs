@@ -153,7 +153,7 @@ fn nothing_is_left_where_one_setup_takes_over_from_another() {
     let lying = Frame::new(Point3::origin(), Vector3::x(), Vector3::z()).unwrap();
     let (from, to) = (-72f64.to_radians(), 75f64.to_radians());
     let barrel = cylinder(&lying, 150.0, (from, to), (0.0, 450.0)).unwrap();
-    for strategy in ["iso", "scallop"] {
+    for strategy in ["flow", "scallop"] {
         let folder = scratch();
         let (job, found) = planned(folder.path(), vec![barrel.clone()], &["--strategy", strategy], "out");
         assert_eq!(

@@ -110,7 +110,7 @@ fn check_job(folder: &Path, job: &str) -> Job {
 #[test]
 fn the_job_folder_is_whole_and_true() {
     let job = check_job(planned(), "lace");
-    assert_eq!(job.request.link, LinkStyle::Lace);
+    assert_eq!(job.request.link, LinkStyle::Zigzag);
     let bar = 0.999 * job.area.total_mm2;
     assert!(job.area.cut_mm2 > bar, "{:?}", job.area);
     assert_eq!(job.regions.len(), 1);
@@ -151,10 +151,10 @@ fn what_is_said_of_a_job_fits_on_one_screen() {
 #[test]
 fn box_links_cut_one_way() {
     let folder = planned();
-    let made = plan_without_pictures(folder, "box", &["--link", "box"]);
+    let made = plan_without_pictures(folder, "box", &["--link", "one-way"]);
     assert_eq!(made.code, Some(0), "{made:?}");
     let job = check_job(folder, "box");
-    assert_eq!(job.request.link, LinkStyle::Box);
+    assert_eq!(job.request.link, LinkStyle::OneWay);
     let along = |out: &str| {
         let direction = Vector3::from(job.regions[0].pass_direction.unwrap());
         let moves = read_moves(&folder.join(out)).unwrap().moves;

@@ -29,16 +29,16 @@ impl Turn {
     }
 }
 
-/// Lace passes cell by cell (`lace`), or one-way passes row by row (`box`).
+/// Zigzag passes cell by cell, or one-way passes row by row.
 pub(crate) fn order(passes: &[Ends], style: LinkStyle) -> Vec<Turn> {
     match style {
-        LinkStyle::Lace => {
+        LinkStyle::Zigzag => {
             let mut turns = nearest_first(passes, true, |ends| ends.end);
             tour::shorten(passes, &mut turns, true);
             turns
         }
         // The next row is the one that starts nearest to where this one started.
-        LinkStyle::Box => nearest_first(passes, false, |ends| ends.start),
+        LinkStyle::OneWay => nearest_first(passes, false, |ends| ends.start),
     }
 }
 
@@ -94,7 +94,7 @@ mod tests {
                 ]
             })
             .collect();
-        let turns = order(&passes, LinkStyle::Lace);
+        let turns = order(&passes, LinkStyle::Zigzag);
         let falls = turns.windows(2).filter(|w| w[0].pass % 2 != w[1].pass % 2).count();
         assert_eq!(falls, 1);
     }
@@ -106,10 +106,10 @@ mod tests {
 
     #[test]
     fn lace_alternates_and_box_does_not() {
-        let lace = order(&rows(5), LinkStyle::Lace);
-        assert_eq!(lace.iter().map(|t| t.pass).collect::<Vec<_>>(), [0, 1, 2, 3, 4]);
-        assert_eq!(lace.iter().map(|t| t.reversed).collect::<Vec<_>>(), [false, true, false, true, false]);
-        let one_way = order(&rows(5), LinkStyle::Box);
+        let zigzag = order(&rows(5), LinkStyle::Zigzag);
+        assert_eq!(zigzag.iter().map(|t| t.pass).collect::<Vec<_>>(), [0, 1, 2, 3, 4]);
+        assert_eq!(zigzag.iter().map(|t| t.reversed).collect::<Vec<_>>(), [false, true, false, true, false]);
+        let one_way = order(&rows(5), LinkStyle::OneWay);
         assert_eq!(one_way.iter().map(|t| t.pass).collect::<Vec<_>>(), [0, 1, 2, 3, 4]);
         assert!(one_way.iter().all(|t| !t.reversed));
     }

@@ -186,7 +186,7 @@ mod tests {
         shorten(&passes, &mut turns, true);
         let jumps = turns.windows(2).filter(|w| w[0].pass % 2 != w[1].pass % 2).count();
         assert_eq!(jumps, 1);
-        // Lace within the blocks, and once from one to the other.
+        // Zigzag within the blocks, and once from one to the other.
         approx::assert_abs_diff_eq!(
             cost_mm(&passes, &turns),
             40.0 * 3.0 + 60.0 + 0.3 * 350.0,

@@ -145,7 +145,7 @@ impl SetupContext<'_> {
             }
             Strategy::Waterline => return self.lay_by_slope(strategy, SHALLOWEST_DEG, ground),
             Strategy::SteepShallow => return self.lay_by_slope(strategy, self.steep_deg, ground),
-            Strategy::Iso | Strategy::Scallop | Strategy::IsoPatch | Strategy::Auto => {
+            Strategy::Flow | Strategy::Scallop | Strategy::Isoparametric | Strategy::Auto => {
                 let sweep = ground.sweeps.and_then(|sweeps| sweeps.of(strategy, self));
                 let covered = sweep.as_ref().map(|sweep| sweep.faces()).unwrap_or_default();
                 let fields = sweep.iter().flat_map(|sweep| sweep.levels(self));

@@ -199,7 +199,7 @@ fn lay(
             strategy: options.strategy,
             slopes: Slopes::All,
             steep_deg: options.steep_deg,
-            lines: options.lines.filter(|_| options.strategy == Strategy::IsoPatch),
+            lines: options.lines.filter(|_| options.strategy == Strategy::Isoparametric),
             pencil: options.pencil,
             rows_along: options.row_angle_deg.map(RowsAlong::at_deg),
             scallop_mm: tolerance.to_lay_mm(options.scallop_mm),

@@ -31,9 +31,9 @@ pub struct PlanOptions {
     pub strategy: Strategy,
     /// Slope above which [`Strategy::SteepShallow`] has waterlines instead of rows, degrees; see [`STEEP_DEG`].
     pub steep_deg: f64,
-    /// Parameter lines of every patch for [`Strategy::IsoPatch`]; as many as the scallop height takes if `None`.
+    /// Parameter lines of every patch for [`Strategy::Isoparametric`]; as many as the scallop height takes if `None`.
     pub lines: Option<usize>,
-    /// Places beside sides of regions, mm, in the model's coordinates: where [`Strategy::Iso`] and [`Strategy::Scallop`] sweep
+    /// Places beside sides of regions, mm, in the model's coordinates: where [`Strategy::Flow`] and [`Strategy::Scallop`] sweep
     /// a region from, and with a second place beside the same region, where to. By itself a region has the two of
     /// [`claymill_surface_merge::RegionMesh::guides`].
     pub guides: Vec<Point3>,
@@ -79,7 +79,7 @@ impl PlanOptions {
             bounds: Bounds::default(),
             check_clearance_mm: CHECK_CLEARANCE_MM,
             clearance_mm: CLEARANCE_MM,
-            link: LinkStyle::Lace,
+            link: LinkStyle::Zigzag,
             orientation,
             setups: Vec::new(),
             feeds: Feeds::default(),

@@ -18,7 +18,7 @@ use crate::pattern::rows::crests::PlannedPass;
 use crate::setup::context::SetupContext;
 use crate::{RowsAlong, Strategy};
 
-/// A stay-down link may be this long in lace, mm; it must also be quicker than lifting over.
+/// A stay-down link may be this long in zigzag, mm; it must also be quicker than lifting over.
 const LONGEST_LINK_MM: f64 = 250.0;
 /// One-way passes are linked down on the model only over this many flat step-overs.
 const LINK_STEPS: f64 = 8.0;
@@ -206,8 +206,8 @@ impl SetupContext<'_> {
     /// How long a link may be, mm.
     pub(crate) fn longest_link_mm(&self) -> f64 {
         match self.link {
-            LinkStyle::Lace => LONGEST_LINK_MM,
-            LinkStyle::Box => LINK_STEPS * self.flat_step_mm(),
+            LinkStyle::Zigzag => LONGEST_LINK_MM,
+            LinkStyle::OneWay => LINK_STEPS * self.flat_step_mm(),
         }
     }
 

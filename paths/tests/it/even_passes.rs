@@ -29,7 +29,7 @@ fn cuts(surface: NurbsSurface, link: LinkStyle, parts: u32) -> Vec<(u32, Vec<Poi
 /// The ways of the ball's centre along all passes over one face, each as a few of its places. Cut one way, closed passes are
 /// no spiral.
 fn passes(surface: NurbsSurface) -> Vec<Vec<Point3>> {
-    cuts(surface, LinkStyle::Box, 20).into_iter().map(|cut| cut.1).collect()
+    cuts(surface, LinkStyle::OneWay, 20).into_iter().map(|cut| cut.1).collect()
 }
 
 /// Holds passes against the truth: `across` tells how far along the surface, across the passes, the ball touches, from
@@ -118,7 +118,7 @@ fn rings_are_one_spiral_with_turns_a_step_apart() {
     const REACH: f64 = 120.0;
     let (low, high) = (45f64.to_radians(), 75.7f64.to_radians());
     let zone = sphere(&upright(Point3::origin()), REACH, (0.0, TAU), (low, high)).unwrap();
-    let cuts = cuts(zone, LinkStyle::Lace, 400);
+    let cuts = cuts(zone, LinkStyle::Zigzag, 400);
     assert!(cuts.iter().all(|cut| cut.0 == cuts[0].0), "more than one pass");
     // From cut to cut it goes on where it was, in the same direction.
     for w in cuts.windows(2) {

@@ -19,7 +19,7 @@ fn level(z: f64, x: (f64, f64)) -> NurbsSurface {
 /// Rows along x over the faces, each reached and left from above.
 fn rows(surfaces: Vec<NurbsSurface>) -> Plan {
     planned(surfaces, R, SCALLOP_MM, |usual| PlanOptions {
-        link: LinkStyle::Box,
+        link: LinkStyle::OneWay,
         row_angle_deg: Some(0.0),
         ..usual
     })

@@ -73,7 +73,7 @@ fn sweeps_leave_no_high_crests_beside_a_ridge() {
             Curve3::new(knots, points, Some(vec![1.0, 1.0, 1.0, half.cos(), 1.0, 1.0, 1.0])).unwrap();
         let ridge = extrusion(&section, &Vector3::x(), (0.0, 4.0 * LENGTH_MM)).unwrap();
         let on_ridge: Vec<Point3> = (0..=30_000).map(|k| section.point(f64::from(k) / 10_000.0)).collect();
-        for strategy in [Strategy::Iso, Strategy::Scallop] {
+        for strategy in [Strategy::Flow, Strategy::Scallop] {
             let plan =
                 planned([ridge.clone()], BALL_MM, HEIGHT_MM, |usual| PlanOptions { strategy, ..usual });
             let centres: Vec<(f64, f64)> =

@@ -48,7 +48,7 @@ fn passes(plan: &Plan, region: usize) -> Vec<Vec<Point3>> {
 #[test]
 fn a_bore_is_cut_round_by_round_from_the_top_down() {
     let bore = cylinder(&placement(), BORE_MM, (0.0, TAU), (0.0, HIGH_MM)).unwrap();
-    for (strategy, link) in [(Strategy::Planar, LinkStyle::Lace), (Strategy::Auto, LinkStyle::Box)] {
+    for (strategy, link) in [(Strategy::Planar, LinkStyle::Zigzag), (Strategy::Auto, LinkStyle::OneWay)] {
         let plan = planned(with_sides(bore.clone()), R, SCALLOP_MM, |usual| claymill_paths::PlanOptions {
             strategy,
             link,

@@ -76,8 +76,8 @@ pub(super) fn key_figures(job: &Job, regions: &RegionsFile, verification: Option
 pub(super) fn asked(job: &Job) -> Markup {
     let r = &job.request;
     let link = match r.link {
-        LinkStyle::Lace => "zig-zag: every second pass runs backwards",
-        LinkStyle::Box => "one way: every pass starts on the same side",
+        LinkStyle::Zigzag => "zigzag: every second pass runs backwards",
+        LinkStyle::OneWay => "one way: every pass starts on the same side",
     };
     let list = |names: &[String]| {
         if names.is_empty() { "–".to_owned() } else { names.join(", ") }

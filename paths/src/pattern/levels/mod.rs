@@ -195,7 +195,7 @@ impl SetupContext<'_> {
 
     /// One spiral over closed lines that lie in each other, if these are such.
     fn round_and_round(&self, lines: &[Line], ground: &PartRegion) -> Option<Vec<AtLevel>> {
-        if lines.len() < spiral::FEWEST || self.link == LinkStyle::Box {
+        if lines.len() < spiral::FEWEST || self.link == LinkStyle::OneWay {
             return None;
         }
         let plan = |line: &Line| line.runs[0].iter().map(|p| p.centre.xy()).collect::<Vec<_>>();

@@ -38,7 +38,7 @@ impl<'a, 'm> Sweeps<'a, 'm> {
             Sweep::scallop(self.mesh, &from, context, up).ok().map(Arc::new)
         };
         match strategy {
-            Strategy::Iso => {
+            Strategy::Flow => {
                 let between = || self.chosen.clone().unwrap_or_else(|| self.mesh.guides());
                 let make = || Sweep::harmonic(self.mesh, &between()).ok().map(Arc::new);
                 self.harmonic.get_or_init(make).clone()

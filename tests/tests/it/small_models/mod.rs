@@ -273,7 +273,7 @@ fn planned_on(
 fn what_is_cut_of_an_underside_that_slants_does_not_depend_on_the_strategy() {
     let model = solids::keel();
     let total_mm2: f64 = model.faces.iter().map(claymill_nurbs::Face::area_mm2).sum();
-    for strategy in [Strategy::Planar, Strategy::Iso, Strategy::Scallop, Strategy::Auto] {
+    for strategy in [Strategy::Planar, Strategy::Flow, Strategy::Scallop, Strategy::Auto] {
         let (job, plan) = planned(&model, strategy, 5.0, 0.2).unwrap();
         let options = VerifyOptions::default();
         let found = verify_program(&model, &job, &plan.program, &options, &|_, _| {}).unwrap();

@@ -59,7 +59,7 @@ pub(crate) fn job(model: &Model) -> Job {
             tool,
             scallop_mm: H,
             strategy: "planar".into(),
-            link: LinkStyle::Lace,
+            link: LinkStyle::Zigzag,
             preset: "clay".into(),
             up: "+z".into(),
             // Not said, so that it can be cut by its own setup alone.

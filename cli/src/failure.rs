@@ -59,23 +59,7 @@ impl fmt::Display for Failure {
     }
 }
 
-/// What to do when the operating system refuses to read or write.
-pub(crate) fn advice_on(error: &std::io::Error) -> &'static str {
-    use std::io::ErrorKind as Kind;
-    match error.kind() {
-        Kind::NotFound => "Check the path.",
-        Kind::IsADirectory | Kind::InvalidInput => "Name a file.",
-        Kind::FileTooLarge | Kind::InvalidData => "Check the path: this is another kind of file.",
-        Kind::PermissionDenied | Kind::ReadOnlyFilesystem => "Choose a folder that you may write to.",
-        Kind::NotADirectory | Kind::AlreadyExists => {
-            "A file is in the way where a folder is needed: choose another folder."
-        }
-        Kind::StorageFull | Kind::QuotaExceeded | Kind::WriteZero => {
-            "The disk is full: free some space or choose another one. Nothing was left behind."
-        }
-        _ => "Nothing was left behind; correct the cause and run the command again.",
-    }
-}
+pub(crate) use claymill_toolpath::advice_on;
 
 impl From<claymill_exchange::ReadError> for Failure {
     fn from(error: claymill_exchange::ReadError) -> Self {
@@ -91,20 +75,7 @@ impl From<claymill_exchange::MeshError> for Failure {
 
 impl From<claymill_toolpath::FolderError> for Failure {
     fn from(error: claymill_toolpath::FolderError) -> Self {
-        use claymill_toolpath::FolderError as E;
-        let advice = match &error {
-            E::Io { source, .. } => advice_on(source),
-            E::Format { .. } | E::Implausible { .. } => {
-                "The file was changed or made by another version: plan the job again."
-            }
-            E::NotAJobFolder(_) => {
-                "Choose a new folder, or empty this one; other people's files are never replaced."
-            }
-            E::NotOurs { .. } => {
-                "Move them elsewhere, or choose another folder: only what claymill wrote is replaced."
-            }
-            E::Busy { .. } => "Wait until it has ended, or choose another place.",
-        };
+        let advice = error.advice();
         Failure::problem(&error, advice)
     }
 }
@@ -187,5 +158,91 @@ impl From<claymill_paths::PlanError> for Failure {
 impl From<claymill_paths::AxisError> for Failure {
     fn from(error: claymill_paths::AxisError) -> Self {
         Failure::usage(error, "For example: --up +z --length -y.")
+    }
+}
+
+impl From<claymill::JobError> for Failure {
+    fn from(error: claymill::JobError) -> Self {
+        use claymill::JobError as E;
+        let advice = match &error {
+            E::Setup { .. } => {
+                "Setups are top, left, right, front, rear and bottom, for example --setups top,bottom."
+            }
+            E::Scallop { .. } => "Usual scallop heights are 0.02 to 0.2 mm, for example --scallop 0.1.",
+            E::Feed { .. } => "For example: --feed 6000.",
+            E::RowAngle => "For example: --angle 45.",
+            E::ToolNumber => "For example: --tool-number 12.",
+            E::Steep { .. } => "For example: --steep 45.",
+            E::LinesOfOthers | E::Lines { .. } => "For example: --strategy isoparametric --lines 20.",
+            E::GuidesOfOthers => "For example: --strategy flow --guide 1200,-300,450.",
+            E::Margin { .. } => "For example: --avoid-margin 2.",
+            E::Extension { .. } => "For example: --extend 5.",
+            E::EmptyBox { .. } => {
+                "The first corner has the smaller coordinates, for example: --within 1200,-600,0:2400,600,900."
+            }
+            E::HolderClearance { .. } => "For example: --holder-clearance 2.",
+            E::ObstacleClearance { .. } => "For example: --check-clearance 2.",
+            E::RapidClearance { .. } => "For example: --rapid-clearance 10.",
+        };
+        Failure::usage(error, advice)
+    }
+}
+
+impl From<claymill::SelectError> for Failure {
+    fn from(error: claymill::SelectError) -> Self {
+        let advice = error.advice();
+        Failure::usage(error, advice)
+    }
+}
+
+impl From<claymill_surface_merge::MergeError> for Failure {
+    fn from(error: claymill_surface_merge::MergeError) -> Self {
+        use claymill_surface_merge::MergeError as E;
+        match error {
+            E::NotFinite { .. } => Failure::problem(error, "Mend the face in the CAD system."),
+            E::Contradiction { .. } => {
+                Failure::usage(error, "Name fewer faces with --keep-together or --keep-apart.")
+            }
+            error => Failure::usage(error, ""),
+        }
+    }
+}
+
+/// Most steps of the library fail like the crates behind them; where an option can be named, it is.
+impl From<claymill::Error> for Failure {
+    fn from(error: claymill::Error) -> Self {
+        use claymill::{Error as E, MaterialError, Standing, WishError};
+        match error {
+            E::Read(e) => e.into(),
+            E::Obstacle(e) => e.into(),
+            E::Job(e) => e.into(),
+            E::Axes(e) => Failure::usage(e, "For example: --up +z --length -y."),
+            E::Wish(WishError::OneKind { apart }) => Failure::usage(
+                format!("--keep-apart {}: all faces are of one kind", apart.join(" --keep-apart ")),
+                "`claymill merge` cannot tell them apart by this; name faces, as in face:10-20.",
+            ),
+            E::Wish(WishError::Select(e)) | E::Select(e) | E::Material(MaterialError::Select(e)) => e.into(),
+            E::Material(e) => {
+                let advice = e.advice();
+                Failure::usage(e, advice)
+            }
+            E::Merge(e) => e.into(),
+            E::Plan(e) => e.into(),
+            E::Folder(e) => e.into(),
+            E::Verify(e) => e.into(),
+            E::NotCleared { ref standing, .. } => {
+                let advice = match standing {
+                    Standing::NotPassed { .. } => {
+                        "Change the job until it passes; --unverified runs it all the same, and its programs say so."
+                    }
+                    _ => {
+                        "Run `claymill verify` on the folder, or plan the job again; --unverified runs it all the same, \
+                         and its programs say so."
+                    }
+                };
+                Failure::problem(error, advice)
+            }
+            E::Post(e) => e.into(),
+        }
     }
 }

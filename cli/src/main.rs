@@ -12,7 +12,6 @@ mod merging;
 mod output;
 mod relaunch;
 mod secret;
-mod select;
 
 use std::process::ExitCode;
 

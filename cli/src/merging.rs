@@ -1,15 +1,12 @@
 //! What regions are made by: the preset, other limits, and wishes.
 
-use std::collections::BTreeSet;
-
 use clap::Args;
-use claymill_nurbs::Model;
-use claymill_surface_merge::{Absorption, Constraints, CurvatureLimit, Limits, MergeOptions, Preset};
+use claymill::Merging;
+use claymill_surface_merge::{Absorption, CurvatureLimit, Limits, Preset};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::args::JOINING;
 use crate::failure::Failure;
-use crate::select::{self, colour_name};
 
 /// Farther apart edges are no neighbours whatever the file, mm.
 const LARGEST_TOLERANCE_MM: f64 = 10.0;
@@ -86,8 +83,8 @@ impl MergingArgs {
         }
     }
 
-    /// The options of `preset` with these in their place.
-    pub(crate) fn options(&self, preset: Preset, model: &Model) -> Result<MergeOptions, Failure> {
+    /// What regions are made by: `preset` with these in its place.
+    pub(crate) fn merging(&self, preset: Preset) -> Result<Merging, Failure> {
         let mut options = preset.options();
         let positive = |name: &str, value: Option<f64>| match value {
             Some(v) if !(v > 0.0 && v.is_finite()) => Err(Failure::usage(
@@ -122,8 +119,11 @@ impl MergingArgs {
             [positive("absorb-area", self.absorb_area)?, positive("absorb-width", self.absorb_width)?];
         options.absorption = (area.is_some() || width.is_some())
             .then(|| Absorption { area_mm2: area.unwrap_or(0.0), width_mm: width.unwrap_or(0.0) });
-        options.constraints = self.constraints(model)?;
-        Ok(options)
+        Ok(Merging {
+            options,
+            keep_apart: self.keep_apart.clone(),
+            keep_together: self.keep_together.clone(),
+        })
     }
 
     fn curvature(&self) -> Result<Option<[CurvatureLimit; 2]>, Failure> {
@@ -135,42 +135,6 @@ impl MergingArgs {
         let relative =
             limits("joint-relative-curvature", &self.joint_relative_curvature, CurvatureLimit::Relative)?;
         Ok(machining.or(relative))
-    }
-
-    fn constraints(&self, model: &Model) -> Result<Constraints, Failure> {
-        let faces = &model.faces;
-        let mut classes: Vec<Vec<String>> = vec![Vec::new(); faces.len()];
-        for what in &self.keep_apart {
-            let mut add = |name: &dyn Fn(usize) -> String| {
-                classes.iter_mut().enumerate().for_each(|(face, class)| class.push(name(face)));
-            };
-            match what.as_str() {
-                "layer" => add(&|f| faces[f].source.layer.clone().unwrap_or_default()),
-                "colour" => add(&|f| faces[f].source.colour.map(colour_name).unwrap_or_default()),
-                _ => {
-                    let named = select::faces(model, what)?;
-                    add(&|f| named[f].to_string());
-                }
-            }
-        }
-        let together = self.keep_together.iter().map(|what| {
-            let named = select::faces(model, what)?;
-            Ok((0..faces.len()).filter(|&f| named[f]).collect())
-        });
-        let together = together.collect::<Result<Vec<Vec<usize>>, Failure>>()?;
-        if self.keep_apart.is_empty() {
-            return Ok(Constraints { class_of_face: Vec::new(), together });
-        }
-        let all: BTreeSet<&Vec<String>> = classes.iter().collect();
-        if all.len() == 1 {
-            return Err(Failure::usage(
-                format!("--keep-apart {}: all faces are of one kind", self.keep_apart.join(" --keep-apart ")),
-                "`claymill merge` cannot tell them apart by this; name faces, as in face:10-20.",
-            ));
-        }
-        let all: Vec<&Vec<String>> = all.into_iter().collect();
-        let class_of_face = classes.iter().map(|c| all.partition_point(|other| *other < c)).collect();
-        Ok(Constraints { class_of_face, together })
     }
 }
 

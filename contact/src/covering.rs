@@ -72,7 +72,7 @@ impl Covering {
     /// Covers a model of `area_mm2` for a ball; what is `excluded` only stands in the way.
     ///
     /// # Errors
-    /// A face that cannot be covered with triangles, with the reason. [`Covered`](crate::Covered) goes on without it.
+    /// A face that cannot be covered with triangles, with the reason. `claymill-paths` goes on without it.
     pub fn new(
         model: &Model,
         excluded: &[bool],

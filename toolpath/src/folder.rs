@@ -10,6 +10,7 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
+use crate::io_advice::advice_on;
 use crate::largest::Largest;
 use crate::manifest::{self, Survey};
 use crate::place::whole;
@@ -79,6 +80,26 @@ pub enum FolderError {
         /// Number of the other process, where that is known.
         owner: String,
     },
+}
+
+impl FolderError {
+    /// What the user can do about it: one whole sentence.
+    #[must_use]
+    pub fn advice(&self) -> &'static str {
+        match self {
+            FolderError::Io { source, .. } => advice_on(source),
+            FolderError::Format { .. } | FolderError::Implausible { .. } => {
+                "The file was changed or made by another version: plan the job again."
+            }
+            FolderError::NotAJobFolder(_) => {
+                "Choose a new folder, or empty this one; other people's files are never replaced."
+            }
+            FolderError::NotOurs { .. } => {
+                "Move them elsewhere, or choose another folder: only what claymill wrote is replaced."
+            }
+            FolderError::Busy { .. } => "Wait until it has ended, or choose another place.",
+        }
+    }
 }
 
 /// Files that a message names.
@@ -173,6 +194,12 @@ impl FolderWriter {
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.scratch.folder
+    }
+
+    /// Where they will be then, from the root.
+    #[must_use]
+    pub fn destination(&self) -> &Path {
+        &self.destination
     }
 
     /// What must be removed when the process is interrupted.

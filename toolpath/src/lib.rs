@@ -29,6 +29,7 @@
 mod bounds;
 mod folder;
 mod holder;
+mod io_advice;
 mod job;
 mod largest;
 mod manifest;
@@ -51,6 +52,7 @@ pub use folder::{
     read_moves, read_regions, sha256_of,
 };
 pub use holder::{Holder, HolderError, HolderSection};
+pub use io_advice::advice_on;
 pub use job::{
     Area, AskedSetup, CHECK_CLEARANCE_MM, Considered, FORMAT_VERSION, FaceAccount, HOLDER_CLEARANCE_MM, Job,
     LeftOutFace, LengthByKind, LinkStyle, MachineLimits, ModelFacts, Obstacle, RegionTotals, Request, Setup,

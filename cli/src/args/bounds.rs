@@ -9,9 +9,6 @@ use crate::failure::Failure;
 
 /// Distance kept from what is to be avoided, where none is asked for, mm.
 const USUAL_MARGIN_MM: f64 = 1.0;
-/// Longer ones are a slip of the keyboard, mm.
-const LARGEST_MARGIN_MM: f64 = 100.0;
-const LONGEST_EXTENSION_MM: f64 = 100.0;
 
 #[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
 #[serde(default)]
@@ -59,26 +56,10 @@ impl BoundsArgs {
 
     /// All but the faces, which are known when there is a model.
     pub(crate) fn bounds(&self) -> Result<Bounds, Failure> {
-        let length = |asked: Option<f64>, usual: f64, most: f64, what: &str, example: &str| match asked {
-            Some(mm) if !(0.0..=most).contains(&mm) => {
-                Err(Failure::usage(format!("{what} of {mm} mm: it is between 0 and {most}"), example))
-            }
-            asked => Ok(asked.unwrap_or(usual)),
-        };
         if self.avoid_margin.is_some() && self.avoid.is_empty() {
             let example = "For example: --avoid layer:GLASS --avoid-margin 2.";
             return Err(Failure::usage("--avoid-margin is for what --avoid names", example));
         }
-        let margin = "a distance to what is avoided";
-        let avoid_mm = length(
-            self.avoid_margin,
-            USUAL_MARGIN_MM,
-            LARGEST_MARGIN_MM,
-            margin,
-            "For example: --avoid-margin 2.",
-        )?;
-        let extend_mm =
-            length(self.extend, 0.0, LONGEST_EXTENSION_MM, "an extension", "For example: --extend 5.")?;
         Ok(Bounds {
             contain: match self.contain {
                 None | Some(ContainName::Contact) => Contain::Contact,
@@ -87,8 +68,8 @@ impl BoundsArgs {
             },
             within_mm: self.within.iter().map(|text| sides(text)).collect::<Result<_, _>>()?,
             avoid: Vec::new(),
-            avoid_mm: if self.avoid.is_empty() { 0.0 } else { avoid_mm },
-            extend_mm,
+            avoid_mm: if self.avoid.is_empty() { 0.0 } else { self.avoid_margin.unwrap_or(USUAL_MARGIN_MM) },
+            extend_mm: self.extend.unwrap_or(0.0),
         })
     }
 }
@@ -113,9 +94,6 @@ fn sides(text: &str) -> Result<[f64; 6], Failure> {
     };
     if corners.is_some_and(|(a, b)| a.len() > 3 || b.len() > 3) {
         return Err(bad("has more than three coordinates in a corner"));
-    }
-    if x0 >= x1 || y0 >= y1 || z0 >= z1 {
-        return Err(bad("is empty: the first corner has the smaller coordinates"));
     }
     Ok([x0, y0, z0, x1, y1, z1])
 }

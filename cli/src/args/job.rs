@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use claymill_nurbs::Point3;
-use claymill_paths::STEEP_DEG;
 use serde::{Deserialize, Serialize};
 
 use super::{BoundsArgs, CHOICE, JOINING, MACHINE, PASSES, SETUP, TOOL};
@@ -189,56 +188,21 @@ pub(crate) struct JobOptions {
     pub(crate) axes: AxisArgs,
 }
 
-/// More parameter lines than this on one patch are a slip of the keyboard.
-const MOST_LINES: usize = 10_000;
-/// There are no waterlines on ground shallower than the first, and nothing steeper than the second is cut, degrees.
-const STEEP_LIMITS_DEG: (f64, f64) = (15.0, 80.0);
-
 impl JobOptions {
-    /// How many parameter lines each patch has.
-    pub(crate) fn lines(&self, strategy: StrategyName) -> Result<Option<usize>, Failure> {
-        match self.lines {
-            Some(_) if !strategy.has_lines() => Err(Failure::usage(
-                "only isoparametric has a number of lines",
-                "For example: --strategy isoparametric --lines 20.",
-            )),
-            Some(count) if !(1..=MOST_LINES).contains(&count) => Err(Failure::usage(
-                format!("a patch has between 1 and {MOST_LINES} lines, not {count}"),
-                "For example: --strategy isoparametric --lines 20.",
-            )),
-            asked => Ok(asked),
-        }
-    }
-
     /// The places beside the sides of regions that passes run between.
-    pub(crate) fn guides(&self, strategy: StrategyName) -> Result<Vec<Point3>, Failure> {
-        const EXAMPLE: &str = "For example: --strategy flow --guide 1200,-300,450.";
-        if !self.guide.is_empty() && !strategy.has_guides() {
-            return Err(Failure::usage("only flow, scallop and auto start from a side of a region", EXAMPLE));
-        }
+    pub(crate) fn guides(&self) -> Result<Vec<Point3>, Failure> {
         let place = |text: &String| {
             let numbers: Option<Vec<f64>> =
                 text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect();
             match numbers.as_deref() {
                 Some(&[x, y, z]) => Ok(Point3::new(x, y, z)),
-                _ => Err(Failure::usage(format!("guide {text:?} is not three coordinates"), EXAMPLE)),
+                _ => Err(Failure::usage(
+                    format!("guide {text:?} is not three coordinates"),
+                    "For example: --strategy iso --guide 1200,-300,450.",
+                )),
             }
         };
         self.guide.iter().map(place).collect()
-    }
-
-    /// The slope between rows and waterlines, degrees.
-    pub(crate) fn steep_deg(&self) -> Result<f64, Failure> {
-        let (least, most) = STEEP_LIMITS_DEG;
-        match self.steep {
-            Some(deg) if !(least..=most).contains(&deg) => Err(Failure::usage(
-                format!(
-                    "the limit between shallow and steep is between {least} and {most} degrees, not {deg}"
-                ),
-                "For example: --steep 45.",
-            )),
-            asked => Ok(asked.unwrap_or(STEEP_DEG)),
-        }
     }
 }
 
@@ -282,18 +246,6 @@ pub(crate) enum StrategyName {
     Isoparametric,
     /// For each region whatever costs least of planar, flow, scallop and isoparametric.
     Auto,
-}
-
-impl StrategyName {
-    /// Whether it has a number of lines.
-    pub(crate) fn has_lines(self) -> bool {
-        self == StrategyName::Isoparametric
-    }
-
-    /// Whether it starts from a side of a region, which may be chosen.
-    pub(crate) fn has_guides(self) -> bool {
-        matches!(self, StrategyName::Flow | StrategyName::Scallop | StrategyName::Auto)
-    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]

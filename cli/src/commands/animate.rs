@@ -5,10 +5,11 @@ use std::io::{Read as _, Write as _};
 use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
 
+use claymill::seconds_of_moves;
 use claymill_toolpath::{Kind, Output, Program, read_job, read_moves};
 use claymill_viewer::{Movie, PictureOptions, Places, Reel, Renderer, Stock, StrokeStyle, View};
 
-use super::finished::{seconds, title};
+use super::finished::title;
 use super::pictures::{self, Album};
 use super::render::{camera, parse_size};
 use super::subject::Subject;
@@ -88,7 +89,7 @@ pub(crate) fn animate(context: &Context, args: &AnimateArgs) -> Result<ExitCode,
         bare.explain_tool(tool);
     }
     let style = StrokeStyle { region_colours: Some(&colours), tools: &tools, ..StrokeStyle::new(0.3) };
-    let reel = Reel::new(bare, &program, &seconds(&job, &program), &style);
+    let reel = Reel::new(bare, &program, &seconds_of_moves(&job, &program), &style);
     let mut stock = args.stock.map(|allowance_mm| Stock::of(reel.bare(), reel.course(), allowance_mm));
 
     console.stage("frames");

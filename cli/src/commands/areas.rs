@@ -1,4 +1,4 @@
-//! The areas of all faces, and which of them are not as accurate as usual.
+//! Says which areas of faces are not as accurate as usual.
 
 use claymill_exchange::FaceReading;
 use claymill_nurbs::FaceArea;
@@ -8,8 +8,8 @@ use crate::console::Console;
 /// Faces named, at most.
 const NAMED: usize = 5;
 
-/// Areas of faces as they were read, mm²; says where the integration had to end early.
-pub(super) fn of_faces_mm2(console: &Console, faces: &[FaceReading]) -> Vec<f64> {
+/// Says where the integration had to end early.
+pub(super) fn say_rough(console: &Console, faces: &[FaceReading]) {
     let is_rough = |face: &FaceReading| face.area_accuracy.is_none_or(|accuracy| accuracy > FaceArea::USUAL);
     let rough: Vec<usize> = (0..faces.len()).filter(|&face| is_rough(&faces[face])).collect();
     for &face in rough.iter().take(NAMED) {
@@ -25,5 +25,4 @@ pub(super) fn of_faces_mm2(console: &Console, faces: &[FaceReading]) -> Vec<f64>
     if rough.len() > NAMED {
         console.say(format!("warning: so are the areas of {} more faces", rough.len() - NAMED));
     }
-    faces.iter().map(|face| face.area_read_mm2).collect()
 }

@@ -1,8 +1,9 @@
 //! What a comparison is made of: one job for each combination of strategy, tool and scallop height.
 
+use claymill::{Job, Strategy, name};
+
 use super::finished::quoted;
 use super::job_file;
-use super::merge;
 use super::request::{Request, USUAL_SCALLOP_MM, USUAL_TOOL};
 use crate::args::{CompareArgs, JobOptions, StrategyName};
 use crate::failure::Failure;
@@ -63,28 +64,29 @@ impl Wanted {
     fn options(&self, tool: &str, scallop_mm: f64, strategy: StrategyName) -> JobOptions {
         let shared = &self.shared;
         // Where no strategy has it, it stays, and is refused as `plan` refuses it.
-        let suits =
-            |has: fn(StrategyName) -> bool| has(strategy) || !self.strategies.iter().copied().any(has);
+        let suits = |has: fn(Strategy) -> bool| {
+            has(strategy.into()) || !self.strategies.iter().any(|&other| has(other.into()))
+        };
         JobOptions {
             tool: Some(tool.to_owned()),
             scallop: Some(scallop_mm),
             strategy: Some(strategy),
-            lines: shared.lines.filter(|_| suits(StrategyName::has_lines)),
-            guide: if suits(StrategyName::has_guides) { shared.guide.clone() } else { Vec::new() },
+            lines: shared.lines.filter(|_| suits(Job::has_lines)),
+            guide: if suits(Job::has_guides) { shared.guide.clone() } else { Vec::new() },
             ..shared.clone()
         }
     }
 
     /// The strategy's name, with tool and scallop height where there are several.
     fn name(&self, tool: &str, scallop_mm: f64, strategy: StrategyName) -> String {
-        let mut name = merge::name(&strategy);
+        let mut folder = name(&strategy);
         if self.tools.len() > 1 {
-            name = format!("{name}-{}", tool.replace(':', "").replace(',', "-"));
+            folder = format!("{folder}-{}", tool.replace(':', "").replace(',', "-"));
         }
         if self.scallops_mm.len() > 1 {
-            name = format!("{name}-{scallop_mm}");
+            folder = format!("{folder}-{scallop_mm}");
         }
-        name
+        folder
     }
 
     /// What is the same in all jobs, as a job file.
@@ -102,7 +104,7 @@ impl Wanted {
             "--job".to_owned(),
             args.out.join(job_file).display().to_string(),
             "--strategies".to_owned(),
-            list(self.strategies.iter().map(merge::name).collect()),
+            list(self.strategies.iter().map(name).collect()),
             "--scallop".to_owned(),
             list(self.scallops_mm.iter().map(f64::to_string).collect()),
             "--tool".to_owned(),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use claymill_paths::{Axis, Orientation};
+use claymill_paths::Orientation;
 use claymill_toolpath::{
     Job, LONGEST_MADE, Standing, VERIFY_FILE, is_whole, read_job, read_judged, read_plain, read_regions,
     sha256_of,
@@ -57,15 +57,13 @@ impl<'a> Before<'a> {
         if let Some(known) = self.orientation {
             return Ok(known);
         }
-        let axes = &request.options.axes;
-        let told = |text: &Option<String>| text.as_ref().and_then(|text| text.parse::<Axis>().ok());
-        let orientation = match (told(&axes.up), told(&axes.length)) {
+        let orientation = match (request.job.up, request.job.front) {
             (Some(up), Some(front)) => Orientation { up, front },
             _ => {
                 // What is to be said of the model is said by the jobs.
                 let console = Console::new(true);
                 let context = Context { console: &console, json: false, force: self.context.force };
-                guess(axes, &context.load(&request.model)?)?.orientation
+                guess(&request.options.axes, &context.load(&request.model)?)?.orientation
             }
         };
         self.orientation = Some(orientation);
@@ -75,8 +73,9 @@ impl<'a> Before<'a> {
 
 /// Whether a job was made with what the files that a request names hold now: its options name these files only.
 fn asks_for(request: &Request, job: &Job) -> bool {
-    let (asked, made) = (&request.feeds, &job.request);
-    let machine = request.machine == made.machine
+    let (passes, made) = (&request.job.passes, &job.request);
+    let asked = &passes.feeds;
+    let machine = passes.machine == made.machine
         && asked.cut_mm_per_min == made.feed_mm_per_min
         && Some(asked.lead_mm_per_min) == made.lead_mm_per_min
         && asked.rapid_mm_per_min == made.rapid_mm_per_min;

@@ -2,7 +2,6 @@
 //! scallop height and strategy, and below it the time saved against `isoparametric`.
 
 use super::compare::Entry;
-use super::merge;
 use crate::args::StrategyName;
 use crate::console::COLUMNS;
 
@@ -68,7 +67,7 @@ pub(super) fn table(entries: &[Entry]) -> String {
 
 fn savings(entries: &[Entry]) -> String {
     let mut out = String::new();
-    for patch in entries.iter().filter(|e| e.strategy == merge::name(&StrategyName::Isoparametric)) {
+    for patch in entries.iter().filter(|e| e.strategy == claymill::name(&StrategyName::Isoparametric)) {
         let same = |e: &&Entry| {
             e.tool == patch.tool && e.scallop_mm == patch.scallop_mm && e.strategy != patch.strategy
         };

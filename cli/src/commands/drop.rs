@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
+use claymill::{Merging, ModelFile};
 use claymill_nurbs::{FaceId, Point3};
 use claymill_paths::{Covered, CutterDrop, Frame, PlanError, ToolPart};
 use claymill_toolpath::{Tool, ToolRecord};
@@ -10,7 +11,7 @@ use claymill_viewer::{PictureOptions, PosedTool, Renderer};
 use serde::Serialize;
 
 use super::render::{named_view, parse_size};
-use super::{Context, Loaded, left_out, merge, orientation, pictures};
+use super::{Context, left_out, orientation, pictures};
 use crate::args::{DropArgs, ShowName};
 use crate::console::outln;
 use crate::failure::Failure;
@@ -45,7 +46,7 @@ pub(crate) fn drop(context: &Context, args: &DropArgs) -> Result<ExitCode, Failu
         let entity = model.faces[face].source.entity.clone();
         Failure::from(claymill_paths::PlanError::Face { face, entity, source })
     })?;
-    left_out::say(context.console, &loaded, &covered.left_out);
+    left_out::say(context.console, &claymill::left_out_faces(&loaded, &covered.left_out));
     let [frame, ..] = orientation.five_setups().map_err(PlanError::from)?;
     let end = CutterDrop::new(&covered.model, &covered.covering, &frame, &tool);
     let rest = |line: &Point3| {
@@ -107,7 +108,7 @@ fn place(text: &str) -> Result<Point3, Failure> {
 fn save_picture(
     context: &Context,
     args: &DropArgs,
-    loaded: &Loaded,
+    loaded: &ModelFile,
     orientation: claymill_paths::Orientation,
     (tool, frame): (&Tool, &Frame),
     rests: &[Option<Rest>],
@@ -117,7 +118,7 @@ fn save_picture(
     let view = named_view(&args.view, &axes)?;
     let options = PictureOptions { size: parse_size(&args.size)?, ..pictures::options(&axes) };
     let model = &loaded.import.model;
-    let merged = merge::regions(model, &claymill_surface_merge::Preset::Clay.options())?;
+    let merged = claymill::merge(loaded, &Merging::default())?.found;
     let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
     let title = args.model.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let mut scene = album.scene(&title, None, &[ShowName::Model, ShowName::Trims])?;

@@ -1,38 +1,13 @@
-//! A finished job, as its pictures and its report see it.
+//! Words about a finished job: its title, and command lines that a shell reads back.
 
 use std::path::Path;
 
-use claymill_nurbs::Model;
-use claymill_paths::{Orientation, times_s};
-use claymill_toolpath::{Job, Move, Program, RegionsFile};
-use claymill_verify::{CrestSample, Verification};
-use rayon::prelude::*;
-
-/// A job with all that its pictures and its report are made of.
-#[derive(Clone, Copy)]
-pub(crate) struct Finished<'a> {
-    pub(crate) model: &'a Model,
-    pub(crate) job: &'a Job,
-    pub(crate) regions: &'a RegionsFile,
-    pub(crate) region_of_face: &'a [usize],
-    pub(crate) program: &'a Program,
-    /// Of each move.
-    pub(crate) seconds: &'a [f64],
-    pub(crate) found: &'a Verification,
-    pub(crate) crests: &'a [CrestSample],
-    pub(crate) orientation: Orientation,
-}
+use claymill_toolpath::Job;
 
 /// The model's file name.
 pub(crate) fn title(job: &Job) -> String {
     let path = Path::new(&job.model.path);
     path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
-}
-
-/// Seconds of every move: every setup begins and ends at rest.
-pub(crate) fn seconds(job: &Job, program: &Program) -> Vec<f64> {
-    let setups: Vec<&[Move]> = program.moves.chunk_by(|a, b| a.setup == b.setup).collect();
-    setups.par_iter().flat_map_iter(|moves| times_s(moves, &job.request.machine)).collect()
 }
 
 /// A word as a shell reads it back.

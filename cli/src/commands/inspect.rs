@@ -4,10 +4,11 @@
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
+use claymill::{Merged, Merging};
 use claymill_exchange::{ImportReport, Skipped};
 use claymill_nurbs::{Face, SurfaceKind};
 use claymill_surface_merge::defects::{Defect, defects};
-use claymill_surface_merge::{BoundaryAccount, Preset, Tolerance};
+use claymill_surface_merge::{BoundaryAccount, Tolerance};
 use claymill_toolpath::{Kind, SheetRecord};
 use serde::Serialize;
 
@@ -72,9 +73,11 @@ pub(crate) fn inspect(context: &Context, args: &InspectArgs) -> Result<ExitCode,
     let loaded = context.load(&args.model)?;
     let model = &loaded.import.model;
     context.console.stage("looking for defects");
-    let merged = super::merge::regions(model, &Preset::Clay.options())?;
-    let defects = defects(model, &merged, &loaded.face_area_mm2);
-    let sheets = material::find(&loaded, &merged, material::up(&args.axes, &loaded), &[])?;
+    let mut merged = claymill::merge(&loaded, &Merging::default())?;
+    let defects = defects(model, &merged.found, &loaded.face_area_mm2);
+    merged.find_sides(&loaded, material::up(&args.axes, &loaded), &[])?;
+    let Merged { found: merged, record, .. } = merged;
+    let sheets = record.sheets;
     if let Some((path, out)) = args.out.as_ref().zip(out) {
         context.console.stage("drawing");
         output::staged(&out, path, |staged| {

@@ -3,13 +3,14 @@
 
 use std::path::Path;
 
+use claymill::ModelFile;
 use claymill_surface_merge::Merge;
 use claymill_surface_merge::defects::{Defect, DefectCode};
 use claymill_toolpath::SheetRecord;
 use claymill_viewer::{LegendEntry, Mark, PictureOptions, Pin, PinShape, Renderer, Rgb};
 
 use super::render::{named_view, parse_size};
-use super::{Context, Loaded, orientation, pictures};
+use super::{Context, orientation, pictures};
 use crate::args::{InspectArgs, ShowName};
 use crate::console::counted;
 use crate::failure::Failure;
@@ -39,7 +40,7 @@ fn sign(code: DefectCode) -> (PinShape, Rgb) {
 pub(crate) fn save_picture(
     context: &Context,
     args: &InspectArgs,
-    loaded: &Loaded,
+    loaded: &ModelFile,
     merged: &Merge,
     defects: &[Defect],
     sheets: &[SheetRecord],

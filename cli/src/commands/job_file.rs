@@ -70,23 +70,24 @@ fn over(first: JobOptions, second: JobOptions) -> JobOptions {
 
 /// A job as the text of a job file, with every default filled in. What is found from the paths stays as it was asked for.
 pub(crate) fn text(request: &Request, orientation: Orientation) -> Result<String, Failure> {
-    let holder = request.holder.as_ref().map(ToString::to_string);
+    let (job, passes) = (&request.job, &request.job.passes);
+    let holder = job.holder.as_ref().map(ToString::to_string);
     let least = |text: String| text.split_once(':').map(|(_, sections)| format!("{LEAST}:{sections}"));
     let whole = JobOptions {
-        tool: Some(request.tool.to_string()),
-        holder: if request.least_stick_out { holder.and_then(least) } else { holder },
-        holder_clearance: request.holder.as_ref().map(|_| request.holder_clearance_mm),
-        scallop: Some(request.scallop_mm),
+        tool: Some(passes.tool.to_string()),
+        holder: if job.least_stick_out { holder.and_then(least) } else { holder },
+        holder_clearance: job.holder.as_ref().map(|_| job.holder_clearance_mm),
+        scallop: Some(passes.scallop_mm),
         strategy: Some(request.strategy),
-        steep: (request.strategy == StrategyName::SteepShallow).then_some(request.steep_deg),
-        link: Some(match request.link {
+        steep: (request.strategy == StrategyName::SteepShallow).then_some(passes.steep_deg),
+        link: Some(match passes.link {
             LinkStyle::Zigzag => LinkName::Zigzag,
             LinkStyle::OneWay => LinkName::OneWay,
         }),
         preset: Some(request.preset),
-        check_clearance: (!request.options.check.is_empty()).then_some(request.check_clearance_mm),
-        rapid_clearance: Some(request.rapid_clearance_mm),
-        feed: Some(request.feeds.cut_mm_per_min),
+        check_clearance: (!request.options.check.is_empty()).then_some(passes.check_clearance_mm),
+        rapid_clearance: Some(passes.clearance_mm),
+        feed: Some(passes.feeds.cut_mm_per_min),
         axes: AxisArgs { up: Some(orientation.up.to_string()), length: Some(orientation.front.to_string()) },
         ..request.options.clone()
     };

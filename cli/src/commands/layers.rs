@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use claymill::seconds_of_moves;
 use claymill_nurbs::{Model, Point3, Vector3};
 use claymill_toolpath::{Holder, Job, MoveKind, Program, ToolRecord};
 use claymill_verify::{
@@ -12,7 +13,6 @@ use claymill_viewer::{
     LegendEntry, LineKind, Mark, Pin, PinShape, Reel, Rgb, Scene, StateScale, Stock, StrokeStyle, kind_colour,
 };
 
-use super::finished::seconds;
 use super::pictures::paint_scallops;
 use super::{Context, request};
 use crate::args::ShowName;
@@ -138,7 +138,7 @@ pub(crate) fn at_moment(
     if let Some(tool) = moment.tools.first() {
         bare.explain_tool(tool);
     }
-    let reel = Reel::new(bare, work.program, &seconds(work.job, work.program), &moment.style);
+    let reel = Reel::new(bare, work.program, &seconds_of_moves(work.job, work.program), &moment.style);
     let stock = show.contains(&ShowName::Stock);
     let at_s = match moment.at {
         Some(text) => parse_time(text, reel.duration_s())?,
@@ -165,7 +165,7 @@ pub(crate) fn at_moment(
 /// The tool halfway through the job, over a finished picture of all paths.
 pub(crate) fn add_tool(scene: &mut Scene, work: &Work<'_>, moment: &Moment<'_>) {
     let nothing = Scene::new(scene.origin);
-    let reel = Reel::new(nothing, work.program, &seconds(work.job, work.program), &moment.style);
+    let reel = Reel::new(nothing, work.program, &seconds_of_moves(work.job, work.program), &moment.style);
     if let Some(tool) = reel.tool(0.5 * reel.duration_s()) {
         scene.add_posed_tool(&tool);
         scene.explain_tool(tool.record);

@@ -44,11 +44,11 @@ mod why;
 use std::path::Path;
 use std::process::ExitCode;
 
-use claymill_exchange::{Import, ImportReport};
-use claymill_nurbs::{Aabb, Face};
+use claymill::ModelFile;
+use claymill_exchange::ImportReport;
+use claymill_nurbs::Aabb;
 use claymill_paths::{Axis, Orientation, OrientationGuess};
 use claymill_toolpath::RegionsFile;
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::args::AxisArgs;
@@ -65,7 +65,6 @@ pub(crate) use drop::drop;
 pub(crate) use inspect::inspect;
 pub(crate) use man::man;
 pub(crate) use merge::merge;
-pub(crate) use merge::name;
 pub(crate) use order::order;
 pub(crate) use plan::plan;
 pub(crate) use post::post;
@@ -85,27 +84,19 @@ pub(crate) struct Context<'a> {
     pub(crate) force: bool,
 }
 
-/// A model with the measures that several commands need.
-pub(crate) struct Loaded {
-    pub(crate) import: Import,
-    pub(crate) face_area_mm2: Vec<f64>,
-    pub(crate) bounds: Aabb,
-}
-
 impl Context<'_> {
     /// Reads a model and measures its faces.
-    fn load(&self, path: &Path) -> Result<Loaded, Failure> {
+    fn load(&self, path: &Path) -> Result<ModelFile, Failure> {
         self.console.stage("reading");
-        let import = claymill_exchange::read(path)?;
-        for warning in &import.report.warnings {
+        let file = claymill::read(path)?;
+        let report = &file.import.report;
+        for warning in &report.warnings {
             self.console.say(format!("warning: {warning}"));
         }
-        say_skipped(self.console, &import.report);
+        say_skipped(self.console, report);
         self.console.stage("measuring");
-        let face_area_mm2 = areas::of_faces_mm2(self.console, &import.report.faces);
-        let boxes: Vec<Aabb> = import.model.faces.par_iter().map(Face::bounds).collect();
-        let bounds = boxes.iter().fold(Aabb::empty(), |a, b| a.union(b));
-        Ok(Loaded { import, face_area_mm2, bounds })
+        areas::say_rough(self.console, &report.faces);
+        Ok(file)
     }
 
     /// Prints a result as JSON on standard output.
@@ -130,8 +121,14 @@ fn say_skipped(console: &Console, report: &ImportReport) {
 }
 
 /// The vehicle's axes as told, or worked out from the model and printed.
-fn orientation(console: &Console, axes: &AxisArgs, loaded: &Loaded) -> Result<Orientation, Failure> {
+fn orientation(console: &Console, axes: &AxisArgs, loaded: &ModelFile) -> Result<Orientation, Failure> {
     let guess = guess(axes, loaded)?;
+    say_axes(console, axes, &guess);
+    Ok(guess.orientation)
+}
+
+/// Says which axes were not told and are guessed.
+fn say_axes(console: &Console, axes: &AxisArgs, guess: &OrientationGuess) {
     let chosen = guess.orientation;
     if axes.up.is_none() || axes.length.is_none() {
         let (label, doubt) =
@@ -142,15 +139,18 @@ fn orientation(console: &Console, axes: &AxisArgs, loaded: &Loaded) -> Result<Or
         );
         console.say_long(label, &text);
     }
-    Ok(chosen)
 }
 
 /// The axes that were told, and what the model says of the others.
-pub(crate) fn guess(axes: &AxisArgs, loaded: &Loaded) -> Result<OrientationGuess, Failure> {
+pub(crate) fn guess(axes: &AxisArgs, loaded: &ModelFile) -> Result<OrientationGuess, Failure> {
+    let (up, front) = told(axes)?;
+    Ok(claymill::orientation(loaded, up, front)?)
+}
+
+/// The axes that were told.
+fn told(axes: &AxisArgs) -> Result<(Option<Axis>, Option<Axis>), Failure> {
     let axis = |text: &Option<String>| text.as_ref().map(|t| t.parse::<Axis>()).transpose();
-    let (up, front) = (axis(&axes.up)?, axis(&axes.length)?);
-    Orientation::guess(&loaded.import.model, &loaded.face_area_mm2, up, front)
-        .map_err(|e| Failure::usage(e, "For example: --up +z --length -y."))
+    Ok((axis(&axes.up)?, axis(&axes.length)?))
 }
 
 /// The region of each face of a model of so many faces.

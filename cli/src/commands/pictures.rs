@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use claymill::{Finished, free_sides};
 use claymill_controller::Frame;
 use claymill_nurbs::{Aabb, FaceMesh, MeshOptions, Model, Point3, Vector3, tessellate};
 use claymill_paths::Orientation;
@@ -16,11 +17,10 @@ use claymill_viewer::{
 };
 use rayon::prelude::*;
 
-use super::finished::{Finished, title};
+use super::finished::title;
 use crate::args::ShowName;
 use crate::console::{Console, counted};
 use crate::failure::{Failure, advice_on};
-use crate::material::free_sides;
 
 /// Fine enough for pictures of a whole vehicle: half a pixel is about 1 mm there.
 pub(crate) const PICTURE_MESH: MeshOptions = MeshOptions { deviation_mm: 0.5, longest_edge_mm: 60.0 };

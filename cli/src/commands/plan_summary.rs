@@ -1,6 +1,6 @@
 //! What `claymill plan` says of a plan, before and after.
 
-use claymill_paths::{Plan, PlanOptions, Regions, flat_mm};
+use claymill_paths::{Plan, PlanOptions, flat_mm};
 use claymill_viewer::figures;
 
 use crate::console::Console;
@@ -30,8 +30,13 @@ fn duration(seconds: f64) -> String {
 }
 
 /// A plan that will take very long is announced before it begins.
-pub(super) fn warn_of_much(console: &Console, options: &PlanOptions, regions: &Regions) {
-    let areas = regions.face_area_mm2.iter().zip(regions.excluded);
+pub(super) fn warn_of_much(
+    console: &Console,
+    options: &PlanOptions,
+    excluded: &[bool],
+    face_area_mm2: &[f64],
+) {
+    let areas = face_area_mm2.iter().zip(excluded);
     let area_mm2: f64 = areas.filter(|(_, excluded)| !**excluded).map(|(mm2, _)| mm2).sum();
     let step_mm = flat_mm(options.tool.corner_radius_mm(), options.scallop_mm);
     if area_mm2 / step_mm > MUCH_MM {
@@ -60,7 +65,7 @@ pub(super) fn say_plan(console: &Console, plan: &Plan) {
         .uncut_mm2
         .iter()
         .map(|(reason, mm2)| {
-            format!("{} {}", area_of(*mm2, whole_mm2), super::merge::name(reason).replace('_', " "))
+            format!("{} {}", area_of(*mm2, whole_mm2), claymill::name(reason).replace('_', " "))
         })
         .collect();
     let not_cut = if uncut.is_empty() {

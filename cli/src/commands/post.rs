@@ -27,10 +27,9 @@ pub(crate) fn post(context: &Context, args: &PostArgs) -> Result<ExitCode, Failu
         out.check_beside(&totals_name, Kind::Json)?;
     }
     context.console.stage("reading");
-    let (job, program, note) = cleared(context, &args.folder, args.unverified)?;
-    let machine = placed(machine, &args.place, &job)?;
-    let mut job = MachineJob::new(job, &program, &machine)?;
-    job.notes.extend(note);
+    let cleared = cleared(context, &args.folder, args.unverified)?;
+    let machine = placed(machine, &args.place, cleared.job())?;
+    let job = cleared.on(&machine)?;
     if job.slowed > 0 {
         context.console.say(format!(
             "note: {} of {} moves ask for more feed than machine {} has, and run at what it has",

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
+use claymill::ModelFile;
 use claymill_nurbs::{Aabb, Model, Point3};
 use claymill_surface_merge::Preset;
 use claymill_toolpath::{Job, Kind, Program, read_moves};
@@ -15,12 +16,12 @@ use claymill_viewer::{
 
 use super::export::{ExportFormat, export};
 use super::subject::{Subject, job_in};
-use super::{Context, animate, diagrams, job_file, layers, merge, pictures};
+use super::{Context, animate, diagrams, job_file, layers, pictures};
 use crate::args::{PathColour, PresetName, RenderArgs, ShowName};
 use crate::console::peak_memory_mb;
 use crate::failure::Failure;
 use crate::merging::MergingArgs;
-use crate::{output, select};
+use crate::output;
 
 /// Layers that need a job.
 const OF_A_JOB: [ShowName; 5] =
@@ -82,7 +83,7 @@ pub(crate) fn render(context: &Context, args: &RenderArgs) -> Result<ExitCode, F
         }
         None => album.scene(&subject.title, None, &args.show)?,
     };
-    add_more(args, job.as_ref(), model, &mut scene)?;
+    add_more(args, job.as_ref(), &subject.loaded, &mut scene)?;
     if args.zebra {
         diagrams::explain_zebra(&mut scene);
     }
@@ -165,9 +166,14 @@ fn of_job(
 }
 
 /// What comes from the model and from merging it.
-fn add_more(args: &RenderArgs, job: Option<&Job>, model: &Model, scene: &mut Scene) -> Result<(), Failure> {
+fn add_more(
+    args: &RenderArgs,
+    job: Option<&Job>,
+    file: &ModelFile,
+    scene: &mut Scene,
+) -> Result<(), Failure> {
     if args.show.contains(&ShowName::ControlNets) {
-        scene.add_control_nets(model);
+        scene.add_control_nets(file.model());
     }
     let diagrams = [ShowName::Classes, ShowName::Worst, ShowName::IsoLines];
     if !args.show.iter().any(|s| diagrams.contains(s)) {
@@ -178,9 +184,8 @@ fn add_more(args: &RenderArgs, job: Option<&Job>, model: &Model, scene: &mut Sce
     let toml = args.what.join(job_file::JOB_TOML);
     let merging =
         if job.is_some() && toml.exists() { job_file::read(&toml)?.merging } else { MergingArgs::default() };
-    let options = merging.options(preset, model)?;
-    let merged = merge::regions(model, &options)?;
-    diagrams::draw(scene, model, &merged, &options, &args.show);
+    let merged = claymill::merge(file, &merging.merging(preset)?)?;
+    diagrams::draw(scene, file.model(), &merged.found, &merged.options, &args.show);
     Ok(())
 }
 
@@ -199,8 +204,8 @@ fn views(
     if args.focus.is_empty() {
         return Ok(views);
     }
-    let (left_out, _) = select::left_out(model, region_of_face, &args.focus, &[], &[])?;
-    let part = model.faces.iter().zip(left_out).filter(|(_, out)| !out);
+    let named = claymill::named_faces(model, region_of_face, &args.focus)?;
+    let part = model.faces.iter().zip(named).filter(|(_, is_named)| *is_named);
     let focus = part.fold(Aabb::empty(), |b, (face, _)| b.union(&face.bounds()));
     Ok(views.into_iter().map(|v| v.clone().focused(&v.name, focus)).collect())
 }

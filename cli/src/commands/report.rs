@@ -3,11 +3,12 @@
 use std::path::Path;
 use std::process::ExitCode;
 
+use claymill::{Finished, seconds_of_moves};
 use claymill_toolpath::{Job, REPORT_FILE, Renewal, VERIFY_FILE, read_job, read_moves_judged, read_regions};
 use claymill_verify::{CRESTS_FILE, Verification, VerifyOptions, model_of, verify_with_crests, write_crests};
 use claymill_viewer::{ReportError, ReportInput, write_report};
 
-use super::finished::{Finished, quoted, seconds, title};
+use super::finished::{quoted, title};
 use super::job_file::JOB_TOML;
 use super::{Context, orientation, pictures, region_of_face};
 use crate::args::{AxisArgs, ReportArgs};
@@ -55,7 +56,7 @@ pub(crate) fn report(context: &Context, args: &ReportArgs) -> Result<ExitCode, F
         regions: &regions,
         region_of_face: &region_of_face,
         program: &program,
-        seconds: &seconds(&job, &program),
+        seconds: &seconds_of_moves(&job, &program),
         found: &found,
         crests: &crests,
         orientation,

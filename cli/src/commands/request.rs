@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use claymill::{Job, Preset};
 use claymill_controller::Machine;
-use claymill_nurbs::Point3;
-use claymill_paths::{Feeds, Strategy, check_tools};
-use claymill_toolpath::{Bounds, HOLDER_CLEARANCE_MM, Holder, LinkStyle, MachineLimits, Tool};
+use claymill_paths::{CLEARANCE_MM, STEEP_DEG, Strategy};
+use claymill_toolpath::{HOLDER_CLEARANCE_MM, Holder, LinkStyle, Tool};
 
+use super::told;
 use crate::args::{JobOptions, LinkName, PresetName, StrategyName};
 use crate::failure::Failure;
 
@@ -15,142 +16,89 @@ pub(super) const LEAST: &str = "auto";
 /// Where nothing else is asked for.
 pub(super) const USUAL_TOOL: &str = "ball:10";
 pub(super) const USUAL_SCALLOP_MM: f64 = 0.1;
-/// Largest number of a tool.
-const LARGEST_TOOL: u32 = 999_999;
-/// Holders are asked to keep no more than this from the model, mm.
-const LARGEST_CLEARANCE_MM: f64 = 1000.0;
-
-/// No machine cuts faster, mm/min.
-const LARGEST_FEED_MM_PER_MIN: f64 = 500_000.0;
-/// Passes are fitted and written to a few tenths of a micrometre: lower scallops cannot be told from that, mm.
-const LOWEST_SCALLOP_MM: f64 = 0.001;
 
 /// A job with all defaults filled in.
 pub(crate) struct Request {
     pub(super) model: PathBuf,
     pub(super) options: JobOptions,
-    pub(super) tool: Tool,
-    pub(super) holder: Option<Holder>,
-    /// The holder sticks out as far as it has to.
-    pub(super) least_stick_out: bool,
-    pub(super) holder_clearance_mm: f64,
-    /// The tool whose rest is cut.
-    pub(super) rest_of: Option<Tool>,
-    pub(super) scallop_mm: f64,
     pub(super) strategy: StrategyName,
-    pub(super) steep_deg: f64,
-    pub(super) lines: Option<usize>,
-    pub(super) guides: Vec<Point3>,
-    pub(super) bounds: Bounds,
-    pub(super) check_clearance_mm: f64,
-    pub(super) rapid_clearance_mm: f64,
-    pub(super) link: LinkStyle,
     pub(super) preset: PresetName,
-    pub(super) feeds: Feeds,
-    pub(super) machine: MachineLimits,
+    pub(super) job: Job,
 }
 
 impl Request {
-    /// Id of the tool: its number in the machine, where that is known.
-    pub(super) fn tool_id(&self) -> String {
-        self.options
-            .tool_number
-            .map_or_else(|| claymill_paths::TOOL_ID.to_owned(), |number| format!("T{number}"))
-    }
-
     pub(crate) fn new(model: &Path, options: &JobOptions) -> Result<Self, Failure> {
         let tool = options.tool.as_deref().unwrap_or(USUAL_TOOL).parse::<Tool>();
         let tool = tool.map_err(|e| {
             Failure::usage(e, "For example: --tool ball:10, or --tool ball:5,taper:3,length:30,shank:12.")
         })?;
+        let rest_of = options.rest_of.as_deref().map(str::parse::<Tool>).transpose();
+        let rest_of = rest_of.map_err(|e| Failure::usage(e, "For example: --rest-of ball:10."))?;
+        let strategy = options.strategy.unwrap_or(StrategyName::Planar);
+        let preset = options.preset.unwrap_or(PresetName::Clay);
         let least = options.holder.as_deref().and_then(|text| text.trim().strip_prefix(LEAST));
         // What the tool has to stick out is known when there are paths; until then the ball does.
         let text = least.map(|sections| format!("{}{sections}", tool.radius_mm()));
         let text = text.as_deref().or(options.holder.as_deref());
-        let holder = text.map(|text| holder(text, &tool)).transpose()?;
-        let holder_clearance_mm = holder_clearance(options.holder_clearance)?;
-        let rest_of = options.rest_of.as_deref().map(str::parse::<Tool>).transpose();
-        let rest_of = rest_of.map_err(|e| Failure::usage(e, "For example: --rest-of ball:10."))?;
-        let scallop_mm = options.scallop.unwrap_or(USUAL_SCALLOP_MM);
-        if (0.0..LOWEST_SCALLOP_MM).contains(&scallop_mm) {
-            return Err(Failure::usage(
-                format!(
-                    "scallop height {scallop_mm} mm is below {LOWEST_SCALLOP_MM} mm, to which passes are exact"
-                ),
-                "Usual scallop heights are 0.02 to 0.2 mm, for example --scallop 0.1.",
-            ));
+
+        let mut job = Job::new(tool, options.scallop.unwrap_or(USUAL_SCALLOP_MM));
+        job.holder = text.map(|text| holder(text, &tool)).transpose()?;
+        job.least_stick_out = least.is_some();
+        job.holder_clearance_mm = options.holder_clearance.unwrap_or(HOLDER_CLEARANCE_MM);
+        job.tool_number = options.tool_number;
+        job.merging = options.merging.merging(Preset::from(preset))?;
+        (job.up, job.front) = told(&options.axes)?;
+        job.only.clone_from(&options.only);
+        job.skip.clone_from(&options.skip);
+        job.avoid.clone_from(&options.bounds.avoid);
+        job.setups.clone_from(&options.setups);
+        job.material_side.clone_from(&options.material_side);
+        job.obstacles.clone_from(&options.check);
+        job.obstacle_unit_mm = options.mesh_unit.unwrap_or(1.0);
+        let passes = &mut job.passes;
+        passes.rest_of = rest_of;
+        passes.strategy = strategy.into();
+        passes.steep_deg = options.steep.unwrap_or(STEEP_DEG);
+        passes.lines = options.lines;
+        passes.guides = options.guides()?;
+        passes.pencil = options.pencil;
+        passes.row_angle_deg = options.angle;
+        passes.bounds = options.bounds.bounds()?;
+        passes.check_clearance_mm = options.check_clearance_mm()?;
+        passes.clearance_mm = options.rapid_clearance.unwrap_or(CLEARANCE_MM);
+        passes.link = match options.link {
+            Some(LinkName::OneWay) => LinkStyle::OneWay,
+            Some(LinkName::Zigzag) | None => LinkStyle::Zigzag,
+        };
+        if let Some(feed) = options.feed {
+            passes.feeds.cut_mm_per_min = feed;
         }
         // Said before the model is read, which may take a while.
-        check_tools(&tool, rest_of.as_ref(), scallop_mm)?;
-        let machine = options.machine.as_deref().map(Machine::read).transpose()?;
-        let feeds = feeds(options.feed, machine.as_ref())?;
-        if options.angle.is_some_and(|angle| !angle.is_finite()) {
-            return Err(Failure::usage("the angle of the rows must be a number", "For example: --angle 45."));
+        job.check()?;
+        if let Some(machine) = options.machine.as_deref().map(Machine::read).transpose()? {
+            check_feed(options.feed, &machine)?;
+            job = job.machine(&machine);
         }
-        if options.tool_number.is_some_and(|number| !(1..=LARGEST_TOOL).contains(&number)) {
-            let what = format!("a tool has a number from 1 to {LARGEST_TOOL}");
-            return Err(Failure::usage(what, "For example: --tool-number 12."));
-        }
-        let strategy = options.strategy.unwrap_or(StrategyName::Planar);
-        Ok(Request {
-            model: model.to_owned(),
-            tool,
-            holder,
-            least_stick_out: least.is_some(),
-            holder_clearance_mm: holder_clearance_mm.unwrap_or(HOLDER_CLEARANCE_MM),
-            rest_of,
-            scallop_mm,
-            strategy,
-            steep_deg: options.steep_deg()?,
-            lines: options.lines(strategy)?,
-            guides: options.guides(strategy)?,
-            bounds: options.bounds.bounds()?,
-            check_clearance_mm: options.check_clearance_mm()?,
-            rapid_clearance_mm: options.rapid_clearance_mm()?,
-            link: match options.link {
-                Some(LinkName::OneWay) => LinkStyle::OneWay,
-                Some(LinkName::Zigzag) | None => LinkStyle::Zigzag,
-            },
-            preset: options.preset.unwrap_or(PresetName::Clay),
-            feeds,
-            machine: machine.map(|m| m.limits()).unwrap_or_default(),
-            options: options.clone(),
-        })
+        Ok(Request { model: model.to_owned(), options: options.clone(), strategy, preset, job })
     }
 }
 
-/// The feeds as asked for, or as usual, as far as the machine allows them.
-fn feeds(asked_mm_per_min: Option<f64>, machine: Option<&Machine>) -> Result<Feeds, Failure> {
-    let usual = Feeds::default();
-    let cut_mm_per_min = asked_mm_per_min.unwrap_or(usual.cut_mm_per_min);
-    if !(cut_mm_per_min > 0.0 && cut_mm_per_min <= LARGEST_FEED_MM_PER_MIN) {
-        let what = format!("feed {cut_mm_per_min} mm/min is not between 0 and {LARGEST_FEED_MM_PER_MIN}");
-        return Err(Failure::usage(what, "For example: --feed 6000."));
-    }
-    let Some(machine) = machine else { return Ok(Feeds { cut_mm_per_min, ..usual }) };
+/// A feed that is asked for, and not only usual, is one that the machine has.
+fn check_feed(asked_mm_per_min: Option<f64>, machine: &Machine) -> Result<(), Failure> {
     let most = machine.feed.max_mm_per_min;
-    if asked_mm_per_min.is_some_and(|asked| asked > most) {
-        let what = format!("feed {cut_mm_per_min} mm/min is more than {most}, the most of {}", machine.name);
-        return Err(Failure::usage(what, "Give a lower --feed, or another --machine."));
+    match asked_mm_per_min.filter(|asked| *asked > most) {
+        Some(asked) => Err(Failure::usage(
+            format!("feed {asked} mm/min is more than {most}, the most of {}", machine.name),
+            "Give a lower --feed, or another --machine.",
+        )),
+        None => Ok(()),
     }
-    Ok(Feeds {
-        cut_mm_per_min: cut_mm_per_min.min(most),
-        lead_mm_per_min: usual.lead_mm_per_min.min(most),
-        rapid_mm_per_min: machine.feed.rapid_mm_per_min,
-    })
 }
 
 /// A distance that can be kept.
 pub(crate) fn holder_clearance(asked_mm: Option<f64>) -> Result<Option<f64>, Failure> {
-    match asked_mm {
-        Some(mm) if !(0.0..=LARGEST_CLEARANCE_MM).contains(&mm) => Err(Failure::usage(
-            format!(
-                "holders cannot keep {mm} mm from the model: it must be between 0 and {LARGEST_CLEARANCE_MM}"
-            ),
-            "For example: --holder-clearance 2.",
-        )),
-        asked => Ok(asked),
-    }
+    asked_mm.map_or(Ok(()), claymill::check_holder_clearance)?;
+    Ok(asked_mm)
 }
 
 /// The holder as written on the command line or in a job file.

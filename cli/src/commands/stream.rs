@@ -86,14 +86,15 @@ pub(crate) fn stream(context: &Context, args: &StreamArgs) -> Result<ExitCode, F
     if args.plunge.is_some_and(|mm| !(mm.is_finite() && mm > 0.0)) {
         return Err(Failure::usage("--plunge needs a height above 0", "For example --plunge 20."));
     }
-    let (job, program, _) = cleared(context, &args.folder, args.unverified)?;
+    let cleared = cleared(context, &args.folder, args.unverified)?;
+    let (job, program) = (cleared.job(), cleared.program());
     let wanted = |m: &Move| m.seq >= args.from && args.region.is_none_or(|r| r == m.region);
     if !program.moves.iter().any(wanted) {
         return Err(Failure::usage("no move is left to stream", "Check --from and --region."));
     }
-    let machine = post::placed(post::machine(args.machine.as_deref())?, &args.place, &job)?;
+    let machine = post::placed(post::machine(args.machine.as_deref())?, &args.place, job)?;
     let routed = |stands: Option<(Point3, Vector3)>| {
-        let route = Route::new(&job, &program, wanted, stands, args.plunge);
+        let route = Route::new(job, program, wanted, stands, args.plunge);
         if let Some(approach) = &route.approach {
             context.console.say(format!("approach  {approach}"));
         }

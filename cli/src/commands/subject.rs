@@ -2,15 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use claymill_surface_merge::Preset;
+use claymill::{Merging, ModelFile};
 use claymill_toolpath::{Job, RegionsFile, read_job, read_regions};
 use claymill_verify::model_of;
 use claymill_viewer::Axes;
 
-use super::{Context, Loaded, merge, orientation, pictures, region_of_face};
+use super::{Context, orientation, pictures, region_of_face};
 use crate::args::AxisArgs;
 use crate::failure::Failure;
-use crate::material;
 
 /// The job of a folder; none of a model file.
 pub(crate) fn job_in(what: &Path) -> Result<Option<Job>, Failure> {
@@ -20,7 +19,7 @@ pub(crate) fn job_in(what: &Path) -> Result<Option<Job>, Failure> {
 /// A model that was read, and the axes by which it is looked at.
 pub(crate) struct Subject {
     pub(crate) title: String,
-    pub(crate) loaded: Loaded,
+    pub(crate) loaded: ModelFile,
     pub(crate) axes: Axes,
 }
 
@@ -63,9 +62,8 @@ impl Subject {
             let of_face = region_of_face(&regions, model.faces.len())?;
             return Ok((regions, of_face));
         }
-        let merged = merge::regions(model, &Preset::Clay.options())?;
-        let mut regions = merge::record(&merged, Preset::Clay);
-        regions.sheets = material::find(&self.loaded, &merged, self.axes.up, &[])?;
-        Ok((regions, merged.region_of_face))
+        let mut merged = claymill::merge(&self.loaded, &Merging::default())?;
+        merged.find_sides(&self.loaded, self.axes.up, &[])?;
+        Ok((merged.record, merged.found.region_of_face))
     }
 }

@@ -24,18 +24,17 @@ mod with_window {
     use std::sync::Arc;
     use std::time::{Duration, Instant};
 
+    use claymill::{free_sides, seconds_of_moves};
     use claymill_toolpath::{Kind, LONGEST_MADE, Output, Standing, VERIFY_FILE, read_moves, read_plain};
     use claymill_verify::{Verification, read_crests};
     use claymill_viewer::{ViewError, shows_material};
     use claymill_window::{Exhibit, Headless, JobToShow, Paint, Stage, WindowError, WindowOptions, show};
 
     use super::{Context, ExitCode, Failure, ViewArgs};
-    use crate::commands::finished::seconds;
     use crate::commands::render::parse_size;
     use crate::commands::subject::{Subject, job_in};
     use crate::commands::{layers, pictures};
     use crate::console::{outln, peak_memory_mb};
-    use crate::material::free_sides;
     use crate::output;
 
     impl From<WindowError> for Failure {
@@ -194,7 +193,7 @@ mod with_window {
                 if program.moves.is_empty() {
                     context.console.say("warning: the job holds no moves; the model alone is shown");
                 }
-                let seconds = seconds(&job, &program);
+                let seconds = seconds_of_moves(&job, &program);
                 let verification = verification(context, &args.what);
                 let crests = read_crests(&args.what, &job)
                     .map(|crests| Arc::new(crests.into_iter().map(|c| (c.foot, c.height_mm)).collect()));

@@ -12,7 +12,7 @@ const LONGEST: usize = 600;
 const LARGEST_CIRCLE: usize = 3;
 /// The crates, each with those of the workspace that it may build on. Anything else is a new direction: decide, then
 /// write it here and in `ARCHITECTURE.md`.
-const DIRECTIONS: [(&str, &[&str]); 14] = [
+const DIRECTIONS: [(&str, &[&str]); 15] = [
     ("nurbs", &[]),
     ("exchange", &["nurbs"]),
     ("surface-merge", &["nurbs"]),
@@ -28,8 +28,13 @@ const DIRECTIONS: [(&str, &[&str]); 14] = [
     ("models", &["nurbs", "exchange"]),
     ("tests", &["nurbs", "toolpath"]),
     (
+        "claymill",
+        &["nurbs", "exchange", "surface-merge", "toolpath", "paths", "verify", "controller", "viewer"],
+    ),
+    (
         "cli",
         &[
+            "claymill",
             "nurbs",
             "exchange",
             "surface-merge",
@@ -80,8 +85,10 @@ fn crate_names() -> BTreeSet<String> {
 fn dependencies(manifest: &str) -> BTreeSet<String> {
     let (_, rest) = manifest.split_once("[dependencies]").unwrap_or_default();
     let table = rest.split("\n[").next().unwrap_or_default();
+    let names = table.lines().filter_map(|line| line.split(['.', ' ', '=']).next());
+    // The package of the folder `claymill` has no prefix.
     let names =
-        table.lines().filter_map(|line| line.split(['.', ' ', '=']).next()?.strip_prefix("claymill-"));
+        names.filter_map(|name| (name == "claymill").then_some(name).or(name.strip_prefix("claymill-")));
     names.map(str::to_owned).collect()
 }
 

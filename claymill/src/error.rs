@@ -1,0 +1,131 @@
+//! Why a step of a job failed, with advice.
+
+use std::path::PathBuf;
+
+use claymill_controller::PostError;
+use claymill_exchange::{MeshError, ReadError};
+use claymill_paths::{ParallelAxes, PlanError};
+use claymill_surface_merge::MergeError;
+use claymill_toolpath::{FolderError, Standing};
+use claymill_verify::VerifyError;
+use thiserror::Error as ThisError;
+
+use crate::job_error::JobError;
+use crate::material::MaterialError;
+use crate::merging::WishError;
+use crate::select::SelectError;
+
+/// Why a step of a job failed.
+#[derive(Debug, ThisError)]
+pub enum Error {
+    /// The model cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// An obstacle cannot be read.
+    #[error(transparent)]
+    Obstacle(#[from] MeshError),
+    /// The job cannot be meant as it is asked for.
+    #[error(transparent)]
+    Job(#[from] JobError),
+    /// The axes of the model are parallel.
+    #[error(transparent)]
+    Axes(#[from] ParallelAxes),
+    /// Faces cannot be kept apart or together as asked for.
+    #[error(transparent)]
+    Wish(#[from] WishError),
+    /// A text names no faces.
+    #[error(transparent)]
+    Select(#[from] SelectError),
+    /// A text does not say where the material is.
+    #[error(transparent)]
+    Material(#[from] MaterialError),
+    /// Faces cannot be merged.
+    #[error(transparent)]
+    Merge(#[from] MergeError),
+    /// No plan can be made.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// A job folder cannot be read or written.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// A job cannot be verified at all.
+    #[error(transparent)]
+    Verify(#[from] VerifyError),
+    /// A job may not be run: its moves did not pass verification.
+    #[error("{}: {standing}", folder.display())]
+    NotCleared {
+        /// The job folder.
+        folder: PathBuf,
+        /// Why not.
+        standing: Standing,
+    },
+    /// A program cannot be written.
+    #[error(transparent)]
+    Post(#[from] PostError),
+}
+
+impl Error {
+    /// What to do about it, in one sentence.
+    #[must_use]
+    pub fn advice(&self) -> String {
+        match self {
+            Error::Read(e) => e.advice(),
+            Error::Obstacle(e) => e.advice().to_owned(),
+            Error::Job(e) => e.advice().to_owned(),
+            Error::Axes(_) => "Choose two different axes, or leave one to be guessed.".to_owned(),
+            Error::Wish(e) => e.advice(),
+            Error::Select(e) => e.advice(),
+            Error::Material(e) => e.advice(),
+            Error::Merge(e) => of_merging(e).to_owned(),
+            Error::Plan(e) => of_planning(e).to_owned(),
+            Error::Folder(e) => e.advice().to_owned(),
+            Error::Verify(e) => e.advice(),
+            Error::NotCleared { standing: Standing::NotPassed { .. }, .. } => {
+                "Change the job until it passes.".to_owned()
+            }
+            Error::NotCleared { .. } => "Verify the folder, or plan the job again.".to_owned(),
+            Error::Post(e) => of_posting(e),
+        }
+    }
+}
+
+fn of_merging(error: &MergeError) -> &'static str {
+    match error {
+        MergeError::NotFinite { .. } => "Mend the face in the CAD system.",
+        MergeError::Contradiction { .. } => "Name fewer faces to be kept together or apart.",
+        MergeError::Option { .. } | MergeError::Classes { .. } | MergeError::NoSuchFace { .. } => {
+            "Begin with the options of a preset."
+        }
+    }
+}
+
+fn of_planning(error: &PlanError) -> &'static str {
+    match error {
+        PlanError::Orientation(_) => "Up and front must be two different axes.",
+        PlanError::Setups { .. } => "Name each setup once.",
+        PlanError::Scallop { .. } => "Usual scallop heights are 0.02 to 0.2 mm.",
+        PlanError::EarlierTool { .. } => "The earlier tool is the larger one.",
+        PlanError::NoBall { .. } => "Choose a ball, for example ball:10; it may have a taper and a shank.",
+        PlanError::ToolTooBig { .. } => "Choose a smaller tool, and check the unit of the model.",
+        PlanError::Face { .. } => "Leave the face out, or mend it in the CAD system.",
+        PlanError::NoSide { .. } => "Name a place beside a region that is cut, in the model's millimetres.",
+        PlanError::Sides { .. } | PlanError::TooManySides { .. } => {
+            "One place says where a region is swept from, a second one beside another side where to."
+        }
+        PlanError::NothingToCut => "Look at what is left out, and at the axes.",
+        PlanError::NoRest => "There is nothing to do: no valley is tighter than the earlier tool.",
+    }
+}
+
+fn of_posting(error: &PostError) -> String {
+    match error {
+        PostError::Folder(e) => e.advice().to_owned(),
+        PostError::Io { source, .. } => claymill_toolpath::advice_on(source).to_owned(),
+        PostError::Output(_) => "Choose another name for the program.".to_owned(),
+        PostError::Move(_) | PostError::Job(_) => "Plan the job again.".to_owned(),
+        PostError::Refused { .. } => "Change the machine definition, or post to another dialect.".to_owned(),
+        PostError::ReadBack(_) | PostError::Lost { .. } | PostError::Differs { .. } => {
+            "Nothing was written. This is a fault of the post: please report it.".to_owned()
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! Why a job cannot be meant as it is asked for, with advice.
+
+use thiserror::Error;
+
+use crate::job::{
+    LARGEST_CLEARANCE_MM, LARGEST_FEED_MM_PER_MIN, LARGEST_MARGIN_MM, LARGEST_TOOL, LEAST_RAPID_MM,
+    LOWEST_SCALLOP_MM, MOST_LINES, STEEP_LIMITS_DEG,
+};
+
+/// Why a job cannot be meant as it is asked for.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[allow(missing_docs, reason = "each field is named in the message of its variant")]
+pub enum JobError {
+    /// No setup has this name.
+    #[error("there is no setup `{name}`")]
+    Setup { name: String },
+    /// Scallops are too low.
+    #[error("scallop height {scallop_mm} mm is below {LOWEST_SCALLOP_MM} mm, to which passes are exact")]
+    Scallop { scallop_mm: f64 },
+    /// No machine cuts like this.
+    #[error("feed {feed_mm_per_min} mm/min is not between 0 and {LARGEST_FEED_MM_PER_MIN}")]
+    Feed { feed_mm_per_min: f64 },
+    /// Rows have no direction.
+    #[error("the angle of the rows must be a number")]
+    RowAngle,
+    /// No tool has this number.
+    #[error("a tool has a number from 1 to {LARGEST_TOOL}")]
+    ToolNumber,
+    /// Nothing is steep, or all is.
+    #[error(
+        "the limit between shallow and steep is between {} and {} degrees, not {steep_deg}",
+        STEEP_LIMITS_DEG.0,
+        STEEP_LIMITS_DEG.1
+    )]
+    Steep { steep_deg: f64 },
+    /// A number of lines for a strategy without.
+    #[error("only isoparametric has a number of lines")]
+    LinesOfOthers,
+    /// Too many lines, or none.
+    #[error("a patch has between 1 and {MOST_LINES} lines, not {lines}")]
+    Lines { lines: usize },
+    /// Places beside sides for a strategy without.
+    #[error("only flow, scallop and auto start from a side of a region")]
+    GuidesOfOthers,
+    /// Nobody keeps away so far.
+    #[error("a distance to what is avoided of {margin_mm} mm: it is between 0 and {LARGEST_MARGIN_MM}")]
+    Margin { margin_mm: f64 },
+    /// Nobody goes on so far.
+    #[error("an extension of {extension_mm} mm: it is between 0 and {LARGEST_MARGIN_MM}")]
+    Extension { extension_mm: f64 },
+    /// There is nothing in a box.
+    #[error("box {number} is empty: its {axis} runs from {from_mm} to {to_mm} mm")]
+    EmptyBox { number: usize, axis: &'static str, from_mm: f64, to_mm: f64 },
+    /// Holders keep no such distance.
+    #[error(
+        "holders cannot keep {clearance_mm} mm from the model: it must be between 0 and {LARGEST_CLEARANCE_MM}"
+    )]
+    HolderClearance { clearance_mm: f64 },
+    /// The ball keeps no such distance.
+    #[error(
+        "the ball cannot keep {clearance_mm} mm from obstacles: it is between 0 and {LARGEST_CLEARANCE_MM}"
+    )]
+    ObstacleClearance { clearance_mm: f64 },
+    /// Rapids keep no such distance.
+    #[error(
+        "rapids cannot keep {clearance_mm} mm: it is between {LEAST_RAPID_MM} and {LARGEST_CLEARANCE_MM}"
+    )]
+    RapidClearance { clearance_mm: f64 },
+}
+
+impl JobError {
+    /// What to do about it, in one sentence.
+    #[must_use]
+    pub fn advice(&self) -> &'static str {
+        match self {
+            JobError::Setup { .. } => "Setups are top, left, right, front, rear and bottom.",
+            JobError::Scallop { .. } => "Usual scallop heights are 0.02 to 0.2 mm.",
+            JobError::Feed { .. } => "A clay mill cuts at 6000 mm/min.",
+            JobError::RowAngle => "Leave it out to have the cheapest one found.",
+            JobError::ToolNumber => "Leave it out for tool 1.",
+            JobError::Steep { .. } => "Usually it is 45 degrees.",
+            JobError::LinesOfOthers => "Leave it out, or choose Strategy::Isoparametric.",
+            JobError::Lines { .. } => "Leave it out for as many as the scallop height takes.",
+            JobError::GuidesOfOthers => "Leave them out, or choose Strategy::Flow.",
+            JobError::Margin { .. } => "Usually it is 1 mm.",
+            JobError::Extension { .. } => "Usually it is 0 mm.",
+            JobError::EmptyBox { .. } => "The first corner of a box has the smaller coordinates.",
+            JobError::HolderClearance { .. } | JobError::ObstacleClearance { .. } => "Usually it is 1 mm.",
+            JobError::RapidClearance { .. } => "Usually it is 5 mm.",
+        }
+    }
+}

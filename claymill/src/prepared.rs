@@ -1,0 +1,141 @@
+//! A job with what the model makes of it: regions, material sides, what is cut, obstacles.
+
+use std::path::PathBuf;
+
+use claymill_exchange::{ObstacleMesh, read_mesh};
+use claymill_nurbs::Point3;
+use claymill_paths::{Frame, Orientation, OrientationGuess, PlanOptions, Regions, plan_around};
+use claymill_toolpath::{Bounds, sha256_of};
+
+use crate::job_error::JobError;
+use crate::material::free_sides;
+use crate::merging::{Merged, merge};
+use crate::{Error, Job, Merging, ModelFile, Planned, Progress, select};
+
+/// A job with what the model makes of it: all that is known before it is planned.
+#[derive(Debug)]
+pub struct Prepared<'m> {
+    pub(crate) job: Job,
+    pub(crate) file: &'m ModelFile,
+    pub(crate) model_sha256: String,
+    pub(crate) merged: Merged,
+    pub(crate) options: PlanOptions,
+    pub(crate) obstacles: Vec<ObstacleFile>,
+    orientation: OrientationGuess,
+    excluded: Vec<bool>,
+}
+
+/// An obstacle as it was read.
+#[derive(Debug, Clone)]
+pub struct ObstacleFile {
+    /// Where it was read.
+    pub path: PathBuf,
+    /// Its triangles, mm. Nothing guards its inside where it has open edges.
+    pub mesh: ObstacleMesh,
+    /// SHA-256 of the file, hexadecimal.
+    pub sha256: String,
+}
+
+/// The axes of a model: as given, and otherwise as guessed from it.
+///
+/// # Errors
+/// The axes that are given are parallel.
+pub fn orientation(
+    file: &ModelFile,
+    up: Option<claymill_paths::Axis>,
+    front: Option<claymill_paths::Axis>,
+) -> Result<OrientationGuess, Error> {
+    Ok(Orientation::guess(file.model(), &file.face_area_mm2, up, front)?)
+}
+
+/// The setups that were asked for by name; none if all five usual ones may be used.
+fn chosen_setups(orientation: Orientation, names: &[String]) -> Result<Vec<Frame>, Error> {
+    let of_name = |name: &String| -> Result<Frame, Error> {
+        let frame = orientation.setup(name)?;
+        Ok(frame.ok_or_else(|| JobError::Setup { name: name.clone() })?)
+    };
+    names.iter().map(of_name).collect()
+}
+
+impl<'m> Prepared<'m> {
+    pub(crate) fn new(job: &Job, file: &'m ModelFile) -> Result<Self, Error> {
+        let model = file.model();
+        let model_sha256 = sha256_of(&file.path)?;
+        let orientation = orientation(file, job.up, job.front)?;
+        let mut merging: Merging = job.merging.clone();
+        merging.options.ball_radius_mm = job.tool().radius_mm();
+        merging.options.feed_mm_per_min = job.passes.feeds.cut_mm_per_min;
+        let mut merged = merge(file, &merging)?;
+        merged.measure_quality(file);
+        let region_of_face = &merged.found.region_of_face;
+        let (excluded, avoid) = select::left_out(model, region_of_face, &job.only, &job.skip, &job.avoid)?;
+        merged.find_sides(file, orientation.orientation.up.vector(), &job.material_side)?;
+        let bounds = &job.passes.bounds;
+        let options = PlanOptions {
+            free_sides: free_sides(&merged.record.sheets, model.faces.len()),
+            bounds: Bounds {
+                avoid,
+                avoid_mm: if job.avoid.is_empty() { 0.0 } else { bounds.avoid_mm },
+                ..bounds.clone()
+            },
+            orientation: orientation.orientation,
+            setups: chosen_setups(orientation.orientation, &job.setups)?,
+            ..job.passes.clone()
+        };
+        let obstacles = job.obstacles.iter().map(|path| {
+            let mesh = read_mesh(path, job.obstacle_unit_mm)?;
+            Ok(ObstacleFile { path: path.clone(), mesh, sha256: sha256_of(path)? })
+        });
+        let obstacles = obstacles.collect::<Result<_, Error>>()?;
+        let job = job.clone();
+        Ok(Prepared { job, file, model_sha256, merged, options, obstacles, orientation, excluded })
+    }
+
+    /// The model's axes, and what they follow from.
+    #[must_use]
+    pub fn orientation(&self) -> &OrientationGuess {
+        &self.orientation
+    }
+
+    /// The regions and, in their record, the sheets with their material sides.
+    #[must_use]
+    pub fn merged(&self) -> &Merged {
+        &self.merged
+    }
+
+    /// Whether each face is left out on request.
+    #[must_use]
+    pub fn excluded(&self) -> &[bool] {
+        &self.excluded
+    }
+
+    /// What must not be touched.
+    #[must_use]
+    pub fn obstacles(&self) -> &[ObstacleFile] {
+        &self.obstacles
+    }
+
+    /// How passes will be laid on this model.
+    #[must_use]
+    pub fn options(&self) -> &PlanOptions {
+        &self.options
+    }
+
+    /// Plans the passes of all setups.
+    ///
+    /// # Errors
+    /// The tool does not fit the model, or there is nothing to cut.
+    pub fn plan(self, progress: Progress<'_>) -> Result<Planned<'m>, Error> {
+        let regions = Regions {
+            merged: &self.merged.found,
+            of_face: &self.merged.found.region_of_face,
+            excluded: &self.excluded,
+            face_area_mm2: &self.file.face_area_mm2,
+        };
+        let triangles: Vec<[Point3; 3]> = (self.obstacles.iter())
+            .flat_map(|o| o.mesh.triangles.iter().map(|t| t.map(|i| o.mesh.vertices[i as usize])))
+            .collect();
+        let plan = plan_around(self.file.model(), &regions, &triangles, &self.options, progress)?;
+        Ok(Planned::new(self, plan))
+    }
+}

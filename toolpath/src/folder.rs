@@ -10,11 +10,11 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
+use crate::io_advice::advice_on;
 use crate::largest::Largest;
 use crate::manifest::{self, Survey};
 use crate::place::whole;
 use crate::plain_file::{LONGEST_MADE, open_plain, read_plain};
-use crate::io_advice::advice_on;
 use crate::plausible::{check_move, implausible, impossible_region};
 use crate::scratch::{Scratch, parent_of};
 use crate::{Job, Move, Program, RegionsFile};

@@ -257,7 +257,9 @@ fn check_bounds(bounds: &Bounds) -> Result<(), JobError> {
         return Err(JobError::Extension { extension_mm: extend_mm });
     }
     for (index, sides) in bounds.within_mm.iter().enumerate() {
-        if let Some(k) = (0..3).find(|&k| !(sides[k] < sides[k + 3])) {
+        if let Some(k) =
+            (0..3).find(|&k| sides[k].partial_cmp(&sides[k + 3]) != Some(std::cmp::Ordering::Less))
+        {
             let (axis, from_mm, to_mm) = (["x", "y", "z"][k], sides[k], sides[k + 3]);
             return Err(JobError::EmptyBox { number: index + 1, axis, from_mm, to_mm });
         }

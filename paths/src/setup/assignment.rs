@@ -254,7 +254,7 @@ impl Prober<'_> {
         let [ab, bc, ca] = [middle(&a, &b), middle(&b, &c), middle(&c, &a)];
         let of_part = |part: [Point2; 3]| {
             let [first, second, third] = part.map(|uv| self.probe(uv));
-            let seen = by_setup([&self.probe(centroid(part)), &first, &second, &third]);
+            let seen: Vec<Seen> = by_setup([&self.probe(centroid(part)), &first, &second, &third]).collect();
             if halvings > 1 && is_in_doubt(&seen) {
                 return self.divided(part, leads, halvings - 1, missed);
             }

@@ -268,20 +268,22 @@ impl Prober<'_> {
         let mesh = &self.covering.meshes()[self.face];
         let corners: Vec<Vec<Seen>> = mesh.uv.iter().map(|&uv| self.probe(uv)).collect();
         let radius_mm = self.views.balls.first().map_or(0.0, BallDrop::radius_mm);
-        mesh.triangles
-            .iter()
-            .flat_map(|t| {
-                let at = t.map(|i| &*corners[i as usize]);
-                let places = t.map(|i| mesh.points[i as usize]);
-                let longest_mm = (0..3).map(|i| (places[i] - places[(i + 1) % 3]).norm()).fold(0.0, f64::max);
-                let middle = if longest_mm < radius_mm && agree(at) {
-                    at[0].to_vec()
-                } else {
-                    self.probe(centroid(t.map(|i| mesh.uv[i as usize])))
-                };
-                by_setup([&middle, at[0], at[1], at[2]])
-            })
-            .collect()
+        // Of a whole vehicle this is a large part of the memory: no more is taken than is needed.
+        let mut seen = Vec::with_capacity(mesh.triangles.len() * PROBES * self.views.frames.len());
+        for t in &mesh.triangles {
+            let at = t.map(|i| &*corners[i as usize]);
+            let places = t.map(|i| mesh.points[i as usize]);
+            let longest_mm = (0..3).map(|i| (places[i] - places[(i + 1) % 3]).norm()).fold(0.0, f64::max);
+            let probed;
+            let middle = if longest_mm < radius_mm && agree(at) {
+                at[0]
+            } else {
+                probed = self.probe(centroid(t.map(|i| mesh.uv[i as usize])));
+                &probed
+            };
+            seen.extend(by_setup([middle, at[0], at[1], at[2]]));
+        }
+        seen
     }
 
     /// What each setup sees of a place.
@@ -328,8 +330,8 @@ pub(crate) fn centroid(corners: [Point2; 3]) -> Point2 {
 }
 
 /// What each setup sees of a triangle, of what all see at its probes.
-pub(crate) fn by_setup(probes: [&[Seen]; PROBES]) -> Vec<Seen> {
-    (0..probes[0].len()).flat_map(|setup| probes.map(|seen| seen[setup])).collect()
+pub(crate) fn by_setup(probes: [&[Seen]; PROBES]) -> impl Iterator<Item = Seen> {
+    (0..probes[0].len()).flat_map(move |setup| probes.map(|seen| seen[setup]))
 }
 
 /// Whether no setup gets to some probe, while others are something else to a setup: there may be a strip between them that one

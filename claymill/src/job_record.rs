@@ -8,7 +8,7 @@ use claymill_toolpath::{
 };
 
 use crate::planned::Planned;
-use crate::record::{box_mm, name};
+use crate::record::name;
 
 /// The record of a plan whose folder will be `out`.
 pub(crate) fn job_record(planned: &Planned<'_>, out: &Path) -> Job {
@@ -51,7 +51,7 @@ fn model_facts(planned: &Planned<'_>, out: &Path) -> ModelFacts {
         faces_read: report.faces_read,
         skipped: report.skipped.iter().map(skipped).collect(),
         area_mm2: file.face_area_mm2.iter().sum(),
-        box_mm: box_mm(&file.bounds),
+        box_mm: file.bounds.corners(),
     }
 }
 

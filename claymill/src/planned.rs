@@ -5,7 +5,6 @@ use std::path::Path;
 use claymill_paths::{LeftOut, Plan};
 use claymill_toolpath::{FolderWriter, LeftOutFace, RegionsFile};
 
-use crate::record::box_mm;
 use crate::{Error, ModelFile, Prepared, Progress, Verified};
 
 /// A plan that is not verified yet. There is no way from it to a file but through [`Planned::verify`].
@@ -71,7 +70,7 @@ pub fn left_out_faces(file: &ModelFile, left_out: &[LeftOut]) -> Vec<LeftOutFace
         entity: file.model().faces.get(l.face).map_or_else(String::new, |f| f.source.entity.clone()),
         area_mm2: file.face_area_mm2.get(l.face).copied().unwrap_or(0.0),
         reason: l.reason.to_string(),
-        box_mm: box_mm(&l.bounds),
+        box_mm: l.bounds.corners(),
     };
     left_out.iter().map(record).collect()
 }

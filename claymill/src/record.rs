@@ -1,6 +1,6 @@
 //! What merging found, in the form of `regions.json`.
 
-use claymill_nurbs::{Aabb, Model};
+use claymill_nurbs::Model;
 use claymill_surface_merge::{Merge, Preset};
 use claymill_toolpath::{
     FORMAT_VERSION, FailingRecord, JointRecord, LapRecord, RegionQualityRecord, RegionRecord, RegionsFile,
@@ -36,7 +36,7 @@ pub(crate) fn regions(merged: &Merge, preset: Preset) -> RegionsFile {
         boundary_loops: r.boundary_loops,
         normal_axis: r.normal_axis.into(),
         normal_half_angle_deg: r.normal_half_angle_deg,
-        box_mm: box_mm(&r.bounds),
+        box_mm: r.bounds.corners(),
         setup_area_mm2: std::collections::BTreeMap::new(),
         stick_out_needed_mm: std::collections::BTreeMap::new(),
         quality: None,
@@ -117,9 +117,4 @@ pub fn name(value: &impl Serialize) -> String {
         Ok(serde_json::Value::String(name)) => name,
         _ => String::new(),
     }
-}
-
-/// The two corners of a box, as files hold it.
-pub(crate) fn box_mm(b: &Aabb) -> [f64; 6] {
-    [b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z]
 }

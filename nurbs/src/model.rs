@@ -35,6 +35,13 @@ impl Aabb {
         Aabb { min: Point3::new(inf, inf, inf), max: Point3::new(-inf, -inf, -inf) }
     }
 
+    /// Its corners as files hold them: xmin, ymin, zmin, xmax, ymax, zmax.
+    #[must_use]
+    pub fn corners(&self) -> [f64; 6] {
+        let ([a, b, c], [d, e, f]) = (self.min.into(), self.max.into());
+        [a, b, c, d, e, f]
+    }
+
     /// The smallest box around `points`.
     #[must_use]
     pub fn of<'a>(points: impl IntoIterator<Item = &'a Point3>) -> Self {

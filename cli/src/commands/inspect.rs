@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use super::inspect_mesh::{inspect_mesh, is_mesh};
 use super::inspect_picture::save_picture;
-use super::{Context, box_mm, guess};
+use super::{Context, guess};
 use crate::args::InspectArgs;
 use crate::console::{outln, six_digits};
 use crate::failure::Failure;
@@ -110,7 +110,7 @@ pub(crate) fn inspect(context: &Context, args: &InspectArgs) -> Result<ExitCode,
         file: args.model.display().to_string(),
         faces: faces.len(),
         area_mm2: loaded.face_area_mm2.iter().sum(),
-        box_mm: box_mm(&loaded.bounds),
+        box_mm: loaded.bounds.corners(),
         units: &report.units.declared,
         unit_mm: report.units.mm_per_unit,
         tolerance_mm: report.tolerance_mm,

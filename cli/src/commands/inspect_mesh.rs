@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use claymill_exchange::{MeshFormat, ObstacleMesh};
 use serde::Serialize;
 
-use super::{Context, box_mm};
+use super::Context;
 use crate::args::InspectArgs;
 use crate::console::outln;
 use crate::failure::Failure;
@@ -43,7 +43,7 @@ pub(crate) fn inspect_mesh(context: &Context, args: &InspectArgs) -> Result<Exit
         triangles: mesh.triangles.len(),
         vertices: mesh.vertices.len(),
         area_mm2: mesh.area_mm2(),
-        box_mm: box_mm(&mesh.bounds()),
+        box_mm: mesh.bounds().corners(),
         unit_mm: mesh.mm_per_unit,
         open_edges: mesh.open_edges(),
         crowded_edges: mesh.crowded_edges(),

@@ -46,7 +46,6 @@ use std::process::ExitCode;
 
 use claymill::ModelFile;
 use claymill_exchange::ImportReport;
-use claymill_nurbs::Aabb;
 use claymill_paths::{Axis, Orientation, OrientationGuess};
 use claymill_toolpath::RegionsFile;
 use serde::Serialize;
@@ -167,10 +166,6 @@ fn region_of_face(regions: &RegionsFile, faces: usize) -> Result<Vec<usize>, Fai
         }
     }
     Ok(of_face)
-}
-
-fn box_mm(b: &Aabb) -> [f64; 6] {
-    [b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z]
 }
 
 /// `claymill schema`.

@@ -54,7 +54,7 @@ pub struct Covering {
     /// Per face and triangle: whether a side is a chord of a trim curve, so that part of the triangle may lie
     /// outside the trims.
     pub(crate) rimmed: Vec<Vec<bool>>,
-    pub(crate) beside: Adjacency,
+    pub(crate) adjacency: Adjacency,
     pub(crate) edges: Vec<EdgePiece>,
 }
 
@@ -128,9 +128,9 @@ impl Covering {
         let curvature = model.faces.par_iter().zip(&meshes).map(|(f, m)| curvature_ranges(f, m)).collect();
         let deviation_mm = model.faces.par_iter().zip(&meshes).map(|(f, m)| deviations(f, m)).collect();
         let rimmed = model.faces.par_iter().zip(&meshes).map(|(f, m)| rimmed(f, m)).collect();
-        let beside = Adjacency::new(&meshes);
+        let adjacency = Adjacency::new(&meshes);
         let edges = model.faces.par_iter().enumerate().flat_map_iter(|(id, f)| edge_pieces(id, f)).collect();
-        Ok(Covering { meshes, deviation_mm, curvature, rimmed, beside, edges })
+        Ok(Covering { meshes, deviation_mm, curvature, rimmed, adjacency, edges })
     }
 
     /// The triangles of each face, in model coordinates.

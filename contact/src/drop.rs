@@ -38,7 +38,7 @@ pub struct BallDrop<'a> {
     pub(crate) triangles: Vec<Triangle>,
     pub(crate) edges: Vec<EdgePiece>,
     pub(crate) tree: DropTree,
-    pub(crate) sheets: Certificates,
+    pub(crate) certificates: Certificates,
     vertex_bound: OnceLock<VertexBound>,
     /// What stands out above the ball.
     sides: Vec<Body>,
@@ -132,7 +132,7 @@ impl<'a> BallDrop<'a> {
             .chain(edges.iter().map(|e| Aabb::of([&e.a, &e.b]).inflated(e.deviation_mm)))
             .collect();
         let (tree, sides) = (DropTree::new(&boxes), Vec::new());
-        let sheets = Certificates::new(&covering.beside, &tree.0);
+        let certificates = Certificates::new(&covering.adjacency, &tree.0);
         let vertex_bound = OnceLock::new();
         BallDrop {
             radius_mm,
@@ -141,7 +141,7 @@ impl<'a> BallDrop<'a> {
             triangles,
             edges,
             tree,
-            sheets,
+            certificates,
             vertex_bound,
             sides,
             free: FreeSides::default(),
@@ -247,7 +247,7 @@ impl<'a> BallDrop<'a> {
     /// Walks from one triangle of a face to the one that parameters lie in, or to the side on which the face ends.
     fn walk(&self, from: u32, to: Point2) -> Option<Result<u32, (u32, usize)>> {
         let face = self.triangles[from as usize].face;
-        self.covering.beside.walk(face, &self.covering.meshes[face as usize], from, to)
+        self.covering.adjacency.walk(face, &self.covering.meshes[face as usize], from, to)
     }
 
     /// Points of a triangle or piece of an edge, and how far from their hull it may be.
@@ -503,7 +503,7 @@ impl<'a> Search<'a> {
             return;
         }
         let start = weighted(&uv, rest.at);
-        let own = self.ball.covering.beside.number(t.face, t.index);
+        let own = self.ball.covering.adjacency.number(t.face, t.index);
         let proven = match self.try_face(t.face as usize, Some(own), (start.x, start.y), Pace::default()) {
             Polished::Contact { u, v, .. } | Polished::Outside { u, v } => here(u, v),
             Polished::Failed => false,
@@ -526,7 +526,7 @@ impl<'a> Search<'a> {
         let ((u0, u1), (v0, v1)) = face.leaves.domain();
         let inside = (u0..=u1).contains(&u) && (v0..=v1).contains(&v);
         if inside && face.domain.as_ref().is_none_or(|d| d.contains(u, v)) {
-            let number = self.ball.covering.beside.number(t.face, t.index);
+            let number = self.ball.covering.adjacency.number(t.face, t.index);
             let triangle = self.ball.walk(number, Point2::new(u, v)).and_then(Result::ok);
             let certified = triangle.is_some_and(|t| self.ball.is_alone(t));
             let (face, support) = (t.face as usize, Support::Face { u, v });

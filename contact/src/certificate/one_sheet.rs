@@ -69,8 +69,8 @@ pub(crate) struct Certificates {
 }
 
 impl Certificates {
-    pub(crate) fn new(beside: &Adjacency, tree: &BoxTree) -> Self {
-        let (triangles, rims) = (beside.triangles(), beside.rims());
+    pub(crate) fn new(adjacency: &Adjacency, tree: &BoxTree) -> Self {
+        let (triangles, rims) = (adjacency.triangles(), adjacency.rims());
         let mut groups = vec![0; triangles];
         for (group, items) in tree.groups(GROUP).enumerate() {
             for &item in items {
@@ -287,23 +287,23 @@ impl Around {
 impl BallDrop<'_> {
     /// Whether a ball that touches the inside of this triangle's surface rests there.
     pub(crate) fn is_alone(&self, triangle: u32) -> bool {
-        let known = &self.sheets.triangles[triangle as usize];
+        let known = &self.certificates.triangles[triangle as usize];
         if known.load(Ordering::Relaxed) == UNKNOWN {
-            self.look_around(self.sheets.groups[triangle as usize]);
+            self.look_around(self.certificates.groups[triangle as usize]);
         }
         known.load(Ordering::Relaxed) == ALONE
     }
 
     /// What goes on from a side of a triangle, if its face ends there.
     pub(crate) fn joint(&self, triangle: u32, side: usize) -> Option<&Joint> {
-        match self.covering.beside.beyond(triangle)[side] {
+        match self.covering.adjacency.beyond(triangle)[side] {
             Beyond::Triangle(_) => None,
             Beyond::Rim(rim) => Some(self.joint_on(rim, triangle, side)),
         }
     }
 
     fn joint_on(&self, rim: u32, triangle: u32, side: usize) -> &Joint {
-        self.sheets.joints[rim as usize].get_or_init(|| self.look_beyond(triangle, side))
+        self.certificates.joints[rim as usize].get_or_init(|| self.look_beyond(triangle, side))
     }
 
     /// Finds out about a group of triangles.
@@ -354,7 +354,7 @@ impl BallDrop<'_> {
 
     fn settle(&self, triangle: u32, alone: bool) {
         let answer = if alone { ALONE } else { SHARED };
-        self.sheets.triangles[triangle as usize].store(answer, Ordering::Relaxed);
+        self.certificates.triangles[triangle as usize].store(answer, Ordering::Relaxed);
     }
 
     /// All that could hold a ball up that touches in these places; `None` if it is too much.
@@ -415,7 +415,7 @@ impl BallDrop<'_> {
         while let Some(&from) = linked.get(next) {
             next += 1;
             let item = around.items[from];
-            for (side, beyond) in self.covering.beside.beyond(item).into_iter().enumerate() {
+            for (side, beyond) in self.covering.adjacency.beyond(item).into_iter().enumerate() {
                 let joint = match beyond {
                     Beyond::Triangle(other) => {
                         link(&mut found, &mut linked, other);
@@ -432,7 +432,7 @@ impl BallDrop<'_> {
                 }
                 for &(through, _) in &joint.onward {
                     if !link(&mut found, &mut linked, through) {
-                        for beyond in self.covering.beside.beyond(through) {
+                        for beyond in self.covering.adjacency.beyond(through) {
                             if let Beyond::Triangle(other) = beyond {
                                 link(&mut found, &mut linked, other);
                             }

@@ -19,7 +19,7 @@ const SAME_MM: f64 = 1e-7;
 impl BallDrop<'_> {
     /// Forgets what is certified, for good.
     fn searching(self) -> Self {
-        self.sheets.triangles.iter().for_each(|t| t.store(SHARED, Ordering::Relaxed));
+        self.certificates.triangles.iter().for_each(|t| t.store(SHARED, Ordering::Relaxed));
         self
     }
 }

@@ -21,7 +21,7 @@ const ROUNDING_MM: f64 = 1e-9;
 
 /// What holds a tool up.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Blocked {
+pub(crate) struct Touch {
     /// Height of the tip, free of gouges.
     pub(crate) tip: f64,
     /// Too high by no more than this, mm.
@@ -107,7 +107,7 @@ pub(crate) fn held_above(
     at: [f64; 2],
     floor: f64,
     effort: Effort,
-) -> Option<Blocked> {
+) -> Option<Touch> {
     let mut search = Search {
         sheets,
         bodies,
@@ -126,7 +126,7 @@ pub(crate) fn held_above(
     let touched = above.or_else(|| left.as_ref().map(|left| search.supposed(&left.piece)))?;
     let high = left.map_or(f64::NEG_INFINITY, |left| left.bound);
     let tip = (high + search.step).max(search.low + 2.0 * search.step);
-    Some(Blocked { tip, gap_mm: tip - search.low, ..touched })
+    Some(Touch { tip, gap_mm: tip - search.low, ..touched })
 }
 
 struct Search<'a> {
@@ -138,7 +138,7 @@ struct Search<'a> {
     step: f64,
     /// The tool is held at least here.
     low: f64,
-    held: Option<Blocked>,
+    held: Option<Touch>,
     waiting: BinaryHeap<Waiting<'a>>,
     met: usize,
 }
@@ -252,7 +252,7 @@ impl<'a> Search<'a> {
             self.step = self.step.max(0.5 * self.effort.known_to);
         }
         self.low = tip;
-        self.held = Some(Blocked { tip, gap_mm: 0.0, contact: *p, normal, face, body });
+        self.held = Some(Touch { tip, gap_mm: 0.0, contact: *p, normal, face, body });
     }
 
     /// A point of a triangle's surface: it has to lie inside the trims.
@@ -355,12 +355,12 @@ impl<'a> Search<'a> {
     }
 
     /// What may hold the tool, where that has not been found out.
-    fn supposed(&self, piece: &Piece) -> Blocked {
+    fn supposed(&self, piece: &Piece) -> Touch {
         let (contact, face) = match piece {
             Piece::Sheet(sheet) => (weighted(&sheet.p, sheet.at), sheet.of.face),
             Piece::Edge(piece) => (nalgebra::center(&piece.a, &piece.b), piece.face),
         };
-        Blocked { tip: 0.0, gap_mm: 0.0, contact, normal: Vector3::z(), face: face as usize, body: 0 }
+        Touch { tip: 0.0, gap_mm: 0.0, contact, normal: Vector3::z(), face: face as usize, body: 0 }
     }
 
     fn quarter(&mut self, sheet: &Sheet<'a>) {

@@ -198,7 +198,7 @@ impl JobOptions {
                 Some(&[x, y, z]) => Ok(Point3::new(x, y, z)),
                 _ => Err(Failure::usage(
                     format!("guide {text:?} is not three coordinates"),
-                    "For example: --strategy iso --guide 1200,-300,450.",
+                    "For example: --strategy flow --guide 1200,-300,450.",
                 )),
             }
         };

@@ -199,6 +199,9 @@ impl Job {
         if (0.0..LOWEST_SCALLOP_MM).contains(&passes.scallop_mm) {
             return Err(JobError::Scallop { scallop_mm: passes.scallop_mm }.into());
         }
+        if let Some(name) = self.setups.iter().find(|name| !Orientation::SETUPS.contains(&name.as_str())) {
+            return Err(JobError::Setup { name: name.clone() }.into());
+        }
         check_tools(&passes.tool, passes.rest_of.as_ref(), passes.scallop_mm)?;
         let feed_mm_per_min = passes.feeds.cut_mm_per_min;
         if !(feed_mm_per_min > 0.0 && feed_mm_per_min <= LARGEST_FEED_MM_PER_MIN) {

@@ -7,7 +7,6 @@ use claymill_nurbs::Point3;
 use claymill_paths::{Frame, Orientation, OrientationGuess, PlanOptions, Regions, plan_around};
 use claymill_toolpath::{Bounds, sha256_of};
 
-use crate::job_error::JobError;
 use crate::material::free_sides;
 use crate::merging::{Merged, merge};
 use crate::{Error, Job, Merging, ModelFile, Planned, Progress, select};
@@ -50,11 +49,8 @@ pub fn orientation(
 
 /// The setups that were asked for by name; none if all five usual ones may be used.
 fn chosen_setups(orientation: Orientation, names: &[String]) -> Result<Vec<Frame>, Error> {
-    let of_name = |name: &String| -> Result<Frame, Error> {
-        let frame = orientation.setup(name)?;
-        Ok(frame.ok_or_else(|| JobError::Setup { name: name.clone() })?)
-    };
-    names.iter().map(of_name).collect()
+    // [`Job::check`] has looked at the names.
+    names.iter().filter_map(|name| orientation.setup(name).transpose()).map(|frame| Ok(frame?)).collect()
 }
 
 impl<'m> Prepared<'m> {

@@ -64,7 +64,10 @@ impl Orientation {
         }
     }
 
-    /// The setup of this name: `top`, `left`, `right`, `front`, `rear` or `bottom`; `None` for any other name.
+    /// Names of the setups that there are.
+    pub const SETUPS: [&str; 6] = ["top", "left", "right", "front", "rear", "bottom"];
+
+    /// The setup of one of the names in [`Orientation::SETUPS`]; `None` for any other name.
     ///
     /// # Errors
     /// The axes are parallel, which [`Orientation::new`] refuses.

@@ -109,7 +109,7 @@ pub use kinematics::times_s;
 pub use obstacles::plan_around;
 pub use options::{CLEARANCE_MM, Feeds, PlanOptions, STEEP_DEG, check_tools};
 pub use orientation::{Orientation, OrientationGuess, ParallelAxes};
-pub use plan::{Progress, plan};
+pub use plan::plan;
 pub use planned::Plan;
 pub use program::TOOL_ID;
 pub use regions::Regions;

@@ -2,11 +2,12 @@
 //! area accounts leave them out again.
 
 use claymill_nurbs::{Model, Point3};
+use claymill_toolpath::Monitor;
 
 use crate::crowd::{WiderRegions, triangle};
 use crate::error::PlanError;
 use crate::options::PlanOptions;
-use crate::plan::{Progress, plan_crowded};
+use crate::plan::plan_crowded;
 use crate::planned::Plan;
 use crate::regions::Regions;
 
@@ -21,7 +22,7 @@ pub fn plan_around(
     regions: &Regions,
     obstacles: &[[Point3; 3]],
     options: &PlanOptions,
-    progress: Progress,
+    monitor: &dyn Monitor,
 ) -> Result<Plan, PlanError> {
     let own = model.faces.len();
     let mut crowded = model.clone();
@@ -36,9 +37,9 @@ pub fn plan_around(
     }
     let added = crowded.faces.len() - own;
     if added == 0 {
-        return plan_crowded(model, regions, own..own, options, progress);
+        return plan_crowded(model, regions, own..own, options, monitor);
     }
     let around = WiderRegions::over(regions, &crowded);
-    let plan = plan_crowded(&crowded, &around.as_regions(regions), own..own + added, options, progress)?;
+    let plan = plan_crowded(&crowded, &around.as_regions(regions), own..own + added, options, monitor)?;
     Ok(plan.of_own_faces(regions))
 }

@@ -218,7 +218,9 @@ fn check_bounds(bounds: &Bounds) -> Result<(), JobError> {
         return Err(JobError::Extension { extension_mm: extend_mm });
     }
     for (index, sides) in bounds.within_mm.iter().enumerate() {
-        if let Some(k) = (0..3).find(|&k| !(sides[k] < sides[k + 3])) {
+        if let Some(k) =
+            (0..3).find(|&k| sides[k] >= sides[k + 3] || sides[k].is_nan() || sides[k + 3].is_nan())
+        {
             let (axis, from_mm, to_mm) = (["x", "y", "z"][k], sides[k], sides[k + 3]);
             return Err(JobError::EmptyBox { number: index + 1, axis, from_mm, to_mm });
         }

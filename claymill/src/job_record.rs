@@ -25,7 +25,7 @@ pub(crate) fn job_record(planned: &Planned<'_>, out: &Path) -> Job {
         }],
         setups: plan.setups.clone(),
         regions: plan.regions.clone(),
-        totals: plan.totals.clone(),
+        totals: plan.totals,
         area: plan.area.clone(),
         faces: plan.faces.clone(),
         left_out: planned.left_out(),

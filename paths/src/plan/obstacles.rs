@@ -7,9 +7,9 @@ use claymill_toolpath::Monitor;
 use crate::plan::covered::{WiderRegions, triangle};
 use crate::plan::error::PlanError;
 use crate::plan::options::PlanOptions;
+use crate::plan::plan_crowded;
 use crate::plan::planned::Plan;
 use crate::plan::regions::Regions;
-use crate::plan::plan_crowded;
 
 /// Plans a job as [`plan()`](crate::plan()) does, with obstacles that no move comes nearer to than
 /// [`PlanOptions::check_clearance_mm`]: triangles in the model's coordinates. They are faces that nobody asks to be cut, so that

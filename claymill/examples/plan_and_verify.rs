@@ -30,11 +30,11 @@ pub(crate) fn run(model: Option<PathBuf>, out: Option<PathBuf>) -> Result<(), Bo
         .strategy(Strategy::Scallop)
         .axes("+z".parse()?, "+x".parse()?)
         .feed_mm_per_min(4000.0);
-    let planned = job.plan(&file, &|_, _| ())?;
+    let planned = job.plan(&file, &())?;
     let totals = &planned.plan().totals;
     println!("{} passes, {:.1} m, {:.0} s", totals.passes, totals.length.cut_mm / 1000.0, totals.time_s);
 
-    let verified = planned.verify(&out, &|_, _| ())?;
+    let verified = planned.verify(&out, &())?;
     let found = &verified.results().verification;
     println!("deepest gouge {:.2} µm", 1000.0 * found.gouge.deepest_mm);
     println!("highest crest {:.4} mm", found.scallop.crests.max_mm);

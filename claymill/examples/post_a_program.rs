@@ -30,7 +30,7 @@ pub(crate) fn run(model: Option<PathBuf>, program: Option<PathBuf>) -> Result<()
     let file = claymill::read(&path)?;
     let job = Job::new("ball:10".parse()?, 0.5).axes("+z".parse()?, "+x".parse()?).machine(&machine);
     let folder = place.path().join("job");
-    job.plan(&file, &|_, _| ())?.verify(&folder, &|_, _| ())?.write()?;
+    job.plan(&file, &())?.verify(&folder, &())?.write()?;
 
     // The folder is read again: what is posted is what was verified, byte for byte.
     let cleared = match JobFolder::open(&folder)?.cleared() {

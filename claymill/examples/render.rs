@@ -31,8 +31,8 @@ pub(crate) fn run(model: Option<PathBuf>, picture: Option<PathBuf>) -> Result<()
 
     let file = claymill::read(&path)?;
     let job = Job::new("ball:10".parse()?, 1.0).axes("+z".parse()?, "+x".parse()?);
-    let planned = job.plan(&file, &|_, _| ())?;
-    let verified = planned.verify(place.path().join("job"), &|_, _| ())?;
+    let planned = job.plan(&file, &())?;
+    let verified = planned.verify(place.path().join("job"), &())?;
 
     let shown = verified.finished();
     let fineness = MeshOptions { deviation_mm: 0.1, longest_edge_mm: 40.0 };

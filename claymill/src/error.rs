@@ -6,7 +6,7 @@ use claymill_controller::PostError;
 use claymill_exchange::{MeshError, ReadError};
 use claymill_paths::{ParallelAxes, PlanError};
 use claymill_surface_merge::MergeError;
-use claymill_toolpath::{FolderError, Standing};
+use claymill_toolpath::{Cancelled, FolderError, Standing};
 use claymill_verify::VerifyError;
 use thiserror::Error as ThisError;
 
@@ -42,15 +42,18 @@ pub enum Error {
     /// Faces cannot be merged.
     #[error(transparent)]
     Merge(#[from] MergeError),
+    /// A step ended without a result because its [`Monitor`](crate::Monitor) wanted it to.
+    #[error(transparent)]
+    Cancelled(Cancelled),
     /// No plan can be made.
     #[error(transparent)]
-    Plan(#[from] PlanError),
+    Plan(PlanError),
     /// A job folder cannot be read or written.
     #[error(transparent)]
     Folder(#[from] FolderError),
     /// A job cannot be verified at all.
     #[error(transparent)]
-    Verify(#[from] VerifyError),
+    Verify(VerifyError),
     /// A job may not be run: its moves did not pass verification.
     #[error("{}: {standing}", folder.display())]
     NotCleared {
@@ -62,6 +65,25 @@ pub enum Error {
     /// A program cannot be written.
     #[error(transparent)]
     Post(#[from] PostError),
+}
+
+/// What was cancelled is [`Error::Cancelled`], whatever it was.
+impl From<PlanError> for Error {
+    fn from(error: PlanError) -> Self {
+        match error {
+            PlanError::Cancelled(cancelled) => Error::Cancelled(cancelled),
+            error => Error::Plan(error),
+        }
+    }
+}
+
+impl From<VerifyError> for Error {
+    fn from(error: VerifyError) -> Self {
+        match error {
+            VerifyError::Cancelled(cancelled) => Error::Cancelled(cancelled),
+            error => Error::Verify(error),
+        }
+    }
 }
 
 impl Error {
@@ -77,6 +99,7 @@ impl Error {
             Error::Select(e) => e.advice(),
             Error::Material(e) => e.advice(),
             Error::Merge(e) => of_merging(e).to_owned(),
+            Error::Cancelled(_) => "Nothing was left behind.".to_owned(),
             Error::Plan(e) => of_planning(e).to_owned(),
             Error::Folder(e) => e.advice().to_owned(),
             Error::Verify(e) => e.advice(),
@@ -113,6 +136,7 @@ fn of_planning(error: &PlanError) -> &'static str {
             "One place says where a region is swept from, a second one beside another side where to."
         }
         PlanError::NothingToCut => "Look at what is left out, and at the axes.",
+        PlanError::Cancelled(_) => "Plan the job again.",
         PlanError::NoRest => "There is nothing to do: no valley is tighter than the earlier tool.",
     }
 }

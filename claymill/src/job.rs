@@ -6,8 +6,13 @@ use claymill_controller::Machine;
 use claymill_paths::{Axis, Feeds, Orientation, PlanOptions, Strategy, TOOL_ID, check_tools};
 use claymill_toolpath::{Bounds, HOLDER_CLEARANCE_MM, Holder, Tool};
 
+use crate::error::Error;
 use crate::job_error::JobError;
-use crate::{Error, Merging, ModelFile, Planned, Prepared, Progress};
+use crate::limits::{
+    LARGEST_CLEARANCE_MM, LARGEST_FEED_MM_PER_MIN, LARGEST_MARGIN_MM, LARGEST_TOOL, LEAST_RAPID_MM,
+    LOWEST_SCALLOP_MM, MOST_LINES, STEEP_LIMITS_DEG,
+};
+use crate::merging::Merging;
 
 /// A job as it is asked for. [`Job::new`] fills in what is usual.
 ///
@@ -47,23 +52,6 @@ pub struct Job {
     /// Millimetres in one unit of those whose format has no unit.
     pub obstacle_unit_mm: f64,
 }
-
-/// Passes are fitted and written to a few tenths of a micrometre: lower scallops cannot be told from that, mm.
-pub(crate) const LOWEST_SCALLOP_MM: f64 = 0.001;
-/// No machine cuts faster, mm/min.
-pub(crate) const LARGEST_FEED_MM_PER_MIN: f64 = 500_000.0;
-/// Largest number of a tool.
-pub(crate) const LARGEST_TOOL: u32 = 999_999;
-/// More parameter lines than this on one patch are a slip of the keyboard.
-pub(crate) const MOST_LINES: usize = 10_000;
-/// There are no waterlines on ground shallower than the first, and nothing steeper than the second is cut, degrees.
-pub(crate) const STEEP_LIMITS_DEG: (f64, f64) = (15.0, 80.0);
-/// No more than this is kept from model and obstacles, by holders, the ball or rapids, mm.
-pub(crate) const LARGEST_CLEARANCE_MM: f64 = 1000.0;
-/// Rapids keep at least this: their heights are known to some tenths, mm.
-pub(crate) const LEAST_RAPID_MM: f64 = 0.5;
-/// Longer margins and extensions are a slip of the keyboard, mm.
-pub(crate) const LARGEST_MARGIN_MM: f64 = 100.0;
 
 impl Job {
     /// Planar rows over the whole model, merged by the usual preset.
@@ -232,23 +220,6 @@ impl Job {
         }
         Ok(())
     }
-
-    /// Merges the faces of a model and finds what is to be cut: all that comes before planning.
-    ///
-    /// # Errors
-    /// The job cannot be meant, names what the model has not, or a file cannot be read.
-    pub fn prepare<'m>(&self, file: &'m ModelFile) -> Result<Prepared<'m>, Error> {
-        self.check()?;
-        Prepared::new(self, file)
-    }
-
-    /// Plans the job on a model.
-    ///
-    /// # Errors
-    /// As [`Job::prepare`] and [`Prepared::plan`].
-    pub fn plan<'m>(&self, file: &'m ModelFile, progress: Progress<'_>) -> Result<Planned<'m>, Error> {
-        self.prepare(file)?.plan(progress)
-    }
 }
 
 fn check_bounds(bounds: &Bounds) -> Result<(), JobError> {
@@ -261,7 +232,7 @@ fn check_bounds(bounds: &Bounds) -> Result<(), JobError> {
     }
     for (index, sides) in bounds.within_mm.iter().enumerate() {
         if let Some(k) =
-            (0..3).find(|&k| sides[k].partial_cmp(&sides[k + 3]) != Some(std::cmp::Ordering::Less))
+            (0..3).find(|&k| sides[k] >= sides[k + 3] || sides[k].is_nan() || sides[k + 3].is_nan())
         {
             let (axis, from_mm, to_mm) = (["x", "y", "z"][k], sides[k], sides[k + 3]);
             return Err(JobError::EmptyBox { number: index + 1, axis, from_mm, to_mm });

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::job::{
+use crate::limits::{
     LARGEST_CLEARANCE_MM, LARGEST_FEED_MM_PER_MIN, LARGEST_MARGIN_MM, LARGEST_TOOL, LEAST_RAPID_MM,
     LOWEST_SCALLOP_MM, MOST_LINES, STEEP_LIMITS_DEG,
 };

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use claymill_controller::{Dialect, Machine, MachineJob, PostTotals};
 use claymill_toolpath::{Job as JobRecord, Program, Standing, read_judged};
 
-use crate::Error;
+use crate::error::Error;
 
 /// A job folder that was read, and what its verdict is worth.
 #[derive(Debug)]

@@ -15,7 +15,7 @@
 //! never without. What goes to a machine is [`Cleared`], and only a folder whose very bytes passed gives it.
 //!
 //! ```
-//! use claymill::{Job, JobFolder, Strategy};
+//! use claymill::{Job, JobFolder, Stage, Strategy};
 //! use claymill::controller::{Dialect, Machine};
 //!
 //! # let folder = tempfile::tempdir()?;
@@ -27,8 +27,8 @@
 //! let job = Job::new("ball:10".parse()?, 0.2)
 //!     .strategy(Strategy::Planar)
 //!     .axes("+z".parse()?, "+x".parse()?);
-//! let planned = job.plan(&file, &|stage, share| eprintln!("{stage}: {:.0} %", 100.0 * share))?;
-//! let verified = planned.verify(folder.join("job"), &|_, _| ())?;
+//! let planned = job.plan(&file, &|stage: Stage, share: f64| eprintln!("{stage}: {:.0} %", 100.0 * share))?;
+//! let verified = planned.verify(folder.join("job"), &())?;
 //! assert!(verified.passed(), "{:?}", verified.results().verification.verdict);
 //! verified.write()?;
 //!
@@ -37,6 +37,8 @@
 //! assert!(totals.read_back.largest_mm < 0.01);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! Long steps take a [`Monitor`], which is told how far they are and may end them; `&()` does neither.
 //!
 //! Lengths are millimetres, in the model's own coordinates. The crates behind the steps are here as modules: [`nurbs`] for
 //! surfaces, [`exchange`] for files, [`surface_merge`], [`toolpath`] for the files of a job folder, [`paths`], [`verify`],
@@ -47,7 +49,9 @@ mod job;
 mod job_error;
 mod job_folder;
 mod job_record;
+mod limits;
 mod material;
+mod merged;
 mod merging;
 mod model_file;
 mod planned;
@@ -68,9 +72,11 @@ pub use claymill_viewer as viewer;
 pub use nalgebra;
 
 pub use claymill_nurbs::{Model, Point3, Vector3};
-pub use claymill_paths::{Axis, Feeds, Orientation, PlanOptions, Progress, Strategy};
+pub use claymill_paths::{Axis, Feeds, Orientation, PlanOptions, Strategy};
 pub use claymill_surface_merge::{MergeOptions, Preset};
-pub use claymill_toolpath::{FolderWriter, Holder, Move, MoveKind, Program, Standing, Tool};
+pub use claymill_toolpath::{
+    Cancelled, FolderWriter, Holder, Monitor, Move, MoveKind, Program, Stage, Standing, Tool,
+};
 pub use claymill_verify::{Verdict, Verification};
 
 pub use error::Error;
@@ -78,7 +84,8 @@ pub use job::{Job, check_holder_clearance, check_obstacle_clearance};
 pub use job_error::JobError;
 pub use job_folder::{Cleared, JobFolder};
 pub use material::{MaterialError, free_sides};
-pub use merging::{Merged, Merging, WishError, merge};
+pub use merged::{Merged, merge};
+pub use merging::{Merging, WishError};
 pub use model_file::{ModelFile, read};
 pub use planned::{Planned, left_out_faces};
 pub use prepared::{ObstacleFile, Prepared, orientation};

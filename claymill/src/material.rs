@@ -1,13 +1,12 @@
 //! On which side of sheets the material is: found, or as [`Job::material_side`](crate::Job::material_side) says.
 
-use claymill_exchange::{Format, ImportReport};
+use claymill_exchange::{Format, Import, ImportReport};
 use claymill_nurbs::{Model, Vector3};
 use claymill_paths::Axis;
 use claymill_surface_merge::{Evidence, Merge, Sheet, SheetOptions, sheets};
 use claymill_toolpath::{FreeSide, SheetRecord};
 use thiserror::Error;
 
-use crate::model_file::ModelFile;
 use crate::record::name;
 use crate::select::{SelectError, named_faces};
 
@@ -96,13 +95,13 @@ fn states_sides(report: &ImportReport) -> bool {
 
 /// The sheets of a model, largest first, with their sides as found, or as `wishes` say; the last one for a face counts.
 pub(crate) fn find(
-    file: &ModelFile,
+    import: &Import,
     merged: &Merge,
     up: Vector3,
     wishes: &[String],
 ) -> Result<Vec<SheetRecord>, MaterialError> {
-    let model = file.model();
-    let options = SheetOptions { file_states_sides: states_sides(&file.import.report), up: Some(up) };
+    let model = &import.model;
+    let options = SheetOptions { file_states_sides: states_sides(&import.report), up: Some(up) };
     let parse = |text: &String| Wish::parse(text, model, &merged.region_of_face);
     let wishes = wishes.iter().map(parse).collect::<Result<Vec<_>, _>>()?;
     let found = sheets(model, merged, &options);

@@ -6,7 +6,7 @@ use claymill_exchange::Import;
 use claymill_nurbs::{Aabb, Face, Model};
 use rayon::prelude::*;
 
-use crate::Error;
+use crate::error::Error;
 
 /// A model with the file that it is from. Job folders refer to that file, so a model made in code is written first:
 /// [`exchange::write_step`](crate::exchange::write_step).

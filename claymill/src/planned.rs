@@ -1,11 +1,13 @@
 //! A plan, which nobody has verified yet: it can be looked at and verified, not written or run.
 
-use std::path::Path;
+use claymill_nurbs::Point3;
+use claymill_paths::{LeftOut, Plan, Regions, plan_around};
+use claymill_toolpath::{LeftOutFace, Monitor, RegionsFile};
 
-use claymill_paths::{LeftOut, Plan};
-use claymill_toolpath::{FolderWriter, LeftOutFace, RegionsFile};
-
-use crate::{Error, ModelFile, Prepared, Progress, Verified};
+use crate::error::Error;
+use crate::job::Job;
+use crate::model_file::ModelFile;
+use crate::prepared::Prepared;
 
 /// A plan that is not verified yet. There is no way from it to a file but through [`Planned::verify`].
 #[derive(Debug)]
@@ -14,8 +16,38 @@ pub struct Planned<'m> {
     pub(crate) plan: Plan,
 }
 
+impl Job {
+    /// Plans the job on a model.
+    ///
+    /// # Errors
+    /// As [`Job::prepare`] and [`Prepared::plan`].
+    pub fn plan<'m>(&self, file: &'m ModelFile, monitor: &dyn Monitor) -> Result<Planned<'m>, Error> {
+        self.prepare(file)?.plan(monitor)
+    }
+}
+
+impl<'m> Prepared<'m> {
+    /// Plans the passes of all setups.
+    ///
+    /// # Errors
+    /// The tool does not fit the model, or there is nothing to cut.
+    pub fn plan(self, monitor: &dyn Monitor) -> Result<Planned<'m>, Error> {
+        let regions = Regions {
+            merged: &self.merged.found,
+            of_face: &self.merged.found.region_of_face,
+            excluded: &self.excluded,
+            face_area_mm2: &self.file.face_area_mm2,
+        };
+        let triangles: Vec<[Point3; 3]> = (self.obstacles.iter())
+            .flat_map(|o| o.mesh.triangles.iter().map(|t| t.map(|i| o.mesh.vertices[i as usize])))
+            .collect();
+        let plan = plan_around(self.file.model(), &regions, &triangles, &self.options, monitor)?;
+        Ok(Planned::new(self, plan))
+    }
+}
+
 impl<'m> Planned<'m> {
-    pub(crate) fn new(mut prepared: Prepared<'m>, mut plan: Plan) -> Self {
+    fn new(mut prepared: Prepared<'m>, mut plan: Plan) -> Self {
         let records = &mut prepared.merged.record.regions;
         for (record, areas) in records.iter_mut().zip(&plan.region_setup_area_mm2) {
             record.setup_area_mm2.clone_from(areas);
@@ -41,24 +73,6 @@ impl<'m> Planned<'m> {
     #[must_use]
     pub fn left_out(&self) -> Vec<LeftOutFace> {
         left_out_faces(self.prepared.file, &self.plan.left_out)
-    }
-
-    /// Writes the moves beside `out`, reads them back, and measures what was read against the model. The folder `out` itself
-    /// is there after [`Verified::write`].
-    ///
-    /// # Errors
-    /// The folder cannot be written, or would replace what claymill did not write. A job that fails its verification is no
-    /// error: see [`Verified::passed`].
-    pub fn verify(self, out: impl AsRef<Path>, progress: Progress<'_>) -> Result<Verified<'m>, Error> {
-        self.verify_into(FolderWriter::begin(out.as_ref())?, progress)
-    }
-
-    /// As [`Planned::verify`], into a folder that was begun before, so that no plan is made for a place that cannot be written.
-    ///
-    /// # Errors
-    /// As [`Planned::verify`].
-    pub fn verify_into(self, folder: FolderWriter, progress: Progress<'_>) -> Result<Verified<'m>, Error> {
-        Verified::new(self, folder, progress)
     }
 }
 

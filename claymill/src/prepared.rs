@@ -3,13 +3,16 @@
 use std::path::PathBuf;
 
 use claymill_exchange::{ObstacleMesh, read_mesh};
-use claymill_nurbs::Point3;
-use claymill_paths::{Frame, Orientation, OrientationGuess, PlanOptions, Regions, plan_around};
+use claymill_paths::{Axis, Frame, Orientation, OrientationGuess, PlanOptions};
 use claymill_toolpath::{Bounds, sha256_of};
 
+use crate::error::Error;
+use crate::job::Job;
 use crate::material::free_sides;
-use crate::merging::{Merged, merge};
-use crate::{Error, Job, Merging, ModelFile, Planned, Progress, select};
+use crate::merged::{Merged, merge};
+use crate::merging::Merging;
+use crate::model_file::ModelFile;
+use crate::select;
 
 /// A job with what the model makes of it: all that is known before it is planned.
 #[derive(Debug)]
@@ -21,7 +24,7 @@ pub struct Prepared<'m> {
     pub(crate) options: PlanOptions,
     pub(crate) obstacles: Vec<ObstacleFile>,
     orientation: OrientationGuess,
-    excluded: Vec<bool>,
+    pub(crate) excluded: Vec<bool>,
 }
 
 /// An obstacle as it was read.
@@ -41,8 +44,8 @@ pub struct ObstacleFile {
 /// The axes that are given are parallel.
 pub fn orientation(
     file: &ModelFile,
-    up: Option<claymill_paths::Axis>,
-    front: Option<claymill_paths::Axis>,
+    up: Option<Axis>,
+    front: Option<Axis>,
 ) -> Result<OrientationGuess, Error> {
     Ok(Orientation::guess(file.model(), &file.face_area_mm2, up, front)?)
 }
@@ -53,8 +56,19 @@ fn chosen_setups(orientation: Orientation, names: &[String]) -> Result<Vec<Frame
     names.iter().filter_map(|name| orientation.setup(name).transpose()).map(|frame| Ok(frame?)).collect()
 }
 
+impl Job {
+    /// Merges the faces of a model and finds what is to be cut: all that comes before planning.
+    ///
+    /// # Errors
+    /// The job cannot be meant, names what the model has not, or a file cannot be read.
+    pub fn prepare<'m>(&self, file: &'m ModelFile) -> Result<Prepared<'m>, Error> {
+        self.check()?;
+        Prepared::new(self, file)
+    }
+}
+
 impl<'m> Prepared<'m> {
-    pub(crate) fn new(job: &Job, file: &'m ModelFile) -> Result<Self, Error> {
+    fn new(job: &Job, file: &'m ModelFile) -> Result<Self, Error> {
         let model = file.model();
         let model_sha256 = sha256_of(&file.path)?;
         let orientation = orientation(file, job.up, job.front)?;
@@ -115,23 +129,5 @@ impl<'m> Prepared<'m> {
     #[must_use]
     pub fn options(&self) -> &PlanOptions {
         &self.options
-    }
-
-    /// Plans the passes of all setups.
-    ///
-    /// # Errors
-    /// The tool does not fit the model, or there is nothing to cut.
-    pub fn plan(self, progress: Progress<'_>) -> Result<Planned<'m>, Error> {
-        let regions = Regions {
-            merged: &self.merged.found,
-            of_face: &self.merged.found.region_of_face,
-            excluded: &self.excluded,
-            face_area_mm2: &self.file.face_area_mm2,
-        };
-        let triangles: Vec<[Point3; 3]> = (self.obstacles.iter())
-            .flat_map(|o| o.mesh.triangles.iter().map(|t| t.map(|i| o.mesh.vertices[i as usize])))
-            .collect();
-        let plan = plan_around(self.file.model(), &regions, &triangles, &self.options, progress)?;
-        Ok(Planned::new(self, plan))
     }
 }

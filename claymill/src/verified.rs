@@ -5,17 +5,18 @@ use std::path::{Path, PathBuf};
 use claymill_nurbs::Model;
 use claymill_paths::{Orientation, times_s};
 use claymill_toolpath::{
-    FolderWriter, JOB_FILE, Job as JobRecord, Judged, Move, Program, REGIONS_FILE, RegionsFile, Setup,
-    StageTiming, VERIFY_FILE, read_moves,
+    FolderWriter, JOB_FILE, Job as JobRecord, Judged, Monitor, Move, Program, REGIONS_FILE, RegionsFile,
+    Setup, StageTiming, VERIFY_FILE, read_moves,
 };
 use claymill_verify::{
     CrestSample, Verification, VerifyOptions, stick_outs_needed_mm, verify_with_crests, write_crests,
 };
 use rayon::prelude::*;
 
+use crate::error::Error;
 use crate::job_record::job_record;
+use crate::model_file::ModelFile;
 use crate::planned::Planned;
-use crate::{Error, ModelFile, Progress};
 
 /// A job that was measured from its written moves, whatever the verdict. Its folder is whole, and in place, after
 /// [`Verified::write`]; dropping it before leaves nothing.
@@ -78,12 +79,28 @@ pub struct Finished<'a> {
     pub orientation: Orientation,
 }
 
+impl<'m> Planned<'m> {
+    /// Writes the moves beside `out`, reads them back, and measures what was read against the model. The folder `out` itself
+    /// is there after [`Verified::write`].
+    ///
+    /// # Errors
+    /// The folder cannot be written, or would replace what claymill did not write. A job that fails its verification is no
+    /// error: see [`Verified::passed`].
+    pub fn verify(self, out: impl AsRef<Path>, monitor: &dyn Monitor) -> Result<Verified<'m>, Error> {
+        self.verify_into(FolderWriter::begin(out.as_ref())?, monitor)
+    }
+
+    /// As [`Planned::verify`], into a folder that was begun before, so that no plan is made for a place that cannot be written.
+    ///
+    /// # Errors
+    /// As [`Planned::verify`].
+    pub fn verify_into(self, folder: FolderWriter, monitor: &dyn Monitor) -> Result<Verified<'m>, Error> {
+        Verified::new(self, folder, monitor)
+    }
+}
+
 impl<'m> Verified<'m> {
-    pub(crate) fn new(
-        planned: Planned<'m>,
-        folder: FolderWriter,
-        progress: Progress<'_>,
-    ) -> Result<Self, Error> {
+    fn new(planned: Planned<'m>, folder: FolderWriter, monitor: &dyn Monitor) -> Result<Self, Error> {
         let file = planned.prepared.file;
         folder.moves(&planned.plan.program)?;
         let mut job = job_record(&planned, folder.destination());
@@ -92,11 +109,11 @@ impl<'m> Verified<'m> {
         drop(plan.program);
         let program = read_moves(folder.path())?;
         let stick_outs = match prepared.job.least_stick_out {
-            true => choose_stick_outs(file.model(), &mut job, &program, progress)?,
+            true => choose_stick_outs(file.model(), &mut job, &program, monitor)?,
             false => Vec::new(),
         };
         let (mut verification, crests) =
-            verify_with_crests(file.model(), &job, &program, &VerifyOptions::default(), progress)?;
+            verify_with_crests(file.model(), &job, &program, &VerifyOptions::default(), monitor)?;
         let judged = Judged::of(folder.path(), &job)?;
         verification.judged = Some(judged.clone());
         let mut regions = prepared.merged.record;
@@ -197,9 +214,9 @@ fn choose_stick_outs(
     model: &Model,
     job: &mut JobRecord,
     program: &Program,
-    progress: Progress<'_>,
+    monitor: &dyn Monitor,
 ) -> Result<Vec<StickOut>, Error> {
-    let needed = stick_outs_needed_mm(model, job, program, &VerifyOptions::default(), progress)?;
+    let needed = stick_outs_needed_mm(model, job, program, &VerifyOptions::default(), monitor)?;
     let mut chosen = Vec::new();
     for tool in &mut job.tools {
         let of_setup =

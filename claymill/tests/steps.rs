@@ -1,9 +1,10 @@
 //! What must be true of the steps: nothing unverified gets out, mistakes are named, and what is dropped leaves nothing.
 
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use claymill::toolpath::{JOB_FILE, TOOLPATHS_FILE};
-use claymill::{Error, Job, JobError, JobFolder, ModelFile, Standing};
+use claymill::{Error, Job, JobError, JobFolder, ModelFile, Monitor, Stage, Standing};
 
 /// A small model in a folder of its own.
 fn ribbon() -> (tempfile::TempDir, ModelFile) {
@@ -22,7 +23,7 @@ fn job() -> Job {
 fn only_the_very_moves_that_passed_are_cleared() {
     let (place, file) = ribbon();
     let out = place.path().join("job");
-    let verified = job().plan(&file, &|_, _| ()).unwrap().verify(&out, &|_, _| ()).unwrap();
+    let verified = job().plan(&file, &()).unwrap().verify(&out, &()).unwrap();
     assert!(verified.passed());
     // Until it is written there is nothing to open.
     assert!(JobFolder::open(&out).is_err());
@@ -45,7 +46,7 @@ fn a_job_that_is_dropped_leaves_nothing() {
     let (place, file) = ribbon();
     let out = place.path().join("deep/job");
     let before: Vec<PathBuf> = files(&place);
-    drop(job().plan(&file, &|_, _| ()).unwrap().verify(&out, &|_, _| ()).unwrap());
+    drop(job().plan(&file, &()).unwrap().verify(&out, &()).unwrap());
     assert_eq!(files(&place), before);
     assert!(!out.join(JOB_FILE).exists());
 }
@@ -55,6 +56,46 @@ fn files(place: &tempfile::TempDir) -> Vec<PathBuf> {
         std::fs::read_dir(place).unwrap().map(|entry| entry.unwrap().path()).collect();
     all.sort();
     all
+}
+
+/// Ends the work at a stage.
+struct EndsAt {
+    stage: Stage,
+    is_reached: AtomicBool,
+}
+
+impl Monitor for EndsAt {
+    fn at(&self, stage: Stage, _: f64) {
+        self.is_reached.fetch_or(stage == self.stage, Ordering::Relaxed);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.is_reached.load(Ordering::Relaxed)
+    }
+}
+
+#[test]
+fn a_step_that_is_cancelled_has_no_result_and_leaves_nothing() {
+    let ends_at = |stage| EndsAt { stage, is_reached: AtomicBool::new(false) };
+    let (place, file) = ribbon();
+    let before = files(&place);
+    for stage in [Stage::Setups, Stage::RegionMeshes] {
+        assert!(matches!(job().plan(&file, &ends_at(stage)), Err(Error::Cancelled(_))), "{stage}");
+    }
+    let stages = [
+        Stage::PreparingModel,
+        Stage::GougeAndContact,
+        Stage::Rapids,
+        Stage::Shank,
+        Stage::ScallopCrests,
+        Stage::Coverage,
+    ];
+    for stage in stages {
+        let planned = job().plan(&file, &()).unwrap();
+        let verified = planned.verify(place.path().join("job"), &ends_at(stage));
+        assert!(matches!(verified, Err(Error::Cancelled(_))), "{stage}");
+        assert_eq!(files(&place), before, "{stage}");
+    }
 }
 
 #[test]
@@ -76,7 +117,7 @@ fn what_cannot_be_meant_is_refused_before_anything_is_done() {
     let clearance = refused(|job| job.holder_clearance_mm = -1.0);
     assert!(matches!(clearance, JobError::HolderClearance { .. }) && !clearance.advice().is_empty());
     assert!(matches!(
-        job().only(["layer:nowhere"]).plan(&ribbon().1, &|_, _| ()),
+        job().only(["layer:nowhere"]).plan(&ribbon().1, &()),
         Err(Error::Select(claymill::SelectError::Absent { .. }))
     ));
 }

@@ -6,7 +6,7 @@ use std::io::IsTerminal;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use claymill_toolpath::StageTiming;
+use claymill_toolpath::{Monitor, Stage, StageTiming};
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// Prints a line on standard output. A reader that has seen enough (`| head`) is no error.
@@ -239,6 +239,12 @@ fn wrapped(label: &str, text: &str) -> Vec<String> {
         }
     }
     lines
+}
+
+impl Monitor for Console {
+    fn at(&self, stage: Stage, share: f64) {
+        Console::at(self, &stage.to_string(), share);
+    }
 }
 
 #[cfg(test)]

@@ -148,6 +148,7 @@ impl From<claymill_paths::PlanError> for Failure {
             E::Sides { .. } | E::TooManySides { .. } => {
                 "One --guide says where a region is swept from, a second one beside another side where to."
             }
+            E::Cancelled(_) => "Plan the job again.",
             E::NoRest => "There is nothing to do: no valley is tighter than the earlier tool.",
             E::NothingToCut => "Check --only, --skip, --up and --length.",
         };
@@ -227,6 +228,7 @@ impl From<claymill::Error> for Failure {
                 Failure::usage(e, advice)
             }
             E::Merge(e) => e.into(),
+            E::Cancelled(e) => Failure::problem(e, "Run the command again."),
             E::Plan(e) => e.into(),
             E::Folder(e) => e.into(),
             E::Verify(e) => e.into(),

@@ -33,6 +33,7 @@ mod io_advice;
 mod job;
 mod largest;
 mod manifest;
+mod monitor;
 mod moves;
 mod output;
 mod place;
@@ -59,6 +60,7 @@ pub use job::{
     Skipped, StageTiming, ToolRecord, Totals, UncutReason,
 };
 pub use manifest::{MANIFEST_FILE, is_whole};
+pub use monitor::{Cancelled, Monitor, Stage};
 pub use moves::{Move, MoveError, MoveKind, Program, WRITTEN_STEP_MM, round_to_written};
 pub use output::{Kind, Output, OutputError, job_files};
 pub use place::{FilePlace, find_file, path_from_text, path_to_text};

@@ -2,7 +2,7 @@
 //! along all moves but rapids. Samples are halved where something could hide between them.
 
 use claymill_nurbs::{FaceId, Foot, Hint, Point3};
-use claymill_toolpath::{Contain, MoveKind};
+use claymill_toolpath::{Cancelled, Contain, MoveKind};
 use rayon::prelude::*;
 
 use crate::asked::avoided_faces;
@@ -47,19 +47,17 @@ pub(crate) fn measure(
     scene: &Scene<'_>,
     limits: Option<&Limits<'_>>,
     stage: &Stage<'_>,
-) -> Option<BoundsKept> {
-    let limits = limits?;
+) -> Result<Option<BoundsKept>, Cancelled> {
+    let Some(limits) = limits else { return Ok(None) };
     let moving = |t: &&Track| t.sweeps() && limits.hold_anything();
     let tracks: Vec<&Track> = scene.tracks.iter().filter(moving).collect();
     let avoided: Vec<FaceId> = avoided_faces(scene.model, scene.job).collect();
     let along = |track: &&Track| {
         let (below, beside) = (Hint::default(), Hint::default());
-        let walk =
-            Walk { scene, limits, track, avoided: &avoided, below, beside, along: Along::default() }.run();
-        stage.step(tracks.len());
-        walk
+        Walk { scene, limits, track, avoided: &avoided, below, beside, along: Along::default() }.run()
     };
-    let found: Vec<Along> = tracks.par_iter().map(along).collect();
+    let part = |track| stage.part(tracks.len(), || along(track));
+    let found: Vec<Along> = tracks.par_iter().map(part).collect::<Result<_, _>>()?;
     let count = |is: fn(&Along) -> bool| found.iter().filter(|a| is(a)).count() as u64;
     let mut kept = BoundsKept {
         samples: found.iter().map(|a| a.samples).sum(),
@@ -78,7 +76,7 @@ pub(crate) fn measure(
             (kept.avoided_min_mm, kept.avoided_min_at) = (Some(mm), Some(at));
         }
     }
-    Some(kept)
+    Ok(Some(kept))
 }
 
 struct Walk<'a> {

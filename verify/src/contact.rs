@@ -1,7 +1,7 @@
 //! Gouge and contact along the paths: the distance of the ball from all faces, proven between samples.
 
 use claymill_nurbs::{Foot, Hint};
-use claymill_toolpath::MoveKind;
+use claymill_toolpath::{Cancelled, MoveKind};
 use rayon::prelude::*;
 
 use crate::distribution::Distribution;
@@ -73,24 +73,20 @@ pub(crate) struct InMaterial {
 pub(crate) fn measure(
     scene: &Scene<'_>,
     stage: &Stage<'_>,
-) -> (Gouge, Contact, InMaterial, Vec<GougeSample>) {
+) -> Result<(Gouge, Contact, InMaterial, Vec<GougeSample>), Cancelled> {
     let tracks: Vec<&Track> = scene.tracks.iter().filter(|t| t.sweeps()).collect();
+    let walk = |track| Walk {
+        scene,
+        track,
+        margin: scene.options.path_spacing_mm,
+        on_path: Hint::default(),
+        lifted: Hint::default(),
+    };
     let found: Vec<Along> = tracks
         .par_iter()
-        .map(|track| {
-            let along = Walk {
-                scene,
-                track,
-                margin: scene.options.path_spacing_mm,
-                on_path: Hint::default(),
-                lifted: Hint::default(),
-            }
-            .run();
-            stage.step(tracks.len());
-            along
-        })
-        .collect();
-    summarise(found, limits_mm(scene))
+        .map(|track| stage.part(tracks.len(), || walk(track).run()))
+        .collect::<Result<_, _>>()?;
+    Ok(summarise(found, limits_mm(scene)))
 }
 
 /// How far the ball may enter a face, and how far off it may run.

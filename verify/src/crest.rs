@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 use claymill_nurbs::{Hint, Point3, Vector3};
-use claymill_toolpath::MoveKind;
+use claymill_toolpath::{Cancelled, MoveKind};
 use rayon::prelude::*;
 
 use crate::crest_peak::{OF_PASS, Seed, keep_best};
@@ -82,16 +82,12 @@ pub(crate) fn measure(
     swept: &Swept<'_>,
     reach: &Reach<'_>,
     stage: &Stage<'_>,
-) -> (Crests, Vec<CrestSample>, Vec<Seed>) {
+) -> Result<(Crests, Vec<CrestSample>, Vec<Seed>), Cancelled> {
     let passes: Vec<&Track> = scene.tracks.iter().filter(|t| t.kind == MoveKind::Cut).collect();
     let found: Vec<Along> = passes
         .par_iter()
-        .map(|track| {
-            let along = crests_along(scene, swept, reach, track);
-            stage.step(passes.len());
-            along
-        })
-        .collect();
+        .map(|track| stage.part(passes.len(), || crests_along(scene, swept, reach, track)))
+        .collect::<Result<_, _>>()?;
 
     let (mut heights, mut inside) = (Distribution::default(), Distribution::default());
     let mut by_region: BTreeMap<usize, Distribution> = BTreeMap::new();
@@ -141,7 +137,7 @@ pub(crate) fn measure(
         out_of_reach,
         by_region: by_region.into_iter().filter(|r| r.1.count() > 0).map(regional).collect(),
     };
-    (crests, samples, seeds)
+    Ok((crests, samples, seeds))
 }
 
 fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: &Track) -> Along {

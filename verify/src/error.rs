@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use claymill_exchange::{MeshError, ReadError};
-use claymill_toolpath::{FolderError, MoveError};
+use claymill_toolpath::{Cancelled, FolderError, MoveError};
 use thiserror::Error;
 
 /// Why a job could not be verified at all. Defects of the job itself are findings, not errors.
@@ -36,6 +36,9 @@ pub enum VerifyError {
         /// Hash of the file.
         found: String,
     },
+    /// The work was to end without a result.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
     /// A move is not a curve.
     #[error("toolpaths.jsonl: {0}")]
     Move(#[from] MoveError),
@@ -74,6 +77,7 @@ impl VerifyError {
             | VerifyError::Astray { .. } => {
                 "Plan the job again with `claymill plan`; the folder is incomplete or was edited.".into()
             }
+            VerifyError::Cancelled(_) => "Verify the folder again.".into(),
             VerifyError::Model(e) => e.advice(),
             VerifyError::Obstacle(e) => e.advice().into(),
             VerifyError::Version { .. } => {

@@ -20,7 +20,7 @@
 //!
 //! ```no_run
 //! use claymill_verify::{VerifyOptions, verify};
-//! let result = verify("out".as_ref(), &VerifyOptions::default(), &|_, _| ())?;
+//! let result = verify("out".as_ref(), &VerifyOptions::default(), &())?;
 //! println!("deepest gouge {} mm, passed: {}", result.gouge.deepest_mm, result.verdict.passed);
 //! # Ok::<(), claymill_verify::VerifyError>(())
 //! ```
@@ -63,12 +63,14 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use claymill_nurbs::{ClosestPoints, MeshOptions, Model};
-use claymill_toolpath::{FORMAT_VERSION, Job, Program, read_job, read_moves_judged, sha256_of};
+use claymill_toolpath::{
+    FORMAT_VERSION, Job, Monitor, Program, Stage, read_job, read_moves_judged, sha256_of,
+};
 
 pub use crest_file::{CRESTS_FILE, read_crests, write_crests};
 pub use error::VerifyError;
 pub use holder::{HolderClearance, RegionStickOut, ShankContact};
-pub use options::{Progress, SCALLOP_BAR, USUAL_RADIUS_MM, USUAL_SCALLOP_MM, VerifyOptions};
+pub use options::{SCALLOP_BAR, USUAL_RADIUS_MM, USUAL_SCALLOP_MM, VerifyOptions};
 pub use report::{
     AreaAt, BallShare, BoundsKept, Contact, Coverage, CrestSample, Crests, FaceCoverage, Fault, Gouge,
     GougeSample, HISTOGRAM_BIN, HISTOGRAM_BINS, Obstacles, Place, Rapids, RegionCrests, ResidualSample,
@@ -84,13 +86,13 @@ pub use verdict::{Finding, FindingCode, Severity, Verdict};
 pub fn verify(
     folder: &Path,
     options: &VerifyOptions,
-    progress: Progress<'_>,
+    monitor: &dyn Monitor,
 ) -> Result<Verification, VerifyError> {
-    progress("reading", 0.0);
+    monitor.at(Stage::Reading, 0.0);
     let job = known_job(folder)?;
     let (program, judged) = read_moves_judged(folder, &job)?;
     let (model, options) = asked_of(folder, &job, options)?;
-    let found = verify_program(&model, &job, &program, &options, progress)?;
+    let found = verify_program(&model, &job, &program, &options, monitor)?;
     Ok(Verification { judged: Some(judged), ..found })
 }
 
@@ -103,11 +105,11 @@ pub fn verify_instead(
     folder: &Path,
     program: &Program,
     options: &VerifyOptions,
-    progress: Progress<'_>,
+    monitor: &dyn Monitor,
 ) -> Result<Verification, VerifyError> {
     let job = known_job(folder)?;
     let (model, options) = asked_of(folder, &job, options)?;
-    Ok(measure_all(&model, &job, (program, None), &options, progress)?.0)
+    Ok(measure_all(&model, &job, (program, None), &options, monitor)?.0)
 }
 
 /// The job, if its format is known; the other files are not looked at before.
@@ -152,9 +154,9 @@ pub fn verify_program(
     job: &Job,
     program: &Program,
     options: &VerifyOptions,
-    progress: Progress<'_>,
+    monitor: &dyn Monitor,
 ) -> Result<Verification, VerifyError> {
-    Ok(verify_with_crests(model, job, program, options, progress)?.0)
+    Ok(verify_with_crests(model, job, program, options, monitor)?.0)
 }
 
 /// As [`verify_program`], and the crests that were measured, along the passes: the data of a scallop map.
@@ -166,9 +168,9 @@ pub fn verify_with_crests(
     job: &Job,
     program: &Program,
     options: &VerifyOptions,
-    progress: Progress<'_>,
+    monitor: &dyn Monitor,
 ) -> Result<(Verification, Vec<CrestSample>), VerifyError> {
-    measure_all(model, job, (program, Some(sequence::measure(job, program))), options, progress)
+    measure_all(model, job, (program, Some(sequence::measure(job, program))), options, monitor)
 }
 
 /// The moves, and what is known of their sequence.
@@ -177,24 +179,24 @@ fn measure_all(
     job: &Job,
     (program, sequence): (&Program, Option<Sequence>),
     options: &VerifyOptions,
-    progress: Progress<'_>,
+    monitor: &dyn Monitor,
 ) -> Result<(Verification, Vec<CrestSample>), VerifyError> {
     let avoided = limits::avoided_model(model, job);
-    let bench = Bench::new([model, &avoided], job, program, options, progress)?;
+    let bench = Bench::new([model, &avoided], job, program, options, monitor)?;
     let scene = &bench.scene;
     let swept = swept::Swept::new(&scene.tracks, scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &scene.obstacles.triangles);
     let reach = reach::Reach::new(scene, &mesh);
 
-    let stage = |name| scene::Stage::begin(name, progress);
-    let (gouge, contact, touched, _) = contact::measure(scene, &stage("gouge and contact"));
-    let rapids = rapids::measure(scene, &bench.meshes, &reach, &stage("rapids"));
-    let obstacles = obstacles::measure(scene, &stage("obstacles"));
-    let bounds = bounds::measure(scene, reach.limits(), &stage("bounds"));
-    let shank = holder::measure_shank(scene, &bench.meshes, &reach, &stage("shank"));
-    let holder = holder::measure(scene, &bench.meshes, &reach, &stage("holder"));
-    let (mut crests, samples, seeds) = crest::measure(scene, &swept, &reach, &stage("scallop crests"));
-    let faces = surface::measure(scene, &bench.meshes, &swept, &reach, &stage("coverage"));
+    let stage = |name| scene::Stage::begin(name, monitor);
+    let (gouge, contact, touched, _) = contact::measure(scene, &stage(Stage::GougeAndContact))?;
+    let rapids = rapids::measure(scene, &bench.meshes, &reach, &stage(Stage::Rapids))?;
+    let obstacles = obstacles::measure(scene, &stage(Stage::Obstacles))?;
+    let bounds = bounds::measure(scene, reach.limits(), &stage(Stage::Bounds))?;
+    let shank = holder::measure_shank(scene, &bench.meshes, &reach, &stage(Stage::Shank))?;
+    let holder = holder::measure(scene, &bench.meshes, &reach, &stage(Stage::Holder))?;
+    let (mut crests, samples, seeds) = crest::measure(scene, &swept, &reach, &stage(Stage::ScallopCrests))?;
+    let faces = surface::measure(scene, &bench.meshes, &swept, &reach, &stage(Stage::Coverage))?;
     crest_peak::raise(scene, &swept, &reach, &faces, seeds, &mut crests);
     let coverage = coverage::account(scene, &faces, tight::measure(scene, &reach, &faces));
     let sides = sides::account(scene, touched, &faces);
@@ -246,14 +248,14 @@ pub fn stick_outs_needed_mm(
     job: &Job,
     program: &Program,
     options: &VerifyOptions,
-    progress: Progress<'_>,
+    monitor: &dyn Monitor,
 ) -> Result<BTreeMap<(String, String), f64>, VerifyError> {
     let avoided = limits::avoided_model(model, job);
-    let bench = Bench::new([model, &avoided], job, program, options, progress)?;
+    let bench = Bench::new([model, &avoided], job, program, options, monitor)?;
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &bench.scene.obstacles.triangles);
     let reach = reach::Reach::new(&bench.scene, &mesh);
-    let stage = scene::Stage::begin("holder", progress);
-    let found = holder::measure(&bench.scene, &bench.meshes, &reach, &stage);
+    let stage = scene::Stage::begin(Stage::Holder, monitor);
+    let found = holder::measure(&bench.scene, &bench.meshes, &reach, &stage)?;
     Ok(found.map(|f| f.needed_mm()).unwrap_or_default())
 }
 
@@ -266,15 +268,15 @@ pub fn crest_samples(
     job: &Job,
     program: &Program,
     options: &VerifyOptions,
-    progress: Progress<'_>,
+    monitor: &dyn Monitor,
 ) -> Result<Vec<CrestSample>, VerifyError> {
     let avoided = limits::avoided_model(model, job);
-    let bench = Bench::new([model, &avoided], job, program, options, progress)?;
+    let bench = Bench::new([model, &avoided], job, program, options, monitor)?;
     let scene = &bench.scene;
     let swept = swept::Swept::new(&scene.tracks, scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &scene.obstacles.triangles);
     let reach = reach::Reach::new(scene, &mesh);
-    Ok(crest::measure(scene, &swept, &reach, &scene::Stage::begin("scallop crests", progress)).1)
+    Ok(crest::measure(scene, &swept, &reach, &scene::Stage::begin(Stage::ScallopCrests, monitor))?.1)
 }
 
 /// What the swept balls leave on points spread evenly over all faces, face by face: the data of a residual
@@ -287,15 +289,15 @@ pub fn residual_samples(
     job: &Job,
     program: &Program,
     options: &VerifyOptions,
-    progress: Progress<'_>,
+    monitor: &dyn Monitor,
 ) -> Result<Vec<ResidualSample>, VerifyError> {
     let avoided = limits::avoided_model(model, job);
-    let bench = Bench::new([model, &avoided], job, program, options, progress)?;
+    let bench = Bench::new([model, &avoided], job, program, options, monitor)?;
     let swept = swept::Swept::new(&bench.scene.tracks, bench.scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &bench.scene.obstacles.triangles);
     let reach = reach::Reach::new(&bench.scene, &mesh);
-    let stage = scene::Stage::begin("coverage", progress);
-    let faces = surface::measure(&bench.scene, &bench.meshes, &swept, &reach, &stage);
+    let stage = scene::Stage::begin(Stage::Coverage, monitor);
+    let faces = surface::measure(&bench.scene, &bench.meshes, &swept, &reach, &stage)?;
     Ok(faces.into_iter().flat_map(|f| f.samples).collect())
 }
 
@@ -308,12 +310,12 @@ pub fn gouge_samples(
     job: &Job,
     program: &Program,
     options: &VerifyOptions,
-    progress: Progress<'_>,
+    monitor: &dyn Monitor,
 ) -> Result<Vec<GougeSample>, VerifyError> {
     let avoided = limits::avoided_model(model, job);
-    let bench = Bench::new([model, &avoided], job, program, options, progress)?;
-    let stage = scene::Stage::begin("gouge and contact", progress);
-    Ok(contact::measure(&bench.scene, &stage).3)
+    let bench = Bench::new([model, &avoided], job, program, options, monitor)?;
+    let stage = scene::Stage::begin(Stage::GougeAndContact, monitor);
+    Ok(contact::measure(&bench.scene, &stage)?.3)
 }
 
 /// What all measurements need.
@@ -329,10 +331,11 @@ impl<'a> Bench<'a> {
         job: &'a Job,
         program: &Program,
         options: &VerifyOptions,
-        progress: Progress<'_>,
+        monitor: &dyn Monitor,
     ) -> Result<Self, VerifyError> {
         let tracks = track::Track::all(job, program)?;
-        progress("preparing the model", 0.0);
+        monitor.at(Stage::PreparingModel, 0.0);
+        monitor.go_on()?;
         let options = options.suited_to(job);
         let obstacles = obstacles::ObstacleSet::read(job, &options)?;
         astray::check(model, &obstacles.triangles, program)?;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use claymill_exchange::{ObstacleMesh, read_mesh};
 use claymill_nurbs::{Aabb, BoxTree, Point3};
-use claymill_toolpath::{Job, sha256_of};
+use claymill_toolpath::{Cancelled, Job, sha256_of};
 use rayon::prelude::*;
 
 use crate::VerifyError;
@@ -97,10 +97,10 @@ pub(crate) fn closest_on_triangle(corners: &[Point3; 3], p: &Point3) -> Point3 {
 }
 
 /// Sweeps the ball along every move, rapids too, and measures its distance from the obstacles.
-pub(crate) fn measure(scene: &Scene<'_>, stage: &Stage<'_>) -> Option<Obstacles> {
+pub(crate) fn measure(scene: &Scene<'_>, stage: &Stage<'_>) -> Result<Option<Obstacles>, Cancelled> {
     let set = &scene.obstacles;
     if set.files.is_empty() {
-        return None;
+        return Ok(None);
     }
     let asked_mm = scene.check_clearance_mm();
     let walk = |track: &Track| {
@@ -109,14 +109,14 @@ pub(crate) fn measure(scene: &Scene<'_>, stage: &Stage<'_>) -> Option<Obstacles>
         let stations = track.stations(scene.options.path_spacing_mm);
         let probes: Vec<Probe> = stations.into_iter().map(|t| walk.probe(t)).collect();
         probes.windows(2).for_each(|pair| walk.between(&pair[0], &pair[1]));
-        stage.step(scene.tracks.len());
         (walk.least.map(|(gap, t, at)| (gap, t, at, track.seq)), walk.samples)
     };
-    let found: Vec<_> = scene.tracks.par_iter().map(walk).collect();
+    let part = |track| stage.part(scene.tracks.len(), || walk(track));
+    let found: Vec<_> = scene.tracks.par_iter().map(part).collect::<Result<_, _>>()?;
     let bar = -scene.options.gouge_limit_mm;
     let below = |bar: f64| found.iter().filter(|f| f.0.is_some_and(|l| l.0 < bar)).count() as u64;
     let least = found.iter().filter_map(|f| f.0).reduce(|a, b| if b.0 < a.0 { b } else { a });
-    Some(Obstacles {
+    Ok(Some(Obstacles {
         files: set.files.clone(),
         triangles: set.triangles.len() as u64,
         samples: found.iter().map(|f| f.1).sum(),
@@ -129,7 +129,7 @@ pub(crate) fn measure(scene: &Scene<'_>, stage: &Stage<'_>) -> Option<Obstacles>
             parameter: Some(t),
             ..scene.place(at, None)
         }),
-    })
+    }))
 }
 
 struct Walk<'a> {

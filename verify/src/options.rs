@@ -98,6 +98,3 @@ impl VerifyOptions {
         }
     }
 }
-
-/// Told the stage and the fraction of it that is done; called from several threads.
-pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);

@@ -1,7 +1,7 @@
 //! The smallest clearance of ball and shank on rapids, by branch and bound along their polygons.
 
 use claymill_nurbs::{FaceMesh, Point3};
-use claymill_toolpath::MoveKind;
+use claymill_toolpath::{Cancelled, MoveKind};
 use rayon::prelude::*;
 
 use crate::drop::DropMesh;
@@ -26,36 +26,34 @@ pub(crate) fn measure(
     meshes: &[Option<FaceMesh>],
     reach: &Reach<'_>,
     stage: &Stage<'_>,
-) -> Rapids {
+) -> Result<Rapids, Cancelled> {
     let rapids: Vec<&Track> = scene.tracks.iter().filter(|t| t.kind == MoveKind::Rapid).collect();
-    let lowest: Vec<Option<(f64, Place)>> = rapids
-        .par_iter()
-        .map(|track| {
-            let mut search =
-                Search { scene, view: reach.setup(track.setup), radius: track.radius_mm, least: None };
-            // Rapids are straight or nearly so: a coarse polygon is as good as the curve at this scale.
-            let corners: Vec<Point3> =
-                track.polygon(SAME_CLEARANCE_MM).into_iter().map(|t| track.centre(t).0).collect();
-            for ends in corners.windows(2) {
-                search.stretch(&ends[0], &ends[1]);
-            }
-            stage.step(rapids.len());
-            let by_ball = search.least.map(|(clearance, at)| {
-                let place = Place { move_seq: Some(track.seq), ..scene.place(at, None) };
-                (clearance, place)
-            });
-            let known_mm = by_ball.as_ref().map_or(FAR_MM, |(clearance, _)| *clearance);
-            holder::clearance_of_sides(scene, meshes, reach, track, known_mm).or(by_ball)
-        })
-        .collect();
+    let look = |track: &&Track| {
+        let mut search =
+            Search { scene, view: reach.setup(track.setup), radius: track.radius_mm, least: None };
+        // Rapids are straight or nearly so: a coarse polygon is as good as the curve at this scale.
+        let corners: Vec<Point3> =
+            track.polygon(SAME_CLEARANCE_MM).into_iter().map(|t| track.centre(t).0).collect();
+        for ends in corners.windows(2) {
+            search.stretch(&ends[0], &ends[1]);
+        }
+        let by_ball = search.least.map(|(clearance, at)| {
+            let place = Place { move_seq: Some(track.seq), ..scene.place(at, None) };
+            (clearance, place)
+        });
+        let known_mm = by_ball.as_ref().map_or(FAR_MM, |(clearance, _)| *clearance);
+        holder::clearance_of_sides(scene, meshes, reach, track, known_mm).or(by_ball)
+    };
+    let lowest: Vec<Option<(f64, Place)>> =
+        rapids.par_iter().map(|track| stage.part(rapids.len(), || look(track))).collect::<Result<_, _>>()?;
     let touching = lowest.iter().flatten().filter(|l| l.0 <= 0.0).count() as u64;
     let least = lowest.into_iter().flatten().reduce(|a, b| if b.0 < a.0 { b } else { a });
-    Rapids {
+    Ok(Rapids {
         moves: rapids.len() as u64,
         clearance_min_mm: least.as_ref().map(|l| l.0),
         clearance_min_at: least.map(|l| l.1),
         touching,
-    }
+    })
 }
 
 struct Search<'a> {

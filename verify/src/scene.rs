@@ -3,10 +3,10 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use claymill_nurbs::{Aabb, ClosestPoints, FaceId, Foot, Model, Point3, Vector3};
-use claymill_toolpath::{CHECK_CLEARANCE_MM, FreeSide, Holder, Job};
+use claymill_toolpath::{CHECK_CLEARANCE_MM, Cancelled, FreeSide, Holder, Job, Monitor};
 
 use crate::obstacles::ObstacleSet;
-use crate::options::{Progress, VerifyOptions};
+use crate::options::VerifyOptions;
 use crate::report::Place;
 use crate::track::Track;
 
@@ -130,24 +130,27 @@ impl Scene<'_> {
 
 /// One stage of the work, for its progress.
 pub(crate) struct Stage<'a> {
-    name: &'static str,
-    progress: Progress<'a>,
+    stage: claymill_toolpath::Stage,
+    monitor: &'a dyn Monitor,
     done: AtomicUsize,
 }
 
 impl<'a> Stage<'a> {
     /// Announces the stage.
-    pub(crate) fn begin(name: &'static str, progress: Progress<'a>) -> Self {
-        progress(name, 0.0);
-        Stage { name, progress, done: AtomicUsize::new(0) }
+    pub(crate) fn begin(stage: claymill_toolpath::Stage, monitor: &'a dyn Monitor) -> Self {
+        monitor.at(stage, 0.0);
+        Stage { stage, monitor, done: AtomicUsize::new(0) }
     }
 
-    /// One of `total` parts is done.
-    pub(crate) fn step(&self, total: usize) {
+    /// Does one of `total` parts, unless the work is to end.
+    pub(crate) fn part<T>(&self, total: usize, work: impl FnOnce() -> T) -> Result<T, Cancelled> {
+        self.monitor.go_on()?;
+        let result = work();
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         // About a hundred calls a stage are enough for any display.
         if done.is_multiple_of(total.div_ceil(100).max(1)) || done == total {
-            (self.progress)(self.name, done as f64 / total as f64);
+            self.monitor.at(self.stage, done as f64 / total as f64);
         }
+        Ok(result)
     }
 }

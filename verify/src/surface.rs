@@ -2,7 +2,7 @@
 //! state of each: cut, or why not.
 
 use claymill_nurbs::{Face, FaceId, FaceMesh, Jet, Point2, Vector3};
-use claymill_toolpath::{FreeSide, Job};
+use claymill_toolpath::{Cancelled, FreeSide, Job};
 use rayon::prelude::*;
 
 use crate::asked::excluded_faces;
@@ -38,7 +38,7 @@ pub(crate) fn measure(
     swept: &Swept<'_>,
     reach: &Reach<'_>,
     stage: &Stage<'_>,
-) -> Vec<FaceSamples> {
+) -> Result<Vec<FaceSamples>, Cancelled> {
     let excluded = excluded_faces(scene);
     let areas: Vec<f64> = scene.model.faces.par_iter().map(Face::area_mm2).collect();
     let area_per_sample = scene.options.area_per_sample_mm2.min(areas.iter().sum::<f64>() / SAMPLES);
@@ -48,19 +48,12 @@ pub(crate) fn measure(
             (area, mesh.as_ref().map_or_else(Vec::new, |m| spread(face, m, count)))
         })
         .collect();
-    spots
-        .par_iter()
-        .enumerate()
-        .map(|(face, (area, spots))| {
-            let weight = area / spots.len().max(1) as f64;
-            let samples = spots
-                .par_iter()
-                .map(|uv| sample(scene, face, uv, weight, excluded[face], swept, reach))
-                .collect();
-            stage.step(meshes.len());
-            FaceSamples { area_mm2: *area, samples }
-        })
-        .collect()
+    let on_face = |(face, (area, spots)): (usize, &(f64, Vec<Point2>))| {
+        let weight = area / spots.len().max(1) as f64;
+        let look = |uv: &Point2| sample(scene, face, uv, weight, excluded[face], swept, reach);
+        FaceSamples { area_mm2: *area, samples: spots.par_iter().map(look).collect() }
+    };
+    spots.par_iter().enumerate().map(|face| stage.part(meshes.len(), || on_face(face))).collect()
 }
 
 fn sample(

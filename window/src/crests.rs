@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use claymill_nurbs::Point3;
+use claymill_toolpath::Stage;
 use claymill_verify::VerifyOptions;
 
 use crate::desk::Desk;
@@ -48,7 +49,7 @@ impl Desk<'_> {
         std::thread::spawn(move || {
             let Some(job) = &exhibit.job else { return };
             let options = VerifyOptions { crest_spacing_mm: CREST_SPACING_MM, ..VerifyOptions::default() };
-            let progress = |stage: &str, share: f64| say(&news, Crests::Measuring(stage.to_owned(), share));
+            let progress = |stage: Stage, share: f64| say(&news, Crests::Measuring(stage.to_string(), share));
             let found =
                 claymill_verify::crest_samples(&exhibit.model, &job.job, &job.program, &options, &progress);
             let done = match found {

@@ -71,16 +71,15 @@ pub(crate) fn add_measured(
 ) -> Result<(), Failure> {
     let Work { model, job, program, folder } = *work;
     let options = VerifyOptions { folder: folder.to_owned(), ..VerifyOptions::default() };
-    let at = |stage: &str, share: f64| context.console.at(stage, share);
     if show.contains(&ShowName::Scallop) {
         let crests = match read_crests(folder, job) {
             Some(crests) => crests,
-            None => crest_samples(model, job, program, &options, &at)?,
+            None => crest_samples(model, job, program, &options, context.console)?,
         };
         paint_scallops(scene, &crests, &job.request);
     }
     if show.contains(&ShowName::Uncut) {
-        let samples = residual_samples(model, job, program, &options, &at)?;
+        let samples = residual_samples(model, job, program, &options, context.console)?;
         let number = |state: SurfaceState| STATES.iter().position(|s| s.0 == state).unwrap_or(0);
         let states = STATES.map(|(state, colour, words)| {
             let mm2: f64 = samples.iter().filter(|s| s.state == state).map(|s| s.area_mm2).sum();
@@ -91,7 +90,7 @@ pub(crate) fn add_measured(
         scene.paint_states(&placed, &StateScale { states: states.into(), spacing_mm: SPACING_MM });
     }
     if show.contains(&ShowName::Gouges) {
-        let found = gouge_samples(model, job, program, &options, &at)?;
+        let found = gouge_samples(model, job, program, &options, context.console)?;
         for (deep, shape, colour, words) in [
             (false, PinShape::Ring, SHALLOW, "1 to 5 µm deep"),
             (true, PinShape::Cross, DEEP, "deeper than 5 µm"),

@@ -48,7 +48,6 @@ pub(crate) fn plan(context: &Context, args: &PlanArgs) -> Result<ExitCode, Failu
 /// The main job, from the model file to the finished folder.
 pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Done, Failure> {
     let console = context.console;
-    let progress = |stage: &str, share: f64| console.at(stage, share);
     let folder = FolderWriter::begin(out)?;
     folder.leftovers().into_iter().for_each(interrupt::remove_on_interrupt);
     let loaded = context.load(&request.model)?;
@@ -70,7 +69,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     material::say(console, &regions.sheets, prepared.excluded());
     plan_summary::warn_of_much(console, prepared.options(), prepared.excluded(), &loaded.face_area_mm2);
     prepared.obstacles().iter().for_each(|obstacle| say_obstacle(console, obstacle));
-    let planned = prepared.plan(&progress)?;
+    let planned = prepared.plan(console)?;
     left_out::say(console, &planned.left_out());
     plan_summary::say_plan(console, planned.plan());
 
@@ -80,7 +79,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     console.stage("verifying");
     let plan = planned.plan();
     verify::expect(console, plan.program.moves.len(), plan.totals.passes, faces);
-    let mut verified = planned.verify_into(folder, &progress)?;
+    let mut verified = planned.verify_into(folder, console)?;
     say_stick_outs(console, &verified);
     verify::say(context, &verified.results().verification);
 

@@ -43,9 +43,8 @@ pub(crate) fn report(context: &Context, args: &ReportArgs) -> Result<ExitCode, F
 
     context.console.stage("verifying");
     super::verify::expect(context.console, program.moves.len(), job.totals.passes, model.faces.len());
-    let at = |stage: &str, share: f64| context.console.at(stage, share);
     let options = VerifyOptions { folder: folder.clone(), ..VerifyOptions::default() };
-    let (found, crests) = verify_with_crests(model, &job, &program, &options, &at)?;
+    let (found, crests) = verify_with_crests(model, &job, &program, &options, context.console)?;
     let found = Verification { judged: Some(judged.clone()), ..found };
     write_crests(renewal.path(), &judged, &crests)?;
     super::verify::write(renewal.path(), &found)?;

@@ -32,7 +32,6 @@ pub(crate) fn verify(context: &Context, args: &VerifyArgs) -> Result<ExitCode, F
         check_clearance_mm: check_clearance(args.check_clearance)?,
         ..VerifyOptions::default()
     };
-    let progress = |stage: &str, share| context.console.at(stage, share);
     // A verdict on what the job itself asks for stays with it; one on something else is only told.
     let as_planned = args.program.is_empty()
         && args.check.is_empty()
@@ -41,7 +40,7 @@ pub(crate) fn verify(context: &Context, args: &VerifyArgs) -> Result<ExitCode, F
         && options.check_clearance_mm.is_none();
     let found = if args.program.is_empty() {
         context.console.stage("verifying");
-        claymill_verify::verify(&args.folder, &options, &progress)?
+        claymill_verify::verify(&args.folder, &options, context.console)?
     } else {
         program(context, args, options)?
     };
@@ -111,8 +110,7 @@ fn program(
     ));
     options.excess_limit_mm += machine.tolerance_mm;
     context.console.stage("verifying");
-    let progress = |stage: &str, share| context.console.at(stage, share);
-    Ok(claymill_verify::verify_instead(&args.folder, &program, &options, &progress)?)
+    Ok(claymill_verify::verify_instead(&args.folder, &program, &options, context.console)?)
 }
 
 /// 0 when every bar was met, 3 when a finding is an error.

@@ -3,7 +3,7 @@
 use claymill_contact::ParallelAxes;
 use claymill_nurbs::{FaceId, NurbsError, Point3};
 use claymill_surface_merge::FieldError;
-use claymill_toolpath::Tool;
+use claymill_toolpath::{Cancelled, Tool};
 use thiserror::Error;
 
 /// A place chooses a side of a region this far from it at most, mm.
@@ -91,6 +91,9 @@ pub enum PlanError {
     /// There is no rest.
     #[error("the earlier tool could cut all that this one reaches")]
     NoRest,
+    /// The work was to end without a result.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 fn nearest(mm: Option<f64>) -> String {

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use claymill_contact::{BallDrop, CONTACT_EPSILON_MM, Covering, FreeSides, Material, Rims, near_mm};
 use claymill_nurbs::{Aabb, FaceId, Model, NurbsError, Point3};
 use claymill_surface_merge::{Guides, RegionMesh};
-use claymill_toolpath::Tool;
+use claymill_toolpath::{Cancelled, Monitor, Stage, Tool};
 use rayon::prelude::*;
 
 use crate::containment::{Avoided, Containment};
@@ -41,9 +41,6 @@ use crate::setup::space::Space;
 use crate::setup::wall_claims::Walls;
 use crate::{FitTolerance, Frame, RowsAlong, Strategy};
 
-/// Tells how far a stage has come: its name and a share from 0 to 1.
-pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
-
 /// What each setup cuts is decided on triangles with sides of a ball radius; of half of one for rest strips, which are
 /// narrow, and where that makes no more squares than this in all. But what two setups cut has to overlap by more than a
 /// step-over, and overlaps by a triangle.
@@ -55,16 +52,18 @@ const FEW_SQUARES: f64 = 1e5;
 
 /// Plans the whole job; see the crate's documentation for the stages.
 ///
+/// The monitor is asked between stages, regions and parts: a part that is begun is finished first.
+///
 /// # Errors
-/// Options that do not suit the model, faces that cannot be covered, nothing to cut.
+/// Options that do not suit the model, faces that cannot be covered, nothing to cut, or the monitor ends it.
 pub fn plan(
     model: &Model,
     regions: &Regions,
     options: &PlanOptions,
-    progress: Progress,
+    monitor: &dyn Monitor,
 ) -> Result<Plan, PlanError> {
     let own = model.faces.len();
-    plan_crowded(model, regions, own..own, options, progress)
+    plan_crowded(model, regions, own..own, options, monitor)
 }
 
 /// The same for a model of which these faces are obstacles.
@@ -73,25 +72,25 @@ pub(crate) fn plan_crowded(
     regions: &Regions,
     obstacles: Range<FaceId>,
     options: &PlanOptions,
-    progress: Progress,
+    monitor: &dyn Monitor,
 ) -> Result<Plan, PlanError> {
     let radius_mm = options.tool.radius_mm();
     check_tools(&options.tool, options.rest_of.as_ref(), options.scallop_mm)?;
     check_size(model, radius_mm)?;
-    progress("setups", 0.0);
+    monitor.at(Stage::Setups, 0.0);
     let obstacles: Vec<FaceId> = obstacles.collect();
     let area_mm2: f64 = regions.face_area_mm2.iter().sum();
     let fineness_mm = fineness_mm(options, area_mm2);
     let covered =
         Covered::new(model, regions.excluded, area_mm2, fineness_mm).map_err(|e| uncovered(model, e))?;
     if covered.left_out.is_empty() {
-        return lay(&covered, [&[], &obstacles], regions, options, progress);
+        return lay(&covered, [&[], &obstacles], regions, options, monitor);
     }
     let bare: Vec<FaceId> =
         covered.left_out.iter().map(|l| l.face).filter(|&face| !regions.excluded[face]).collect();
     let mut wider = WiderRegions::over(regions, &covered.model);
     wider.leave_out(bare.iter().copied());
-    let plan = lay(&covered, [&bare, &obstacles], &wider.as_regions(regions), options, progress)?;
+    let plan = lay(&covered, [&bare, &obstacles], &wider.as_regions(regions), options, monitor)?;
     Ok(Plan { left_out: covered.left_out, ..plan }.of_own_faces(regions))
 }
 
@@ -106,7 +105,7 @@ fn lay(
     [bare, obstacles]: [&[FaceId]; 2],
     regions: &Regions,
     options: &PlanOptions,
-    progress: Progress,
+    monitor: &dyn Monitor,
 ) -> Result<Plan, PlanError> {
     let (model, covering): (&Model, &Covering) = (&covered.model, &covered.covering);
     let radius_mm = options.tool.radius_mm();
@@ -128,7 +127,8 @@ fn lay(
     };
     let balls = of_tool(&options.tool);
     let earlier = options.rest_of.map_or_else(Vec::new, |tool| of_tool(&tool));
-    progress("setups", 0.5);
+    monitor.go_on()?;
+    monitor.at(Stage::Setups, 0.5);
     let avoid = |faces: &[FaceId], mm: f64| {
         Avoided::new(model, faces, mm, radius_mm).map_err(|e| uncovered(model, e))
     };
@@ -155,7 +155,8 @@ fn lay(
     let assignments = assign(model, covering, &views, regions);
     let account = Account::new(covering, &assignments.of, regions);
     let faces_of = group(regions.of_face);
-    progress("region meshes", 0.0);
+    monitor.go_on()?;
+    monitor.at(Stage::RegionMeshes, 0.0);
     let edge_mm = mesh_edge_mm(radius_mm, options.scallop_mm);
     let tolerance = FitTolerance::of_scallop(options.scallop_mm);
     let wanted = |region: usize| {
@@ -164,8 +165,11 @@ fn lay(
     // A region without a mesh is cut patch by patch.
     let meshes: Vec<Option<RegionMesh>> = (0..faces_of.len())
         .into_par_iter()
-        .map(|r| if wanted(r) { RegionMesh::of_region(model, regions.merged, r, edge_mm).ok() } else { None })
-        .collect();
+        .map(|r| {
+            monitor.go_on()?;
+            Ok(if wanted(r) { RegionMesh::of_region(model, regions.merged, r, edge_mm).ok() } else { None })
+        })
+        .collect::<Result<_, Cancelled>>()?;
     let mut chosen = chosen(&meshes, &options.guides)?;
     let sides = Sides::new(covering, &assignments.of, &frames);
     let sweeps: Vec<Option<Sweeps>> = (meshes.iter().zip(&faces_of).enumerate())
@@ -216,12 +220,14 @@ fn lay(
     jobs.sort_by(|a, b| area_mm2(b).total_cmp(&area_mm2(a)).then(a.cmp(b)));
     let done = AtomicUsize::new(0);
     let part = |job: &(usize, usize)| {
-        progress("paths", done.fetch_add(1, Ordering::Relaxed) as f64 / jobs.len() as f64);
+        monitor.go_on()?;
+        monitor.at(Stage::Paths, done.fetch_add(1, Ordering::Relaxed) as f64 / jobs.len() as f64);
         let &(index, region) = job;
-        let part = contexts[index].part(&faces_of[region], area_mm2(job), sweeps[region].as_ref())?;
-        Some((index, region, part))
+        let part = contexts[index].part(&faces_of[region], area_mm2(job), sweeps[region].as_ref());
+        Ok(part.map(|part| (index, region, part)))
     };
-    let mut parts: Vec<(usize, usize, Part)> = jobs.par_iter().with_max_len(1).filter_map(part).collect();
+    let parts = jobs.par_iter().with_max_len(1).map(part).collect::<Result<Vec<_>, Cancelled>>()?;
+    let mut parts: Vec<(usize, usize, Part)> = parts.into_iter().flatten().collect();
     parts.sort_by_key(|&(index, region, _)| (index, region));
     let mut out = Output::default();
     let mut parts = parts.into_iter().peekable();

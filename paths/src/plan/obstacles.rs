@@ -2,13 +2,14 @@
 //! area accounts leave them out again.
 
 use claymill_nurbs::{Model, Point3};
+use claymill_toolpath::Monitor;
 
 use crate::plan::covered::{WiderRegions, triangle};
 use crate::plan::error::PlanError;
 use crate::plan::options::PlanOptions;
+use crate::plan::plan_crowded;
 use crate::plan::planned::Plan;
 use crate::plan::regions::Regions;
-use crate::plan::{Progress, plan_crowded};
 
 /// Plans a job as [`plan()`](crate::plan()) does, with obstacles that no move comes nearer to than
 /// [`PlanOptions::check_clearance_mm`]: triangles in the model's coordinates. They are faces that nobody asks to be cut, so that
@@ -21,7 +22,7 @@ pub fn plan_around(
     regions: &Regions,
     obstacles: &[[Point3; 3]],
     options: &PlanOptions,
-    progress: Progress,
+    monitor: &dyn Monitor,
 ) -> Result<Plan, PlanError> {
     let own = model.faces.len();
     let mut crowded = model.clone();
@@ -36,9 +37,9 @@ pub fn plan_around(
     }
     let added = crowded.faces.len() - own;
     if added == 0 {
-        return plan_crowded(model, regions, own..own, options, progress);
+        return plan_crowded(model, regions, own..own, options, monitor);
     }
     let around = WiderRegions::over(regions, &crowded);
-    let plan = plan_crowded(&crowded, &around.as_regions(regions), own..own + added, options, progress)?;
+    let plan = plan_crowded(&crowded, &around.as_regions(regions), own..own + added, options, monitor)?;
     Ok(plan.of_own_faces(regions))
 }

@@ -31,7 +31,7 @@ fn in_the_valley_mm(
     let top = Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap();
     let options =
         PlanOptions { pencil, row_angle_deg: Some(30.0), ..PlanOptions::new(Tool::ball(R), 0.1, top) };
-    let plan = plan(&model, &regions, &options, &|_, _| {}).unwrap();
+    let plan = plan(&model, &regions, &options, &()).unwrap();
     let from_above =
         |m: &&claymill_toolpath::Move| m.kind == MoveKind::Cut && m.axis_start == [0.0, 0.0, 1.0];
     let mut length = 0.0;

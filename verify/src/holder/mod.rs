@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 use claymill_nurbs::{FaceMesh, Point3, Vector3};
-use claymill_toolpath::{Holder, Tool};
+use claymill_toolpath::{Cancelled, Holder, Tool};
 use rayon::prelude::*;
 
 pub use account::{HolderClearance, RegionStickOut, ShankContact};
@@ -72,7 +72,7 @@ pub(crate) fn measure(
     meshes: &[Option<FaceMesh>],
     reach: &Reach<'_>,
     stage: &Stage<'_>,
-) -> Option<HolderClearance> {
+) -> Result<Option<HolderClearance>, Cancelled> {
     let held_in = |setup: usize| -> Vec<Option<Held>> {
         let held =
             |holder: Holder| Held { body: body::of_holder(&holder), stick_out_mm: holder.stick_out_mm };
@@ -80,7 +80,9 @@ pub(crate) fn measure(
     };
     let held: Vec<Vec<Option<Held>>> = (0..scene.job.setups.len()).map(held_in).collect();
     let tracks: Vec<&Track> = scene.tracks.iter().filter(|t| held[t.setup][t.tool].is_some()).collect();
-    tracks.first()?;
+    if tracks.is_empty() {
+        return Ok(None);
+    }
     let asked_mm = scene.holder_clearance_mm();
     let (upright, tilted): (Vec<&Track>, Vec<&Track>) =
         tracks.into_iter().partition(|t| t.stands_along(&axis(scene, t)));
@@ -106,10 +108,10 @@ pub(crate) fn measure(
                 needed[&key(track)].0,
                 (nearest.0 - SAME_MM).max(asked_mm),
             );
-            stage.step(upright.len());
             Some(found)
         };
-        let found: Vec<Option<Along>> = batch.par_iter().map(look).collect();
+        let part = |track| stage.part(upright.len(), || look(track));
+        let found: Vec<Option<Along>> = batch.par_iter().map(part).collect::<Result<_, _>>()?;
         for (track, found) in batch.iter().zip(found) {
             let Some(found) = found else { continue };
             let place = |spot: &Spot| Some(spot.place(scene, reach.setup(track.setup), track.seq));
@@ -136,7 +138,7 @@ pub(crate) fn measure(
         at,
     };
     let found_near = nearest.1.is_some();
-    Some(HolderClearance {
+    Ok(Some(HolderClearance {
         asked_mm,
         moves: upright.len() as u64,
         moves_not_checked: tilted.len() as u64,
@@ -145,7 +147,7 @@ pub(crate) fn measure(
         touching,
         near,
         regions: needed.into_iter().map(region).collect(),
-    })
+    }))
 }
 
 /// Looks along one move for more stick-out than `known_mm`, and for distances below `within_mm`.
@@ -178,7 +180,7 @@ pub(crate) fn measure_shank(
     meshes: &[Option<FaceMesh>],
     reach: &Reach<'_>,
     stage: &Stage<'_>,
-) -> ShankContact {
+) -> Result<ShankContact, Cancelled> {
     let checked = |t: &&Track| t.sweeps() && t.stands_along(&axis(scene, t));
     let tracks: Vec<&Track> = scene.tracks.iter().filter(checked).collect();
     let look = |track: &&Track| {
@@ -189,18 +191,18 @@ pub(crate) fn measure_shank(
         let sweep = Sweep { patches: Patches { model: scene.model, meshes, view }, body: &body };
         let mut entry = Entry { scene, view, tool, found: None };
         sweep.along(track, &mut entry);
-        stage.step(tracks.len());
         entry.found.map(|(mm, spot)| (mm, spot.place(scene, view, track.seq)))
     };
-    let found: Vec<Option<(f64, Place)>> = tracks.par_iter().map(look).collect();
+    let part = |track| stage.part(tracks.len(), || look(track));
+    let found: Vec<Option<(f64, Place)>> = tracks.par_iter().map(part).collect::<Result<_, _>>()?;
     let touching = found.iter().flatten().count() as u64;
     let deepest = found.into_iter().flatten().reduce(|a, b| if b.0 > a.0 { b } else { a });
-    ShankContact {
+    Ok(ShankContact {
         moves: tracks.len() as u64,
         touching,
         deepest_mm: deepest.as_ref().map_or(0.0, |d| d.0),
         deepest_at: deepest.map(|d| d.1),
-    }
+    })
 }
 
 /// How far flutes and shank, where they are not just as thick as the ball, could be lowered everywhere along a move before they

@@ -23,7 +23,7 @@ fn write(folder: &Path, model: &Path, edit: impl FnOnce(&mut Job)) {
 }
 
 fn refused(folder: &Path, options: &VerifyOptions) -> VerifyError {
-    let error = verify(folder, options, &|_, _| ()).unwrap_err();
+    let error = verify(folder, options, &()).unwrap_err();
     assert!(error.advice().ends_with('.'), "{}", error.advice());
     error
 }
@@ -46,7 +46,7 @@ fn a_sound_job_passes_from_its_files_alone() {
     writer.moves(&program).unwrap();
     writer.finish().unwrap();
 
-    let result = verify(&folder, &options(), &|_, _| ()).unwrap();
+    let result = verify(&folder, &options(), &()).unwrap();
     assert!(result.verdict.passed, "{:?}", result.verdict);
     assert!(result.verdict.findings.is_empty(), "{:?}", result.verdict);
 }
@@ -139,7 +139,7 @@ fn moves_with_unknown_names_are_refused() {
         let mut m = straight(MoveKind::Cut, 0, a, b);
         edit(&mut m);
         let options = VerifyOptions::default();
-        verify_program(&model, &job, &program([m]), &options, &|_, _| ()).unwrap_err()
+        verify_program(&model, &job, &program([m]), &options, &()).unwrap_err()
     };
     let tool = refused(|m| m.tool = "T9".into()).to_string();
     assert!(tool.contains("move 0") && tool.contains("T9"), "{tool}");

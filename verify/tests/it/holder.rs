@@ -26,7 +26,7 @@ fn held(model: &Model, holder: &str, clearance_mm: f64, moves: Vec<Move>) -> Ver
     let mut job = job(model);
     job.tools[0].holder = Some(Holder::parse(holder, &job.tools[0].tool).unwrap());
     let options = VerifyOptions { holder_clearance_mm: Some(clearance_mm), ..synthetic::options() };
-    verify_program(model, &job, &program(moves), &options, &|_, _| ()).unwrap()
+    verify_program(model, &job, &program(moves), &options, &()).unwrap()
 }
 
 fn holder_of(v: &Verification) -> &HolderClearance {
@@ -136,9 +136,8 @@ fn each_setup_is_judged_with_its_own_stick_out() {
         .into_iter()
         .flat_map(|setup| beside(14.0).into_iter().map(move |m| Move { setup: setup.into(), ..m }))
         .collect();
-    let judged = |job: &Job| {
-        verify_program(&model, job, &program(moves.clone()), &synthetic::options(), &|_, _| ()).unwrap()
-    };
+    let judged =
+        |job: &Job| verify_program(&model, job, &program(moves.clone()), &synthetic::options(), &()).unwrap();
     let stick_outs =
         |v: &Verification| ["top", "again"].map(|setup| holder_of(v).stick_out_mm(setup).unwrap());
     let one_for_all = judged(&job);
@@ -153,11 +152,10 @@ fn each_setup_is_judged_with_its_own_stick_out() {
     assert!(text.contains("or more in again, or cut") && !text.contains("top"), "{text}");
 
     let options = VerifyOptions { holder: job.tools[0].holder.clone(), ..synthetic::options() };
-    let instead = verify_program(&model, &job, &program(moves.clone()), &options, &|_, _| ()).unwrap();
+    let instead = verify_program(&model, &job, &program(moves.clone()), &options, &()).unwrap();
     assert_eq!((stick_outs(&instead), severity(&instead)), ([60.0, 60.0], None));
     // What is needed does not depend on what there is.
-    let needed =
-        stick_outs_needed_mm(&model, &job, &program(moves.clone()), &synthetic::options(), &|_, _| ());
+    let needed = stick_outs_needed_mm(&model, &job, &program(moves.clone()), &synthetic::options(), &());
     let needed: Vec<f64> = needed.unwrap().into_values().collect();
     // The nose's rim, 13.5 mm from the axis, clears the wall's top edge by 1 mm.
     let expected = 40.0 + (1.0_f64 - 0.25).sqrt();

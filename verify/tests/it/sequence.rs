@@ -136,13 +136,13 @@ fn a_feed_that_is_no_number_is_refused() {
     for feed in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
         let (job, mut program) = rows(&model);
         program.moves[7].feed = feed;
-        let refused = verify_program(&model, &job, &program, &VerifyOptions::default(), &|_, _| ());
+        let refused = verify_program(&model, &job, &program, &VerifyOptions::default(), &());
         let error = refused.unwrap_err();
         assert!(matches!(error, VerifyError::Move(_)) && error.to_string().contains("move 7"), "{error}");
     }
     let (job, mut program) = rows(&model);
     program.moves[7].points[0][1] = f64::NAN;
-    assert!(verify_program(&model, &job, &program, &VerifyOptions::default(), &|_, _| ()).is_err());
+    assert!(verify_program(&model, &job, &program, &VerifyOptions::default(), &()).is_err());
 }
 
 #[test]

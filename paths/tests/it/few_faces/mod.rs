@@ -22,5 +22,5 @@ pub(crate) fn planned(
         (0..model.faces.len()).map(|face| options.bounds.avoid.contains(&face)).collect();
     let regions =
         Regions { merged: &merged, of_face: &of_face, excluded: &excluded, face_area_mm2: &face_area_mm2 };
-    plan(&model, &regions, &options, &|_, _| {}).unwrap()
+    plan(&model, &regions, &options, &()).unwrap()
 }

@@ -139,7 +139,7 @@ fn one(seed: u64) -> Outcome {
 fn harms(what: &str, model: &Model, job: &Job, program: &Program, fully: bool) -> Vec<String> {
     let options = VerifyOptions::default();
     if !fully {
-        let samples = gouge_samples(model, job, program, &options, &|_, _| {}).unwrap();
+        let samples = gouge_samples(model, job, program, &options, &()).unwrap();
         let deepest = samples.iter().max_by(|a, b| a.depth_mm.total_cmp(&b.depth_mm));
         let deepest = deepest.filter(|s| s.depth_mm > options.gouge_limit_mm);
         let told = |s: &GougeSample| {
@@ -149,7 +149,7 @@ fn harms(what: &str, model: &Model, job: &Job, program: &Program, fully: bool) -
         };
         return deepest.map(told).into_iter().collect();
     }
-    let found = verify_program(model, job, program, &options, &|_, _| {}).unwrap();
+    let found = verify_program(model, job, program, &options, &()).unwrap();
     let mut wrong = Vec::new();
     for finding in found.verdict.findings.iter().filter(|f| f.severity == Severity::Error) {
         let at = finding.place.as_ref().and_then(|p| p.move_seq).map(|seq| &program.moves[seq as usize]);
@@ -207,7 +207,7 @@ fn planned_on(
     let orientation = Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap();
     let tool = Tool::ball(radius_mm);
     let options = PlanOptions { strategy, free_sides, ..PlanOptions::new(tool, scallop_mm, orientation) };
-    let mut plan = plan(model, &regions, &options, &|_, _| {})?;
+    let mut plan = plan(model, &regions, &options, &())?;
     let take = std::mem::take::<Vec<claymill_toolpath::Setup>>;
     let job = Job {
         format_version: FORMAT_VERSION,
@@ -276,7 +276,7 @@ fn what_is_cut_of_an_underside_that_slants_does_not_depend_on_the_strategy() {
     for strategy in [Strategy::Planar, Strategy::Flow, Strategy::Scallop, Strategy::Auto] {
         let (job, plan) = planned(&model, strategy, 5.0, 0.2).unwrap();
         let options = VerifyOptions::default();
-        let found = verify_program(&model, &job, &plan.program, &options, &|_, _| {}).unwrap();
+        let found = verify_program(&model, &job, &plan.program, &options, &()).unwrap();
         eprintln!("{strategy}: {:?} {:?}", found.coverage.by_state_mm2, found.verdict);
         let cut_mm2 = found.coverage.by_state_mm2[&claymill_verify::SurfaceState::Cut];
         assert!(cut_mm2 > 0.97 * total_mm2, "{strategy}: {cut_mm2} of {total_mm2} mm²");
@@ -291,7 +291,7 @@ fn what_a_setup_that_is_not_made_use_of_could_cut_is_left() {
     let (mut job, mut plan) = planned(&model, Strategy::Planar, 5.0, 0.5).unwrap();
     job.setups.retain(|setup| setup.name == "top");
     plan.program.moves.retain(|m| m.setup == "top");
-    let found = verify_program(&model, &job, &plan.program, &VerifyOptions::default(), &|_, _| {}).unwrap();
+    let found = verify_program(&model, &job, &plan.program, &VerifyOptions::default(), &()).unwrap();
     assert!(!found.verdict.passed, "{:?}", found.verdict);
     assert!(found.verdict.findings.iter().any(|f| f.code == FindingCode::ReachableLeft));
 }
@@ -305,7 +305,7 @@ fn bores_hardly_wider_than_the_ball_are_cut() {
     for ball_mm in [2.0, 2.5, 2.8, 2.9, 3.0, 3.1] {
         let (job, plan) = planned(&model, Strategy::Planar, ball_mm, 0.1).unwrap();
         let options = VerifyOptions::default();
-        let found = verify_program(&model, &job, &plan.program, &options, &|_, _| {}).unwrap();
+        let found = verify_program(&model, &job, &plan.program, &options, &()).unwrap();
         let states = found.coverage.faces[6..].iter().map(|f| f.by_state_mm2.clone()).collect::<Vec<_>>();
         eprintln!("ball {ball_mm}: {states:.2?}, {:?}", found.verdict);
         left.extend((!found.verdict.passed).then_some(ball_mm));

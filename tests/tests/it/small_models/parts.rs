@@ -38,7 +38,7 @@ fn parts_pass_or_say_why() {
                 }
             };
             let options = VerifyOptions::default();
-            let found = verify_program(&model, &job, &plan.program, &options, &|_, _| {}).unwrap();
+            let found = verify_program(&model, &job, &plan.program, &options, &()).unwrap();
             let verdict = if found.verdict.passed { "PASSED" } else { "NOT PASSED" };
             eprintln!("{what}: {verdict} {:?}", found.coverage.by_state_mm2);
             for finding in &found.verdict.findings {

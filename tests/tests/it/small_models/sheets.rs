@@ -93,8 +93,7 @@ fn no_ball_gets_behind_open_sheets() {
             size_mm(&model)
         );
         let (job, plan) = planned_on(&model, free_sides, strategy, radius_mm, scallop_mm).unwrap();
-        let found =
-            verify_program(&model, &job, &plan.program, &VerifyOptions::default(), &|_, _| {}).unwrap();
+        let found = verify_program(&model, &job, &plan.program, &VerifyOptions::default(), &()).unwrap();
         eprintln!("{what}: {:?} {:.1?}", found.sides, found.coverage.by_state_mm2);
         // Of what a ball rolls over beside an open border there are warnings only.
         let is_error = |f: &&Finding| f.severity == Severity::Error;

@@ -141,7 +141,7 @@ pub(crate) fn options() -> VerifyOptions {
 
 /// Verifies silently.
 pub(crate) fn check(model: &Model, job: &Job, program: &Program) -> Verification {
-    verify_program(model, job, program, &options(), &|_, _| ()).unwrap()
+    verify_program(model, job, program, &options(), &()).unwrap()
 }
 
 /// Findings besides those on the sequence of moves: most tests have passes alone, which no job has.

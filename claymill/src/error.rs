@@ -127,6 +127,9 @@ fn of_planning(error: &PlanError) -> &'static str {
         PlanError::Orientation(_) => "Up and front must be two different axes.",
         PlanError::Setups { .. } => "Name each setup once.",
         PlanError::Scallop { .. } => "Usual scallop heights are 0.02 to 0.2 mm.",
+        PlanError::Allowance { .. } => {
+            "Take a larger ball, or an allowance that is not as far below the surface."
+        }
         PlanError::EarlierTool { .. } => "The earlier tool is the larger one.",
         PlanError::NoBall { .. } => "Choose a ball, for example ball:10; it may have a taper and a shank.",
         PlanError::ToolTooBig { .. } => "Choose a smaller tool, and check the unit of the model.",

@@ -36,7 +36,8 @@ pub struct Job {
     pub least_stick_out: bool,
     /// Distance that the holder has to keep from model and obstacles, mm.
     pub holder_clearance_mm: f64,
-    /// Setups that may be used: `top`, `left`, `right`, `front`, `rear`, `bottom`; all but the bottom if there are none.
+    /// Setups that may be used: `top`, `left`, `right`, `front`, `rear`, `bottom`, or `NAME:X,Y,Z` with the direction from tip to
+    /// holder in model coordinates; if there are none, all that have a name but the bottom.
     pub setups: Vec<String>,
     /// Cut only these faces: `region:3`, `layer:NAME`, `colour:#RRGGBB`, `face:10-20`.
     pub only: Vec<String>,
@@ -91,6 +92,13 @@ impl Job {
     #[must_use]
     pub fn axes(mut self, up: Axis, front: Axis) -> Self {
         (self.up, self.front) = (Some(up), Some(front));
+        self
+    }
+
+    /// What is left on the surface, along its normal, mm; negative below it.
+    #[must_use]
+    pub fn allowance_mm(mut self, allowance_mm: f64) -> Self {
+        self.passes.allowance_mm = allowance_mm;
         self
     }
 
@@ -187,10 +195,15 @@ impl Job {
         if (0.0..LOWEST_SCALLOP_MM).contains(&passes.scallop_mm) {
             return Err(JobError::Scallop { scallop_mm: passes.scallop_mm }.into());
         }
-        if let Some(name) = self.setups.iter().find(|name| !Orientation::SETUPS.contains(&name.as_str())) {
-            return Err(JobError::Setup { name: name.clone() }.into());
+        for text in &self.setups {
+            // Any orientation will do to see whether there is such a setup.
+            self.passes.orientation.setup(text).map_err(JobError::Setup)?;
         }
         check_tools(&passes.tool, passes.rest_of.as_ref(), passes.scallop_mm)?;
+        let least_mm = -passes.tool.radius_mm();
+        if !(passes.allowance_mm > least_mm && passes.allowance_mm <= LARGEST_CLEARANCE_MM) {
+            return Err(JobError::Allowance { allowance_mm: passes.allowance_mm, least_mm }.into());
+        }
         let feed_mm_per_min = passes.feeds.cut_mm_per_min;
         if !(feed_mm_per_min > 0.0 && feed_mm_per_min <= LARGEST_FEED_MM_PER_MIN) {
             return Err(JobError::Feed { feed_mm_per_min }.into());

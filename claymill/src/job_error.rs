@@ -1,5 +1,6 @@
 //! Why a job cannot be meant as it is asked for, with advice.
 
+use claymill_paths::SetupError;
 use thiserror::Error;
 
 use crate::limits::{
@@ -11,12 +12,17 @@ use crate::limits::{
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "each field is named in the message of its variant")]
 pub enum JobError {
-    /// No setup has this name.
-    #[error("there is no setup `{name}`")]
-    Setup { name: String },
+    /// There is no such setup.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
     /// Scallops are too low.
     #[error("scallop height {scallop_mm} mm is below {LOWEST_SCALLOP_MM} mm, to which passes are exact")]
     Scallop { scallop_mm: f64 },
+    /// Nothing would be left of the ball, or no stock is as thick.
+    #[error(
+        "an allowance of {allowance_mm} mm is not between {least_mm} mm, the ball's radius below the surface, and {LARGEST_CLEARANCE_MM} mm"
+    )]
+    Allowance { allowance_mm: f64, least_mm: f64 },
     /// No machine cuts like this.
     #[error("feed {feed_mm_per_min} mm/min is not between 0 and {LARGEST_FEED_MM_PER_MIN}")]
     Feed { feed_mm_per_min: f64 },
@@ -73,7 +79,10 @@ impl JobError {
     #[must_use]
     pub fn advice(&self) -> &'static str {
         match self {
-            JobError::Setup { .. } => "Setups are top, left, right, front, rear and bottom.",
+            JobError::Allowance { .. } => "Usual allowances are 0.3 to 5 mm.",
+            JobError::Setup(_) => {
+                "Setups are top, left, right, front, rear, bottom, and NAME:X,Y,Z with a direction."
+            }
             JobError::Scallop { .. } => "Usual scallop heights are 0.02 to 0.2 mm.",
             JobError::Feed { .. } => "A clay mill cuts at 6000 mm/min.",
             JobError::RowAngle => "Leave it out to have the cheapest one found.",

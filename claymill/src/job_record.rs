@@ -66,6 +66,7 @@ fn request(planned: &Planned<'_>, out: &Path) -> Request {
     Request {
         tool: options.tool,
         rest_of: options.rest_of,
+        allowance_mm: options.allowance_mm,
         lines: options.lines,
         guides: options.guides.iter().map(|at| (*at).into()).collect(),
         pencil: options.pencil,
@@ -76,7 +77,7 @@ fn request(planned: &Planned<'_>, out: &Path) -> Request {
         up: options.orientation.up.to_string(),
         length: options.orientation.front.to_string(),
         setups: (options.setups.iter())
-            .map(|f| AskedSetup { name: f.name.to_owned(), axis: f.axis().into() })
+            .map(|f| AskedSetup { name: f.name.to_string(), axis: f.axis().into() })
             .collect(),
         only: job.only.clone(),
         skip: job.skip.clone(),

@@ -8,6 +8,7 @@ use claymill_toolpath::{Bounds, sha256_of};
 
 use crate::error::Error;
 use crate::job::Job;
+use crate::job_error::JobError;
 use crate::material::free_sides;
 use crate::merged::{Merged, merge};
 use crate::merging::Merging;
@@ -50,10 +51,9 @@ pub fn orientation(
     Ok(Orientation::guess(file.model(), &file.face_area_mm2, up, front)?)
 }
 
-/// The setups that were asked for by name; none if all five usual ones may be used.
-fn chosen_setups(orientation: Orientation, names: &[String]) -> Result<Vec<Frame>, Error> {
-    // [`Job::check`] has looked at the names.
-    names.iter().filter_map(|name| orientation.setup(name).transpose()).map(|frame| Ok(frame?)).collect()
+/// The setups that were asked for; none if all five usual ones may be used.
+fn chosen_setups(orientation: Orientation, asked: &[String]) -> Result<Vec<Frame>, Error> {
+    asked.iter().map(|text| Ok(orientation.setup(text).map_err(JobError::Setup)?)).collect()
 }
 
 impl Job {

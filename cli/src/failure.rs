@@ -139,6 +139,7 @@ impl From<claymill_paths::PlanError> for Failure {
                 "Choose a smaller --tool, and check the units that `claymill inspect` shows."
             }
             E::Face { .. } => "Leave the face out with --skip, or mend it in the CAD system.",
+            E::Allowance { .. } => return Failure::usage(error, "For example: --allowance 3."),
             E::EarlierTool { .. } => {
                 return Failure::usage(error, "Give --rest-of the larger tool and --tool the smaller one.");
             }
@@ -166,8 +167,12 @@ impl From<claymill::JobError> for Failure {
     fn from(error: claymill::JobError) -> Self {
         use claymill::JobError as E;
         let advice = match &error {
-            E::Setup { .. } => {
-                "Setups are top, left, right, front, rear and bottom, for example --setups top,bottom."
+            E::Setup(_) => {
+                "Setups are top, left, right, front, rear and bottom, for example --setups top,bottom; others have a \
+                 direction from tip to holder, for example --setup roof:0,-0.5,1."
+            }
+            E::Allowance { .. } => {
+                "For example: --allowance 3 for roughing, or --allowance -0.1 below the surface."
             }
             E::Scallop { .. } => "Usual scallop heights are 0.02 to 0.2 mm, for example --scallop 0.1.",
             E::Feed { .. } => "For example: --feed 6000.",

@@ -54,7 +54,7 @@ pub use blocked::Blocked;
 pub use covering::{Covering, distance_from};
 pub use cutter::{CUTTER_EPSILON_MM, CutterDrop, CutterLocation, ToolPart};
 pub use drop::BallDrop;
-pub use frame::{Axis, AxisError, Frame, ParallelAxes};
+pub use frame::{Axis, AxisError, Frame, FrameError, ParallelAxes, SetupName};
 pub use march::March;
 pub use material::behind::{Material, near_mm};
 pub use material::free_sides::FreeSides;

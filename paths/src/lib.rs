@@ -33,8 +33,8 @@ mod program;
 mod setup;
 
 pub use claymill_contact::{
-    Axis, AxisError, BallDrop, CUTTER_EPSILON_MM, Covering, CutterDrop, CutterLocation, Frame, Location,
-    March, ParallelAxes, Support, ToolPart,
+    Axis, AxisError, BallDrop, CUTTER_EPSILON_MM, Covering, CutterDrop, CutterLocation, Frame, FrameError,
+    Location, March, ParallelAxes, Support, ToolPart,
 };
 pub use fit::tolerance::FitTolerance;
 pub use pattern::step_over::flat_mm;
@@ -48,5 +48,5 @@ pub use plan::planned::Plan;
 pub use plan::regions::Regions;
 pub use program::TOOL_ID;
 pub use program::kinematics::times_s;
-pub use setup::orientation::{Orientation, OrientationGuess};
+pub use setup::orientation::{Orientation, OrientationGuess, SetupError};
 pub use setup::rows_along::RowsAlong;

@@ -112,6 +112,9 @@ pub struct Request {
     /// The earlier tool, where only what it could not cut is asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rest_of: Option<Tool>,
+    /// What is left on the surface, along its normal, mm; negative below it.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub allowance_mm: f64,
     /// Scallop height, mm.
     pub scallop_mm: f64,
     /// Strategy.
@@ -274,10 +277,14 @@ impl ToolRecord {
 /// A tool direction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Setup {
-    /// `top`, `left`, `right`, `front` or `rear`.
+    /// `top`, `left`, `right`, `front`, `rear` or `bottom`, or as it was asked for.
     pub name: String,
     /// Tool axis (unit, from tip to holder) in model coordinates.
     pub axis: [f64; 3],
+    /// The turn from the setup's axes to the model's, where they are not parallel: a quaternion of integers (a, b, c, d)
+    /// with the real part first. Rows of the matrix times a²+b²+c²+d²: (a²+b²-c²-d², 2bc-2ad, 2bd+2ac), and so on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quaternion: Option<[i64; 4]>,
     /// Height along the axis above which nothing of the model lies within the tool, mm: rapids between
     /// regions run here.
     pub clearance_mm: f64,

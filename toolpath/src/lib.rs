@@ -26,6 +26,7 @@
 // What is to be said is returned: only the command prints.
 #![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
 
+mod allowance;
 mod bounds;
 mod folder;
 mod holder;
@@ -47,6 +48,7 @@ mod standing;
 mod tool;
 mod whole;
 
+pub use allowance::{raise_tips, swollen_scallop_mm};
 pub use bounds::{Bounds, Contain};
 pub use folder::{
     FolderError, FolderWriter, JOB_FILE, REGIONS_FILE, REPORT_FILE, TOOLPATHS_FILE, VERIFY_FILE, read_job,

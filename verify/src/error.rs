@@ -36,6 +36,16 @@ pub enum VerifyError {
         /// Hash of the file.
         found: String,
     },
+    /// The allowance does not suit a tool.
+    #[error(
+        "job.json: an allowance of {allowance_mm} mm does not suit the tool {tool}: it has to be a ball that is larger"
+    )]
+    Allowance {
+        /// The tool.
+        tool: String,
+        /// As the job has it.
+        allowance_mm: f64,
+    },
     /// The work was to end without a result.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -74,6 +84,7 @@ impl VerifyError {
             VerifyError::Folder(_)
             | VerifyError::Move(_)
             | VerifyError::Unknown { .. }
+            | VerifyError::Allowance { .. }
             | VerifyError::Astray { .. } => {
                 "Plan the job again with `claymill plan`; the folder is incomplete or was edited.".into()
             }

@@ -28,6 +28,7 @@
 // What is to be said is returned: only the command prints.
 #![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
 
+mod allowance;
 mod asked;
 mod astray;
 mod bounds;
@@ -181,6 +182,8 @@ fn measure_all(
     options: &VerifyOptions,
     monitor: &dyn Monitor,
 ) -> Result<(Verification, Vec<CrestSample>), VerifyError> {
+    let allowance_mm = job.request.allowance_mm;
+    let (job, program) = &allowance::on_the_surface(job, program)?;
     let avoided = limits::avoided_model(model, job);
     let bench = Bench::new([model, &avoided], job, program, options, monitor)?;
     let scene = &bench.scene;
@@ -222,6 +225,7 @@ fn measure_all(
         format_version: FORMAT_VERSION,
         judged: None,
         scallop_mm: job.request.scallop_mm,
+        allowance_mm,
         gouge,
         contact,
         sequence,
@@ -250,6 +254,7 @@ pub fn stick_outs_needed_mm(
     options: &VerifyOptions,
     monitor: &dyn Monitor,
 ) -> Result<BTreeMap<(String, String), f64>, VerifyError> {
+    let (job, program) = &allowance::on_the_surface(job, program)?;
     let avoided = limits::avoided_model(model, job);
     let bench = Bench::new([model, &avoided], job, program, options, monitor)?;
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &bench.scene.obstacles.triangles);
@@ -270,6 +275,7 @@ pub fn crest_samples(
     options: &VerifyOptions,
     monitor: &dyn Monitor,
 ) -> Result<Vec<CrestSample>, VerifyError> {
+    let (job, program) = &allowance::on_the_surface(job, program)?;
     let avoided = limits::avoided_model(model, job);
     let bench = Bench::new([model, &avoided], job, program, options, monitor)?;
     let scene = &bench.scene;
@@ -291,6 +297,7 @@ pub fn residual_samples(
     options: &VerifyOptions,
     monitor: &dyn Monitor,
 ) -> Result<Vec<ResidualSample>, VerifyError> {
+    let (job, program) = &allowance::on_the_surface(job, program)?;
     let avoided = limits::avoided_model(model, job);
     let bench = Bench::new([model, &avoided], job, program, options, monitor)?;
     let swept = swept::Swept::new(&bench.scene.tracks, bench.scene.options.chord_mm);
@@ -312,6 +319,7 @@ pub fn gouge_samples(
     options: &VerifyOptions,
     monitor: &dyn Monitor,
 ) -> Result<Vec<GougeSample>, VerifyError> {
+    let (job, program) = &allowance::on_the_surface(job, program)?;
     let avoided = limits::avoided_model(model, job);
     let bench = Bench::new([model, &avoided], job, program, options, monitor)?;
     let stage = scene::Stage::begin(Stage::GougeAndContact, monitor);

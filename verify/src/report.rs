@@ -19,6 +19,10 @@ pub struct Verification {
     pub judged: Option<Judged>,
     /// Scallop height that the job asked for, mm.
     pub scallop_mm: f64,
+    /// What the job was to leave on the surface, mm. All measurements are then of the ball that is larger by this much and
+    /// touches the surface.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub allowance_mm: f64,
     /// Gouges on every kind of move except rapids.
     pub gouge: Gouge,
     /// How the ball rests on the faces along the passes.
@@ -463,4 +467,9 @@ pub struct ResidualSample {
     pub cut_from_material: bool,
     /// The ball that cuts it is inside of a body.
     pub cut_from_inside: bool,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
+fn is_zero(mm: &f64) -> bool {
+    *mm == 0.0
 }

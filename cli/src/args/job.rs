@@ -109,6 +109,9 @@ pub(crate) struct JobOptions {
     /// Rest passes: cut only what this larger tool could not, for example ball:10.
     #[arg(help_heading = TOOL, long, value_name = "SHAPE:SIZE")]
     pub(crate) rest_of: Option<String>,
+    /// Leave this much on the surface, along its normal, mm, as roughing does; negative to cut below it [default: 0].
+    #[arg(help_heading = TOOL, long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) allowance: Option<f64>,
     /// Scallop height between passes, mm; likewise.
     #[arg(skip)]
     pub(crate) scallop: Option<f64>,
@@ -149,6 +152,11 @@ pub(crate) struct JobOptions {
     #[arg(help_heading = SETUP, long, value_name = "NAME", value_delimiter = ',')]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) setups: Vec<String>,
+    /// A further setup with the direction from the tool's tip to its holder in model coordinates, as in roof:0,-0.5,1; may
+    /// be repeated. Without `--setups` only these are used.
+    #[arg(help_heading = SETUP, long, value_name = "NAME:X,Y,Z", allow_hyphen_values = true)]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) setup: Vec<String>,
     /// Where the material is, which is not cut from inside: `auto` as found, `inside` or `outside` of what is closed or
     /// bulges, `file` behind the faces as the file turns them, `against-file`, `both` for sheets that are cut from either
     /// side, or a direction, as in -z; for some sheets alone `face:12=outside`, `region:3=-z`, also layer: and colour:; may be

@@ -51,12 +51,13 @@ impl Request {
         job.only.clone_from(&options.only);
         job.skip.clone_from(&options.skip);
         job.avoid.clone_from(&options.bounds.avoid);
-        job.setups.clone_from(&options.setups);
+        job.setups = options.setups.iter().chain(&options.setup).cloned().collect();
         job.material_side.clone_from(&options.material_side);
         job.obstacles.clone_from(&options.check);
         job.obstacle_unit_mm = options.mesh_unit.unwrap_or(1.0);
         let passes = &mut job.passes;
         passes.rest_of = rest_of;
+        passes.allowance_mm = options.allowance.unwrap_or(0.0);
         passes.strategy = strategy.into();
         passes.steep_deg = options.steep.unwrap_or(STEEP_DEG);
         passes.lines = options.lines;

@@ -84,6 +84,8 @@ pub(crate) struct Containment<'a> {
     contain: Contain,
     radius_mm: f64,
     boxes: Vec<Aabb>,
+    /// Of a setup that is not parallel to the model's axes: the boxes are then in model coordinates.
+    tilted: Option<Frame>,
     /// The borders of what is cut, where the tool is not to reach over them.
     outline: Option<Outline>,
     /// Balls that are larger by the distance to be kept, on what is to be avoided: for passes, and for ways.
@@ -110,14 +112,17 @@ impl<'a> Containment<'a> {
         if is_free {
             return None;
         }
+        let tilted = frame.quaternion().map(|_| *frame);
         let corners = |sides: &[f64; 6]| {
             let [x0, y0, z0, x1, y1, z1] = *sides;
-            Aabb::of(&[Point3::new(x0, y0, z0), Point3::new(x1, y1, z1)].map(|p| frame.to_setup(&p)))
+            let ends = [Point3::new(x0, y0, z0), Point3::new(x1, y1, z1)];
+            Aabb::of(&if tilted.is_some() { ends } else { ends.map(|p| frame.to_setup(&p)) })
         };
         Some(Containment {
             contain: bounds.contain,
             radius_mm,
             boxes: bounds.within_mm.iter().map(corners).collect(),
+            tilted,
             outline: (bounds.contain != Contain::Contact)
                 .then(|| Outline::new(covering, excluded, frame, radius_mm)),
             avoided,
@@ -167,6 +172,15 @@ impl<'a> Containment<'a> {
             (b.min[k] + inset_mm..=b.max[k] - inset_mm).contains(&at[k])
         };
         let inset_mm = self.reach_mm() + inside_mm;
+        if let Some(frame) = &self.tilted {
+            // No side of a box is along the axis: all of them bound the tool.
+            let [across, contact] = [across, contact].map(|at| at.map(|p| frame.to_model(p)));
+            let holds = |b: &Aabb| {
+                across.is_none_or(|at| (0..3).all(|k| inside(b, k, &at, inset_mm)))
+                    && contact.is_none_or(|at| (0..3).all(|k| inside(b, k, &at, inside_mm)))
+            };
+            return self.boxes.is_empty() || self.boxes.iter().any(holds);
+        }
         let holds = |b: &Aabb| {
             across.is_none_or(|at| (0..2).all(|k| inside(b, k, at, inset_mm)))
                 && contact.is_none_or(|at| inside(b, 2, at, inside_mm))

@@ -1,6 +1,6 @@
 //! Why no plan could be made.
 
-use claymill_contact::ParallelAxes;
+use claymill_contact::FrameError;
 use claymill_nurbs::{FaceId, NurbsError, Point3};
 use claymill_surface_merge::FieldError;
 use claymill_toolpath::{Cancelled, Tool};
@@ -14,7 +14,7 @@ pub(crate) const FARTHEST_GUIDE_MM: f64 = 50.0;
 pub enum PlanError {
     /// The setups have no directions.
     #[error(transparent)]
-    Orientation(#[from] ParallelAxes),
+    Orientation(#[from] FrameError),
     /// There are too many setups, or two of one name.
     #[error("the setups of a job are at most {most}, each with a name of its own")]
     Setups {
@@ -30,6 +30,16 @@ pub enum PlanError {
         scallop_mm: f64,
         /// Ball radius.
         radius_mm: f64,
+    },
+    /// The allowance does not suit a tool.
+    #[error(
+        "an allowance of {allowance_mm} mm leaves nothing of the tool {tool}: it may be below 0 by less than the radius"
+    )]
+    Allowance {
+        /// The tool.
+        tool: Tool,
+        /// As asked for.
+        allowance_mm: f64,
     },
     /// Rest passes are for a smaller tool.
     #[error("a ball of radius {radius_mm} mm leaves no rest for one of {earlier_mm} mm that went before")]

@@ -74,8 +74,13 @@ pub(crate) fn plan_crowded(
     options: &PlanOptions,
     monitor: &dyn Monitor,
 ) -> Result<Plan, PlanError> {
-    let radius_mm = options.tool.radius_mm();
     check_tools(&options.tool, options.rest_of.as_ref(), options.scallop_mm)?;
+    if options.allowance_mm != 0.0 {
+        let on_the_surface = options.on_the_surface()?;
+        let plan = plan_crowded(model, regions, obstacles, &on_the_surface, monitor)?;
+        return Ok(plan.with_allowance(options.allowance_mm));
+    }
+    let radius_mm = options.tool.radius_mm();
     check_size(model, radius_mm)?;
     monitor.at(Stage::Setups, 0.0);
     let obstacles: Vec<FaceId> = obstacles.collect();
@@ -247,7 +252,7 @@ fn lay(
     let (area, faces) = account.faces(model, regions, free, bare);
     let name_areas = |region: usize| {
         let named = frames.iter().zip(account.region_setup_mm2[region]).filter(|(_, a)| *a > 0.0);
-        named.map(|(f, a)| (f.name.to_owned(), a)).collect()
+        named.map(|(f, a)| (f.name.to_string(), a)).collect()
     };
     Ok(Plan {
         region_setup_area_mm2: (0..faces_of.len()).map(name_areas).collect(),

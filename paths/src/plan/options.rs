@@ -2,7 +2,9 @@
 
 use claymill_contact::Frame;
 use claymill_nurbs::Point3;
-use claymill_toolpath::{Bounds, CHECK_CLEARANCE_MM, FreeSide, LinkStyle, MachineLimits, Tool};
+use claymill_toolpath::{
+    Bounds, CHECK_CLEARANCE_MM, FreeSide, LinkStyle, MachineLimits, Tool, swollen_scallop_mm,
+};
 
 use crate::pattern::strategy::Strategy;
 use crate::plan::error::PlanError;
@@ -25,6 +27,8 @@ pub struct PlanOptions {
     pub tool: Tool,
     /// A larger tool that has been over the model: only what it could not cut is cut.
     pub rest_of: Option<Tool>,
+    /// What is left on the surface, along its normal, mm: for roughing. Negative below it, by less than the ball's radius.
+    pub allowance_mm: f64,
     /// Scallop height, mm.
     pub scallop_mm: f64,
     /// Where passes run.
@@ -68,6 +72,7 @@ impl PlanOptions {
         PlanOptions {
             tool,
             rest_of: None,
+            allowance_mm: 0.0,
             scallop_mm,
             strategy: Strategy::Planar,
             steep_deg: STEEP_DEG,
@@ -89,6 +94,25 @@ impl PlanOptions {
 }
 
 impl PlanOptions {
+    /// The same passes as those of the ball that touches the surface where this one leaves the allowance.
+    ///
+    /// # Errors
+    /// Nothing is left of a ball.
+    pub(crate) fn on_the_surface(&self) -> Result<Self, PlanError> {
+        let allowance_mm = self.allowance_mm;
+        let swollen = |tool: &Tool| {
+            let too_small = PlanError::Allowance { tool: *tool, allowance_mm };
+            tool.swollen(allowance_mm).ok_or(too_small)
+        };
+        Ok(PlanOptions {
+            tool: swollen(&self.tool)?,
+            rest_of: self.rest_of.as_ref().map(swollen).transpose()?,
+            scallop_mm: swollen_scallop_mm(self.tool.radius_mm(), self.scallop_mm, allowance_mm),
+            allowance_mm: 0.0,
+            ..self.clone()
+        })
+    }
+
     /// The setups asked for, or the five usual ones.
     pub(crate) fn frames(&self) -> Result<Vec<Frame>, PlanError> {
         if self.setups.is_empty() {

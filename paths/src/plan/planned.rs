@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use claymill_toolpath::{Area, FaceAccount, Program, RegionTotals, Setup, Totals, UncutReason};
+use claymill_toolpath::{Area, FaceAccount, Program, RegionTotals, Setup, Totals, UncutReason, raise_tips};
 
 use crate::plan::covered::LeftOut;
 use crate::plan::regions::Regions;
@@ -33,6 +33,15 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// The plan for the ball that leaves this much where the planned one touches: with the same centres.
+    pub(crate) fn with_allowance(mut self, allowance_mm: f64) -> Self {
+        raise_tips(&mut self.program.moves, allowance_mm);
+        for setup in &mut self.setups {
+            setup.clearance_mm += allowance_mm;
+        }
+        self
+    }
+
     /// The accounts of a plan without the faces that were added to the regions' own.
     pub(crate) fn of_own_faces(mut self, regions: &Regions) -> Self {
         self.faces.truncate(regions.of_face.len());

@@ -37,7 +37,7 @@ impl Output {
         parts: Vec<(usize, Part)>,
         machine: &MachineLimits,
     ) {
-        let name = context.frame.name;
+        let name = context.frame.name.as_str();
         let first_move = self.program.moves.len();
         let first_region = self.regions.len();
         let parts: Vec<(usize, Part)> = in_order(parts).filter(|(_, part)| !part.moves.is_empty()).collect();
@@ -96,6 +96,7 @@ impl Output {
         self.setups.push(Setup {
             name: name.to_owned(),
             axis: context.frame.axis().into(),
+            quaternion: context.frame.quaternion(),
             clearance_mm: context.heights.highest() + context.clearance_mm,
             area_mm2: sum(|r| r.area_mm2),
             time_s: sum(|r| r.time_s),

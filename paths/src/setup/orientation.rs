@@ -10,9 +10,10 @@
 //! A file does not say it. Most are modelled with z up; a vehicle is the mirror image of itself across its length; and what
 //! is much longer than wide and high lies on its side.
 
-use claymill_contact::{Axis, Frame, ParallelAxes};
+use claymill_contact::{Axis, Frame, FrameError, ParallelAxes};
 use claymill_nurbs::{Aabb, Domain, Face, Model, Point3, Vector3};
 use rayon::prelude::*;
+use thiserror::Error;
 
 /// How the vehicle lies in its file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +22,17 @@ pub struct Orientation {
     pub up: Axis,
     /// Points from rear to front.
     pub front: Axis,
+}
+
+/// Why there is no such setup.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum SetupError {
+    /// Neither a name that is known nor one with a direction.
+    #[error("`{0}` is not a setup")]
+    Unknown(String),
+    /// Its name or direction cannot be.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
 }
 
 /// An orientation that was worked out, as far as it was not told.
@@ -64,25 +76,32 @@ impl Orientation {
         }
     }
 
-    /// Names of the setups that there are.
+    /// Names of the setups that need no direction.
     pub const SETUPS: [&str; 6] = ["top", "left", "right", "front", "rear", "bottom"];
 
-    /// The setup of one of the names in [`Orientation::SETUPS`]; `None` for any other name.
+    /// A setup by one of the names in [`Orientation::SETUPS`], or as `NAME:X,Y,Z`, with the direction from the tip to the
+    /// holder in model coordinates.
     ///
     /// # Errors
-    /// The axes are parallel, which [`Orientation::new`] refuses.
-    pub fn setup(self, name: &str) -> Result<Option<Frame>, ParallelAxes> {
-        if name == "bottom" {
-            return Frame::new("bottom", self.up.opposite(), self.front).map(Some);
+    /// There is no such name, or no such direction.
+    pub fn setup(self, text: &str) -> Result<Frame, SetupError> {
+        let unknown = || SetupError::Unknown(text.to_owned());
+        if let Some((name, direction)) = text.split_once(':') {
+            let numbers: Option<Vec<f64>> = direction.split(',').map(|c| c.trim().parse().ok()).collect();
+            let axis = <[f64; 3]>::try_from(numbers.ok_or_else(unknown)?).map_err(|_| unknown())?;
+            return Ok(Frame::tilted(name, axis, self.up, self.front)?);
         }
-        Ok(self.five_setups()?.into_iter().find(|frame| frame.name == name))
+        if text == "bottom" {
+            return Ok(Frame::new(text, self.up.opposite(), self.front)?);
+        }
+        self.five_setups()?.into_iter().find(|frame| frame.name == text).ok_or_else(unknown)
     }
 
     /// The five setups of the vehicle: top, left, right, front, rear. Left and right are those of the driver.
     ///
     /// # Errors
     /// The axes are parallel, which [`Orientation::new`] refuses.
-    pub fn five_setups(self) -> Result<[Frame; 5], ParallelAxes> {
+    pub fn five_setups(self) -> Result<[Frame; 5], FrameError> {
         Frame::five(self.up, self.front)
     }
 

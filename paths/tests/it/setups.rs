@@ -20,7 +20,7 @@ fn slab() -> [NurbsSurface; 2] {
 /// Area cut and not cut, mm²; all cuts must run with the tool along one of the axes.
 fn in_setups(names: &[&str], axes: &[Vector3]) -> [f64; 2] {
     let upright = Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap();
-    let setups = names.iter().map(|name| upright.setup(name).unwrap().unwrap()).collect();
+    let setups = names.iter().map(|name| upright.setup(name).unwrap()).collect();
     let plan = planned(slab(), 5.0, 0.1, |usual| PlanOptions { setups, ..usual });
     for cut in plan.program.moves.iter().filter(|m| m.kind == MoveKind::Cut) {
         assert!(axes.contains(&cut.axis_start.into()), "{:?}", cut.axis_start);

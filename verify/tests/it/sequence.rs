@@ -180,8 +180,14 @@ fn two_setups() -> (Model, Job, Vec<Move>, Vec<Move>) {
     let wall = rectangle((0.0, 20.0), (0.0, 40.0), 0.0).mapped(|p| Point3::new(-40.0, p.y, p.x - 40.0));
     let model = model([rectangle((0.0, 40.0), (0.0, 20.0), 0.0), wall]);
     let (mut job, above) = rows(&model);
-    let aside =
-        Setup { name: "left".into(), axis: [-1.0, 0.0, 0.0], clearance_mm: HIGH, area_mm2: 0.0, time_s: 0.0 };
+    let aside = Setup {
+        name: "left".into(),
+        axis: [-1.0, 0.0, 0.0],
+        quaternion: None,
+        clearance_mm: HIGH,
+        area_mm2: 0.0,
+        time_s: 0.0,
+    };
     job.setups.push(aside);
     // The same moves, turned about the axis along y.
     let turned = above.moves.iter().map(|m| {

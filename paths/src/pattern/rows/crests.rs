@@ -273,7 +273,7 @@ mod tests {
         let ball = BallDrop::new(&model, &covering, &top, R);
         let corners = [[0.0, 0.0], [200.0, 0.0], [200.0, 40.0 * cosine], [0.0, 40.0 * cosine]];
         let patch = |k: [usize; 3]| Patch { corners: k.map(|i| corners[i]), distance_mm: 2.8, stretch: 1.0 };
-        let raster = Raster::new(&[patch([0, 1, 2]), patch([0, 2, 3])], 1.4).unwrap();
+        let raster = Raster::new(&[patch([0, 1, 2]), patch([0, 2, 3])], 1.4, 0.0).unwrap();
         let drive = |q: f64| DriveCurve::Straight(Line { origin: [0.0, q], direction: [1.0, 0.0] });
         let laid: Vec<PlannedPass> = at
             .iter()

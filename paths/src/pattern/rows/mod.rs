@@ -17,6 +17,8 @@ use crate::pattern::step_over::row_distance_mm;
 use crate::setup::context::{ROUNDS, SetupContext, TURN_MM};
 use crate::setup::cuts::Cut;
 
+/// Cells of tilted setups lie so much, as a share of one, below the lowest position.
+const TILTED_INSET: f64 = 1e-4;
 /// Directions that are tried for rows, this far apart.
 const TURN_DEG: f64 = 15.0;
 
@@ -67,7 +69,9 @@ impl SetupContext<'_> {
     }
 
     pub(crate) fn raster(&self, patches: &[Patch]) -> Option<Raster> {
-        Raster::new(patches, self.raster_mm())
+        // Coordinates in a tilted setup are rounded, and differ in the last digit from those of the same model in another one.
+        let inset = if self.frame.quaternion().is_some() { TILTED_INSET } else { 0.0 };
+        Raster::new(patches, self.raster_mm(), inset)
     }
 
     pub(crate) fn patches(&self, cuts: &[Cut], along: RowsAlong) -> Vec<Patch> {

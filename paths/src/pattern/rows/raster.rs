@@ -78,7 +78,9 @@ impl CellLine {
 }
 
 impl Raster {
-    pub(crate) fn new(patches: &[Patch], cell: f64) -> Option<Self> {
+    /// The lowest corner lies on the border of a cell, up to rounding; `inset`, a share of a cell, moves the cells down by so
+    /// much that rounding does not decide which one it is in.
+    pub(crate) fn new(patches: &[Patch], cell: f64, inset: f64) -> Option<Self> {
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
         for c in patches.iter().flat_map(|p| p.corners) {
@@ -90,7 +92,7 @@ impl Raster {
         if patches.is_empty() {
             return None;
         }
-        let origin = low.map(|v| v - cell);
+        let origin = low.map(|v| v - cell - inset * cell);
         let count = |k: usize| ((high[k] - origin[k]) / cell).ceil() as usize + 2;
         let columns = count(0);
         let on_line = (high[1] - low[1] < ON_LINE * cell).then_some(0.5 * (low[1] + high[1]));
@@ -356,7 +358,7 @@ mod tests {
 
     #[test]
     fn a_flat_rectangle_gets_equal_rows_from_side_to_side() {
-        let raster = Raster::new(&rectangle(300.0, 100.0, |_| 2.8), 1.4).unwrap();
+        let raster = Raster::new(&rectangle(300.0, 100.0, |_| 2.8), 1.4, 0.0).unwrap();
         let rows = raster.rows();
         assert!((36..=39).contains(&rows.len()), "{} rows", rows.len());
         assert!(rows.windows(2).all(|w| w[1].q - w[0].q <= 2.8 + 1e-4));
@@ -371,7 +373,7 @@ mod tests {
     fn positions_on_a_line_get_a_row_on_either_side() {
         let on_line =
             |x: f64| Patch { corners: [[x, 7.0], [x + 9.0, 7.0], [x, 7.0]], distance_mm: 2.8, stretch: 1.0 };
-        let rows = Raster::new(&[on_line(0.0), on_line(9.0)], 1.4).unwrap().rows();
+        let rows = Raster::new(&[on_line(0.0), on_line(9.0)], 1.4, 0.0).unwrap().rows();
         let [left, right] = &rows[..] else { panic!("{rows:?}") };
         assert!(left.q < 7.0 && right.q > 7.0 && right.q - left.q < 0.05, "{rows:?}");
         assert!(
@@ -383,7 +385,7 @@ mod tests {
     #[test]
     fn a_steep_half_gets_further_rows_only_there() {
         let raster =
-            Raster::new(&rectangle(300.0, 100.0, |x| if x < 100.0 { 1.3 } else { 2.8 }), 1.4).unwrap();
+            Raster::new(&rectangle(300.0, 100.0, |x| if x < 100.0 { 1.3 } else { 2.8 }), 1.4, 0.0).unwrap();
         let rows = raster.rows();
         // At every place the rows that pass it are close enough.
         for (x, need) in [(50.0, 1.3), (250.0, 2.8)] {

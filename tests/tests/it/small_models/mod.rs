@@ -1,5 +1,6 @@
 //! Small models by chance, planned and verified from end to end: whatever is emitted enters no face.
 
+mod frames;
 mod parts;
 mod sheets;
 mod solids;
@@ -13,8 +14,8 @@ use claymill_nurbs::{Aabb, Model};
 use claymill_paths::{Orientation, Plan, PlanError, PlanOptions, Regions, Strategy, plan};
 use claymill_surface_merge::{Preset, merge};
 use claymill_toolpath::{
-    FORMAT_VERSION, FolderWriter, FreeSide, HOLDER_CLEARANCE_MM, Job, ModelFacts, Program, Request, Tool,
-    ToolRecord, read_moves,
+    AskedSetup, FORMAT_VERSION, FolderWriter, FreeSide, HOLDER_CLEARANCE_MM, Job, ModelFacts, Program,
+    Request, Tool, ToolRecord, read_moves,
 };
 use claymill_verify::{FindingCode, GougeSample, Severity, VerifyOptions, gouge_samples, verify_program};
 use rand::{Rng, SeedableRng};
@@ -185,6 +186,19 @@ fn planned(
     planned_on(model, Vec::new(), strategy, radius_mm, scallop_mm)
 }
 
+/// The same with other options than the usual ones.
+fn planned_with(
+    model: &Model,
+    strategy: Strategy,
+    radius_mm: f64,
+    scallop_mm: f64,
+    change: impl FnOnce(PlanOptions) -> PlanOptions,
+) -> Result<(Job, Plan), PlanError> {
+    let orientation = Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap();
+    let usual = PlanOptions::new(Tool::ball(radius_mm), scallop_mm, orientation);
+    planned_as(model, change(PlanOptions { strategy, ..usual }))
+}
+
 /// The same of a model of which faces have a side that is free of material.
 fn planned_on(
     model: &Model,
@@ -193,9 +207,14 @@ fn planned_on(
     radius_mm: f64,
     scallop_mm: f64,
 ) -> Result<(Job, Plan), PlanError> {
+    planned_with(model, strategy, radius_mm, scallop_mm, |usual| PlanOptions { free_sides, ..usual })
+}
+
+fn planned_as(model: &Model, options: PlanOptions) -> Result<(Job, Plan), PlanError> {
+    let PlanOptions { tool, scallop_mm, strategy, .. } = options;
     let face_area_mm2: Vec<f64> = model.faces.iter().map(claymill_nurbs::Face::area_mm2).collect();
     let mut merging = Preset::Clay.options();
-    merging.ball_radius_mm = radius_mm;
+    merging.ball_radius_mm = tool.radius_mm();
     let merged = merge(model, &merging).unwrap();
     let excluded = vec![false; model.faces.len()];
     let regions = Regions {
@@ -204,9 +223,6 @@ fn planned_on(
         excluded: &excluded,
         face_area_mm2: &face_area_mm2,
     };
-    let orientation = Orientation::new("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap();
-    let tool = Tool::ball(radius_mm);
-    let options = PlanOptions { strategy, free_sides, ..PlanOptions::new(tool, scallop_mm, orientation) };
     let mut plan = plan(model, &regions, &options, &())?;
     let take = std::mem::take::<Vec<claymill_toolpath::Setup>>;
     let job = Job {
@@ -225,6 +241,7 @@ fn planned_on(
             box_mm: [0.0; 6],
         },
         request: Request {
+            allowance_mm: options.allowance_mm,
             tool,
             rest_of: None,
             scallop_mm,
@@ -239,7 +256,9 @@ fn planned_on(
             only: Vec::new(),
             skip: Vec::new(),
             bounds: options.bounds.clone(),
-            setups: Vec::new(),
+            setups: (options.setups.iter())
+                .map(|f| AskedSetup { name: f.name.to_string(), axis: f.axis().into() })
+                .collect(),
             material_side: Vec::new(),
             check: Vec::new(),
             check_clearance_mm: 0.0,

@@ -52,6 +52,7 @@ pub(crate) fn job(model: &Model) -> Job {
             box_mm: [0.0; 6],
         },
         request: Request {
+            allowance_mm: 0.0,
             rest_of: None,
             lines: None,
             guides: Vec::new(),
@@ -87,6 +88,7 @@ pub(crate) fn job(model: &Model) -> Job {
         setups: vec![Setup {
             name: "top".into(),
             axis: [0.0, 0.0, 1.0],
+            quaternion: None,
             clearance_mm: 100.0,
             area_mm2: 0.0,
             time_s: 0.0,

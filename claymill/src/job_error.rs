@@ -18,6 +18,15 @@ pub enum JobError {
     /// Scallops are too low.
     #[error("scallop height {scallop_mm} mm is below {LOWEST_SCALLOP_MM} mm, to which passes are exact")]
     Scallop { scallop_mm: f64 },
+    /// A job has operations, and not too many.
+    #[error("a job has from 1 to {most} operations")]
+    Operations { most: usize },
+    /// Operations are told apart by their names.
+    #[error("two operations are called `{name}`")]
+    TwiceNamed { name: String },
+    /// Tools are told apart by their numbers.
+    #[error("operation `{name}` has another tool with the number of an earlier one, {id}")]
+    OneNumber { id: String, name: String },
     /// Nothing would be left of the ball, or no stock is as thick.
     #[error(
         "an allowance of {allowance_mm} mm is not between {least_mm} mm, the ball's radius below the surface, and {LARGEST_CLEARANCE_MM} mm"
@@ -79,6 +88,9 @@ impl JobError {
     #[must_use]
     pub fn advice(&self) -> &'static str {
         match self {
+            JobError::Operations { .. } => "Add an operation, or split the job.",
+            JobError::TwiceNamed { .. } => "Give each operation a name of its own.",
+            JobError::OneNumber { .. } => "Give each tool a number of its own: tool_number in the job file.",
             JobError::Allowance { .. } => "Usual allowances are 0.3 to 5 mm.",
             JobError::Setup(_) => {
                 "Setups are top, left, right, front, rear, bottom, and NAME:X,Y,Z with a direction."

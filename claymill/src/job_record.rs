@@ -31,6 +31,8 @@ pub(crate) fn job_record(planned: &Planned<'_>, out: &Path) -> Job {
         area: plan.area.clone(),
         faces: plan.faces.clone(),
         left_out: planned.left_out(),
+        stock: None,
+        operations: Vec::new(),
         timings: Vec::new(),
         peak_memory_mb: 0.0,
     }

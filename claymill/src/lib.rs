@@ -54,6 +54,7 @@ mod material;
 mod merged;
 mod merging;
 mod model_file;
+mod operations;
 mod planned;
 mod prepared;
 mod record;
@@ -75,7 +76,8 @@ pub use claymill_nurbs::{Model, Point3, Vector3};
 pub use claymill_paths::{Axis, Feeds, Orientation, PlanOptions, Strategy};
 pub use claymill_surface_merge::{MergeOptions, Preset};
 pub use claymill_toolpath::{
-    Cancelled, FolderWriter, Holder, Monitor, Move, MoveKind, Program, Stage, Standing, Tool,
+    Cancelled, FolderWriter, Holder, Monitor, Move, MoveKind, OperationKind, Program, Stage, Standing, Stock,
+    Tool,
 };
 pub use claymill_verify::{Verdict, Verification};
 
@@ -87,6 +89,7 @@ pub use material::{MaterialError, free_sides};
 pub use merged::{Merged, merge};
 pub use merging::{Merging, WishError};
 pub use model_file::{ModelFile, read};
+pub use operations::{OperationJob, PlannedOperations};
 pub use planned::{Planned, left_out_faces};
 pub use prepared::{ObstacleFile, Prepared, orientation};
 #[doc(hidden)]

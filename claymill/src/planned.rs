@@ -1,7 +1,7 @@
 //! A plan, which nobody has verified yet: it can be looked at and verified, not written or run.
 
 use claymill_nurbs::Point3;
-use claymill_paths::{LeftOut, Plan, Regions, plan_around};
+use claymill_paths::{LeftOut, OrientationGuess, Plan, Regions, plan_around};
 use claymill_toolpath::{LeftOutFace, Monitor, RegionsFile};
 
 use crate::error::Error;
@@ -61,6 +61,12 @@ impl<'m> Planned<'m> {
     #[must_use]
     pub fn plan(&self) -> &Plan {
         &self.plan
+    }
+
+    /// The model's axes, and what they follow from.
+    #[must_use]
+    pub fn orientation(&self) -> &OrientationGuess {
+        self.prepared.orientation()
     }
 
     /// The regions, with the area that each setup cuts of them.

@@ -69,7 +69,6 @@ impl Job {
 
 impl<'m> Prepared<'m> {
     fn new(job: &Job, file: &'m ModelFile) -> Result<Self, Error> {
-        let model = file.model();
         let model_sha256 = sha256_of(&file.path)?;
         let orientation = orientation(file, job.up, job.front)?;
         let mut merging: Merging = job.merging.clone();
@@ -77,6 +76,27 @@ impl<'m> Prepared<'m> {
         merging.options.feed_mm_per_min = job.passes.feeds.cut_mm_per_min;
         let mut merged = merge(file, &merging)?;
         merged.measure_quality(file);
+        Prepared::on_regions(job, file, model_sha256, orientation, merged)
+    }
+
+    /// Another job on the same regions: joints and regions are those that were found for this one.
+    ///
+    /// # Errors
+    /// As [`Job::prepare`].
+    pub fn again(&self, job: &Job) -> Result<Self, Error> {
+        job.check()?;
+        let orientation = self.orientation.clone();
+        Prepared::on_regions(job, self.file, self.model_sha256.clone(), orientation, self.merged.clone())
+    }
+
+    fn on_regions(
+        job: &Job,
+        file: &'m ModelFile,
+        model_sha256: String,
+        orientation: OrientationGuess,
+        mut merged: Merged,
+    ) -> Result<Self, Error> {
+        let model = file.model();
         let region_of_face = &merged.found.region_of_face;
         let (excluded, avoid) = select::left_out(model, region_of_face, &job.only, &job.skip, &job.avoid)?;
         merged.find_sides(file, orientation.orientation.up.vector(), &job.material_side)?;

@@ -17,6 +17,7 @@ use crate::error::Error;
 use crate::job_record::job_record;
 use crate::model_file::ModelFile;
 use crate::planned::Planned;
+use crate::prepared::Prepared;
 
 /// A job that was measured from its written moves, whatever the verdict. Its folder is whole, and in place, after
 /// [`Verified::write`]; dropping it before leaves nothing.
@@ -101,12 +102,23 @@ impl<'m> Planned<'m> {
 
 impl<'m> Verified<'m> {
     fn new(planned: Planned<'m>, folder: FolderWriter, monitor: &dyn Monitor) -> Result<Self, Error> {
-        let file = planned.prepared.file;
+        let job = job_record(&planned, folder.destination());
         folder.moves(&planned.plan.program)?;
-        let mut job = job_record(&planned, folder.destination());
         let Planned { prepared, plan } = planned;
         let seconds = plan.seconds;
         drop(plan.program);
+        Verified::of_record(prepared, job, seconds, folder, monitor)
+    }
+
+    /// Of a folder whose moves are written.
+    pub(crate) fn of_record(
+        prepared: Prepared<'m>,
+        mut job: JobRecord,
+        seconds: Vec<f64>,
+        folder: FolderWriter,
+        monitor: &dyn Monitor,
+    ) -> Result<Self, Error> {
+        let file = prepared.file;
         let program = read_moves(folder.path())?;
         let stick_outs = match prepared.job.least_stick_out {
             true => choose_stick_outs(file.model(), &mut job, &program, monitor)?,

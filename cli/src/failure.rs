@@ -171,6 +171,10 @@ impl From<claymill::JobError> for Failure {
                 "Setups are top, left, right, front, rear and bottom, for example --setups top,bottom; others have a \
                  direction from tip to holder, for example --setup roof:0,-0.5,1."
             }
+            E::Operations { .. } | E::TwiceNamed { .. } | E::OneNumber { .. } => {
+                let advice = error.advice();
+                return Failure::problem(&error, advice);
+            }
             E::Allowance { .. } => {
                 "For example: --allowance 3 for roughing, or --allowance -0.1 below the surface."
             }

@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Bounds, FilePlace, FreeSide, Holder, MoveKind, Tool, find_file};
+use crate::{Bounds, FilePlace, FreeSide, Holder, MoveKind, Operation, Stock, Tool, find_file};
 
 /// Version of the job folder's format; raised when a reader of the old one would misread the new one.
 pub const FORMAT_VERSION: u32 = 1;
+/// Version of a job with operations.
+pub const LATEST_FORMAT_VERSION: u32 = 2;
 
 /// Distance that holders keep where nothing else is asked for, mm.
 pub const HOLDER_CLEARANCE_MM: f64 = 1.0;
@@ -35,7 +37,10 @@ pub struct Job {
     pub claymill_version: String,
     /// The model and what was read of it.
     pub model: ModelFacts,
-    /// What was asked.
+    /// What it is cut from, where that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stock: Option<Stock>,
+    /// What was asked; in a job with operations, of the one that finishes the surface.
     pub request: Request,
     /// Every tolerance used, by name (units in the names).
     pub tolerances: BTreeMap<String, f64>,
@@ -54,6 +59,10 @@ pub struct Job {
     /// Faces that are not machined since they could not be triangulated.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<LeftOutFace>,
+    /// Its operations in machining order (version 2). What is said above of areas, regions and tolerances is of the one that
+    /// finishes the surface; setups and totals are of all.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub operations: Vec<Operation>,
     /// Seconds by stage. The only part, with `peak_memory_mb`, that differs between two equal runs.
     pub timings: Vec<StageTiming>,
     /// Largest resident memory, MB.

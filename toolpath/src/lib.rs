@@ -36,6 +36,7 @@ mod largest;
 mod manifest;
 mod monitor;
 mod moves;
+mod operation;
 mod output;
 mod place;
 mod plain_file;
@@ -58,12 +59,13 @@ pub use holder::{Holder, HolderError, HolderSection};
 pub use io_advice::advice_on;
 pub use job::{
     Area, AskedSetup, CHECK_CLEARANCE_MM, Considered, FORMAT_VERSION, FaceAccount, HOLDER_CLEARANCE_MM, Job,
-    LeftOutFace, LengthByKind, LinkStyle, MachineLimits, ModelFacts, Obstacle, RegionTotals, Request, Setup,
-    Skipped, StageTiming, ToolRecord, Totals, UncutReason,
+    LATEST_FORMAT_VERSION, LeftOutFace, LengthByKind, LinkStyle, MachineLimits, ModelFacts, Obstacle,
+    RegionTotals, Request, Setup, Skipped, StageTiming, ToolRecord, Totals, UncutReason,
 };
 pub use manifest::{MANIFEST_FILE, is_whole};
 pub use monitor::{Cancelled, Monitor, Stage};
 pub use moves::{Move, MoveError, MoveKind, Program, WRITTEN_STEP_MM, round_to_written};
+pub use operation::{Operation, OperationKind, Stock};
 pub use output::{Kind, Output, OutputError, job_files};
 pub use place::{FilePlace, find_file, path_from_text, path_to_text};
 pub use plain_file::{LONGEST_MADE, LONGEST_WRITTEN, open_plain, read_plain, read_plain_text};

@@ -46,6 +46,9 @@ pub struct Move {
     pub region: usize,
     /// Pass number within the region and setup (for links and rapids: the pass they lead to).
     pub pass: u32,
+    /// Number of the operation, from 0, in a job that has operations.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub op: Option<u32>,
     /// What the move is for.
     pub kind: MoveKind,
     /// Tool id, `T1`.
@@ -105,6 +108,7 @@ impl Move {
             setup: String::new(),
             region: 0,
             pass: 0,
+            op: None,
             kind,
             tool: String::new(),
             degree: 1,

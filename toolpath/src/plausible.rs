@@ -1,7 +1,7 @@
 //! Limits of what values a job can hold: what is read from a file may be anything.
 
 use crate::holder::LONGEST_MM;
-use crate::{Holder, Job, Move, MoveError, RegionsFile, ToolRecord};
+use crate::{Holder, Job, LATEST_FORMAT_VERSION, Move, MoveError, RegionsFile, ToolRecord};
 
 /// Coordinates of the tool lie no farther from zero than this, mm: 10 km.
 const FARTHEST_MM: f64 = 1e7;
@@ -37,6 +37,7 @@ pub(crate) fn implausible(job: &Job) -> Option<String> {
     let asked = rate("request.feed_mm_per_min", r.feed_mm_per_min)
         .or_else(|| rate("request.rapid_mm_per_min", r.rapid_mm_per_min))
         .or_else(|| within("request.scallop_mm", r.scallop_mm, 1e-6, 1e3))
+        .or_else(|| within("request.allowance_mm", r.allowance_mm, -1e3, 1e3))
         .or_else(|| distance("request.holder_clearance_mm", r.holder_clearance_mm))
         .or_else(|| distance("request.bounds.avoid_mm", r.bounds.avoid_mm))
         .or_else(|| within("request.bounds.extend_mm", r.bounds.extend_mm, 0.0, LONGEST_MM))
@@ -74,7 +75,26 @@ pub(crate) fn implausible(job: &Job) -> Option<String> {
             return Some(what);
         }
     }
-    job.tools.iter().find_map(of_tool)
+    let of_operation = |index: usize| {
+        let name = &job.operations.get(index)?.name;
+        Some(format!("operation {name}: {}", implausible(&job.of_operation(index)?)?))
+    };
+    let has_version = (job.format_version == LATEST_FORMAT_VERSION) != job.operations.is_empty();
+    if !has_version && job.format_version <= LATEST_FORMAT_VERSION {
+        return Some(format!(
+            "format_version is {}, and it has {} operations: version {LATEST_FORMAT_VERSION} has some, earlier ones none",
+            job.format_version,
+            job.operations.len()
+        ));
+    }
+    let is_known = |id: &String| job.tools.iter().any(|tool| tool.id == *id);
+    if let Some(operation) = job.operations.iter().find(|o| !is_known(&o.tool)) {
+        return Some(format!(
+            "operation {} has the tool {}, which is not listed",
+            operation.name, operation.tool
+        ));
+    }
+    (0..job.operations.len()).find_map(of_operation).or_else(|| job.tools.iter().find_map(of_tool))
 }
 
 fn of_tool(tool: &ToolRecord) -> Option<String> {

@@ -46,6 +46,7 @@ mod holder;
 mod limits;
 mod mesh;
 mod obstacles;
+mod operations;
 mod options;
 mod rapids;
 mod reach;
@@ -65,7 +66,8 @@ use std::path::{Path, PathBuf};
 
 use claymill_nurbs::{ClosestPoints, MeshOptions, Model};
 use claymill_toolpath::{
-    FORMAT_VERSION, Job, Monitor, Program, Stage, read_job, read_moves_judged, sha256_of,
+    FORMAT_VERSION, Job, LATEST_FORMAT_VERSION, Monitor, Program, Stage, read_job, read_moves_judged,
+    sha256_of,
 };
 
 pub use crest_file::{CRESTS_FILE, read_crests, write_crests};
@@ -74,8 +76,8 @@ pub use holder::{HolderClearance, RegionStickOut, ShankContact};
 pub use options::{SCALLOP_BAR, USUAL_RADIUS_MM, USUAL_SCALLOP_MM, VerifyOptions};
 pub use report::{
     AreaAt, BallShare, BoundsKept, Contact, Coverage, CrestSample, Crests, FaceCoverage, Fault, Gouge,
-    GougeSample, HISTOGRAM_BIN, HISTOGRAM_BINS, Obstacles, Place, Rapids, RegionCrests, ResidualSample,
-    Scallop, Sequence, SidesKept, SurfaceResidual, SurfaceState, TooTight, Verification,
+    GougeSample, HISTOGRAM_BIN, HISTOGRAM_BINS, Obstacles, OperationFound, Place, Rapids, RegionCrests,
+    ResidualSample, Scallop, Sequence, SidesKept, SurfaceResidual, SurfaceState, TooTight, Verification,
 };
 pub use verdict::{Finding, FindingCode, Severity, Verdict};
 
@@ -116,8 +118,8 @@ pub fn verify_instead(
 /// The job, if its format is known; the other files are not looked at before.
 fn known_job(folder: &Path) -> Result<Job, VerifyError> {
     let job = read_job(folder)?;
-    if job.format_version != FORMAT_VERSION {
-        return Err(VerifyError::Version { found: job.format_version, known: FORMAT_VERSION });
+    if !(FORMAT_VERSION..=LATEST_FORMAT_VERSION).contains(&job.format_version) {
+        return Err(VerifyError::Version { found: job.format_version, known: LATEST_FORMAT_VERSION });
     }
     Ok(job)
 }
@@ -171,7 +173,10 @@ pub fn verify_with_crests(
     options: &VerifyOptions,
     monitor: &dyn Monitor,
 ) -> Result<(Verification, Vec<CrestSample>), VerifyError> {
-    measure_all(model, job, (program, Some(sequence::measure(job, program))), options, monitor)
+    if !job.operations.is_empty() {
+        return operations::measure(model, job, program, options, monitor);
+    }
+    measure_all(model, job, (program, Some(sequence::measure(job, program, 0))), options, monitor)
 }
 
 /// The moves, and what is known of their sequence.
@@ -237,6 +242,7 @@ fn measure_all(
         scallop,
         coverage,
         sides,
+        operations: Vec::new(),
         verdict,
     };
     Ok((found, samples))

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use claymill_toolpath::Judged;
+use claymill_toolpath::{Judged, OperationKind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -51,8 +51,23 @@ pub struct Verification {
     /// Whether the tool keeps out of the material, where the job says on which side of faces that is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sides: Option<SidesKept>,
+    /// What was found of each operation, in a job that has operations. All of the above is then of the one that finishes the
+    /// surface.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub operations: Vec<OperationFound>,
     /// The conclusion.
     pub verdict: Verdict,
+}
+
+/// What was found of one operation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct OperationFound {
+    /// Its name in the job.
+    pub name: String,
+    /// What it is for.
+    pub kind: OperationKind,
+    /// What was found, as of a job by itself.
+    pub found: Verification,
 }
 
 /// Cuts from the side of the material.

@@ -19,11 +19,13 @@ const SAME_LENGTH_MM: f64 = WRITTEN_STEP_MM;
 ///   setup A  rapid… lead in… cut… link… cut … lead out… rapid   setup B  rapid …
 ///            └ each begins where the one before ended ┘    └ above everything ┘
 /// ```
-pub(crate) fn measure(job: &Job, program: &Program) -> Sequence {
+///
+/// The first move has the number `first_seq`.
+pub(crate) fn measure(job: &Job, program: &Program, first_seq: u64) -> Sequence {
     let mut found = Sequence { moves: program.moves.len() as u64, ..Sequence::default() };
     let mut last: Option<&Move> = None;
     for (index, m) in program.moves.iter().enumerate() {
-        numbered(index, m, &mut found);
+        numbered(first_seq + index as u64, m, &mut found);
         fed(job, m, &mut found);
         match last.filter(|before| before.setup == m.setup) {
             Some(before) => {
@@ -69,8 +71,8 @@ fn place(m: &Move) -> Place {
     }
 }
 
-fn numbered(index: usize, m: &Move, found: &mut Sequence) {
-    if m.seq != index as u64 {
+fn numbered(index: u64, m: &Move, found: &mut Sequence) {
+    if m.seq != index {
         note(&mut found.order, Some(m), || format!("move {} stands in place {index}", m.seq));
     }
 }

@@ -33,7 +33,7 @@ pub(crate) fn read(file: &Path) -> Result<JobOptions, Failure> {
 }
 
 /// Options of the command line before those of the file.
-fn over(first: JobOptions, second: JobOptions) -> JobOptions {
+pub(super) fn over(first: JobOptions, second: JobOptions) -> JobOptions {
     JobOptions {
         tool: first.tool.or(second.tool),
         tool_number: first.tool_number.or(second.tool_number),

@@ -23,6 +23,7 @@ mod layers;
 mod left_out;
 mod man;
 mod merge;
+mod operations;
 mod order;
 mod pictures;
 mod plan;

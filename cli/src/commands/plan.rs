@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::job_file::{self, JOB_TOML};
 use super::request::Request;
-use super::{Context, left_out, pictures, plan_summary, report, say_axes, verify};
+use super::{Context, left_out, operations, pictures, plan_summary, report, say_axes, verify};
 use crate::args::PlanArgs;
 use crate::console::{Console, counted, peak_memory_mb};
 use crate::failure::Failure;
@@ -40,6 +40,9 @@ struct Summary<'a> {
 
 /// `claymill plan`.
 pub(crate) fn plan(context: &Context, args: &PlanArgs) -> Result<ExitCode, Failure> {
+    if let Some(job) = operations::asked(args)? {
+        return Ok(operations::run(context, &args.model, &job, &args.out)?.exit);
+    }
     let options = job_file::with(args.job.options(), args.job_file.as_deref())?;
     let request = Request::new(&args.model, &options)?;
     Ok(run(context, &request, &args.out)?.exit)
@@ -79,7 +82,13 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     console.stage("verifying");
     let plan = planned.plan();
     verify::expect(console, plan.program.moves.len(), plan.totals.passes, faces);
-    let mut verified = planned.verify_into(folder, console)?;
+    let verified = planned.verify_into(folder, console)?;
+    finish(context, verified, out)
+}
+
+/// Verdict, pictures and report of a job that was verified; then its folder is put into place.
+pub(super) fn finish(context: &Context, mut verified: Verified<'_>, out: &Path) -> Result<Done, Failure> {
+    let console = context.console;
     say_stick_outs(console, &verified);
     verify::say(context, &verified.results().verification);
 

@@ -281,6 +281,8 @@ fn planned_as(model: &Model, options: PlanOptions) -> Result<(Job, Plan), PlanEr
         area: plan.area.clone(),
         faces: plan.faces.clone(),
         left_out: Vec::new(),
+        stock: None,
+        operations: Vec::new(),
         timings: Vec::new(),
         peak_memory_mb: 0.0,
     };

@@ -106,6 +106,8 @@ pub(crate) fn job(model: &Model) -> Job {
             })
             .collect(),
         left_out: Vec::new(),
+        stock: None,
+        operations: Vec::new(),
         timings: Vec::new(),
         peak_memory_mb: 0.0,
     }

@@ -1,0 +1,199 @@
+//! A job of several operations: planned one after the other on the same regions, written as one program, verified as one job.
+
+use claymill_toolpath::{
+    FolderWriter, Job as JobRecord, LATEST_FORMAT_VERSION, Monitor, Operation, OperationKind, Program, Setup,
+    Stock, Totals,
+};
+
+use crate::error::Error;
+use crate::job::Job;
+use crate::job_error::JobError;
+use crate::job_record::job_record;
+use crate::model_file::ModelFile;
+use crate::planned::Planned;
+use crate::prepared::Prepared;
+use crate::verified::Verified;
+
+/// Most operations of a job.
+const MOST_OPERATIONS: usize = 64;
+
+/// One operation as it is asked for.
+#[derive(Debug, Clone)]
+pub struct OperationJob {
+    /// Its name in the job: no two have the same one.
+    pub name: String,
+    /// What it is for.
+    pub kind: OperationKind,
+    /// Why it is there, in one sentence.
+    pub reason: String,
+    /// Tool, allowance and passes. Every tool has a number of its own.
+    pub job: Job,
+}
+
+/// Operations that are planned and not verified yet. There is no way from them to a file but through
+/// [`PlannedOperations::verify_into`].
+#[derive(Debug)]
+pub struct PlannedOperations<'m> {
+    stock: Option<Stock>,
+    planned: Vec<(OperationJob, Planned<'m>)>,
+}
+
+impl<'m> PlannedOperations<'m> {
+    /// Plans operations one after the other. Regions are those of the operation that finishes the surface; `planned` is told of
+    /// each one. An operation for which there is nothing to do is left out, if it is not the only one.
+    ///
+    /// # Errors
+    /// There are none or too many, two have one name or different tools one number, or one cannot be planned.
+    pub fn new(
+        file: &'m ModelFile,
+        stock: Option<Stock>,
+        operations: &[OperationJob],
+        monitor: &dyn Monitor,
+        mut planned: impl FnMut(&OperationJob, Result<&Planned<'m>, &Error>),
+    ) -> Result<Self, Error> {
+        check(operations)?;
+        let main = operations.iter().find(|o| o.kind == OperationKind::Finish).or(operations.last());
+        let main = main.ok_or(JobError::Operations { most: MOST_OPERATIONS })?;
+        let regions = main.job.prepare(file)?;
+        let (mut done, mut nothing) = (Vec::new(), None);
+        for operation in operations {
+            match regions.again(&operation.job)?.plan(monitor) {
+                Ok(plan) => {
+                    planned(operation, Ok(&plan));
+                    done.push((operation.clone(), plan));
+                }
+                Err(error) if is_idle(&error) => {
+                    planned(operation, Err(&error));
+                    nothing = Some(error);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        match nothing {
+            Some(error) if done.is_empty() => Err(error),
+            _ => Ok(PlannedOperations { stock, planned: done }),
+        }
+    }
+
+    /// The operations that do something, in machining order.
+    pub fn iter(&self) -> impl Iterator<Item = (&OperationJob, &Planned<'m>)> {
+        self.planned.iter().map(|(operation, plan)| (operation, plan))
+    }
+
+    /// Writes the moves of all operations, one after the other, reads them back, and measures what was read against the model.
+    ///
+    /// # Errors
+    /// As [`Planned::verify_into`].
+    pub fn verify_into(self, folder: FolderWriter, monitor: &dyn Monitor) -> Result<Verified<'m>, Error> {
+        let main = self.main();
+        let records: Vec<JobRecord> =
+            self.planned.iter().map(|(_, plan)| job_record(plan, folder.destination())).collect();
+        let job = self.record(&records, main);
+        let (mut program, mut seconds) = (Program::default(), Vec::new());
+        let mut prepared: Option<Prepared<'m>> = None;
+        for (op, (_, Planned { prepared: own, plan })) in self.planned.into_iter().enumerate() {
+            for mut m in plan.program.moves {
+                m.seq = program.moves.len() as u64;
+                m.op = Some(op as u32);
+                program.moves.push(m);
+            }
+            seconds.extend(plan.seconds);
+            if op == main {
+                prepared = Some(own);
+            }
+        }
+        folder.moves(&program)?;
+        drop(program);
+        let prepared = prepared.ok_or(JobError::Operations { most: MOST_OPERATIONS })?;
+        Verified::of_record(prepared, job, seconds, folder, monitor)
+    }
+
+    fn main(&self) -> usize {
+        let finishes = |(operation, _): &(OperationJob, Planned<'_>)| operation.kind == OperationKind::Finish;
+        self.planned.iter().position(finishes).unwrap_or(self.planned.len().saturating_sub(1))
+    }
+
+    /// The record of all operations, of which `main` finishes the surface.
+    fn record(&self, records: &[JobRecord], main: usize) -> JobRecord {
+        let operation = |((operation, _), record): (&(OperationJob, Planned<'_>), &JobRecord)| Operation {
+            name: operation.name.clone(),
+            kind: operation.kind,
+            reason: operation.reason.clone(),
+            tool: operation.job.tool_id(),
+            request: record.request.clone(),
+            tolerances: record.tolerances.clone(),
+            setups: record.setups.clone(),
+            regions: record.regions.clone(),
+            totals: record.totals,
+            area: record.area.clone(),
+            faces: record.faces.clone(),
+        };
+        let mut tools = Vec::new();
+        for tool in records.iter().flat_map(|record| &record.tools) {
+            if !tools.contains(tool) {
+                tools.push(tool.clone());
+            }
+        }
+        JobRecord {
+            format_version: LATEST_FORMAT_VERSION,
+            stock: self.stock.clone(),
+            tools,
+            setups: together(records.iter().flat_map(|record| &record.setups)),
+            totals: records.iter().map(|record| record.totals).fold(Totals::default(), sum),
+            operations: self.planned.iter().zip(records).map(operation).collect(),
+            ..records[main].clone()
+        }
+    }
+}
+
+/// Setups of all operations: of one name the highest clearance, the largest area and all of the time.
+fn together<'a>(setups: impl Iterator<Item = &'a Setup>) -> Vec<Setup> {
+    let mut all: Vec<Setup> = Vec::new();
+    for setup in setups {
+        match all.iter_mut().find(|known| known.name == setup.name) {
+            Some(known) => {
+                known.clearance_mm = known.clearance_mm.max(setup.clearance_mm);
+                known.area_mm2 = known.area_mm2.max(setup.area_mm2);
+                known.time_s += setup.time_s;
+            }
+            None => all.push(setup.clone()),
+        }
+    }
+    all
+}
+
+fn sum(mut a: Totals, b: Totals) -> Totals {
+    a.passes += b.passes;
+    a.moves += b.moves;
+    a.retracts += b.retracts;
+    a.control_points += b.control_points;
+    a.time_s += b.time_s;
+    a.length += b.length;
+    a.locations += b.locations;
+    a.certified_locations += b.certified_locations;
+    a.lifted_locations += b.lifted_locations;
+    a
+}
+
+/// Whether an operation has nothing to do, which is no fault.
+fn is_idle(error: &Error) -> bool {
+    use claymill_paths::PlanError;
+    matches!(error, Error::Plan(PlanError::NothingToCut | PlanError::NoRest))
+}
+
+fn check(operations: &[OperationJob]) -> Result<(), Error> {
+    if operations.is_empty() || operations.len() > MOST_OPERATIONS {
+        return Err(JobError::Operations { most: MOST_OPERATIONS }.into());
+    }
+    for (k, operation) in operations.iter().enumerate() {
+        let before = &operations[..k];
+        if before.iter().any(|o| o.name == operation.name) {
+            return Err(JobError::TwiceNamed { name: operation.name.clone() }.into());
+        }
+        let (id, tool) = (operation.job.tool_id(), operation.job.tool());
+        if before.iter().any(|o| o.job.tool_id() == id && o.job.tool() != tool) {
+            return Err(JobError::OneNumber { id, name: operation.name.clone() }.into());
+        }
+    }
+    Ok(())
+}

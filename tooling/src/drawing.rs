@@ -11,6 +11,8 @@ const CORNER_PIECES: u32 = 16;
 /// Share of the height that is text, and the gap between dimension lines in heights of text.
 const TEXT_SHARE: f64 = 0.03;
 const LINE_GAP: f64 = 2.2;
+/// Width of a bold letter in heights of text, rather wide.
+const LETTER: f64 = 0.62;
 
 /// Parts of a silhouette, each a closed outline of half the section: radius and height above the tip, mm.
 #[derive(Debug, Clone, PartialEq)]
@@ -91,7 +93,8 @@ fn outline(tool: &Tool, top_mm: f64) -> Vec<[f64; 2]> {
     points
 }
 
-/// The part of an outline between two heights, closed along the axis.
+/// The part of an outline between two heights, closed along the axis. A step in radius at its upper or lower end belongs to
+/// the neighbour, but the tip's disc to the lowest part.
 fn between(outline: &[[f64; 2]], low_mm: f64, high_mm: f64) -> Vec<[f64; 2]> {
     if high_mm <= low_mm {
         return Vec::new();
@@ -99,16 +102,13 @@ fn between(outline: &[[f64; 2]], low_mm: f64, high_mm: f64) -> Vec<[f64; 2]> {
     let mut part = vec![[0.0, low_mm]];
     for pair in outline.windows(2) {
         let [[r0, z0], [r1, z1]] = [pair[0], pair[1]];
-        let clipped = [z0.clamp(low_mm, high_mm), z1.clamp(low_mm, high_mm)];
-        if z1 < low_mm || z0 > high_mm {
-            continue;
-        }
-        for z in clipped {
-            let share = if z1 > z0 { (z - z0) / (z1 - z0) } else { f64::from(u8::from(z == z1)) };
-            part.push([r0 + (r1 - r0) * share, z]);
-        }
-        if z1 == z0 {
+        let is_step = z1 <= z0;
+        let is_inside = (z0 > low_mm || low_mm == 0.0) && z0 < high_mm;
+        if is_step && is_inside {
             part.extend([[r0, z0], [r1, z1]]);
+        } else if !is_step && z1 > low_mm && z0 < high_mm {
+            let at = |z: f64| [r0 + (r1 - r0) * (z - z0) / (z1 - z0), z];
+            part.extend([at(z0.max(low_mm)), at(z1.min(high_mm))]);
         }
     }
     part.push([0.0, high_mm]);
@@ -125,7 +125,9 @@ pub fn tool_svg(tool: &LibraryTool) -> String {
     let (left, right) = (radius + 2.0 * text, radius + 14.0 * text);
     let (above, below) = (4.0 * text, 4.0 * text);
     let mut svg = String::new();
-    let (width, tall) = (left + right, height + above + below);
+    #[expect(clippy::cast_precision_loss, reason = "a name of at most a few hundred characters")]
+    let heading_width = (heading(tool).chars().count() as f64 * LETTER + 2.0) * text;
+    let (width, tall) = ((left + right).max(heading_width), height + above + below);
     // Writing to a text does not fail.
     let _ = write!(
         svg,
@@ -197,23 +199,26 @@ fn heights(tool: &LibraryTool, height: f64) -> Vec<(&'static str, f64)> {
     drawn.filter(|(_, mm)| *mm <= height * (1.0 + 1e-9)).collect()
 }
 
-/// Diameters: of the end below the tip, the others in the middle of what has them.
+/// Diameters: of the end below the tip, the others beside the axis in the middle of what has them.
 fn diameters(svg: &mut String, tool: &LibraryTool, text: f64) {
-    let mut label = |y: f64, mm: f64| {
-        let at = n(y);
-        let _ = writeln!(svg, "<text x=\"0\" y=\"{at}\" text-anchor=\"middle\">⌀{}</text>", measure(mm));
+    let mut label = |x: f64, y: f64, anchor: &str, mm: &str| {
+        let (x, y) = (n(x), n(y));
+        let _ = writeln!(svg, "<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\">⌀{mm}</text>");
     };
-    label(1.8 * text, tool.diameter_mm());
+    label(0.0, 2.2 * text, "middle", &measure(tool.diameter_mm()));
+    let beside = 0.4 * text;
     let shank = 2.0 * tool.tool.shank_radius_mm();
     if let (Some(from), Some(out)) = (tool.tool.flute_length_mm, tool.stick_out_mm)
         && shank != tool.diameter_mm()
         && out > from
     {
-        label(-0.5 * (from + out), shank);
+        label(beside, -0.5 * (from + out), "start", &measure(shank));
     }
     for [[low, r_low], [high, r_high]] in tool.holder.iter().flat_map(Holder::profile) {
         if high - low > 1.2 * text {
-            label(-0.5 * (low + high) + 0.35 * text, 2.0 * r_low.max(r_high));
+            let (lower, upper) = (measure(2.0 * r_low), measure(2.0 * r_high));
+            let both = if lower == upper { lower } else { format!("{lower}–{upper}") };
+            label(beside, -0.5 * (low + high) + 0.35 * text, "start", &both);
         }
     }
 }

@@ -46,6 +46,10 @@ const POSTING: [&str; 21] = [
 /// The fields of [`MachineShape`], and the one posting table that is left.
 const SHAPE: [&str; 7] = ["name", "axes", "rotary", "feed", "spindle", "changer", "control"];
 
+/// The fields of both kinds in `feed` and `spindle`.
+const FEED: [&str; 2] = ["max_mm_per_min", "rapid_mm_per_min"];
+const SPINDLE: [&str; 5] = ["min_rpm", "max_rpm", "power_kw", "speed_rpm", "counterclockwise"];
+
 /// The limits of a machine that tools and set-ups must fit.
 ///
 /// Its TOML form reads the tables `axes`, `feed` and `spindle` of a machine definition, and adds `rotary`, `changer` and
@@ -165,10 +169,13 @@ impl MachineShape {
             std::str::from_utf8(bytes).map_err(|_| ToolingError::syntax(path, "it is not text in UTF-8"))?;
         let machine: MachineShape = toml::from_str(text).map_err(|e| ToolingError::syntax(path, e))?;
         let table: toml::Table = toml::from_str(text).map_err(|e| ToolingError::syntax(path, e))?;
-        let is_known = |key: &str| POSTING.contains(&key) || SHAPE.contains(&key);
-        if let Some(key) = table.keys().find(|key| !is_known(key)) {
-            let what = format!("unknown field `{}`; a machine has {}", one_line(key), SHAPE.join(", "));
-            return Err(ToolingError::syntax(path, what));
+        known_only(&table, "a machine", &[&SHAPE, &POSTING])
+            .map_err(|what| ToolingError::syntax(path, what))?;
+        for (name, fields) in [("feed", &FEED[..]), ("spindle", &SPINDLE[..])] {
+            let inside = table.get(name).and_then(toml::Value::as_table);
+            inside
+                .map_or(Ok(()), |inside| known_only(inside, name, &[fields]))
+                .map_err(|what| ToolingError::syntax(path, what))?;
         }
         machine.check().map_err(|(entry, fault)| fault.of_entry(path, &entry))?;
         Ok(machine)
@@ -249,5 +256,14 @@ impl MachineShape {
             return refuse("changer", "a size, time or power is not above 0 or beyond reason", "Correct it.");
         }
         Ok(())
+    }
+}
+
+/// Refuses the first field that is in none of the lists; the first list is the one that the message has.
+fn known_only(table: &toml::Table, name: &str, lists: &[&[&str]]) -> Result<(), String> {
+    let is_known = |key: &str| lists.iter().any(|list| list.contains(&key));
+    match table.keys().find(|key| !is_known(key)) {
+        None => Ok(()),
+        Some(key) => Err(format!("unknown field `{}`; {name} has {}", one_line(key), lists[0].join(", "))),
     }
 }

@@ -43,7 +43,7 @@ mod tests {
     fn rests_have_their_closed_forms() {
         let approx = |a: f64, b: f64| approx::assert_abs_diff_eq!(a, b, epsilon = 1e-9);
         approx(pocket_removed_mm3([100.0, 100.0], 20.0, 10.0), 198_283.185_307_180);
-        approx(pocket_rest_mm3(20.0, 10.0, 5.0), 1287.611_019_615);
+        approx(pocket_rest_mm3(20.0, 10.0, 5.0), 1_287.611_019_615);
         approx(pocket_rest_mm3(20.0, 5.0, 2.0), 360.531_085_492);
         approx(groove_rest_mm2(30.0, 10.0), 5.375_149_359);
         approx(groove_rest_mm2(30.0, 3.0), 0.483_763_442);

@@ -154,9 +154,9 @@ impl Stage {
         row(&mut rows, "band", self.band_mm.as_ref(), |v| format!("{v} mm"));
         row(&mut rows, "spacing", Some(&self.spacing), ToString::to_string);
         row(&mut rows, "depth", self.depth_mm.as_ref(), |v| format!("{v} mm"));
-        row(&mut rows, "cut", self.cut.as_ref(), |v| named(v));
-        row(&mut rows, "way", Some(&self.way), |v| named(v));
-        row(&mut rows, "strategy", Some(&self.strategy), |v| named(v));
+        row(&mut rows, "cut", self.cut.as_ref(), named);
+        row(&mut rows, "way", Some(&self.way), named);
+        row(&mut rows, "strategy", Some(&self.strategy), named);
         row(&mut rows, "tool", Some(&self.tool), ToString::to_string);
         row(&mut rows, "engagement", self.engagement_deg.as_ref(), |v| format!("{v}°"));
         row(&mut rows, "feed", self.feed_mm_per_min.as_ref(), |v| format!("{v} mm/min"));

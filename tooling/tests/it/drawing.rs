@@ -37,6 +37,8 @@ fn tapers_flats_and_thick_shanks_are_drawn() {
     assert!(flat.flutes.contains(&[5.0, 0.0]), "{:?}", flat.flutes);
     let neck = drawn("ball:5,length:20,shank:16");
     assert_eq!((neck.radius_mm(), neck.height_mm()), (8.0, 60.0));
+    assert_eq!(neck.shank, [[0.0, 20.0], [8.0, 20.0], [8.0, 60.0], [0.0, 60.0]]);
+    assert!(neck.flutes.iter().all(|[r, z]| *r <= 5.0 && *z <= 20.0));
     let cone = drawn("ball:3,taper:10,length:50,shank:30");
     // The flank at 30 mm, by the tangent of the taper.
     let sides = "ball:3,taper:10,length:50,shank:30".parse::<claymill_toolpath::Tool>().unwrap().sides();

@@ -59,6 +59,8 @@ fn the_shipped_machine_reads_what_it_writes() {
     assert_eq!(again, machine);
     let typo = MachineShape::parse(b"chanjer.places = 3", Path::new("m.toml")).unwrap_err();
     assert!(typo.to_string().contains("unknown field `chanjer`"), "{typo}");
+    let typo = MachineShape::parse(b"spindle.rpm_max = 3", Path::new("m.toml")).unwrap_err();
+    assert!(typo.to_string().contains("unknown field `rpm_max`; spindle has min_rpm"), "{typo}");
     for text in
         ["axes.w = [0, 1]", "axes.x = [2, 1]", "spindle = { min_rpm = 9, max_rpm = 5 }", "changer.places = 0"]
     {

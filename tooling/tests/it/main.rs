@@ -3,9 +3,11 @@
 mod chain;
 mod check;
 mod damaged;
+mod documents;
 mod drawing;
 mod files;
 mod foreign;
 mod library;
 mod machine;
 mod process;
+mod public;

@@ -5,9 +5,9 @@ use std::path::Path;
 use claymill_toolpath::{End, Tool};
 use serde_json::Value;
 
+use super::Gathered;
 use super::fields::{text, tidy};
 use super::length::length_mm;
-use super::{Gathered, LONGEST_FILE};
 use crate::error::{ToolingError, one_line};
 use crate::library::LibraryTool;
 
@@ -16,20 +16,17 @@ const VERSION: u64 = 2;
 /// Two diameters that differ by less are one, mm.
 const SAME_MM: f64 = 1e-6;
 
-pub(super) fn read(json: &str, path: &Path, gathered: &mut Gathered) -> Result<(), ToolingError> {
-    debug_assert!(json.len() as u64 <= LONGEST_FILE);
-    let file: Value =
-        serde_json::from_str(json).map_err(|e| ToolingError::syntax(path, format!("no JSON: {e}")))?;
+pub(super) fn read(file: &Value, path: &Path, gathered: &mut Gathered) -> Result<(), ToolingError> {
     if file.get("version").and_then(Value::as_u64) != Some(VERSION) {
         let found = file.get("version").map_or_else(|| "(none)".to_owned(), |v| one_line(&v.to_string()));
         let format = "FreeCAD tool bits";
         return Err(ToolingError::Version { path: path.to_owned(), format, found, known: VERSION });
     }
-    let name = match text(&file, "name") {
+    let name = match text(file, "name") {
         "" => path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default(),
         name => name.to_owned(),
     };
-    let read = tool_of(&file, &name);
+    let read = tool_of(file, &name);
     gathered.add(&name, read);
     Ok(())
 }

@@ -23,10 +23,7 @@ const SAME_MM: f64 = 1e-6;
 /// A foot, m: edge speeds of tools in inches are ft/min.
 const FOOT_M: f64 = 0.3048;
 
-pub(super) fn read(json: &str, path: &Path, gathered: &mut Gathered) -> Result<(), ToolingError> {
-    let json = json.strip_prefix('\u{feff}').unwrap_or(json);
-    let file: Value =
-        serde_json::from_str(json).map_err(|e| ToolingError::syntax(path, format!("no JSON: {e}")))?;
+pub(super) fn read(file: &Value, path: &Path, gathered: &mut Gathered) -> Result<(), ToolingError> {
     let Some(tools) = file.get("data").and_then(Value::as_array) else {
         return Err(ToolingError::syntax(path, "`data` is no list of tools"));
     };

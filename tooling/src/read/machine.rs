@@ -22,8 +22,7 @@ pub fn machine_from_freecad(bytes: &[u8], path: &Path) -> Result<(MachineShape, 
     if bytes.len() as u64 > LONGEST_FILE {
         return Err(ToolingError::TooMuch { path: path.into(), what: "MB", most: 16 });
     }
-    let file: Value =
-        serde_json::from_slice(bytes).map_err(|e| ToolingError::syntax(path, format!("no JSON: {e}")))?;
+    let file = super::json(super::text(bytes, path)?, path)?;
     let Some(machine) = file.get("machine").filter(|m| m.is_object()) else {
         let what = "it is JSON, but no FreeCAD machine (`machine`)".to_owned();
         return Err(ToolingError::Format { path: path.to_owned(), what });

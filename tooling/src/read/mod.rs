@@ -11,6 +11,7 @@ mod table;
 use std::path::Path;
 
 use claymill_toolpath::read_plain;
+use serde_json::Value;
 
 pub use length::LengthUnit;
 
@@ -20,6 +21,8 @@ pub use machine::machine_from_freecad;
 
 /// Library files are no longer than this, bytes, unpacked or not.
 pub(crate) const LONGEST_FILE: u64 = 16 << 20;
+/// Objects of a JSON file at most: ten thousand tools with presets and holders.
+const MOST_OBJECTS: usize = 250_000;
 
 /// A format of tool libraries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,21 +96,51 @@ pub fn parse_library(
             most: usize::try_from(LONGEST_FILE).unwrap_or(usize::MAX),
         });
     }
-    let format = recognise(bytes, path)?;
-    let mut gathered = Gathered::new(format);
-    if format == LibraryFormat::FusionTools {
-        let json = archive::the_json(bytes, path)?;
-        fusion::read(&json, path, &mut gathered)?;
+    if bytes.starts_with(b"PK") {
+        let mut gathered = Gathered::new(LibraryFormat::FusionTools);
+        fusion::read(&json(&archive::the_json(bytes, path)?, path)?, path, &mut gathered)?;
         return Ok(gathered.reading);
     }
     let text = text(bytes, path)?;
-    match format {
-        LibraryFormat::Own => gathered.reading.library = Library::parse(text, path)?,
-        LibraryFormat::FreeCadBit => fctb::read(text, path, &mut gathered)?,
-        LibraryFormat::ToolTable => table::read(text, path, options, &mut gathered)?,
-        LibraryFormat::FusionJson | LibraryFormat::FusionTools => fusion::read(text, path, &mut gathered)?,
+    if text.trim_start().starts_with('{') {
+        return read_json(&json(text, path)?, path);
+    }
+    let format = format_of_text(text, path)?;
+    let mut gathered = Gathered::new(format);
+    if format == LibraryFormat::ToolTable {
+        table::read(text, path, options, &mut gathered)?;
+    } else {
+        gathered.reading.library = Library::parse(text, path)?;
     }
     Ok(gathered.reading)
+}
+
+fn read_json(file: &Value, path: &Path) -> Result<LibraryReading, ToolingError> {
+    let has = |key: &str| file.get(key).is_some();
+    let what = match () {
+        () if has("data") => {
+            let mut gathered = Gathered::new(LibraryFormat::FusionJson);
+            fusion::read(file, path, &mut gathered)?;
+            return Ok(gathered.reading);
+        }
+        () if has("parameter") => {
+            let mut gathered = Gathered::new(LibraryFormat::FreeCadBit);
+            fctb::read(file, path, &mut gathered)?;
+            return Ok(gathered.reading);
+        }
+        () if has("machine") => "it is a FreeCAD machine, not a tool library",
+        () => "it is JSON, but neither a Fusion library (`data`) nor a FreeCAD tool bit (`parameter`)",
+    };
+    Err(ToolingError::Format { path: path.to_owned(), what: what.to_owned() })
+}
+
+/// A JSON text as a value. Each object takes some hundred bytes, so they are counted before they are built.
+fn json(text: &str, path: &Path) -> Result<Value, ToolingError> {
+    if text.bytes().filter(|b| *b == b'{').count() > MOST_OBJECTS {
+        return Err(ToolingError::TooMuch { path: path.into(), what: "JSON objects", most: MOST_OBJECTS });
+    }
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    serde_json::from_str(text).map_err(|e| ToolingError::syntax(path, format!("no JSON: {e}")))
 }
 
 fn text<'b>(bytes: &'b [u8], path: &Path) -> Result<&'b str, ToolingError> {
@@ -117,26 +150,10 @@ fn text<'b>(bytes: &'b [u8], path: &Path) -> Result<&'b str, ToolingError> {
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }
 
-/// The format by content; the extension helps only where content says nothing.
-fn recognise(bytes: &[u8], path: &Path) -> Result<LibraryFormat, ToolingError> {
-    if bytes.starts_with(b"PK") {
-        return Ok(LibraryFormat::FusionTools);
-    }
+/// The format of a text that is no JSON, by content; the extension helps only where content says nothing.
+fn format_of_text(text: &str, path: &Path) -> Result<LibraryFormat, ToolingError> {
     let unknown = |what: &str| ToolingError::Format { path: path.to_owned(), what: what.to_owned() };
-    let text = text(bytes, path)?;
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    if text.trim_start().starts_with('{') {
-        let value: serde_json::Value =
-            serde_json::from_str(text).map_err(|e| ToolingError::syntax(path, format!("no JSON: {e}")))?;
-        return match (value.get("data"), value.get("parameter"), value.get("machine")) {
-            (Some(_), _, _) => Ok(LibraryFormat::FusionJson),
-            (_, Some(_), _) => Ok(LibraryFormat::FreeCadBit),
-            (_, _, Some(_)) => Err(unknown("it is a FreeCAD machine, not a tool library")),
-            _ => Err(unknown(
-                "it is JSON, but neither a Fusion library (`data`) nor a FreeCAD tool bit (`parameter`)",
-            )),
-        };
-    }
     match crate::form::stated(text) {
         Some(format) if format == LIBRARY_FORMAT => return Ok(LibraryFormat::Own),
         Some(format) => {

@@ -1,5 +1,6 @@
 //! Damaged files give an error or a part of their tools, never a panic.
 
+use std::io::Write;
 use std::path::Path;
 
 use claymill_tooling::{Library, MachineShape, Profiles, ReadOptions, machine_from_freecad, parse_library};
@@ -61,8 +62,23 @@ fn every_shorter_archive_is_refused() {
     }
 }
 
+/// A small archive that unpacks to more than any library.
+#[test]
+fn what_unpacks_beyond_the_bound_is_refused() {
+    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    archive.start_file("tools.json", zip::write::SimpleFileOptions::default()).unwrap();
+    archive.write_all(&vec![b' '; (16 << 20) + 1]).unwrap();
+    let bytes = archive.finish().unwrap().into_inner();
+    assert!(bytes.len() < 100_000);
+    let error = parse_library(&bytes, Path::new("bomb.tools"), &ReadOptions::default()).unwrap_err();
+    assert_eq!(error.to_string(), "bomb.tools: more than 16 MB unpacked");
+    let many = format!("{{\"data\": [{}]}}", "{},".repeat(250_000));
+    let error = parse_library(many.as_bytes(), Path::new("many.json"), &ReadOptions::default()).unwrap_err();
+    assert_eq!(error.to_string(), "many.json: more than 250000 JSON objects");
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1000))]
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases.max(1000)))]
 
     #[test]
     fn flipped_bytes_do_not_panic(seed in 0..10_usize, flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6)) {

@@ -27,6 +27,9 @@ use thiserror::Error;
 
 use search::{Atoms, cheapest};
 
+use crate::cutting::Conditions;
+use crate::library::LibraryTool;
+
 /// Tools of a model at most: one bit each.
 pub const MOST_CHAIN_TOOLS: usize = 64;
 /// Different sets of tools that reach a patch, at most.
@@ -134,6 +137,15 @@ pub enum ChainError {
         /// The value.
         value: f64,
     },
+}
+
+impl ChainTool {
+    /// A tool that runs passes `step_mm` apart at the feed of these conditions.
+    #[must_use]
+    pub fn of(tool: &LibraryTool, step_mm: f64, conditions: &Conditions, change_s: f64, wear: f64) -> Self {
+        let mm2_per_s = step_mm * conditions.feed_mm_per_min / 60.0;
+        ChainTool { id: tool.id.clone(), mm2_per_s, change_s, wear }
+    }
 }
 
 impl ReachModel {

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use claymill_toolpath::Tool;
+
 use super::condition::{Condition, Fact, Facts};
 use super::files::{CutPattern, StageKind, StrategyName, Way};
 
@@ -103,6 +105,23 @@ pub enum ToolChoice {
     },
     /// This one.
     Id(String),
+}
+
+impl Spacing {
+    /// Step-over of a tool on a plane across its axis, mm. Where a scallop height is asked for, it is the widest that leaves no
+    /// higher cusp, and no wider than the tool.
+    #[must_use]
+    pub fn step_mm(&self, tool: &Tool) -> f64 {
+        let (radius, corner) = (tool.radius_mm(), tool.corner_radius_mm());
+        match *self {
+            Spacing::StepMm(mm) => mm,
+            Spacing::StepRadii(radii) => radii * radius,
+            Spacing::ScallopMm(height) => {
+                let height = height.min(corner);
+                2.0 * (radius - corner) + 2.0 * (height * (2.0 * corner - height)).sqrt()
+            }
+        }
+    }
 }
 
 impl Process {

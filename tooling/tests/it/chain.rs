@@ -1,6 +1,9 @@
 //! The cheapest chain of tools against all subsets.
 
-use claymill_tooling::{ChainError, ChainTool, ReachModel, ReachPatch, tool_chain};
+use claymill_tooling::{
+    ChainError, ChainTool, Engagement, Library, MachineShape, Profiles, ReachModel, ReachPatch, Spacing,
+    tool_chain,
+};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -133,6 +136,22 @@ fn a_pocket_is_cut_large_then_small_where_changes_are_quick() {
     // What is negligible needs no small tool.
     let few = tool_chain(&model, 100.0);
     assert_eq!((few.steps.len(), few.steps[0].tool), (1, 0));
+}
+
+#[test]
+fn rates_follow_from_the_spacing_and_the_feed() {
+    let (library, profiles, machine) = (Library::shipped(), Profiles::shipped(), MachineShape::shipped());
+    let ball = library.get("T7").unwrap();
+    // Cusps of 0.1 mm between passes of a ball of radius 10 on a plane, computed with 30 digits.
+    let step = Spacing::ScallopMm(0.1).step_mm(&ball.tool);
+    approx::assert_abs_diff_eq!(step, 2.821_347_196, epsilon = 1e-9);
+    assert_eq!(Spacing::StepRadii(0.5).step_mm(&ball.tool), 5.0);
+    assert_eq!(Spacing::ScallopMm(0.1).step_mm(&"flat:6".parse().unwrap()), 12.0);
+    let material = profiles.material("clay").unwrap();
+    let mode = Engagement::default();
+    let conditions = ball.cutting_for(material).unwrap().conditions(ball, &mode, Some(&machine)).unwrap();
+    let tool = ChainTool::of(ball, step, &conditions, 20.0, material.wear);
+    approx::assert_relative_eq!(tool.mm2_per_s, step * 8000.0 / 60.0);
 }
 
 #[test]

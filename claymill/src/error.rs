@@ -6,6 +6,7 @@ use claymill_controller::PostError;
 use claymill_exchange::{MeshError, ReadError};
 use claymill_paths::{ParallelAxes, PlanError};
 use claymill_surface_merge::MergeError;
+use claymill_tooling::ToolingError;
 use claymill_toolpath::{Cancelled, FolderError, Standing};
 use claymill_verify::VerifyError;
 use thiserror::Error as ThisError;
@@ -42,6 +43,17 @@ pub enum Error {
     /// Faces cannot be merged.
     #[error(transparent)]
     Merge(#[from] MergeError),
+    /// Tools, machine, material or process cannot be read, or do not go together.
+    #[error(transparent)]
+    Tooling(#[from] ToolingError),
+    /// No operations can be chosen.
+    #[error("{what}")]
+    Choice {
+        /// Why.
+        what: String,
+        /// What to do about it.
+        advice: String,
+    },
     /// A step ended without a result because its [`Monitor`](crate::Monitor) wanted it to.
     #[error(transparent)]
     Cancelled(Cancelled),
@@ -99,6 +111,8 @@ impl Error {
             Error::Select(e) => e.advice(),
             Error::Material(e) => e.advice(),
             Error::Merge(e) => of_merging(e).to_owned(),
+            Error::Tooling(e) => e.advice().to_owned(),
+            Error::Choice { advice, .. } => advice.clone(),
             Error::Cancelled(_) => "Nothing was left behind.".to_owned(),
             Error::Plan(e) => of_planning(e).to_owned(),
             Error::Folder(e) => e.advice().to_owned(),

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use claymill_controller::Machine;
 use claymill_paths::{Axis, Feeds, Orientation, PlanOptions, Strategy, TOOL_ID, check_tools};
-use claymill_toolpath::{Bounds, HOLDER_CLEARANCE_MM, Holder, Tool};
+use claymill_toolpath::{Bounds, Contain, HOLDER_CLEARANCE_MM, Holder, Tool};
 
 use crate::error::Error;
 use crate::job_error::JobError;
@@ -200,6 +200,9 @@ impl Job {
             self.passes.orientation.setup(text).map_err(JobError::Setup)?;
         }
         check_tools(&passes.tool, passes.rest_of.as_ref(), passes.scallop_mm)?;
+        if passes.bounds.contain != Contain::Contact && self.setups.iter().any(|text| text.contains(':')) {
+            return Err(JobError::TiltedContainment.into());
+        }
         let least_mm = -passes.tool.radius_mm();
         if !(passes.allowance_mm > least_mm && passes.allowance_mm <= LARGEST_CLEARANCE_MM) {
             return Err(JobError::Allowance { allowance_mm: passes.allowance_mm, least_mm }.into());

@@ -18,6 +18,9 @@ pub enum JobError {
     /// Scallops are too low.
     #[error("scallop height {scallop_mm} mm is below {LOWEST_SCALLOP_MM} mm, to which passes are exact")]
     Scallop { scallop_mm: f64 },
+    /// Borders are seen along the axes of the model.
+    #[error("containment by the centre or the edge of the tool is for setups along the model's axes")]
+    TiltedContainment,
     /// A job has operations, and not too many.
     #[error("a job has from 1 to {most} operations")]
     Operations { most: usize },
@@ -88,6 +91,7 @@ impl JobError {
     #[must_use]
     pub fn advice(&self) -> &'static str {
         match self {
+            JobError::TiltedContainment => "Let the contact be contained, or use setups that have a name.",
             JobError::Operations { .. } => "Add an operation, or split the job.",
             JobError::TwiceNamed { .. } => "Give each operation a name of its own.",
             JobError::OneNumber { .. } => "Give each tool a number of its own: tool_number in the job file.",

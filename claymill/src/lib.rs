@@ -44,6 +44,7 @@
 //! surfaces, [`exchange`] for files, [`surface_merge`], [`toolpath`] for the files of a job folder, [`paths`], [`verify`],
 //! [`controller`], and `viewer` for pictures (feature `viewer`, which is on unless turned off).
 
+mod choice;
 mod error;
 mod job;
 mod job_error;
@@ -66,6 +67,7 @@ pub use claymill_exchange as exchange;
 pub use claymill_nurbs as nurbs;
 pub use claymill_paths as paths;
 pub use claymill_surface_merge as surface_merge;
+pub use claymill_tooling as tooling;
 pub use claymill_toolpath as toolpath;
 pub use claymill_verify as verify;
 #[cfg(feature = "viewer")]
@@ -81,6 +83,7 @@ pub use claymill_toolpath::{
 };
 pub use claymill_verify::{Verdict, Verification};
 
+pub use choice::{Choice, ChosenOperation, Shop, StockWish, Wish, choose};
 pub use error::Error;
 pub use job::{Job, check_holder_clearance, check_obstacle_clearance};
 pub use job_error::JobError;

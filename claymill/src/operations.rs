@@ -9,7 +9,6 @@ use crate::error::Error;
 use crate::job::Job;
 use crate::job_error::JobError;
 use crate::job_record::job_record;
-use crate::model_file::ModelFile;
 use crate::planned::Planned;
 use crate::prepared::Prepared;
 use crate::verified::Verified;
@@ -39,22 +38,19 @@ pub struct PlannedOperations<'m> {
 }
 
 impl<'m> PlannedOperations<'m> {
-    /// Plans operations one after the other. Regions are those of the operation that finishes the surface; `planned` is told of
-    /// each one. An operation for which there is nothing to do is left out, if it is not the only one.
+    /// Plans operations one after the other, on the regions that were found for a job on this model, mostly that of the operation
+    /// that finishes the surface; `planned` is told of each one. An operation for which there is nothing to do is left out, if it is not the only one.
     ///
     /// # Errors
     /// There are none or too many, two have one name or different tools one number, or one cannot be planned.
     pub fn new(
-        file: &'m ModelFile,
+        regions: &Prepared<'m>,
         stock: Option<Stock>,
         operations: &[OperationJob],
         monitor: &dyn Monitor,
         mut planned: impl FnMut(&OperationJob, Result<&Planned<'m>, &Error>),
     ) -> Result<Self, Error> {
         check(operations)?;
-        let main = operations.iter().find(|o| o.kind == OperationKind::Finish).or(operations.last());
-        let main = main.ok_or(JobError::Operations { most: MOST_OPERATIONS })?;
-        let regions = main.job.prepare(file)?;
         let (mut done, mut nothing) = (Vec::new(), None);
         for operation in operations {
             match regions.again(&operation.job)?.plan(monitor) {

@@ -171,7 +171,7 @@ impl From<claymill::JobError> for Failure {
                 "Setups are top, left, right, front, rear and bottom, for example --setups top,bottom; others have a \
                  direction from tip to holder, for example --setup roof:0,-0.5,1."
             }
-            E::Operations { .. } | E::TwiceNamed { .. } | E::OneNumber { .. } => {
+            E::TiltedContainment | E::Operations { .. } | E::TwiceNamed { .. } | E::OneNumber { .. } => {
                 let advice = error.advice();
                 return Failure::problem(&error, advice);
             }
@@ -254,6 +254,10 @@ impl From<claymill::Error> for Failure {
                 Failure::problem(error, advice)
             }
             E::Post(e) => e.into(),
+            E::Tooling(_) | E::Choice { .. } => {
+                let advice = error.advice();
+                Failure::problem(error, advice)
+            }
         }
     }
 }

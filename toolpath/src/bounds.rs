@@ -22,6 +22,10 @@ pub struct Bounds {
     /// any it may be anywhere.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub within_mm: Vec<[f64; 6]>,
+    /// Box in the model's coordinates that the centre of the ball is in on passes, mm: outside it cuts nothing, as beside the
+    /// block that a model is roughed from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub centre_within_mm: Option<[f64; 6]>,
     /// Faces that are not cut and that no move but rapids comes near to, by index.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub avoid: Vec<usize>,

@@ -26,8 +26,8 @@ pub(crate) const STRIP_MM: f64 = 0.05;
 pub(crate) struct Limits<'a> {
     scene: &'a Scene<'a>,
     bounds: &'a Bounds,
-    /// The model's dimension along the axis of each direction.
-    along: Vec<usize>,
+    /// The model's dimension along the axis of each direction, where it is along one.
+    along: Vec<Option<usize>>,
     /// What the faces that are cut cover, along each of the model's axes that a setup looks along.
     shadows: [Option<Shadow<'a>>; 3],
 }
@@ -39,11 +39,11 @@ impl<'a> Limits<'a> {
         if bounds.is_none() {
             return None;
         }
-        let along: Vec<usize> = directions(scene.job).iter().map(dimension).collect();
+        let along: Vec<Option<usize>> = directions(scene.job).iter().map(dimension).collect();
         let mut shadows = [None, None, None];
         if bounds.contain != Contain::Contact {
             let cut: Vec<bool> = excluded_faces(scene).into_iter().map(|excluded| !excluded).collect();
-            for &along in &along {
+            for &along in along.iter().flatten() {
                 shadows[along].get_or_insert_with(|| Shadow::new(mesh, &cut, along));
             }
         }
@@ -81,7 +81,7 @@ impl<'a> Limits<'a> {
                 (b[dim] + margin - p[dim]).max(p[dim] - b[dim + 3] + margin)
             };
             let sides = (0..3).filter_map(|dim| {
-                if dim == along {
+                if Some(dim) == along {
                     contact.map(|p| over(dim, p, 0.0))
                 } else {
                     Some(over(dim, across, margin_mm))
@@ -95,7 +95,7 @@ impl<'a> Limits<'a> {
     /// How far the ball at `centre` goes beyond the faces that are cut, seen along the axis, mm; 0 where it does not. All of it
     /// is looked at if `whole`, else its rim (see [`Shadow::beyond_mm`]).
     pub(crate) fn beyond_border_mm(&self, setup: usize, centre: &Point3, radius_mm: f64, whole: bool) -> f64 {
-        let shadow = self.shadows[self.along[setup]].as_ref();
+        let shadow = self.along[setup].and_then(|along| self.shadows[along].as_ref());
         shadow.map_or(0.0, |s| s.beyond_mm(centre, self.disc_mm(radius_mm), BORDER_MM, whole))
     }
 
@@ -108,9 +108,13 @@ impl<'a> Limits<'a> {
         };
         // So much larger, a disc goes beyond a border by more than gaps are wide just when this one comes near to it.
         let larger_mm = self.disc_mm(radius_mm) + BORDER_MM + STRIP_MM;
-        let shadow = self.shadows[self.along[setup]].as_ref();
+        let shadow = self.along[setup].and_then(|along| self.shadows[along].as_ref());
         let is_over = || shadow.is_none_or(|s| s.beyond_mm(centre, larger_mm, BORDER_MM, true) == 0.0);
-        boxes.is_none_or(|mm| mm <= -STRIP_MM) && keeps_off() && is_over()
+        let cuts_block = self
+            .bounds
+            .centre_within_mm
+            .is_none_or(|b| (0..3).all(|k| (b[k] + STRIP_MM..=b[k + 3] - STRIP_MM).contains(&centre[k])));
+        cuts_block && boxes.is_none_or(|mm| mm <= -STRIP_MM) && keeps_off() && is_over()
     }
 
     /// Radius of the disc that stays inside, seen along the axis.
@@ -119,9 +123,10 @@ impl<'a> Limits<'a> {
     }
 }
 
-/// The model's dimension along an axis.
-fn dimension(axis: &Vector3) -> usize {
-    axis.iamax()
+/// The model's dimension along an axis, if it is along one.
+fn dimension(axis: &Vector3) -> Option<usize> {
+    let dim = axis.iamax();
+    (axis[dim].abs() > 1.0 - 1e-9).then_some(dim)
 }
 
 /// The faces to be avoided, as a model of their own.

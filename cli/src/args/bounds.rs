@@ -20,6 +20,11 @@ pub(crate) struct BoundsArgs {
     /// What of the tool stays in the box, seen along the tool axis; centre and edge also stay over what is cut [default: contact].
     #[arg(help_heading = CHOICE, long, value_enum)]
     pub(crate) contain: Option<ContainName>,
+    /// Box that the centre of the ball is in on passes, same form: outside it cuts nothing, as beside the block that a model is
+    /// roughed from.
+    #[arg(help_heading = CHOICE, long, value_name = "X,Y,Z:X,Y,Z", allow_hyphen_values = true)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) centre_within: Option<String>,
     /// Keep away from these faces, which are not cut; same forms as --only.
     #[arg(help_heading = CHOICE, long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) avoid: Vec<String>,
@@ -48,6 +53,7 @@ impl BoundsArgs {
         BoundsArgs {
             within: first_given(self.within, second.within),
             contain: self.contain.or(second.contain),
+            centre_within: self.centre_within.or(second.centre_within),
             avoid: first_given(self.avoid, second.avoid),
             avoid_margin: self.avoid_margin.or(second.avoid_margin),
             extend: self.extend.or(second.extend),
@@ -67,6 +73,7 @@ impl BoundsArgs {
                 Some(ContainName::Edge) => Contain::Edge,
             },
             within_mm: self.within.iter().map(|text| sides(text)).collect::<Result<_, _>>()?,
+            centre_within_mm: self.centre_within.as_deref().map(sides).transpose()?,
             avoid: Vec::new(),
             avoid_mm: if self.avoid.is_empty() { 0.0 } else { self.avoid_margin.unwrap_or(USUAL_MARGIN_MM) },
             extend_mm: self.extend.unwrap_or(0.0),
@@ -75,7 +82,7 @@ impl BoundsArgs {
 }
 
 /// The sides of a box.
-fn sides(text: &str) -> Result<[f64; 6], Failure> {
+pub(crate) fn sides(text: &str) -> Result<[f64; 6], Failure> {
     const EXAMPLE: &str = "For example: --within 1200,-600,0:2400,600,900, or --within 1200,,:2400,,.";
     let bad = |what: &str| Failure::usage(format!("box {text:?} {what}"), EXAMPLE);
     let corner = |text: &str, far_mm: f64| -> Option<Vec<f64>> {

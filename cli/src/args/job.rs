@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use claymill_nurbs::Point3;
 use serde::{Deserialize, Serialize};
 
+use super::process::ProcessArgs;
 use super::{BoundsArgs, CHOICE, JOINING, MACHINE, PASSES, SETUP, TOOL};
 use crate::failure::Failure;
 use crate::merging::MergingArgs;
@@ -21,6 +22,8 @@ pub(crate) struct PlanArgs {
     /// command line go before it.
     #[arg(long = "job", value_name = "FILE")]
     pub(crate) job_file: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) process: ProcessArgs,
     #[command(flatten)]
     pub(crate) job: OneJob,
 }

@@ -7,12 +7,13 @@ mod job;
 mod machine;
 mod model;
 mod paths;
+mod process;
 mod result;
 mod shell;
 
 use clap::{Parser, Subcommand};
 
-pub(crate) use bounds::BoundsArgs;
+pub(crate) use bounds::{BoundsArgs, sides};
 pub(crate) use clearances::check_clearance;
 pub(crate) use job::{
     AxisArgs, CompareArgs, JobOptions, LinkName, OneJob, PlanArgs, PresetName, StrategyName,

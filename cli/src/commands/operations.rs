@@ -2,18 +2,23 @@
 
 use std::path::Path;
 
-use claymill::{OperationJob, OperationKind, PlannedOperations, Stock};
-use claymill_toolpath::{FolderWriter, LONGEST_WRITTEN, read_plain_text};
+use claymill::{
+    ChosenOperation, OperationJob, OperationKind, PlannedOperations, Prepared, Shop, Stock, StockWish,
+    Strategy, Wish, choose,
+};
+use claymill_tooling::{MachineShape, ReadOptions, ToolingError, read_library};
+use claymill_toolpath::{FolderWriter, LONGEST_WRITTEN, LinkStyle, read_plain_text};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use super::job_file::JOB_TOML;
+use super::job_file::{self, JOB_TOML};
 use super::plan::{Done, finish};
 use super::request::Request;
 use super::{Context, plan_summary, say_axes};
-use crate::args::{JobOptions, PlanArgs};
+use crate::args::{JobOptions, LinkName, PlanArgs, StrategyName, sides};
+use crate::console::Console;
 use crate::failure::{Failure, advice_on};
-use crate::interrupt;
+use crate::{interrupt, material};
 
 /// The key of a job file that holds its operations.
 const OPERATIONS: &str = "operations";
@@ -46,7 +51,10 @@ pub(super) struct Head {
 }
 
 /// The job of operations that is asked for, if it is one.
-pub(super) fn asked(args: &PlanArgs) -> Result<Option<OperationsFile>, Failure> {
+pub(super) fn asked(args: &PlanArgs) -> Result<Option<Source>, Failure> {
+    if let Some(material) = &args.process.material {
+        return Ok(Some(Source::Chosen(Box::new(Chosen::new(args, material)?))));
+    }
     let Some(file) = args.job_file.as_deref() else { return Ok(None) };
     let text = read_plain_text(file, LONGEST_WRITTEN)
         .map_err(|e| Failure::problem(format!("{}: {e}", file.display()), advice_on(&e)))?;
@@ -56,7 +64,7 @@ pub(super) fn asked(args: &PlanArgs) -> Result<Option<OperationsFile>, Failure> 
         return Ok(None);
     }
     let in_file = |what: String| Failure::problem(format!("{}: {what}", file.display()), ADVICE);
-    parsed(table, &args.job.options()).map(Some).map_err(in_file)
+    parsed(table, &args.job.options()).map(|job| Some(Source::File(job))).map_err(in_file)
 }
 
 /// Options that stand before the operations are those of all of them; those of the command line go before both.
@@ -81,7 +89,7 @@ fn parsed(mut table: Table, first: &JobOptions) -> Result<OperationsFile, String
             own.entry(key.clone()).or_insert_with(|| value.clone());
         }
         let options = Value::Table(own).try_into::<JobOptions>().map_err(wrong)?;
-        let options = super::job_file::over(first.clone(), options);
+        let options = job_file::over(first.clone(), options);
         parsed.operations.push(OperationOptions { head, options });
     }
     Ok(parsed)
@@ -106,53 +114,209 @@ pub(super) fn text(job: &OperationsFile) -> Result<String, Failure> {
     toml::to_string(&all).map_err(failed)
 }
 
+/// Where the operations of a job are from.
+pub(super) enum Source {
+    /// A job file.
+    File(OperationsFile),
+    /// They are chosen for a material.
+    Chosen(Box<Chosen>),
+}
+
+/// What operations are chosen from.
+pub(super) struct Chosen {
+    shop: Shop,
+    wish: Wish,
+    options: JobOptions,
+    has_own_tools: bool,
+}
+
 /// Plans all operations, verifies them as one job, and puts its folder into place.
-pub(super) fn run(
-    context: &Context,
-    model: &Path,
-    job: &OperationsFile,
-    out: &Path,
-) -> Result<Done, Failure> {
+pub(super) fn run(context: &Context, model: &Path, source: Source, out: &Path) -> Result<Done, Failure> {
     let console = context.console;
-    let mut operations = Vec::new();
-    for OperationOptions { head, options } in &job.operations {
-        let request = Request::new(model, options)?;
-        operations.push(OperationJob {
-            name: head.name.clone(),
-            kind: head.kind,
-            reason: head.reason.clone(),
-            job: request.job,
-        });
-    }
+    // What can be said before the model is read, which may take a while.
+    let base = match &source {
+        Source::File(job) => {
+            let requests = requests(model, job)?;
+            let main = requests.iter().position(|o| o.kind == OperationKind::Finish);
+            requests.get(main.unwrap_or(requests.len().saturating_sub(1))).map(|o| o.job.clone())
+        }
+        Source::Chosen(chosen) => Some(Request::new(model, &chosen.options)?.job),
+    };
+    let base = base.ok_or_else(|| Failure::problem("the job has no operations", ADVICE))?;
     let folder = FolderWriter::begin(out)?;
     folder.leftovers().into_iter().for_each(interrupt::remove_on_interrupt);
     let loaded = context.load(model)?;
 
+    console.stage("merging");
+    let prepared = base.prepare(&loaded)?;
+    let record = &prepared.merged().record;
+    console.say(format!("regions   {} in {} faces", record.regions.len(), loaded.model().faces.len()));
+    material::say(console, &record.sheets, prepared.excluded());
+
     console.stage("planning");
+    let job = match source {
+        Source::File(job) => job,
+        Source::Chosen(chosen) => chosen.choose(console, &prepared)?,
+    };
+    if let Some(first) = job.operations.first() {
+        say_axes(console, &first.options.axes, prepared.orientation());
+    }
+    let operations = requests(model, &job)?;
     let told = |operation: &OperationJob, plan: Result<&claymill::Planned<'_>, &claymill::Error>| {
-        let tool = operation.job.tool();
-        let allowance_mm = operation.job.passes.allowance_mm;
+        let passes = &operation.job.passes;
         console.say(format!(
-            "operation {} ({}): {tool}, allowance {allowance_mm} mm, {}",
-            operation.name, operation.kind, operation.job.passes.strategy
+            "operation {} ({}): {}, allowance {} mm, scallop {} mm, {}",
+            operation.name,
+            operation.kind,
+            passes.tool,
+            passes.allowance_mm,
+            passes.scallop_mm,
+            passes.strategy
         ));
-        if !operation.reason.is_empty() {
-            console.say_long("", &operation.reason);
-        }
         match plan {
             Ok(plan) => plan_summary::say_plan(console, plan.plan()),
             Err(error) => console.say_long("", &format!("left out: {error}")),
         }
     };
-    let planned = PlannedOperations::new(&loaded, job.stock.clone(), &operations, console, told)?;
-    if let Some((_, plan)) = planned.iter().next() {
-        say_axes(console, &job.operations[0].options.axes, plan.orientation());
-    }
+    let planned = PlannedOperations::new(&prepared, job.stock.clone(), &operations, console, told)?;
 
     console.stage("writing");
-    folder.text(JOB_TOML, &text(job)?)?;
+    folder.text(JOB_TOML, &text(&job)?)?;
 
     console.stage("verifying");
     let verified = planned.verify_into(folder, console)?;
     finish(context, verified, out)
+}
+
+/// The operations of a job file as they are planned.
+fn requests(model: &Path, job: &OperationsFile) -> Result<Vec<OperationJob>, Failure> {
+    let request = |operation: &OperationOptions| {
+        let OperationOptions { head, options } = operation;
+        let request = Request::new(model, options)?;
+        Ok(OperationJob {
+            name: head.name.clone(),
+            kind: head.kind,
+            reason: head.reason.clone(),
+            job: request.job,
+        })
+    };
+    job.operations.iter().map(request).collect()
+}
+
+impl Chosen {
+    /// Reads tools, machine and profiles.
+    fn new(args: &PlanArgs, material: &str) -> Result<Self, Failure> {
+        let asked = &args.process;
+        let mut options = job_file::with(args.job.options(), args.job_file.as_deref())?;
+        let said = |e: ToolingError| {
+            let advice = e.advice().to_owned();
+            Failure::problem(e, advice)
+        };
+        let mut shop = Shop::shipped();
+        if let Some(file) = &asked.tools {
+            shop.library = read_library(file, &ReadOptions::default()).map_err(said)?.library;
+        }
+        if let Some(file) = &options.machine {
+            shop.machine = MachineShape::read(file).map_err(said)?.0;
+        }
+        for file in &asked.process {
+            shop.profiles.add_file(file).map_err(said)?;
+        }
+        let is_file = material.ends_with(".toml");
+        let material = match is_file {
+            true => shop.profiles.add_file(Path::new(material)).map_err(said)?,
+            false => material.to_owned(),
+        };
+        let wish = Wish {
+            material,
+            stock: asked.stock.as_deref().map(stock).transpose()?,
+            scallop_mm: options.scallop.take(),
+        };
+        if let Some(tool) = options.tool.take() {
+            return Err(Failure::usage(
+                format!("--tool {tool}: with --material the tools are chosen"),
+                "Leave --tool out, or give --tools a library with the tools that may be taken.",
+            ));
+        }
+        Ok(Chosen { shop, wish, options, has_own_tools: asked.tools.is_some() })
+    }
+
+    /// The operations, said with their reasons.
+    fn choose(&self, console: &Console, prepared: &Prepared<'_>) -> Result<OperationsFile, Failure> {
+        let choice = choose(prepared, &self.shop, &self.wish, console)?;
+        for line in choice.process.explain().lines() {
+            console.say(line);
+        }
+        console.say(match &choice.stock {
+            Stock::Layer { thickness_mm } => format!("stock     a layer of {thickness_mm} mm on all faces"),
+            Stock::Block { box_mm } => format!("stock     a block, {box_mm:.1?} mm"),
+        });
+        for operation in &choice.operations {
+            console.say_long(&operation.name, &operation.reason);
+        }
+        for refusal in &choice.refusals {
+            console.say_long("not", refusal);
+        }
+        let operation = |o: &ChosenOperation| OperationOptions {
+            head: Head { name: o.name.clone(), kind: o.kind, reason: o.reason.clone() },
+            options: self.options_of(o),
+        };
+        Ok(OperationsFile {
+            operations: choice.operations.iter().map(operation).collect(),
+            stock: Some(choice.stock),
+        })
+    }
+
+    fn options_of(&self, o: &ChosenOperation) -> JobOptions {
+        let mut options = self.options.clone();
+        let corner = |b: &[f64]| format!("{},{},{}", b[0], b[1], b[2]);
+        options.tool = Some(o.tool.tool.to_string());
+        options.tool_number = Some(o.tool_number);
+        // The shipped holders stick out as far as they have to; the shop's are as they are.
+        let held = o.tool.holder.as_ref().filter(|_| self.has_own_tools).map(ToString::to_string);
+        options.holder = options.holder.or(held);
+        options.rest_of = o.rest_of.map(|tool| tool.to_string());
+        options.allowance = Some(o.allowance_mm);
+        options.scallop = Some(o.scallop_mm);
+        options.strategy = Some(options.strategy.unwrap_or(strategy_name(o.strategy)));
+        options.link = Some(match o.link {
+            LinkStyle::Zigzag => LinkName::Zigzag,
+            LinkStyle::OneWay => LinkName::OneWay,
+        });
+        options.feed = options.feed.or(Some(o.feed_mm_per_min));
+        options.rapid_clearance = Some(options.rapid_clearance.unwrap_or(0.0).max(o.clearance_mm));
+        options.bounds.centre_within =
+            o.within_mm.map(|b| format!("{}:{}", corner(&b[..3]), corner(&b[3..])));
+        options
+    }
+}
+
+/// Stock as the command line has it.
+fn stock(text: &str) -> Result<StockWish, Failure> {
+    let wrong = || {
+        Failure::usage(
+            format!("`{text}` is not a stock"),
+            "For example: --stock layer:25, --stock block:10, or --stock -100,-50,0:100,50,80.",
+        )
+    };
+    let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(wrong);
+    match text.split_once(':') {
+        Some(("layer", mm)) => Ok(StockWish::Layer(number(mm)?)),
+        Some(("block", mm)) => Ok(StockWish::BlockAround(number(mm)?)),
+        Some(_) => Ok(StockWish::Block(sides(text).map_err(|_| wrong())?)),
+        None if text == "block" => Ok(StockWish::BlockAround(0.0)),
+        None => Err(wrong()),
+    }
+}
+
+fn strategy_name(strategy: Strategy) -> StrategyName {
+    match strategy {
+        Strategy::Planar => StrategyName::Planar,
+        Strategy::Flow => StrategyName::Flow,
+        Strategy::Scallop => StrategyName::Scallop,
+        Strategy::Waterline => StrategyName::Waterline,
+        Strategy::SteepShallow => StrategyName::SteepShallow,
+        Strategy::Isoparametric => StrategyName::Isoparametric,
+        Strategy::Auto => StrategyName::Auto,
+    }
 }

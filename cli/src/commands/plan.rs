@@ -41,7 +41,7 @@ struct Summary<'a> {
 /// `claymill plan`.
 pub(crate) fn plan(context: &Context, args: &PlanArgs) -> Result<ExitCode, Failure> {
     if let Some(job) = operations::asked(args)? {
-        return Ok(operations::run(context, &args.model, &job, &args.out)?.exit);
+        return Ok(operations::run(context, &args.model, job, &args.out)?.exit);
     }
     let options = job_file::with(args.job.options(), args.job_file.as_deref())?;
     let request = Request::new(&args.model, &options)?;

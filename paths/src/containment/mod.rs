@@ -84,6 +84,8 @@ pub(crate) struct Containment<'a> {
     contain: Contain,
     radius_mm: f64,
     boxes: Vec<Aabb>,
+    /// In the model's coordinates, where the centre of the ball is on passes; with the frame.
+    centre_box: Option<(Aabb, Frame)>,
     /// Of a setup that is not parallel to the model's axes: the boxes are then in model coordinates.
     tilted: Option<Frame>,
     /// The borders of what is cut, where the tool is not to reach over them.
@@ -106,6 +108,7 @@ impl<'a> Containment<'a> {
     ) -> Option<Self> {
         let [avoided, obstacles] = avoided.map(|a| a.map(|a| a.balls(frame, radius_mm)));
         let is_free = bounds.within_mm.is_empty()
+            && bounds.centre_within_mm.is_none()
             && bounds.contain == Contain::Contact
             && avoided.is_none()
             && obstacles.is_none();
@@ -123,6 +126,9 @@ impl<'a> Containment<'a> {
             radius_mm,
             boxes: bounds.within_mm.iter().map(corners).collect(),
             tilted,
+            centre_box: bounds.centre_within_mm.map(|[x0, y0, z0, x1, y1, z1]| {
+                (Aabb::of(&[Point3::new(x0, y0, z0), Point3::new(x1, y1, z1)]), *frame)
+            }),
             outline: (bounds.contain != Contain::Contact)
                 .then(|| Outline::new(covering, excluded, frame, radius_mm)),
             avoided,
@@ -138,6 +144,7 @@ impl<'a> Containment<'a> {
                 && outline.is_over_cut(&centre.xy())
         };
         self.is_boxed(centre, Some(contact), on.inside_mm())
+            && self.is_near_block(centre, on.inside_mm())
             && self.is_away(centre, on)
             && self.outline.as_ref().is_none_or(is_over_cut)
     }
@@ -145,7 +152,9 @@ impl<'a> Containment<'a> {
     /// Whether places close by, up to `near_mm` away, may be touched by a pass.
     pub(crate) fn allows_near(&self, centre: &Point3, contact: &Point3, near_mm: f64) -> bool {
         // The borders of what is cut may be anywhere around.
-        self.is_boxed(centre, Some(contact), -near_mm) && self.is_away(centre, On::Pass)
+        self.is_boxed(centre, Some(contact), -near_mm)
+            && self.is_near_block(centre, -near_mm)
+            && self.is_away(centre, On::Pass)
     }
 
     /// Whether the ball may go along places close to each other without touching anything.
@@ -163,6 +172,14 @@ impl<'a> Containment<'a> {
     /// Radius around the centre, seen along the axis, of what stays inside.
     fn reach_mm(&self) -> f64 {
         if self.contain == Contain::Edge { self.radius_mm } else { 0.0 }
+    }
+
+    /// Whether the centre of the ball is where it cuts something of a block.
+    fn is_near_block(&self, centre: &Point3, inside_mm: f64) -> bool {
+        self.centre_box.as_ref().is_none_or(|(b, frame)| {
+            let at = frame.to_model(centre);
+            (0..3).all(|k| (b.min[k] + inside_mm..=b.max[k] - inside_mm).contains(&at[k]))
+        })
     }
 
     /// Whether a box holds what it is to hold of a ball, which touches the model or nothing.

@@ -1,0 +1,96 @@
+//! How large a ball fits where: area-weighted samples of the surface, each with the largest ball that touches there and enters
+//! no face.
+
+use claymill_nurbs::{ClosestPoints, Domain, Face, Point3, Vector3};
+use claymill_toolpath::{Cancelled, Monitor};
+use rayon::prelude::*;
+
+use crate::prepared::Prepared;
+
+/// Samples of the whole model, at most about so many.
+const SAMPLES: f64 = 6_000.0;
+/// Of each face along each parameter.
+const MOST_ALONG: usize = 24;
+/// Steps of shrinking a ball.
+const SHRINKINGS: usize = 24;
+/// A ball that is entered by less fits: that is what passes leave, mm.
+const FITS_MM: f64 = 0.02;
+/// What leans away from all setups by more than this is reached by none (sine, 10°).
+const LEAST_FACING: f64 = 0.1736;
+
+/// A place of the surface.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sample {
+    /// Area that it stands for, mm².
+    pub(crate) area_mm2: f64,
+    /// Radius of the largest ball that fits there, mm: at most the one that was asked about.
+    pub(crate) fits_mm: f64,
+}
+
+/// Samples of what the setups see, with the largest balls up to `most_mm` that fit.
+///
+/// # Errors
+/// The monitor ends it.
+pub(crate) fn samples(
+    prepared: &Prepared<'_>,
+    axes: &[Vector3],
+    most_mm: f64,
+    monitor: &dyn Monitor,
+) -> Result<Vec<Sample>, Cancelled> {
+    let model = prepared.file.model();
+    let closest = ClosestPoints::new(model);
+    let areas = &prepared.file.face_area_mm2;
+    let whole_mm2: f64 = areas.iter().sum();
+    let of_face = |face: usize| {
+        monitor.go_on()?;
+        let along = (SAMPLES * areas[face] / whole_mm2).sqrt().ceil();
+        let along = if along.is_finite() { (along as usize).clamp(1, MOST_ALONG) } else { 1 };
+        let free = prepared.options.free_sides.get(face).copied();
+        let places = places(&model.faces[face], along);
+        let area_mm2 = areas[face] / places.len().max(1) as f64;
+        let fits = |&(p, n): &(Point3, Vector3)| {
+            let sides = [n, -n].into_iter().zip([true, false]);
+            let allowed = sides.filter(|(_, positive)| free.is_none_or(|free| free.allows(*positive)));
+            let seen = allowed.filter(|(n, _)| axes.iter().any(|a| a.dot(n) > LEAST_FACING));
+            seen.map(|(n, _)| largest_mm(&closest, &p, &n, most_mm)).reduce(f64::max)
+        };
+        let samples = places.iter().filter_map(fits).map(|fits_mm| Sample { area_mm2, fits_mm });
+        Ok(samples.collect::<Vec<_>>())
+    };
+    let cut = (0..model.faces.len()).into_par_iter().filter(|&face| !prepared.excluded[face]);
+    Ok(cut.map(of_face).collect::<Result<Vec<_>, Cancelled>>()?.into_iter().flatten().collect())
+}
+
+/// Places on a face, evenly in its parameters, with unit normals.
+fn places(face: &Face, along: usize) -> Vec<(Point3, Vector3)> {
+    let domain = (!face.loops.is_empty()).then(|| Domain::new(face));
+    let ((u0, u1), (v0, v1)) = face.surface.domain();
+    let at = |i: usize, from: f64, to: f64| from + (to - from) * (i as f64 + 0.5) / along as f64;
+    let grid = (0..along).flat_map(|i| (0..along).map(move |j| (i, j)));
+    grid.map(|(i, j)| (at(i, u0, u1), at(j, v0, v1)))
+        .filter(|&(u, v)| domain.as_ref().is_none_or(|d| d.contains(u, v)))
+        .filter_map(|(u, v)| Some((face.surface.point(u, v), face.surface.normal(u, v)?.0)))
+        .filter(|(p, n)| p.iter().chain(n.iter()).all(|c| c.is_finite()))
+        .collect()
+}
+
+/// Radius of the largest ball that touches `p` on the side of `normal` and enters no face, at most this one. It shrinks to the
+/// one through `p` and the nearest point that it enters (Ma, Bae and Choi, 2012).
+fn largest_mm(closest: &ClosestPoints<'_>, p: &Point3, normal: &Vector3, most_mm: f64) -> f64 {
+    let mut fits_mm = most_mm;
+    for _ in 0..SHRINKINGS {
+        let within_mm = fits_mm - FITS_MM;
+        if within_mm <= 0.0 {
+            break;
+        }
+        let Some(entered) = closest.closest(&(p + normal * fits_mm), within_mm) else { break };
+        let to = entered.point - p;
+        let rise = to.dot(normal);
+        let smaller_mm = 0.5 * to.norm_squared() / rise;
+        if rise <= 0.0 || smaller_mm >= fits_mm {
+            break;
+        }
+        fits_mm = smaller_mm;
+    }
+    fits_mm
+}

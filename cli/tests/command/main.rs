@@ -24,6 +24,7 @@ mod machine;
 mod manual;
 mod material;
 mod obstacle;
+mod operations;
 mod other_formats;
 mod post;
 mod public_form;

@@ -53,6 +53,7 @@ mod scene;
 mod sequence;
 mod shadow;
 mod sides;
+pub mod stock;
 mod surface;
 mod swept;
 mod tight;

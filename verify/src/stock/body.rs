@@ -90,7 +90,20 @@ impl Shape {
                 let rim = |z: f64| (self.radius_at(z).unwrap_or(0.0) - radius - slope * (z - low)) * cosine;
                 Some((low - bottom).max(top - high).max(rim(bottom)).max(rim(top)))
             }
+            (Shape::End { .. }, Shape::Frustum { low, high, radius, slope: 0.0, .. }) => {
+                let [bottom, top, widest] = self.extent();
+                Some((low - bottom).max(top - high).max(widest - radius))
+            }
             _ => None,
+        }
+    }
+
+    /// What of it is below a height, for a frustum; all of an end, if any of it is. `None` where nothing is.
+    pub(super) fn below(&self, height: f64) -> Option<Shape> {
+        match *self {
+            Shape::Frustum { low, high, radius, slope, .. } if high > height => (height > low)
+                .then(|| Shape::frustum([low, radius], [height, radius + slope * (height - low)])),
+            _ => (self.extent()[0] < height).then_some(*self),
         }
     }
 

@@ -232,8 +232,9 @@ impl<'a> StockCheck<'a> {
         }
     }
 
-    /// The engagement at a parameter of a move, at a height above the tip; `None` where the flutes are not at that height or the tool
-    /// stands still. Angles are scanned every `scan_deg` degrees and their ends bisected.
+    /// The engagement at a height above the tip in the middle of the chord that holds a parameter of a move: there the chord has the
+    /// direction of the curve. `None` where the flutes are not at that height or the tool stands still. Angles are scanned every
+    /// `scan_deg` degrees and their ends bisected. Exact to 0.1° for chord errors below a ten-thousandth of the radius.
     ///
     /// # Errors
     /// No such move; a number is not finite.
@@ -250,8 +251,7 @@ impl<'a> StockCheck<'a> {
         let after = flat.chords.partition_point(|c| c.parameters[1] <= parameter);
         let k = after.min(flat.chords.len().saturating_sub(1));
         let Some(chord) = flat.chords.get(k) else { return Ok(None) };
-        let [from, to] = chord.parameters;
-        let s = ((parameter - from) / (to - from)).clamp(0.0, 1.0);
+        let s = 0.5;
         let bodies = &self.bodies[self.body_of_move[of_move]];
         let cutting = moved(flat, chord, bodies, true).filter(|m| m.part == ToolPart::Flutes);
         let swept: Vec<Sweep> = cutting.map(|m| Sweep { way: m.sweep.way * s, ..m.sweep }).collect();

@@ -28,6 +28,7 @@ mod left;
 mod mesh_stock;
 mod options;
 mod piece;
+mod plunge;
 mod proof;
 mod report;
 mod sweeps;

@@ -13,6 +13,7 @@ use claymill_nurbs::{Aabb, Point3, Vector3};
 
 use super::initial::InitialStock;
 use super::piece::Sweep;
+use super::plunge::at_rest;
 use super::sweeps::{Sweeps, Time};
 
 /// What the search may pass over and how long it may take.
@@ -93,8 +94,21 @@ pub(super) fn depth(
     if !overlap(&bounds, &stock.bounds()) || stock.signed_mm(&bounds.centre()) > 0.5 * bounds.diagonal() {
         return nothing(0);
     }
-    let Some(sweep) = uncovered(sweep, before, sweeps, 0.5 * limits.radius_mm) else { return nothing(0) };
-    Search { sweep, before, sweeps, stock, limits, found: nothing(0), held: None }.run()
+    let mut all = nothing(0);
+    for part in at_rest(sweep, &stock.bounds()) {
+        let Some(sweep) = uncovered(&part, before, sweeps, 0.5 * limits.radius_mm) else { continue };
+        let most_boxes = limits.most_boxes.saturating_sub(all.boxes).max(1);
+        let limits = &Limits { most_boxes, ..*limits };
+        let found = Search { sweep, before, sweeps, stock, limits, found: nothing(0), held: None }.run();
+        all.boxes += found.boxes;
+        if found.found_mm > all.found_mm {
+            (all.found_mm, all.at) = (found.found_mm, found.at);
+        }
+        if found.bound_mm > all.bound_mm {
+            (all.bound_mm, all.bound_at) = (found.bound_mm, found.bound_at);
+        }
+    }
+    all
 }
 
 struct Search<'a> {

@@ -37,13 +37,13 @@ fn b1_engagement_of_a_step_aside_and_of_a_slot() {
     assert_eq!(engaged(31.0, "flat:5", 16.0).angle_deg, 0.0);
 }
 
-/// Along a circle inside a wall that was cut with a smaller one: B2, concave, R5 ae1 on ρ 10.
+/// Along a circle inside a wall that was cut with a smaller one: B2, concave, R5 ae1, the tip on ρ 10.
 #[test]
 fn b2_engagement_on_a_concave_wall() {
-    let moves = numbered(vec![circle(4.0, 5.0), circle(5.0, 5.0)]);
+    let moves = numbered(vec![circle(9.0, 5.0), circle(10.0, 5.0)]);
     let stock = super::super::InitialStock::cylinder(Point3::origin(), Vector3::z(), 50.0, 20.0).unwrap();
     let check = check(stock, &moves, &[tool("T1", "flat:5", None)]);
-    let found = check.engagement(1, 5.0, 2.0, 2.0).unwrap().unwrap();
+    let found = check.engagement(1, 13.0, 2.0, 2.0).unwrap().unwrap();
     assert!((found.angle_deg - 44.765_084_671).abs() < 0.1, "{found:?}");
 }
 

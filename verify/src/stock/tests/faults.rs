@@ -73,9 +73,9 @@ fn a_sound_program_has_no_fault() {
 #[test]
 fn a_layer_left_out_is_found_by_shank_and_rapid() {
     let report = judged(layers(&[16.0, 8.0]));
-    // The rapid goes down to 12 where stock stands up to 16.
+    // The rapid goes down to 12 where stock stands up to 16; the one up at the end meets what the shank ran through.
     let rapids = &report.clear[&MoveKind::Rapid];
-    assert_eq!(rapids.touching, 1, "{rapids:?}");
+    assert_eq!(rapids.touching, 2, "{rapids:?}");
     let worst = rapids.worst.as_ref().unwrap();
     assert!((worst.size_mm - 4.0).abs() < 0.2 && worst.part == ToolPart::Flutes, "{worst:?}");
     assert!((worst.at.point_mm[2] - 14.0).abs() < 0.3 && worst.at.move_seq == Some(15), "{worst:?}");

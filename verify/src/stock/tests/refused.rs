@@ -94,8 +94,9 @@ fn a_turning_axis_is_followed() {
     // The ball's middle is 5 mm along the axis from the tip.
     for (t, axis) in [(0.0, [0.0, 0.0, 1.0]), (60.0, [0.6, 0.0, 0.8])] {
         let centre = Point3::new(20.0 + t, 30.0, 18.0) + Vector3::from(axis) * 5.0;
-        let below = |d: f64| centre - Vector3::from(axis) * d;
-        assert!(check.cut_at(&below(4.99)).is_some() && check.cut_at(&below(5.01)).is_none(), "{t}");
+        // Across the plane in which all happens.
+        let aside = |d: f64| centre + Vector3::y() * d;
+        assert!(check.cut_at(&aside(4.9999)).is_some() && check.cut_at(&aside(5.0001)).is_none(), "{t}");
     }
     assert_eq!(check.body_is_clear(0).unwrap(), super::super::StockProof::Clear);
 }

@@ -1,5 +1,5 @@
 //! Stock left over points of the surface: the largest distance along the normal at which there is
-//! still stock, by exact roots against the pieces that the normal meets.
+//! still stock, by going down from where stock begins through one piece after the other.
 
 use claymill_nurbs::{Point3, Vector3};
 
@@ -28,8 +28,11 @@ pub enum Thickness {
     Nothing,
 }
 
-/// Gaps that are narrower are none, mm: ends of neighbouring pieces that meet are known to that.
-const GAP_MM: f64 = 1e-8;
+/// Stock that is thinner between two pieces is none, mm: their ends are known to that.
+const SKIN_MM: f64 = 1e-8;
+/// Pieces gone through one after the other. Beyond that what is left is taken to be there, which is too much rather than too
+/// little.
+const MOST_PIECES: u32 = 100_000;
 
 /// The thickness over `p` along the unit vector `n`, between `−reach_mm` and `reach_mm`.
 pub(super) fn thickness(
@@ -39,27 +42,18 @@ pub(super) fn thickness(
     sweeps: &Sweeps,
     stock: &InitialStock<'_>,
 ) -> Thickness {
-    let mut cut: Vec<[f64; 2]> = Vec::new();
-    let limits = [-reach_mm, reach_mm];
-    sweeps.along(p, n, limits, |piece| cut.extend(piece.along(p, n, limits)));
-    cut.sort_unstable_by(|a, b| b[1].total_cmp(&a[1]).then(a[0].total_cmp(&b[0])));
-    let mut top = reach_mm;
-    let mut cuts = cut.into_iter().peekable();
-    loop {
-        // Whatever is cut down from here.
-        while let Some([low, _]) = cuts.next_if(|c| c[1] >= top - GAP_MM) {
-            top = top.min(low);
-        }
-        if top <= -reach_mm {
+    let (mut top, mut left_at) = (reach_mm, None);
+    for _ in 0..MOST_PIECES {
+        let Some(t) = stock.last_inside(p, n, [-reach_mm, top]) else { return Thickness::Nothing };
+        let Some(down) = sweeps.cut_down_to(p, n, t, -reach_mm) else {
+            // Right below a piece its end is what was looked for.
+            let height = left_at.filter(|_| t == top).unwrap_or(t);
+            return if t >= reach_mm { Thickness::Beyond } else { Thickness::Known(height) };
+        };
+        (top, left_at) = (down - SKIN_MM, Some(down));
+        if top < -reach_mm {
             return Thickness::Nothing;
         }
-        let bottom = cuts.peek().map_or(-reach_mm, |c| c[1]);
-        if let Some(d) = stock.last_inside(p, n, [bottom, top]) {
-            return if d >= reach_mm { Thickness::Beyond } else { Thickness::Known(d) };
-        }
-        if bottom <= -reach_mm {
-            return Thickness::Nothing;
-        }
-        top = bottom;
     }
+    Thickness::Known(top)
 }

@@ -1,5 +1,5 @@
 //! The convex space that a body of revolution sweeps along a straight way with a fixed axis:
-//! membership in closed form, signed distance, and where a line runs through it.
+//! membership in closed form, signed distance, and where a line leaves it.
 //!
 //! The sweep is the union of the body's positions `s` in [0, 1]. A point at `w` from the start has, as the body sees
 //! it there, the height `z(s) = w·a − s d·a` and the distance from the axis `x(s) = |w⊥ − s d⊥|`. The body's signed
@@ -27,10 +27,10 @@ pub(super) struct Sweep {
 const STANDING_MM: f64 = 1e-11;
 /// Halvings that find the least value of a convex function along a way.
 const HALVINGS: u32 = 50;
-/// Steps of the golden section along a line; each shortens it by 0.618.
-const GOLDEN_STEPS: u32 = 64;
-/// Ends of what a line has inside a sweep are found to this, mm.
+/// Where a line leaves a sweep is found to this, mm.
 const ROOT_MM: f64 = 1e-10;
+/// Halvings for that: enough for any line within 1e4 mm.
+const MOST_HALVINGS: u32 = 64;
 
 /// A point as the body sees it from its way.
 struct Seen {
@@ -187,61 +187,22 @@ impl Sweep {
         bounds.inflated(1e-12 * size + 1e-9)
     }
 
-    /// The part of the line `p + t·n` (`n` a unit vector) inside the sweep, between two limits of `t`; ends exact to 1e-10 mm.
-    pub(super) fn along(&self, p: &Point3, n: &Vector3, [low, high]: [f64; 2]) -> Option<[f64; 2]> {
-        let value = |t: f64| self.signed_mm(&(p + n * t));
-        // Along a line the signed distance is convex: find a place inside, then both ends.
-        let inside = a_place_below(&value, low, high)?;
-        let root = |mut out: f64, mut within: f64| {
-            if value(out) <= 0.0 {
-                return out;
+    /// The least `t`, not below `low`, down to which the line `p + t·n` (`n` a unit vector) stays inside the sweep from a place that
+    /// it holds, `from`; to 1e-10 mm, on the inner side.
+    pub(super) fn exit(&self, p: &Point3, n: &Vector3, from: f64, low: f64) -> f64 {
+        let (mut within, mut out) = (from, low);
+        if self.holds(&(p + n * low)) {
+            return low;
+        }
+        for _ in 0..MOST_HALVINGS {
+            let middle = 0.5 * (out + within);
+            if (within - out).abs() <= ROOT_MM || middle == out || middle == within {
+                break;
             }
-            while (out - within).abs() > ROOT_MM {
-                let middle = 0.5 * (out + within);
-                if middle == out || middle == within {
-                    break;
-                }
-                if value(middle) <= 0.0 { within = middle } else { out = middle }
-            }
-            within
-        };
-        Some([root(low, inside), root(high, inside)])
+            if self.holds(&(p + n * middle)) { within = middle } else { out = middle }
+        }
+        within
     }
-}
-
-/// Where a convex function is not positive, if it is anywhere between two limits.
-fn a_place_below(value: &impl Fn(f64) -> f64, low: f64, high: f64) -> Option<f64> {
-    let ratio = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut a, mut b) = (low, high);
-    let (mut c, mut d) = (b - ratio * (b - a), a + ratio * (b - a));
-    let (mut at_c, mut at_d) = (value(c), value(d));
-    for end in [low, high] {
-        if value(end) <= 0.0 {
-            return Some(end);
-        }
-    }
-    for _ in 0..GOLDEN_STEPS {
-        if at_c <= 0.0 {
-            return Some(c);
-        }
-        if at_d <= 0.0 {
-            return Some(d);
-        }
-        // A function that changes no faster than its argument is not 0 within this stretch.
-        if at_c.min(at_d) > b - a {
-            return None;
-        }
-        if at_c < at_d {
-            (b, d, at_d) = (d, c, at_c);
-            c = b - ratio * (b - a);
-            at_c = value(c);
-        } else {
-            (a, c, at_c) = (c, d, at_d);
-            d = a + ratio * (b - a);
-            at_d = value(d);
-        }
-    }
-    None
 }
 
 /// Where along a part of the way the distance from a cone's flank is least: the root of

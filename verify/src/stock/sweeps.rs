@@ -3,7 +3,7 @@
 
 use std::ops::ControlFlow;
 
-use claymill_nurbs::{Aabb, Point3, Vector3};
+use claymill_nurbs::{Aabb, Point3, Vector3, outward};
 use claymill_toolpath::{Move, MoveKind};
 use rayon::prelude::*;
 
@@ -16,6 +16,9 @@ use super::tree::Tree;
 
 /// A program comes to no more pieces than this.
 const MOST_PIECES: usize = 100_000_000;
+
+/// Exits that differ by less are one, mm.
+const BESIDE_MM: f64 = 1e-9;
 
 /// A moment of a program: the number of a chord, counted through all moves in their order.
 pub type Time = u32;
@@ -193,16 +196,26 @@ impl Sweeps {
         self.tree.visit(before, |node| node.hold(place), |i| found(&self.piece(i)));
     }
 
-    /// Calls `found` for all pieces whose box a line meets between two limits.
-    pub(super) fn along(&self, p: &Point3, n: &Vector3, limits: [f64; 2], mut found: impl FnMut(&Sweep)) {
-        let along = [n.x, n.y, n.z];
+    /// How far down the line `p + t·n` has been cut at least, from a place of it: the least exit of pieces that hold that place;
+    /// `None` where none does.
+    pub(super) fn cut_down_to(&self, p: &Point3, n: &Vector3, from: f64, low: f64) -> Option<f64> {
+        let q = p + n * from;
+        let sides = [0, 1, 2].map(|k| outward([q[k], q[k]]));
+        let place = [sides.map(|s| s[1]), sides.map(|s| s[0])];
+        let mut down: Option<f64> = None;
         self.tree.visit(
             Time::MAX,
-            |node| node.met(p, along, limits),
+            |node| node.hold(place),
             |i| {
-                found(&self.piece(i));
-                ControlFlow::Continue(())
+                let piece = self.piece(i);
+                // Being convex, a piece that holds both places holds all between.
+                if piece.holds(&q) && down.is_none_or(|t| piece.holds(&(p + n * (t - BESIDE_MM).max(low)))) {
+                    let known = down.map_or(from, |t| (t - BESIDE_MM).max(low));
+                    down = Some(piece.exit(p, n, known, low));
+                }
+                if down == Some(low) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             },
         );
+        down
     }
 }

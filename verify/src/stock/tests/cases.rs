@@ -113,7 +113,10 @@ fn a8_dome_by_stairs() {
         // The lowest only runs along the cylinder: what rounding takes there is nothing.
         let cut = levels[1..].iter().rev().map(|&z| circle(radius_at(z) + 45.0, z));
         let moves = numbered(cut.collect());
-        let check = check(stock(), &moves, &[tool("T1", "flat:45", None)]);
+        // Coarser chords than usual: so large a tool on so many of them takes long.
+        let options = StockOptions { chord_mm: 3e-3, ..StockOptions::default() };
+        let tools = [tool("T1", "flat:45", None)];
+        let check = StockCheck::new(stock(), &moves, &tools, &options, &|| true).unwrap();
         let found = check.volumes(&|| true).unwrap();
         let dome = 2.0 / 3.0 * std::f64::consts::PI * rho.powi(3);
         let exact = found.initial.mm3 - dome - left;
@@ -127,7 +130,10 @@ fn a8_dome_by_stairs() {
                 // A hair beside the edge, where the stairs have not been cut by the chord error.
                 let found = check.thickness(&Point3::from(n * rho), &n, 20.0);
                 let super::super::Thickness::Known(found) = found else { panic!("{found:?}") };
-                assert!((found - exact).abs() < 2e-3, "A8 layer {layer}: {found}, exactly {exact}");
+                assert!(
+                    found > exact - 1e-6 && found < exact + 1e-2,
+                    "A8 layer {layer}: {found}, exactly {exact}"
+                );
             }
         }
     }

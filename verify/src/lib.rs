@@ -55,6 +55,7 @@ mod scene;
 mod sequence;
 mod shadow;
 mod sides;
+pub mod stock;
 mod surface;
 mod swept;
 mod tight;

@@ -1,0 +1,60 @@
+//! What the check of stock is asked for: accuracies, and bounds on its work.
+
+use super::error::{StockError, sized};
+use super::proof::Limits;
+
+/// Accuracies of a check of stock, and bounds on its work.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StockOptions {
+    /// Curved moves become chords within this distance, mm. What is cut is taken too small by it, what collides too large.
+    pub chord_mm: f64,
+    /// Where the axis turns, poses are so close that nothing of tool and holder moves away from the nearest by more than this, mm.
+    pub turn_mm: f64,
+    /// Stock in the way of a move is found if a ball of this diameter fits into what both share, mm. Less need not be found.
+    pub narrowest_mm: f64,
+    /// Boxes of a proof are not divided below this side, mm. With more than 1/√3 of the narrowest stock, boxes at a wall along
+    /// which a tool has cut remain undecided.
+    pub smallest_box_mm: f64,
+    /// Boxes looked at for one move.
+    pub most_boxes: u64,
+    /// Quasi-random points for volumes, in 16 independent sets.
+    pub volume_points: u64,
+    /// Poses at which the engagement is measured, spread evenly over what is cut.
+    pub engagement_poses: u64,
+}
+
+impl Default for StockOptions {
+    fn default() -> Self {
+        StockOptions {
+            chord_mm: 3e-4,
+            turn_mm: 0.02,
+            narrowest_mm: 0.09,
+            smallest_box_mm: 0.05,
+            most_boxes: 200_000,
+            volume_points: 1 << 20,
+            engagement_poses: 2000,
+        }
+    }
+}
+
+impl StockOptions {
+    /// Refuses what makes no sense.
+    pub(super) fn checked(&self) -> Result<&Self, StockError> {
+        sized("chord error, mm,", self.chord_mm, 1e-6, 10.0)?;
+        sized("error by turning, mm,", self.turn_mm, 1e-5, 10.0)?;
+        sized("narrowest stock, mm,", self.narrowest_mm, 1e-3, 100.0)?;
+        sized("smallest box, mm,", self.smallest_box_mm, 1e-3, 100.0)?;
+        sized("number of boxes", self.most_boxes as f64, 1.0, 1e9)?;
+        sized("number of points", self.volume_points as f64, 16.0, 1e9)?;
+        sized("number of poses", self.engagement_poses as f64, 0.0, 1e7)?;
+        Ok(self)
+    }
+
+    pub(super) fn limits(&self) -> Limits {
+        Limits {
+            radius_mm: 0.5 * self.narrowest_mm,
+            smallest_mm: self.smallest_box_mm,
+            most_boxes: self.most_boxes,
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! Proofs that rapids are clear, and stock in their way found, sized and placed.
+
+use claymill_toolpath::{Move, MoveKind};
+
+use super::super::{InitialStock, StockCheck, StockHit, StockProof};
+use super::*;
+
+fn proof(check: &StockCheck<'_>, of_move: usize) -> StockProof {
+    check.rapid_is_clear(of_move, check.time_of(of_move).unwrap()).unwrap()
+}
+
+fn hit(proof: StockProof) -> StockHit {
+    let StockProof::Hit(hit) = proof else { panic!("{proof:?}") };
+    hit
+}
+
+fn rapid(from: [f64; 3], to: [f64; 3]) -> Move {
+    straight(MoveKind::Rapid, from, to)
+}
+
+#[test]
+fn a_rapid_above_the_block_is_clear_and_one_lowered_into_it_is_not() {
+    let tools = [tool("T1", "ball:5", None)];
+    let stock = || block([0.0, 0.0, 0.0], [100.0, 60.0, 20.0]);
+    let moves =
+        [rapid([-20.0, 30.0, 20.1], [120.0, 30.0, 20.1]), rapid([-20.0, 30.0, 17.0], [120.0, 30.0, 17.0])];
+    let check = check(stock(), &moves, &tools);
+    assert_eq!(proof(&check, 0), StockProof::Clear);
+    let found = hit(proof(&check, 1));
+    assert!((found.size_mm - 3.0).abs() < 0.15 && found.size_at_most_mm >= found.size_mm, "{found:?}");
+    let [x, y, z] = found.at.point_mm;
+    assert!((0.0..=100.0).contains(&x) && (y - 30.0).abs() < 1.0 && (z - 18.5).abs() < 0.2, "{found:?}");
+}
+
+/// A fin of 0.2 mm that stands between two slots, whatever the tool that meets it.
+#[test]
+fn a_fin_of_a_fifth_of_a_millimetre_is_found() {
+    for text in ["flat:5", "ball:5", "bull:5:1"] {
+        let mut moves = Vec::new();
+        for y in [24.9, 35.1] {
+            moves.push(straight(MoveKind::Cut, [-20.0, y, 0.0], [120.0, y, 0.0]));
+        }
+        // Across the fin, then along a slot.
+        moves.push(rapid([50.0, 24.9, 10.0], [50.0, 35.1, 10.0]));
+        moves.push(rapid([-20.0, 24.9, 10.0], [120.0, 24.9, 10.0]));
+        let moves = numbered(moves);
+        let tools = [tool("T1", text, None)];
+        let check = check(block([0.0, 0.0, 0.0], [100.0, 60.0, 20.0]), &moves, &tools);
+        let found = hit(proof(&check, 2));
+        assert!((found.size_mm - 0.2).abs() < 0.02, "{text}: {found:?}");
+        assert!((found.at.point_mm[1] - 30.0).abs() < 0.02, "{text}: {found:?}");
+        assert_eq!(proof(&check, 3), StockProof::Clear, "{text}");
+    }
+}
+
+/// A rapid that grazes the top of a fin: 0.2 mm of it is in the way, the rest below the tool.
+#[test]
+fn a_rapid_that_grazes_a_fin_is_found() {
+    let wall = block([49.9, 0.0, 0.0], [50.1, 60.0, 20.0]);
+    let moves =
+        [rapid([0.0, 30.0, 19.8], [100.0, 30.0, 19.8]), rapid([0.0, 30.0, 20.0], [100.0, 30.0, 20.0])];
+    let check = check(wall, &moves, &[tool("T1", "ball:5", None)]);
+    let found = hit(proof(&check, 0));
+    assert!(found.size_mm > 0.15 && found.size_mm <= 0.2001, "{found:?}");
+    assert_eq!(proof(&check, 1), StockProof::Clear);
+}
+
+#[test]
+fn a_cleared_slot_is_clear_and_order_matters() {
+    for text in ["flat:5", "ball:5", "bull:5:1", "ball:4,taper:5,length:30,shank:14"] {
+        let slot = straight(MoveKind::Cut, [-20.0, 30.0, 5.0], [120.0, 30.0, 5.0]);
+        let back = rapid([120.0, 30.0, 5.0], [-20.0, 30.0, 5.0]);
+        let tools = [tool("T1", text, None)];
+        for (moves, is_clear) in [([slot.clone(), back.clone()], true), ([back, slot], false)] {
+            let check = check(block([0.0, 0.0, 0.0], [100.0, 60.0, 20.0]), &moves, &tools);
+            let at = usize::from(is_clear);
+            let found = proof(&check, at);
+            assert_eq!(found == StockProof::Clear, is_clear, "{text}: {found:?}");
+        }
+    }
+}
+
+/// Up out of a plunge, sideways out of a pocket, and a millimetre too far.
+#[test]
+fn retracts_are_proven_along_the_walls_that_were_cut() {
+    let mut moves = polyline(
+        MoveKind::Cut,
+        &[[30.0, 30.0, 30.0], [30.0, 30.0, 8.0], [60.0, 30.0, 5.0], [60.0, 40.0, 5.0]],
+    );
+    moves.push(rapid([60.0, 40.0, 5.0], [60.0, 40.0, 40.0]));
+    moves.push(rapid([30.0, 30.0, 40.0], [30.0, 30.0, 8.0]));
+    moves.push(rapid([30.0, 30.0, 40.0], [30.0, 30.0, 7.0]));
+    moves.push(rapid([60.0, 40.0, 5.0], [61.0, 40.0, 40.0]));
+    let moves = numbered(moves);
+    for text in ["flat:5", "ball:5", "bull:5:1"] {
+        let tools = [tool("T1", text, None)];
+        let check = check(block([0.0, 0.0, 0.0], [100.0, 60.0, 20.0]), &moves, &tools);
+        assert_eq!(proof(&check, 3), StockProof::Clear, "{text}");
+        assert_eq!(proof(&check, 4), StockProof::Clear, "{text}");
+        let deeper = hit(proof(&check, 5));
+        assert!((deeper.size_mm - 1.0).abs() < 0.1, "{text}: {deeper:?}");
+        assert!(deeper.at.point_mm[2] < 8.0 + 5.0, "{text}: {deeper:?}");
+        // Leaning over by 1 mm in 35: 0.43 mm at the top of the block.
+        let aside = hit(proof(&check, 6));
+        assert!((0.2..0.45).contains(&aside.size_mm), "{text}: {aside:?}");
+    }
+}
+
+#[test]
+fn shank_and_holder_are_found_in_stock_that_the_flutes_left() {
+    let deep = [straight(MoveKind::Cut, [-40.0, 30.0, 2.0], [140.0, 30.0, 2.0])];
+    let stock = || block([0.0, 0.0, 0.0], [100.0, 60.0, 40.0]);
+    // Flutes longer than the stock is deep; short flutes with a thick shank; a holder that comes too low.
+    let long = [tool("T1", "flat:5,length:50,shank:10", Some("60:30x40"))];
+    assert_eq!(check(stock(), &deep, &long).body_is_clear(0).unwrap(), StockProof::Clear);
+    let thick = [tool("T1", "flat:5,length:30,shank:14", None)];
+    let found = hit(check(stock(), &deep, &thick).body_is_clear(0).unwrap());
+    assert_eq!(found.part, super::super::ToolPart::Shank);
+    assert!((found.size_mm - 8.0).abs() < 0.3 && (found.at.point_mm[2] - 36.0).abs() < 0.5, "{found:?}");
+    let low = [tool("T1", "flat:5", Some("35:30x40"))];
+    let found = hit(check(stock(), &deep, &low).body_is_clear(0).unwrap());
+    assert_eq!(found.part, super::super::ToolPart::Holder);
+    assert!((found.size_mm - 3.0).abs() < 0.15 && found.at.point_mm[2] > 37.0, "{found:?}");
+}
+
+/// A slot around a circle, with the rapid back along the same circle: chords against chords.
+#[test]
+fn a_curved_way_back_is_clear() {
+    let there = circle(30.0, 12.0);
+    let back = Move { kind: MoveKind::Rapid, ..there.clone() };
+    let moves = numbered(vec![there, back]);
+    let stock = InitialStock::cylinder(Point3::origin(), Vector3::z(), 50.0, 20.0).unwrap();
+    let check = check(stock, &moves, &[tool("T1", "bull:5:1", None)]);
+    assert_eq!(proof(&check, 1), StockProof::Clear);
+    assert!(matches!(check.rapid_is_clear(1, 0).unwrap(), StockProof::Hit(_)));
+}
+
+/// A bound on work is kept, and said so.
+#[test]
+fn too_few_boxes_leave_it_undecided() {
+    let moves = numbered(vec![
+        straight(MoveKind::Cut, [-20.0, 30.0, 5.0], [120.0, 30.0, 5.0]),
+        straight(MoveKind::Cut, [-20.0, 31.0, 5.0], [120.0, 31.0, 5.0]),
+        rapid([120.0, 30.5, 5.0], [-20.0, 30.5, 5.0]),
+    ]);
+    let options = StockOptions { most_boxes: 10, ..StockOptions::default() };
+    let stock = block([0.0, 0.0, 0.0], [100.0, 60.0, 20.0]);
+    let check = StockCheck::new(stock, &moves, &[tool("T1", "ball:5", None)], &options, &|| true).unwrap();
+    assert!(matches!(proof(&check, 2), StockProof::Undecided(h) if h.size_at_most_mm > 1.0));
+}

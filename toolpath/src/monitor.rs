@@ -34,6 +34,8 @@ pub enum Stage {
     ScallopCrests,
     /// Verifying: what is left on the faces.
     Coverage,
+    /// Verifying: the stock, move by move.
+    Stock,
 }
 
 impl fmt::Display for Stage {
@@ -52,6 +54,7 @@ impl fmt::Display for Stage {
             Stage::Holder => "holder",
             Stage::ScallopCrests => "scallop crests",
             Stage::Coverage => "coverage",
+            Stage::Stock => "stock",
         })
     }
 }

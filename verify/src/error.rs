@@ -6,6 +6,8 @@ use claymill_exchange::{MeshError, ReadError};
 use claymill_toolpath::{Cancelled, FolderError, MoveError};
 use thiserror::Error;
 
+use crate::stock::StockError;
+
 /// Why a job could not be verified at all. Defects of the job itself are findings, not errors.
 #[derive(Debug, Error)]
 pub enum VerifyError {
@@ -46,6 +48,9 @@ pub enum VerifyError {
         /// As the job has it.
         allowance_mm: f64,
     },
+    /// The stock of the job cannot be followed.
+    #[error("the stock of the job: {0}")]
+    Stock(#[from] StockError),
     /// The work was to end without a result.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -85,6 +90,7 @@ impl VerifyError {
             | VerifyError::Move(_)
             | VerifyError::Unknown { .. }
             | VerifyError::Allowance { .. }
+            | VerifyError::Stock(_)
             | VerifyError::Astray { .. } => {
                 "Plan the job again with `claymill plan`; the folder is incomplete or was edited.".into()
             }

@@ -243,6 +243,7 @@ fn measure_all(
         scallop,
         coverage,
         sides,
+        stock: None,
         operations: Vec::new(),
         verdict,
     };

@@ -1,13 +1,27 @@
 //! A job with operations: each is verified by itself, with its own tool and allowance, and all verdicts make one.
 
-use claymill_nurbs::Model;
-use claymill_toolpath::{Job, LATEST_FORMAT_VERSION, Monitor, Program};
+use claymill_nurbs::{MeshOptions, Model, Point3};
+use claymill_toolpath::{Cancelled, Job, LATEST_FORMAT_VERSION, Monitor, MoveKind, Program, Stage, Stock};
 
 use crate::error::VerifyError;
 use crate::options::VerifyOptions;
 use crate::report::{CrestSample, OperationFound, Verification};
+use crate::stock::{InitialStock, StockCheck, StockError, StockHit, StockOptions, StockReport};
 use crate::verdict::{Finding, FindingCode, Severity, Verdict};
 use crate::{measure_all, sequence};
+
+/// Curved moves become chords within this distance, for stock, mm.
+const STOCK_CHORD_MM: f64 = 0.01;
+/// Stock in the way is found if a ball of this diameter fits into it, mm.
+const NARROWEST_MM: f64 = 0.5;
+/// Boxes of a proof are not divided below this side, mm.
+const SMALLEST_BOX_MM: f64 = 0.25;
+/// Where a model is covered with triangles for its layer, they are within this of it, mm.
+const STOCK_MESH_MM: f64 = 0.1;
+/// Quasi-random points for volumes.
+const VOLUME_POINTS: u64 = 1 << 17;
+/// Poses at which the engagement is measured.
+const POSES: u64 = 200;
 
 /// Measures the moves of each operation against what was asked of it. What is said of the whole job is what was found of the
 /// operation that finishes the surface; the verdict is of all. Crests are those of all that cut the surface.
@@ -42,12 +56,89 @@ pub(crate) fn measure(
     let main = job.main_operation().and_then(|main| all.get(main)).map(|main| main.found.clone());
     let found =
         main.ok_or_else(|| VerifyError::Unknown { seq: 0, what: "operation", name: "none".to_owned() })?;
-    let verdict = joined(job, program, &all);
-    Ok((Verification { format_version: LATEST_FORMAT_VERSION, verdict, operations: all, ..found }, crests))
+    let stock = match &job.stock {
+        Some(stock) => Some(in_stock(model, job, program, stock, monitor)?),
+        None => None,
+    };
+    let verdict = joined(job, program, &all, stock.as_ref());
+    let found =
+        Verification { format_version: LATEST_FORMAT_VERSION, verdict, stock, operations: all, ..found };
+    Ok((found, crests))
+}
+
+/// Follows the stock through the whole program: whether rapids, shanks and holders keep clear of what is still there.
+fn in_stock(
+    model: &Model,
+    job: &Job,
+    program: &Program,
+    stock: &Stock,
+    monitor: &dyn Monitor,
+) -> Result<StockReport, VerifyError> {
+    monitor.at(Stage::Stock, 0.0);
+    let initial = match *stock {
+        Stock::Layer { thickness_mm } => InitialStock::layer(
+            model,
+            thickness_mm,
+            None,
+            &MeshOptions { deviation_mm: STOCK_MESH_MM, longest_edge_mm: f64::INFINITY },
+        )?,
+        Stock::Block { box_mm: [x0, y0, z0, x1, y1, z1] } => {
+            InitialStock::block(Point3::new(x0, y0, z0), Point3::new(x1, y1, z1))?
+        }
+    };
+    let options = StockOptions {
+        chord_mm: STOCK_CHORD_MM,
+        narrowest_mm: NARROWEST_MM,
+        smallest_box_mm: SMALLEST_BOX_MM,
+        volume_points: VOLUME_POINTS,
+        engagement_poses: POSES,
+        ..StockOptions::default()
+    };
+    let keep_going = || monitor.go_on().is_ok();
+    let check = StockCheck::new(initial, &program.moves, &job.tools, &options, &keep_going);
+    match check.and_then(|check| check.report(None, &keep_going)) {
+        Err(StockError::Stopped) => Err(Cancelled.into()),
+        other => Ok(other?),
+    }
+}
+
+/// Errors where the program runs through stock as it must not.
+fn stock_findings(stock: &StockReport) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let mut find = |code, severity, message: String, hit: &Option<StockHit>| {
+        findings.push(Finding { code, severity, message, place: hit.as_ref().map(|hit| hit.at.clone()) });
+    };
+    if let Some(rapids) = stock.clear.get(&MoveKind::Rapid) {
+        let size = |hit: &Option<StockHit>| hit.as_ref().map_or(0.0, |hit| hit.size_mm);
+        if rapids.touching > 0 {
+            let text = format!(
+                "{} of {} rapids run through stock, {:.2} mm of it at most",
+                rapids.touching,
+                rapids.moves,
+                size(&rapids.worst)
+            );
+            find(FindingCode::RapidInStock, Severity::Error, text, &rapids.worst);
+        }
+        if rapids.undecided > 0 {
+            let text = format!(
+                "of {} rapids it could not be decided whether they are clear of stock",
+                rapids.undecided
+            );
+            find(FindingCode::RapidUndecided, Severity::Warning, text, &rapids.worst_undecided);
+        }
+    }
+    if stock.body.touching > 0 {
+        let text = format!(
+            "shank or holder run through stock on {} of {} moves",
+            stock.body.touching, stock.body.moves
+        );
+        find(FindingCode::BodyInStock, Severity::Error, text, &stock.body.worst);
+    }
+    findings
 }
 
 /// The findings of all operations, each with its name, errors first.
-fn joined(job: &Job, program: &Program, all: &[OperationFound]) -> Verdict {
+fn joined(job: &Job, program: &Program, all: &[OperationFound], stock: Option<&StockReport>) -> Verdict {
     let of_one = |one: &OperationFound| {
         let name = one.name.clone();
         let named =
@@ -55,6 +146,7 @@ fn joined(job: &Job, program: &Program, all: &[OperationFound]) -> Verdict {
         one.found.verdict.findings.clone().into_iter().map(named).collect::<Vec<_>>()
     };
     let mut findings: Vec<Finding> = all.iter().flat_map(of_one).collect();
+    findings.extend(stock.into_iter().flat_map(stock_findings));
     let out_of_order = program.moves.windows(2).find(|w| w[1].op < w[0].op);
     findings.extend(out_of_order.map(|w| Finding {
         code: FindingCode::Order,

@@ -7,6 +7,7 @@ use claymill_toolpath::{Judged, OperationKind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::stock::StockReport;
 use crate::{HolderClearance, ShankContact, Verdict};
 
 /// `verify.json`: what was measured on the written moves and the model, and what follows from it.
@@ -51,6 +52,9 @@ pub struct Verification {
     /// Whether the tool keeps out of the material, where the job says on which side of faces that is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sides: Option<SidesKept>,
+    /// What the program does to its stock, where the job says what that is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stock: Option<StockReport>,
     /// What was found of each operation, in a job that has operations. All of the above is then of the one that finishes the
     /// surface.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -85,6 +85,12 @@ pub enum FindingCode {
     Holder,
     /// Moves along which the holder was not looked at.
     HolderNotChecked,
+    /// A rapid runs through stock.
+    RapidInStock,
+    /// It could not be decided whether a rapid is clear of stock.
+    RapidUndecided,
+    /// Shank or holder run through stock.
+    BodyInStock,
     /// Scallop crests are higher than the bar.
     Scallop,
     /// Area that the tool reaches was left.

@@ -107,7 +107,7 @@ pub struct ChosenOperation {
     pub link: LinkStyle,
     /// Feed, mm/min.
     pub feed_mm_per_min: f64,
-    /// Rapids keep this far from what it leaves, mm: above what the operation before left.
+    /// Rapids keep this far from what it leaves, mm: outside of all of the stock.
     pub clearance_mm: f64,
     /// The ball's centre stays in here, where nothing is to be cut outside.
     pub within_mm: Option<[f64; 6]>,
@@ -153,6 +153,7 @@ pub fn choose(
         material,
         facts,
         stock: &stock,
+        thickest_mm,
         left_mm: thickest_mm,
         operations: Vec::new(),
         refusals: Vec::new(),
@@ -226,7 +227,9 @@ struct Chooser<'a> {
     material: &'a Material,
     facts: Facts,
     stock: &'a Stock,
-    /// What stands above the surface at most, mm.
+    /// What stands above the surface at first, mm.
+    thickest_mm: f64,
+    /// The same after the operations so far, where the balls fit.
     left_mm: f64,
     operations: Vec<ChosenOperation>,
     refusals: Vec<String>,
@@ -285,7 +288,7 @@ impl Chooser<'_> {
                 strategy: strategy(stage.strategy.value),
                 link: link(stage.way.value),
                 feed_mm_per_min,
-                clearance_mm: round_up(above_mm - left_mm) + CLEARANCE_MM,
+                clearance_mm: self.clearance_mm(left_mm),
                 within_mm: self.within(radius_mm),
             });
             self.left_mm = left_mm + scallop_mm;
@@ -358,7 +361,6 @@ impl Chooser<'_> {
                 round_up(radius_mm - (radius_mm * radius_mm - 0.25 * step_mm * step_mm).max(0.0).sqrt())
             }
         };
-        let above_mm = self.left_mm;
         self.push(ChosenOperation {
             name: "finish".into(),
             kind: OperationKind::Finish,
@@ -377,7 +379,7 @@ impl Chooser<'_> {
             strategy: strategy(finish.strategy.value),
             link: link(finish.way.value),
             feed_mm_per_min: self.feed(finish, tool),
-            clearance_mm: round_up((above_mm - finish.allowance_mm.value).max(0.0)) + CLEARANCE_MM,
+            clearance_mm: self.clearance_mm(finish.allowance_mm.value),
             within_mm: None,
         });
         let Some(stage) = rest else { return Ok(()) };
@@ -446,7 +448,7 @@ impl Chooser<'_> {
                 strategy: strategy(stage.strategy.value),
                 link: link(stage.way.value),
                 feed_mm_per_min: self.feed(stage, tool),
-                clearance_mm: CLEARANCE_MM,
+                clearance_mm: self.clearance_mm(stage.allowance_mm.value),
                 within_mm: None,
             });
             before = tool.tool;
@@ -504,6 +506,11 @@ impl Chooser<'_> {
         let usual = claymill_paths::Feeds::default().cut_mm_per_min;
         let most = self.shop.machine.feed.max_mm_per_min.unwrap_or(f64::INFINITY);
         asked.unwrap_or(usual).min(most).round()
+    }
+
+    /// Rapids stay outside of all of the stock that there was: where an earlier ball did not fit, all of it is still there.
+    fn clearance_mm(&self, allowance_mm: f64) -> f64 {
+        round_up((self.thickest_mm - allowance_mm).max(0.0)) + CLEARANCE_MM
     }
 
     /// Where the ball cuts something of a block: its centre is no farther outside than its radius.

@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use claymill_toolpath::{Holder, Renewal, VERIFY_FILE, read_job, write_whole};
+use claymill_toolpath::{Holder, MoveKind, Renewal, VERIFY_FILE, read_job, write_whole};
+use claymill_verify::stock::{StockReport, VolumeEstimate};
 use claymill_verify::{
     BallShare, BoundsKept, HolderClearance, Severity, TooTight, Verification, VerifyOptions,
 };
@@ -189,13 +190,17 @@ pub(crate) fn say(context: &Context, found: &Verification) {
     console.say_long(
         "",
         &format!(
-            "scallop crests: max {:.4}, p99 {:.4}, mean {:.4} mm; rapids clear by {} mm of the finished model (stock is not known)",
+            "scallop crests: max {:.4}, p99 {:.4}, mean {:.4} mm; rapids clear by {} mm of the finished model{}",
             crests.max_mm,
             crests.p99_mm,
             crests.mean_mm,
-            found.rapids.clearance_min_mm.map_or_else(|| "-".to_owned(), |c| format!("{c:.2}"))
+            found.rapids.clearance_min_mm.map_or_else(|| "-".to_owned(), |c| format!("{c:.2}")),
+            if found.stock.is_some() { "" } else { " (stock is not known)" }
         ),
     );
+    if let Some(stock) = &found.stock {
+        say_stock(console, stock);
+    }
     if let Some(near) = &found.obstacles {
         let clearance =
             near.clearance_min_mm.map_or_else(|| "never near".to_owned(), |c| format!("{c:.4} mm"));
@@ -228,4 +233,25 @@ pub(crate) fn say(context: &Context, found: &Verification) {
     }
     let (tone, words) = if found.verdict.passed { (Tone::Good, "PASSED") } else { (Tone::Bad, "NOT PASSED") };
     console.say_verdict(tone, words);
+}
+
+/// What the whole program does to its stock.
+fn say_stock(console: &Console, stock: &StockReport) {
+    let litres =
+        |volume: &VolumeEstimate| format!("{:.3} ± {:.3} l", volume.mm3 * 1e-6, volume.plus_minus_mm3 * 1e-6);
+    let rapids = stock.clear.get(&MoveKind::Rapid).cloned().unwrap_or_default();
+    console.say_long(
+        "",
+        &format!(
+            "stock: {} at first, {} removed; {} of {} rapids and {} of {} shanks and holders run through it, {} and {} are undecided",
+            litres(&stock.volumes.initial),
+            litres(&stock.volumes.removed),
+            rapids.touching,
+            rapids.moves,
+            stock.body.touching,
+            stock.body.moves,
+            rapids.undecided,
+            stock.body.undecided
+        ),
+    );
 }

@@ -18,7 +18,7 @@ pub struct StockOptions {
     /// Boxes looked at for one move.
     pub most_boxes: u64,
     /// Boxes looked at for a whole report: every move that is to be proven has an equal share, if that is less than the bound for one
-    /// move, but 1000 at least.
+    /// move, but 200 at least.
     pub most_boxes_in_all: u64,
     /// Quasi-random points for volumes, in 16 independent sets.
     pub volume_points: u64,
@@ -34,7 +34,7 @@ impl Default for StockOptions {
             narrowest_mm: 0.09,
             smallest_box_mm: 0.05,
             most_boxes: 200_000,
-            most_boxes_in_all: 100_000_000,
+            most_boxes_in_all: 50_000_000,
             volume_points: 1 << 20,
             engagement_poses: 2000,
         }
@@ -61,6 +61,6 @@ impl StockOptions {
 
     /// Boxes for one of so many proofs.
     pub(super) fn share(&self, proofs: usize) -> u64 {
-        (self.most_boxes_in_all / proofs.max(1) as u64).max(1000).min(self.most_boxes)
+        (self.most_boxes_in_all / proofs.max(1) as u64).max(200).min(self.most_boxes)
     }
 }

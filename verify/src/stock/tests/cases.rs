@@ -111,11 +111,11 @@ fn a8_dome_by_stairs() {
     for (step, left) in [(5.0, 18_980.455_615_438), (2.5, 9_653.852_425_094)] {
         let levels: Vec<f64> = (0..(rho / step) as usize).map(|k| step * k as f64).collect();
         // The lowest only runs along the cylinder: what rounding takes there is nothing.
-        let cut = levels[1..].iter().rev().map(|&z| circle(radius_at(z) + 45.0, z));
+        let cut = levels[1..].iter().rev().map(|&z| circle(radius_at(z) + 15.0, z));
         let moves = numbered(cut.collect());
         // Coarser chords than usual: so large a tool on so many of them takes long.
         let options = StockOptions { chord_mm: 3e-3, ..StockOptions::default() };
-        let tools = [tool("T1", "flat:45", None)];
+        let tools = [tool("T1", "flat:15", None)];
         let check = StockCheck::new(stock(), &moves, &tools, &options, &|| true).unwrap();
         let found = check.volumes(&|| true).unwrap();
         let dome = 2.0 / 3.0 * std::f64::consts::PI * rho.powi(3);

@@ -98,11 +98,25 @@ impl Shape {
         }
     }
 
+    /// The same farther up.
+    pub(super) fn raised(&self, by_mm: f64) -> Shape {
+        match *self {
+            Shape::End { disc, corner, centre, cap } => {
+                Shape::End { disc, corner, centre: centre + by_mm, cap: cap + by_mm }
+            }
+            Shape::Frustum { low, high, radius, slope, cosine } => {
+                Shape::Frustum { low: low + by_mm, high: high + by_mm, radius, slope, cosine }
+            }
+        }
+    }
+
     /// What of it is below a height, for a frustum; all of an end, if any of it is. `None` where nothing is.
     pub(super) fn below(&self, height: f64) -> Option<Shape> {
         match *self {
-            Shape::Frustum { low, high, radius, slope, .. } if high > height => (height > low)
-                .then(|| Shape::frustum([low, radius], [height, radius + slope * (height - low)])),
+            Shape::Frustum { low, .. } if low >= height => None,
+            Shape::Frustum { low, high, radius, slope, .. } if high > height => {
+                Some(Shape::frustum([low, radius], [height, radius + slope * (height - low)]))
+            }
             _ => (self.extent()[0] < height).then_some(*self),
         }
     }
@@ -115,7 +129,8 @@ impl Shape {
                 (square >= 0.0 && height <= cap).then(|| disc + square.sqrt())
             }
             Shape::Frustum { low, high, radius, slope, .. } => {
-                (low..=high).contains(&height).then(|| radius + slope * (height - low)).filter(|r| *r > 0.0)
+                let here = radius + slope * (height - low);
+                ((low..=high).contains(&height) && here > 0.0).then_some(here)
             }
         }
     }

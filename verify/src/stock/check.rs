@@ -13,7 +13,7 @@ use super::initial::InitialStock;
 use super::left::{Thickness, thickness};
 use super::options::StockOptions;
 use super::piece::Sweep;
-use super::proof::{Limits, depth};
+use super::proof::depth;
 use super::report::{StockHit, StockProof, StockVolumes};
 use super::sweeps::{Moved, Step, Sweeps, Time, moved};
 use super::tool_bodies::{ToolBody, ToolPart, bodies_of};
@@ -162,7 +162,17 @@ impl<'a> StockCheck<'a> {
     /// # Errors
     /// No such move.
     pub fn rapid_is_clear(&self, of_move: usize, time: Time) -> Result<StockProof, StockError> {
-        self.prove(of_move, |_| true, |_| time)
+        self.clear_of_all(of_move, time, self.options.most_boxes)
+    }
+
+    /// The same within a bound on boxes.
+    pub(super) fn clear_of_all(
+        &self,
+        of_move: usize,
+        time: Time,
+        boxes: u64,
+    ) -> Result<StockProof, StockError> {
+        self.prove(of_move, boxes, |_| true, |_| time)
     }
 
     /// Whether shank and holder keep clear of stock on a move that cuts: of what is there after the flutes have passed.
@@ -170,13 +180,19 @@ impl<'a> StockCheck<'a> {
     /// # Errors
     /// No such move.
     pub fn body_is_clear(&self, of_move: usize) -> Result<StockProof, StockError> {
+        self.body_clear(of_move, self.options.most_boxes)
+    }
+
+    /// The same within a bound on boxes.
+    pub(super) fn body_clear(&self, of_move: usize, boxes: u64) -> Result<StockProof, StockError> {
         let first = self.time_of(of_move)?;
-        self.prove(of_move, |part| part != ToolPart::Flutes, |chord| first + chord as Time + 1)
+        self.prove(of_move, boxes, |part| part != ToolPart::Flutes, |chord| first + chord as Time + 1)
     }
 
     fn prove(
         &self,
         of_move: usize,
+        boxes: u64,
         wanted: impl Fn(ToolPart) -> bool,
         time_of_chord: impl Fn(usize) -> Time,
     ) -> Result<StockProof, StockError> {
@@ -185,11 +201,11 @@ impl<'a> StockCheck<'a> {
         if !bodies.iter().any(|b| wanted(b.part)) {
             return Ok(StockProof::Clear);
         }
-        let mut left = self.options.most_boxes;
+        let mut left = boxes;
         let (mut hit, mut open): (Option<StockHit>, Option<StockHit>) = (None, None);
         for (k, chord) in flat.chords.iter().enumerate() {
             for Moved { part, sweep, .. } in moved(flat, chord, bodies, false).filter(|m| wanted(m.part)) {
-                let limits = Limits { most_boxes: left.max(1), ..self.options.limits() };
+                let limits = self.options.limits(left.max(1));
                 let found = depth(&sweep, time_of_chord(k), &self.sweeps, &self.stock, &limits);
                 left = left.saturating_sub(found.boxes);
                 let is_hit = found.found_mm > limits.radius_mm;
@@ -215,6 +231,13 @@ impl<'a> StockCheck<'a> {
             (None, Some(open)) => StockProof::Undecided(open),
             (None, None) => StockProof::Clear,
         })
+    }
+
+    /// All that a move sweeps, grown by what flattening hides.
+    #[cfg(test)]
+    pub(super) fn sweeps_of(&self, of_move: usize) -> Vec<Sweep> {
+        let (flat, bodies) = (&self.flats[of_move], &self.bodies[self.body_of_move[of_move]]);
+        flat.chords.iter().flat_map(|c| moved(flat, c, bodies, false).map(|m| m.sweep)).collect()
     }
 
     /// A place of a move: the parameter is that of the chord where the tip is nearest across the axis.

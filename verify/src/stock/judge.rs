@@ -30,6 +30,14 @@ pub struct LeftBand {
 /// Directions about the tool are scanned in steps of this for a report, degrees.
 const SCAN_DEG: f64 = 3.0;
 
+/// What is known of one move.
+struct Proofs {
+    /// Of all of the tool, where the move should be clear of stock.
+    clear: Option<StockProof>,
+    /// Of shank and holder, where the move cuts.
+    body: Option<StockProof>,
+}
+
 impl StockCheck<'_> {
     /// Stock left over samples of the surface at the end of the program, against a band.
     ///
@@ -63,7 +71,8 @@ impl StockCheck<'_> {
         let mut left =
             StockLeft { samples: samples.len() as u64, band_mm: [low, high], ..StockLeft::default() };
         let mut known_mm2 = 0.0;
-        let (mut thin, mut thick): (Option<(f64, usize)>, Option<(f64, usize)>) = (None, None);
+        let mut thin: Option<(f64, usize)> = None;
+        let mut thick: Option<(f64, usize)> = None;
         for (k, (sample, found)) in samples.iter().zip(&found).enumerate() {
             left.area_mm2 += sample.area_mm2;
             let height = match found {
@@ -123,7 +132,8 @@ impl StockCheck<'_> {
         left: Option<(&[StockSample], &LeftBand)>,
         keep_going: KeepGoing<'_>,
     ) -> Result<StockReport, StockError> {
-        let judged: Vec<[Option<StockProof>; 2]> = (0..self.moves.len())
+        let boxes = self.options.share(self.moves.len());
+        let judged: Vec<Proofs> = (0..self.moves.len())
             .into_par_iter()
             .map(|k| {
                 if !keep_going() {
@@ -132,18 +142,18 @@ impl StockCheck<'_> {
                 let kind = self.moves[k].kind;
                 let is_to_be_clear = matches!(kind, MoveKind::Rapid | MoveKind::Link | MoveKind::LeadIn);
                 let clear =
-                    if is_to_be_clear { Some(self.rapid_is_clear(k, self.time_of(k)?)?) } else { None };
-                let body = if kind == MoveKind::Rapid { None } else { Some(self.body_is_clear(k)?) };
-                Ok([clear, body])
+                    if is_to_be_clear { Some(self.clear_of_all(k, self.time_of(k)?, boxes)?) } else { None };
+                let body = if kind == MoveKind::Rapid { None } else { Some(self.body_clear(k, boxes)?) };
+                Ok(Proofs { clear, body })
             })
             .collect::<Result<_, _>>()?;
         let mut clear: BTreeMap<MoveKind, StockContact> = BTreeMap::new();
         let mut body = StockContact::default();
-        for (m, [tool, above]) in self.moves.iter().zip(judged) {
-            if let Some(proof) = tool {
+        for (m, proofs) in self.moves.iter().zip(judged) {
+            if let Some(proof) = proofs.clear {
                 clear.entry(m.kind).or_default().add(proof);
             }
-            if let Some(proof) = above {
+            if let Some(proof) = proofs.body {
                 body.add(proof);
             }
         }

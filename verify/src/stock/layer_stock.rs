@@ -114,7 +114,7 @@ impl Below {
         };
         let (columns, order) = tree_of(&triangles.iter().map(column).collect::<Vec<_>>());
         let triangles = order.into_iter().map(|i| triangles[i as usize]).collect();
-        let (rim_tree, order) = tree_of(&rims.iter().map(|r| Aabb::of(r)).collect::<Vec<_>>());
+        let (rim_tree, order) = tree_of(&rims.iter().map(Aabb::of).collect::<Vec<_>>());
         let rims = order.into_iter().map(|i| rims[i as usize]).collect();
         Below { frame, table_mm, deviation_mm, triangles, columns, rims, rim_tree }
     }

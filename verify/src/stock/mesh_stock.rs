@@ -65,7 +65,7 @@ impl MeshStock {
         if corners.is_empty() {
             return Err(StockError::Empty("mesh"));
         }
-        let boxes: Vec<Aabb> = corners.par_iter().map(|t| Aabb::of(t)).collect();
+        let boxes: Vec<Aabb> = corners.par_iter().map(Aabb::of).collect();
         let bounds = boxes.iter().fold(Aabb::empty(), |all, b| all.union(b));
         let (tree, order) = Tree::new(&boxes, &vec![0; boxes.len()]);
         Ok(MeshStock { triangles: order.into_iter().map(|i| corners[i as usize]).collect(), tree, bounds })

@@ -31,6 +31,7 @@ mod piece;
 mod plunge;
 mod proof;
 mod report;
+mod retrace;
 mod sweeps;
 #[cfg(test)]
 mod tests;

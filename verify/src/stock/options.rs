@@ -17,6 +17,9 @@ pub struct StockOptions {
     pub smallest_box_mm: f64,
     /// Boxes looked at for one move.
     pub most_boxes: u64,
+    /// Boxes looked at for a whole report: every move that is to be proven has an equal share, if that is less than the bound for one
+    /// move, but 200 at least.
+    pub most_boxes_in_all: u64,
     /// Quasi-random points for volumes, in 16 independent sets.
     pub volume_points: u64,
     /// Poses at which the engagement is measured, spread evenly over what is cut.
@@ -31,6 +34,7 @@ impl Default for StockOptions {
             narrowest_mm: 0.09,
             smallest_box_mm: 0.05,
             most_boxes: 200_000,
+            most_boxes_in_all: 50_000_000,
             volume_points: 1 << 20,
             engagement_poses: 2000,
         }
@@ -45,16 +49,18 @@ impl StockOptions {
         sized("narrowest stock, mm,", self.narrowest_mm, 1e-3, 100.0)?;
         sized("smallest box, mm,", self.smallest_box_mm, 1e-3, 100.0)?;
         sized("number of boxes", self.most_boxes as f64, 1.0, 1e9)?;
+        sized("number of boxes", self.most_boxes_in_all as f64, 1.0, 1e12)?;
         sized("number of points", self.volume_points as f64, 16.0, 1e9)?;
         sized("number of poses", self.engagement_poses as f64, 0.0, 1e7)?;
         Ok(self)
     }
 
-    pub(super) fn limits(&self) -> Limits {
-        Limits {
-            radius_mm: 0.5 * self.narrowest_mm,
-            smallest_mm: self.smallest_box_mm,
-            most_boxes: self.most_boxes,
-        }
+    pub(super) fn limits(&self, most_boxes: u64) -> Limits {
+        Limits { radius_mm: 0.5 * self.narrowest_mm, smallest_mm: self.smallest_box_mm, most_boxes }
+    }
+
+    /// Boxes for one of so many proofs.
+    pub(super) fn share(&self, proofs: usize) -> u64 {
+        (self.most_boxes_in_all / proofs.max(1) as u64).max(200).min(self.most_boxes)
     }
 }

@@ -17,7 +17,7 @@ const ASIDE_MM: f64 = 1e-9;
 pub(super) fn at_rest(sweep: &Sweep, stock: &Aabb) -> Vec<Sweep> {
     let rise = sweep.way.dot(&sweep.axis);
     if (sweep.way - sweep.axis * rise).norm() > ASIDE_MM {
-        return vec![*sweep];
+        return below_stock_top(sweep, stock).into_iter().collect();
     }
     let lower = sweep.start + sweep.axis * rise.min(0.0);
     let upper = lower + sweep.axis * rise.abs();
@@ -46,13 +46,13 @@ pub(super) fn at_rest(sweep: &Sweep, stock: &Aabb) -> Vec<Sweep> {
             }
         }
     }
-    // The height of the stock above the tip, along the axis.
+    parts.into_iter().filter_map(|part| below_stock_top(&part, stock)).collect()
+}
+
+/// A sweep without what is above all stock, along its axis, on the whole of its way.
+fn below_stock_top(sweep: &Sweep, stock: &Aabb) -> Option<Sweep> {
     let half = 0.5 * sweep.axis.abs().dot(&(stock.max - stock.min));
-    parts
-        .into_iter()
-        .filter_map(|part| {
-            let above = (stock.centre() - part.start).dot(&part.axis) + half;
-            part.shape.below(above).map(|shape| Sweep { shape, ..part })
-        })
-        .collect()
+    let above = (stock.centre() - sweep.start).dot(&sweep.axis) + half;
+    let rise = sweep.way.dot(&sweep.axis);
+    sweep.shape.below(above - rise.min(0.0)).map(|shape| Sweep { shape, ..*sweep })
 }

@@ -14,6 +14,7 @@ use claymill_nurbs::{Aabb, Point3, Vector3};
 use super::initial::InitialStock;
 use super::piece::Sweep;
 use super::plunge::at_rest;
+use super::retrace::uncovered;
 use super::sweeps::{Sweeps, Time};
 
 /// What the search may pass over and how long it may take.
@@ -44,12 +45,8 @@ pub(super) struct Depth {
 
 /// Sizes are found to this part of them, and to the radius passed over.
 const SIZE_KNOWN: f64 = 0.02;
-/// Parts that a way is divided into at most, when it is held against single earlier pieces.
-const MOST_PARTS: usize = 128;
-/// Parts of a way are not shorter than this, mm.
-const SHORTEST_PART_MM: f64 = 0.05;
-/// Axes that differ by less are one.
-const SAME_AXIS: f64 = 1e-9;
+/// Corners this little outside of a piece are on its surface, mm: floors and walls are often the same in sweep and piece.
+const ON_SKIN_MM: f64 = 1e-9;
 
 struct Open {
     bound: f64,
@@ -192,7 +189,7 @@ impl Search<'_> {
                 p + frame[0] * side(0) + frame[1] * side(1) + frame[2] * side(2)
             })
         };
-        let holds = |piece: &Sweep| corners().all(|c| piece.holds(&c));
+        let holds = |piece: &Sweep| corners().all(|c| piece.holds(&c) || piece.signed_mm(&c) <= ON_SKIN_MM);
         if self.held.as_ref().is_some_and(holds) {
             return None;
         }
@@ -258,50 +255,4 @@ fn first_box(sweep: &Sweep, frame: &[Vector3; 3], stock: &Aabb) -> Option<(Point
 
 fn overlap(a: &Aabb, b: &Aabb) -> bool {
     (0..3).all(|k| a.min[k] <= b.max[k] && b.min[k] <= a.max[k])
-}
-
-/// The part of a sweep of which no single earlier piece is known to hold all but a skin; `None` where there is none. An earlier
-/// piece holds the sweep along a way, being convex, if it holds the body at both its ends: where the body is one like its
-/// own and the ends lie on its way.
-fn uncovered(sweep: &Sweep, before: Time, sweeps: &Sweeps, skin_mm: f64) -> Option<Sweep> {
-    let [low, high, _] = sweep.shape.extent();
-    let inner = sweep.axis * (0.5 * (low + high));
-    let is_held = |from: f64, to: f64| {
-        let ends = [from, to].map(|s| sweep.start + sweep.way * s);
-        let middles = ends.map(|e| e + inner);
-        let mut held = false;
-        sweeps.around(&Aabb::of(&middles), before, |piece| {
-            held = (piece.axis - sweep.axis).norm() < SAME_AXIS
-                && sweep.shape.beyond(&piece.shape).is_some_and(|beyond| {
-                    ends.iter().all(|e| beyond.max(0.0) + away_from_way(piece, e) <= skin_mm)
-                });
-            if held { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        held
-    };
-    let length = sweep.way.norm();
-    let mut parts = vec![[0.0, 1.0]];
-    let mut left: Option<[f64; 2]> = None;
-    let mut looked_at = 0;
-    while let Some([from, to]) = parts.pop() {
-        looked_at += 1;
-        if is_held(from, to) {
-            continue;
-        }
-        if looked_at < MOST_PARTS && (to - from) * length > 2.0 * SHORTEST_PART_MM {
-            let middle = 0.5 * (from + to);
-            parts.extend([[middle, to], [from, middle]]);
-        } else {
-            left = Some(left.map_or([from, to], |[a, b]| [a.min(from), b.max(to)]));
-        }
-    }
-    let [from, to] = left?;
-    Some(Sweep { start: sweep.start + sweep.way * from, way: sweep.way * (to - from), ..*sweep })
-}
-
-/// Distance of a tip from a piece's way.
-fn away_from_way(piece: &Sweep, tip: &Point3) -> f64 {
-    let square = piece.way.norm_squared().max(f64::MIN_POSITIVE);
-    let s = ((tip - piece.start).dot(&piece.way) / square).clamp(0.0, 1.0);
-    (tip - piece.start - piece.way * s).norm()
 }

@@ -134,3 +134,14 @@ fn an_operation_out_of_order_is_found() {
     assert!((worst.size_mm - 8.0).abs() < 0.3, "{worst:?}");
     assert!(report.body.touching > 0 && report.left.unwrap().within == 1.0);
 }
+
+/// The report does not depend on the number of threads.
+#[test]
+fn any_number_of_threads_gives_the_same_report() {
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| judged(layers(&[8.0, 16.0, 12.0])))
+    };
+    let one = with(1);
+    assert!(one == with(2) && one == with(3));
+}

@@ -148,3 +148,53 @@ fn too_few_boxes_leave_it_undecided() {
     let check = StockCheck::new(stock, &moves, &[tool("T1", "ball:5", None)], &options, &|| true).unwrap();
     assert!(matches!(proof(&check, 2), StockProof::Undecided(h) if h.size_at_most_mm > 1.0));
 }
+
+/// Random programs: where a rapid is clear, no point of many is deeper in stock than what is passed over; where it is not, the place
+/// given is stock in the tool's way, as deep as said.
+#[test]
+fn proofs_agree_with_many_points() {
+    let mut r = Random(29);
+    let texts = ["flat:5", "ball:5", "bull:6:2", "ball:3,taper:6,length:25,shank:9"];
+    let (mut clear, mut met, mut open) = (0, 0, 0);
+    for round in 0..60 {
+        let mut place = |low: f64| [r.between(5.0, 35.0), r.between(5.0, 35.0), r.between(low, 24.0)];
+        let mut moves = polyline(MoveKind::Cut, &[place(4.0), place(4.0), place(4.0), place(4.0)]);
+        // Most rapids run within what the cuts opened.
+        let along = moves[round % 3].clone();
+        let up = if round % 4 == 0 { -0.5 } else { 0.2 + 0.1 * f64::from(round as u32 % 5) };
+        let raised = |[x, y, z]: [f64; 3]| [x, y, z + up];
+        moves.push(rapid(raised(along.points[1]), raised(along.points[0])));
+        let tools = [tool("T1", texts[round % texts.len()], Some("60:30x40"))];
+        let check = check(block([0.0; 3], [40.0, 40.0, 20.0]), &moves, &tools);
+        let before = check.time_of(3).unwrap();
+        let flutes = check.sweeps_of(3);
+        let depth = |p: &Point3| {
+            let swept = flutes.iter().map(|s| -s.signed_mm(p)).fold(f64::NEG_INFINITY, f64::max);
+            let uncut = (0..check.sweeps.count())
+                .map(|i| check.sweeps.piece(i).signed_mm(p))
+                .fold(f64::INFINITY, f64::min);
+            swept.min(-check.initial().signed_mm(p)).min(uncut)
+        };
+        match check.rapid_is_clear(3, before).unwrap() {
+            StockProof::Clear => {
+                clear += 1;
+                for _ in 0..2000 {
+                    let p = Point3::new(r.between(0.0, 40.0), r.between(0.0, 40.0), r.between(0.0, 20.0));
+                    assert!(depth(&p) <= 0.045 + 1e-9, "{round}: {p} {}", depth(&p));
+                }
+            }
+            StockProof::Hit(hit) => {
+                met += 1;
+                let p = Point3::from(hit.at.point_mm);
+                assert!(check.is_stock(&p, before), "{round}: {hit:?}");
+                // A plunge is deeper in its union than in any of its places.
+                assert!(
+                    depth(&p) <= 0.5 * hit.size_mm + 1e-9 && hit.size_mm <= hit.size_at_most_mm,
+                    "{round}: {hit:?}"
+                );
+            }
+            StockProof::Undecided(_) => open += 1,
+        }
+    }
+    assert!(clear >= 15 && met >= 10 && open <= 3, "{clear} {met} {open}");
+}

@@ -203,6 +203,9 @@ impl Job {
         if passes.bounds.contain != Contain::Contact && self.setups.iter().any(|text| text.contains(':')) {
             return Err(JobError::TiltedContainment.into());
         }
+        if !(0.0..=LARGEST_CLEARANCE_MM).contains(&passes.stock_above_mm) {
+            return Err(JobError::StockAbove { stock_mm: passes.stock_above_mm }.into());
+        }
         let least_mm = -passes.tool.radius_mm();
         if !(passes.allowance_mm > least_mm && passes.allowance_mm <= LARGEST_CLEARANCE_MM) {
             return Err(JobError::Allowance { allowance_mm: passes.allowance_mm, least_mm }.into());

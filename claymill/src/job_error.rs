@@ -21,6 +21,9 @@ pub enum JobError {
     /// Borders are seen along the axes of the model.
     #[error("containment by the centre or the edge of the tool is for setups along the model's axes")]
     TiltedContainment,
+    /// No stock is as thick.
+    #[error("stock of {stock_mm} mm above what is left is not between 0 and {LARGEST_CLEARANCE_MM} mm")]
+    StockAbove { stock_mm: f64 },
     /// A job has operations, and not too many.
     #[error("a job has from 1 to {most} operations")]
     Operations { most: usize },
@@ -92,6 +95,7 @@ impl JobError {
     pub fn advice(&self) -> &'static str {
         match self {
             JobError::TiltedContainment => "Let the contact be contained, or use setups that have a name.",
+            JobError::StockAbove { .. } => "For example 25, for a layer of clay.",
             JobError::Operations { .. } => "Add an operation, or split the job.",
             JobError::TwiceNamed { .. } => "Give each operation a name of its own.",
             JobError::OneNumber { .. } => "Give each tool a number of its own: tool_number in the job file.",

@@ -175,6 +175,7 @@ impl From<claymill::JobError> for Failure {
                 let advice = error.advice();
                 return Failure::problem(&error, advice);
             }
+            E::StockAbove { .. } => "For example: --stock-above 25.",
             E::Allowance { .. } => {
                 "For example: --allowance 3 for roughing, or --allowance -0.1 below the surface."
             }

@@ -13,7 +13,7 @@ mod layers;
 use std::collections::BTreeMap;
 
 use claymill_nurbs::{Aabb, Vector3};
-use claymill_paths::{CLEARANCE_MM, PlanError, Strategy};
+use claymill_paths::{PlanError, Strategy};
 use claymill_tooling::{
     ChainTool, Engagement, Fact, Facts, Library, LibraryTool, MachineShape, Material, Process, Profiles,
     ReachModel, ReachPatch, Spacing, Stage, StageKind, StrategyName, ToolChoice, ToolingError, Way,
@@ -107,8 +107,8 @@ pub struct ChosenOperation {
     pub link: LinkStyle,
     /// Feed, mm/min.
     pub feed_mm_per_min: f64,
-    /// Rapids keep this far from what it leaves, mm: outside of all of the stock.
-    pub clearance_mm: f64,
+    /// Stock that may stand above what it leaves, mm: all that there was at first.
+    pub stock_above_mm: f64,
     /// The ball's centre stays in here, where nothing is to be cut outside.
     pub within_mm: Option<[f64; 6]>,
 }
@@ -288,7 +288,7 @@ impl Chooser<'_> {
                 strategy: strategy(stage.strategy.value),
                 link: link(stage.way.value),
                 feed_mm_per_min,
-                clearance_mm: self.clearance_mm(left_mm),
+                stock_above_mm: self.stock_above_mm(left_mm),
                 within_mm: self.within(radius_mm),
             });
             self.left_mm = left_mm + scallop_mm;
@@ -379,7 +379,7 @@ impl Chooser<'_> {
             strategy: strategy(finish.strategy.value),
             link: link(finish.way.value),
             feed_mm_per_min: self.feed(finish, tool),
-            clearance_mm: self.clearance_mm(finish.allowance_mm.value),
+            stock_above_mm: self.stock_above_mm(finish.allowance_mm.value),
             within_mm: None,
         });
         let Some(stage) = rest else { return Ok(()) };
@@ -448,7 +448,7 @@ impl Chooser<'_> {
                 strategy: strategy(stage.strategy.value),
                 link: link(stage.way.value),
                 feed_mm_per_min: self.feed(stage, tool),
-                clearance_mm: self.clearance_mm(stage.allowance_mm.value),
+                stock_above_mm: self.stock_above_mm(stage.allowance_mm.value),
                 within_mm: None,
             });
             before = tool.tool;
@@ -509,8 +509,8 @@ impl Chooser<'_> {
     }
 
     /// Rapids stay outside of all of the stock that there was: where an earlier ball did not fit, all of it is still there.
-    fn clearance_mm(&self, allowance_mm: f64) -> f64 {
-        round_up((self.thickest_mm - allowance_mm).max(0.0)) + CLEARANCE_MM
+    fn stock_above_mm(&self, allowance_mm: f64) -> f64 {
+        round_up((self.thickest_mm - allowance_mm).max(0.0))
     }
 
     /// Where the ball cuts something of a block: its centre is no farther outside than its radius.

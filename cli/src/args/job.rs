@@ -115,6 +115,9 @@ pub(crate) struct JobOptions {
     /// Leave this much on the surface, along its normal, mm, as roughing does; negative to cut below it [default: 0].
     #[arg(help_heading = TOOL, long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) allowance: Option<f64>,
+    /// Stock that may stand above what is left, mm: rapids keep out of it [default: 0].
+    #[arg(help_heading = TOOL, long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) stock_above: Option<f64>,
     /// Scallop height between passes, mm; likewise.
     #[arg(skip)]
     pub(crate) scallop: Option<f64>,

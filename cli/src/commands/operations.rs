@@ -284,7 +284,7 @@ impl Chosen {
             LinkStyle::OneWay => LinkName::OneWay,
         });
         options.feed = options.feed.or(Some(o.feed_mm_per_min));
-        options.rapid_clearance = Some(options.rapid_clearance.unwrap_or(0.0).max(o.clearance_mm));
+        options.stock_above = Some(o.stock_above_mm);
         options.bounds.centre_within =
             o.within_mm.map(|b| format!("{}:{}", corner(&b[..3]), corner(&b[3..])));
         options

@@ -107,9 +107,12 @@ impl SetupContext<'_> {
         let (a, b) = (self.frame.to_setup(&from), self.frame.to_setup(&to));
         let ends = a.z.max(b.z);
         // What an earlier ball has left is no higher than what it rests on.
-        let aside = self.ball.widest_mm() + self.earlier.map_or(0.0, BallDrop::radius_mm) + self.obstacle_mm;
+        let aside = self.ball.widest_mm()
+            + self.earlier.map_or(0.0, BallDrop::radius_mm)
+            + self.obstacle_mm
+            + self.stock_mm();
         let top = self.heights.over([a.x, a.y], [b.x, b.y], aside);
-        let high = top.max(ends) + self.clearance_mm;
+        let high = (top + self.stock_mm()).max(ends) + self.clearance_mm;
         // The map is coarse: a wall beside a short way counts as if it stood in it.
         let short = (b - a).xy().norm() <= SHORT_WAY_MM && high > ends + self.worth_mm();
         let low = if short { self.height_between(&a, &b).max(ends).min(high) } else { high };
@@ -141,7 +144,22 @@ impl SetupContext<'_> {
     }
 
     fn safe_height(&self) -> f64 {
-        rounded_up(self.heights.highest() + self.clearance_mm)
+        rounded_up(self.heights.highest() + self.stock_mm() + self.clearance_mm)
+    }
+
+    /// Stock that may stand above what the job leaves, mm.
+    fn stock_mm(&self) -> f64 {
+        self.stock.map_or(0.0, |(_, stock_mm)| stock_mm)
+    }
+
+    /// Tip height at which the ball is clear of all stock over a place and a little aside, or this one if that is larger.
+    fn over_stock(&self, foot: &Point3, height: f64) -> f64 {
+        let Some((stock, _)) = self.stock else { return height };
+        let radius_mm = self.ball.radius_mm();
+        let over = |high: f64, (x, y): (f64, f64)| {
+            stock.drop_above(x, y, high + radius_mm).map_or(high, |rest| rest.centre.z - radius_mm)
+        };
+        [(foot.x, foot.y)].into_iter().chain(around(foot.x, foot.y, ASIDE_MM)).fold(height, over)
     }
 
     fn lead(&self, End { at: end, onward }: End) -> Lead {
@@ -255,7 +273,8 @@ impl SetupContext<'_> {
         let high = places.fold(foot.z, |high, (x, y)| rest_above(self.ball, x, y, high));
         let high =
             self.containment.map_or(high, |containment| containment.over_obstacles(foot.x, foot.y, high));
-        round_to_written(self.above_left_by_earlier(foot, high) + self.clearance_mm)
+        let high = self.over_stock(foot, self.above_left_by_earlier(foot, high));
+        round_to_written(high + self.clearance_mm)
     }
 
     /// The height, or a larger one below which all is that an earlier ball has left within the ball's radius: that ball was

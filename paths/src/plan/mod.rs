@@ -132,6 +132,12 @@ fn lay(
     };
     let balls = of_tool(&options.tool);
     let earlier = options.rest_of.map_or_else(Vec::new, |tool| of_tool(&tool));
+    let stock: Vec<BallDrop> = match options.stock_above_mm {
+        mm if mm > 0.0 => {
+            frames.par_iter().map(|f| BallDrop::new(model, covering, f, radius_mm + mm)).collect()
+        }
+        _ => Vec::new(),
+    };
     monitor.go_on()?;
     monitor.at(Stage::Setups, 0.5);
     let avoid = |faces: &[FaceId], mm: f64| {
@@ -198,6 +204,7 @@ fn lay(
             beside_walls: None,
             ball: &balls[index],
             earlier: earlier.get(index),
+            stock: stock.get(index).map(|ball| (ball, options.stock_above_mm)),
             heights: &view.heights,
             containment: keeps[index].as_ref(),
             least_facing: if assignments.slants { LEAST_SLANT } else { LEAST_FACING },

@@ -27,6 +27,8 @@ pub struct PlanOptions {
     pub tool: Tool,
     /// A larger tool that has been over the model: only what it could not cut is cut.
     pub rest_of: Option<Tool>,
+    /// How much stock may stand above what these passes leave, mm: rapids keep out of it.
+    pub stock_above_mm: f64,
     /// What is left on the surface, along its normal, mm: for roughing. Negative below it, by less than the ball's radius.
     pub allowance_mm: f64,
     /// Scallop height, mm.
@@ -73,6 +75,7 @@ impl PlanOptions {
             tool,
             rest_of: None,
             allowance_mm: 0.0,
+            stock_above_mm: 0.0,
             scallop_mm,
             strategy: Strategy::Planar,
             steep_deg: STEEP_DEG,

@@ -97,7 +97,9 @@ impl Output {
             name: name.to_owned(),
             axis: context.frame.axis().into(),
             quaternion: context.frame.quaternion(),
-            clearance_mm: context.heights.highest() + context.clearance_mm,
+            clearance_mm: context.heights.highest()
+                + context.stock.map_or(0.0, |s| s.1)
+                + context.clearance_mm,
             area_mm2: sum(|r| r.area_mm2),
             time_s: sum(|r| r.time_s),
         });

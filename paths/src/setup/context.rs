@@ -42,6 +42,8 @@ pub(crate) struct SetupContext<'a> {
     pub(crate) ball: &'a BallDrop<'a>,
     /// The tool whose rest is cut.
     pub(crate) earlier: Option<&'a BallDrop<'a>>,
+    /// A ball that is larger by the stock that may stand above what the job leaves, and by how much, mm: rapids keep out of it.
+    pub(crate) stock: Option<(&'a BallDrop<'a>, f64)>,
     pub(crate) heights: &'a Heights,
     /// What keeps the tool in its bounds, if it may not be anywhere.
     pub(crate) containment: Option<&'a Containment<'a>>,

@@ -242,6 +242,7 @@ fn planned_as(model: &Model, options: PlanOptions) -> Result<(Job, Plan), PlanEr
         },
         request: Request {
             allowance_mm: options.allowance_mm,
+            stock_above_mm: options.stock_above_mm,
             tool,
             rest_of: None,
             scallop_mm,

@@ -53,6 +53,7 @@ pub(crate) fn job(model: &Model) -> Job {
         },
         request: Request {
             allowance_mm: 0.0,
+            stock_above_mm: 0.0,
             rest_of: None,
             lines: None,
             guides: Vec::new(),

@@ -24,10 +24,11 @@ use crate::report::Place;
 ///
 /// ```
 /// use claymill_nurbs::{Point3, Vector3};
-/// use claymill_toolpath::{Move, MoveKind, ToolRecord};
+/// use claymill_toolpath::{Move, MoveKind, Tool, ToolRecord};
 /// use claymill_verify::stock::{InitialStock, StockCheck, StockOptions, StockProof};
 /// let stock = InitialStock::block(Point3::origin(), Point3::new(100.0, 60.0, 20.0))?;
-/// let tool: ToolRecord = serde_json::from_str(r#"{"id":"T1","shape":"flat","radius_mm":5.0}"#).unwrap();
+/// let flat: Tool = "flat:5".parse().unwrap();
+/// let tool = ToolRecord { id: "T1".into(), tool: flat, holder: None, setup_stick_out_mm: Default::default() };
 /// let straight = |kind, a: [f64; 3], b: [f64; 3]| Move {
 ///     tool: "T1".into(),
 ///     ..Move::straight(kind, a.into(), b.into(), Vector3::z(), 1000.0)

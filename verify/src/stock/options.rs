@@ -10,7 +10,8 @@ pub struct StockOptions {
     pub chord_mm: f64,
     /// Where the axis turns, poses are so close that nothing of tool and holder moves away from the nearest by more than this, mm.
     pub turn_mm: f64,
-    /// Stock in the way of a move is found if a ball of this diameter fits into what both share, mm. Less need not be found.
+    /// Stock in the way of a move is found if one body of the tool holds, at one time, a ball of it of this diameter, mm. Less need not
+    /// be found.
     pub narrowest_mm: f64,
     /// Boxes of a proof are not divided below this side, mm. With more than 1/√3 of the narrowest stock, boxes at a wall along
     /// which a tool has cut remain undecided.

@@ -110,8 +110,8 @@ impl Sweep {
         }
     }
 
-    /// A signed distance, mm: negative inside, 0 on the surface, positive outside, never more than the true distance outside, and
-    /// never changing faster than the point moves. Inside it is the depth in the best of the body's positions.
+    /// A signed distance, mm: negative inside, 0 on the surface, outside the true distance; it never changes faster than the point
+    /// moves. Inside it is the depth in the best of the body's positions: the radius of a ball that the body holds at one time.
     pub(super) fn signed_mm(&self, p: &Point3) -> f64 {
         let seen = self.seen(p);
         if let Shape::End { disc: 0.0, corner, centre, cap } = self.shape
@@ -158,7 +158,17 @@ impl Sweep {
             Shape::Frustum { low, high, radius, slope, cosine } => {
                 let flank = (x - radius - slope * (z - low)) * cosine;
                 let beside = [flank, (growth + slope * seen.rise) * cosine];
-                larger(larger(beside, [low - z, seen.rise]), [z - high, -seen.rise])
+                let sides = larger(larger(beside, [low - z, seen.rise]), [z - high, -seen.rise]);
+                // Where a rim is nearest the planes of its two sides are nearer than that.
+                let rims = [(radius, low, 1.0), (radius + slope * (high - low), high, -1.0)];
+                let rim = rims.into_iter().find_map(|(rim, height, inwards)| {
+                    let (dx, dz) = (x - rim, z - height);
+                    let is_nearest = rim > 0.0 && dx >= 0.0 && inwards * (slope * dx + dz) <= 0.0;
+                    let distance = dx.hypot(dz);
+                    (is_nearest && distance > 0.0)
+                        .then(|| [distance, (dx * growth - dz * seen.rise) / distance])
+                });
+                rim.unwrap_or(sides)
             }
         }
     }

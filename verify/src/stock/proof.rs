@@ -1,7 +1,7 @@
 //! Proof that a sweep meets no stock that is still there, by dividing a box around it.
 //!
-//! The depth at a point is the radius of a ball about it that lies in the sweep, in the initial stock and in no earlier
-//! piece: the least of three signed distances, none of which changes faster than the point moves. So a box is done where the
+//! The depth at a point is the radius of a ball about it that lies in one position of the body, in the initial stock and in
+//! no earlier piece: the least of three signed distances, none of which changes faster than the point moves. So a box is done where the
 //! depth of its middle and half its diagonal are not more than what is passed over, or where one earlier piece, being
 //! convex, holds its eight corners. The box with the largest bound is divided next.
 

@@ -49,10 +49,10 @@ pub struct StockContact {
 /// Stock in the way of a move.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StockHit {
-    /// Diameter of the largest ball found in what move and stock share, mm: the thickness of what is in the way. 0 where none was
-    /// found and some cannot be ruled out.
+    /// Diameter of the largest ball of stock found that one body of the tool (end, flutes, a section of the holder) holds at one time
+    /// or in one plunge, mm: the thickness of what is in the way. 0 where none was found and some cannot be ruled out.
     pub size_mm: f64,
-    /// No ball in there is larger, mm.
+    /// No such ball is larger, mm.
     pub size_at_most_mm: f64,
     /// What meets it.
     pub part: ToolPart,
@@ -63,7 +63,7 @@ pub struct StockHit {
 /// Whether a move keeps clear of stock.
 #[derive(Debug, Clone, PartialEq)]
 pub enum StockProof {
-    /// Proven: what move and stock share, if anything, is narrower than asked for everywhere.
+    /// Proven: no body of the tool holds, at any time, a ball of stock as large as asked for.
     Clear,
     /// It meets stock.
     Hit(StockHit),

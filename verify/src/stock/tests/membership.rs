@@ -127,6 +127,15 @@ fn distances_boxes_and_lines_are_true() {
         let (p, q) = (near(&mut r, &sweep), near(&mut r, &sweep));
         let change = (sweep.signed_mm(&p) - sweep.signed_mm(&q)).abs();
         assert!(change <= (p - q).norm() + 1e-9, "{sweep:?} {p} {q}");
+        // Whatever the sweep holds is no nearer than said, and something is as near.
+        let away = sweep.signed_mm(&p);
+        if away > 1e-6 {
+            let held: Vec<Point3> =
+                (0..40).map(|_| near(&mut r, &sweep)).filter(|q| sweep.holds(q)).collect();
+            assert!(held.iter().all(|q| (p - q).norm() >= away - 1e-9), "{sweep:?} {p}");
+            let grown = |by: f64| sweep.shape.grown(by).map(|shape| Sweep { shape, ..sweep });
+            assert!(grown(1.001 * away).is_none_or(|g| g.holds(&p)), "{sweep:?} {p} {away}");
+        }
         if sweep.holds(&p) {
             assert!(sweep.bounds().distance_squared(&p) == 0.0, "{sweep:?} {p}");
         }

@@ -30,7 +30,17 @@ const DIRECTIONS: [(&str, &[&str]); 16] = [
     ("tests", &["nurbs", "toolpath"]),
     (
         "claymill",
-        &["nurbs", "exchange", "surface-merge", "toolpath", "paths", "verify", "controller", "viewer"],
+        &[
+            "nurbs",
+            "exchange",
+            "surface-merge",
+            "tooling",
+            "toolpath",
+            "paths",
+            "verify",
+            "controller",
+            "viewer",
+        ],
     ),
     (
         "cli",
@@ -39,6 +49,7 @@ const DIRECTIONS: [(&str, &[&str]); 16] = [
             "nurbs",
             "exchange",
             "surface-merge",
+            "tooling",
             "toolpath",
             "paths",
             "verify",

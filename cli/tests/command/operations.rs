@@ -21,8 +21,19 @@ fn model(folder: &Path) {
     write_iges(&folder.join("model.igs"), &model_of(vec![plate, wall]), &[]).unwrap();
 }
 
-const WHOLE: [&str; 9] =
-    ["plan", "model.igs", "--material", "clay", "--up", "+z", "--length", "+x", "--material-side=-z"];
+const WHOLE: [&str; 11] = [
+    "plan",
+    "model.igs",
+    "--material",
+    "clay",
+    "--stock",
+    "layer:10",
+    "--up",
+    "+z",
+    "--length",
+    "+x",
+    "--material-side=-z",
+];
 
 /// The job of the model for clay, in the folder `out`.
 fn planned(folder: &Path) {
@@ -38,7 +49,7 @@ fn a_material_makes_a_whole_job_that_can_be_run_again_and_posted() {
     let out = folder.path().join("out");
     let (job, program) = (read_job(&out).unwrap(), read_moves(&out).unwrap());
     assert_eq!(job.format_version, 2);
-    assert_eq!(job.stock, Some(Stock::Layer { thickness_mm: 25.0 }));
+    assert_eq!(job.stock, Some(Stock::Layer { thickness_mm: 10.0 }));
     let kinds: Vec<OperationKind> = job.operations.iter().map(|o| o.kind).collect();
     assert_eq!(kinds[..2], [OperationKind::Rough, OperationKind::Finish], "{kinds:?}");
     assert!(job.operations.iter().all(|o| !o.reason.is_empty()));

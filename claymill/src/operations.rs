@@ -105,8 +105,7 @@ impl<'m> PlannedOperations<'m> {
     }
 
     fn main(&self) -> usize {
-        let finishes = |(operation, _): &(OperationJob, Planned<'_>)| operation.kind == OperationKind::Finish;
-        self.planned.iter().position(finishes).unwrap_or(self.planned.len().saturating_sub(1))
+        OperationKind::main_of(self.planned.iter().map(|(operation, _)| operation.kind)).unwrap_or(0)
     }
 
     /// The record of all operations, of which `main` finishes the surface.
@@ -130,12 +129,14 @@ impl<'m> PlannedOperations<'m> {
                 tools.push(tool.clone());
             }
         }
+        let mut totals = Totals::default();
+        records.iter().for_each(|record| totals += record.totals);
         JobRecord {
             format_version: LATEST_FORMAT_VERSION,
             stock: self.stock.clone(),
             tools,
             setups: together(records.iter().flat_map(|record| &record.setups)),
-            totals: records.iter().map(|record| record.totals).fold(Totals::default(), sum),
+            totals,
             operations: self.planned.iter().zip(records).map(operation).collect(),
             ..records[main].clone()
         }
@@ -156,19 +157,6 @@ fn together<'a>(setups: impl Iterator<Item = &'a Setup>) -> Vec<Setup> {
         }
     }
     all
-}
-
-fn sum(mut a: Totals, b: Totals) -> Totals {
-    a.passes += b.passes;
-    a.moves += b.moves;
-    a.retracts += b.retracts;
-    a.control_points += b.control_points;
-    a.time_s += b.time_s;
-    a.length += b.length;
-    a.locations += b.locations;
-    a.certified_locations += b.certified_locations;
-    a.lifted_locations += b.lifted_locations;
-    a
 }
 
 /// Whether an operation has nothing to do, which is no fault.

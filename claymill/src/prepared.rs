@@ -56,6 +56,14 @@ fn chosen_setups(orientation: Orientation, asked: &[String]) -> Result<Vec<Frame
     asked.iter().map(|text| Ok(orientation.setup(text).map_err(JobError::Setup)?)).collect()
 }
 
+fn read_obstacles(job: &Job) -> Result<Vec<ObstacleFile>, Error> {
+    let read = |path: &PathBuf| {
+        let mesh = read_mesh(path, job.obstacle_unit_mm)?;
+        Ok(ObstacleFile { path: path.clone(), mesh, sha256: sha256_of(path)? })
+    };
+    job.obstacles.iter().map(read).collect()
+}
+
 impl Job {
     /// Merges the faces of a model and finds what is to be cut: all that comes before planning.
     ///
@@ -76,7 +84,9 @@ impl<'m> Prepared<'m> {
         merging.options.feed_mm_per_min = job.passes.feeds.cut_mm_per_min;
         let mut merged = merge(file, &merging)?;
         merged.measure_quality(file);
-        Prepared::on_regions(job, file, model_sha256, orientation, merged)
+        merged.find_sides(file, orientation.orientation.up.vector(), &job.material_side)?;
+        let obstacles = read_obstacles(job)?;
+        Prepared::on_regions(job, file, model_sha256, orientation, merged, obstacles)
     }
 
     /// Another job on the same regions: joints and regions are those that were found for this one.
@@ -85,8 +95,17 @@ impl<'m> Prepared<'m> {
     /// As [`Job::prepare`].
     pub fn again(&self, job: &Job) -> Result<Self, Error> {
         job.check()?;
-        let orientation = self.orientation.clone();
-        Prepared::on_regions(job, self.file, self.model_sha256.clone(), orientation, self.merged.clone())
+        let (file, orientation) = (self.file, self.orientation.clone());
+        let mut merged = self.merged.clone();
+        if job.material_side != self.job.material_side {
+            merged.find_sides(file, orientation.orientation.up.vector(), &job.material_side)?;
+        }
+        let obstacles_of = |job: &Job| (job.obstacles.clone(), job.obstacle_unit_mm);
+        let obstacles = match obstacles_of(job) == obstacles_of(&self.job) {
+            true => self.obstacles.clone(),
+            false => read_obstacles(job)?,
+        };
+        Prepared::on_regions(job, file, self.model_sha256.clone(), orientation, merged, obstacles)
     }
 
     fn on_regions(
@@ -94,12 +113,12 @@ impl<'m> Prepared<'m> {
         file: &'m ModelFile,
         model_sha256: String,
         orientation: OrientationGuess,
-        mut merged: Merged,
+        merged: Merged,
+        obstacles: Vec<ObstacleFile>,
     ) -> Result<Self, Error> {
         let model = file.model();
         let region_of_face = &merged.found.region_of_face;
         let (excluded, avoid) = select::left_out(model, region_of_face, &job.only, &job.skip, &job.avoid)?;
-        merged.find_sides(file, orientation.orientation.up.vector(), &job.material_side)?;
         let bounds = &job.passes.bounds;
         let options = PlanOptions {
             free_sides: free_sides(&merged.record.sheets, model.faces.len()),
@@ -112,11 +131,6 @@ impl<'m> Prepared<'m> {
             setups: chosen_setups(orientation.orientation, &job.setups)?,
             ..job.passes.clone()
         };
-        let obstacles = job.obstacles.iter().map(|path| {
-            let mesh = read_mesh(path, job.obstacle_unit_mm)?;
-            Ok(ObstacleFile { path: path.clone(), mesh, sha256: sha256_of(path)? })
-        });
-        let obstacles = obstacles.collect::<Result<_, Error>>()?;
         let job = job.clone();
         Ok(Prepared { job, file, model_sha256, merged, options, obstacles, orientation, excluded })
     }

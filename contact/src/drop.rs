@@ -220,6 +220,13 @@ impl<'a> BallDrop<'a> {
         self.drop_between(x, y, [height, f64::INFINITY])
     }
 
+    /// Height of the tip of a ball of `radius_mm` whose centre this one holds up, or `tip` if that is larger: this ball is as large,
+    /// or larger by a distance that is kept.
+    #[must_use]
+    pub fn tip_above(&self, x: f64, y: f64, tip: f64, radius_mm: f64) -> f64 {
+        self.drop_above(x, y, tip + radius_mm).map_or(tip, |rest| rest.centre.z - radius_mm)
+    }
+
     /// The same, but what carries the centre as high as the second of these heights need not be the highest.
     pub(crate) fn drop_between(&self, x: f64, y: f64, [height, enough]: [f64; 2]) -> Option<Location> {
         let mut search = Search::new(self, x, y);

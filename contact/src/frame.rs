@@ -255,6 +255,12 @@ impl Frame {
         }
     }
 
+    /// Whether it is not parallel to the model's axes, so that its coordinates are rounded.
+    #[must_use]
+    pub fn is_tilted(&self) -> bool {
+        matches!(self.turn, Turn::Quaternion(..))
+    }
+
     /// The tool axis in model coordinates.
     #[must_use]
     pub fn axis(&self) -> Vector3 {

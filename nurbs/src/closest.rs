@@ -11,6 +11,7 @@
 //! Nothing here knows a tessellation: boxes and the proof of uniqueness come from control nets, feet from
 //! Newton on the exact surfaces and curves.
 
+mod ball;
 mod build;
 mod interval;
 mod net;

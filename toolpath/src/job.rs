@@ -458,6 +458,20 @@ pub struct StageTiming {
     pub seconds: f64,
 }
 
+impl std::ops::AddAssign for Totals {
+    fn add_assign(&mut self, other: Self) {
+        self.moves += other.moves;
+        self.passes += other.passes;
+        self.retracts += other.retracts;
+        self.length += other.length;
+        self.control_points += other.control_points;
+        self.time_s += other.time_s;
+        self.locations += other.locations;
+        self.certified_locations += other.certified_locations;
+        self.lifted_locations += other.lifted_locations;
+    }
+}
+
 impl std::ops::AddAssign for LengthByKind {
     fn add_assign(&mut self, other: Self) {
         self.cut_mm += other.cut_mm;

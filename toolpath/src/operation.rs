@@ -30,6 +30,19 @@ pub enum OperationKind {
 }
 
 impl OperationKind {
+    /// Which of these operations cuts most of the surface: the first one that finishes it, or else the last one.
+    #[must_use]
+    pub fn main_of(kinds: impl IntoIterator<Item = Self>) -> Option<usize> {
+        let mut last = None;
+        for (index, kind) in kinds.into_iter().enumerate() {
+            last = Some(index);
+            if kind == OperationKind::Finish {
+                break;
+            }
+        }
+        last
+    }
+
     /// Whether the surface itself is cut.
     #[must_use]
     pub fn is_of_surface(self) -> bool {
@@ -118,11 +131,10 @@ impl Job {
         })
     }
 
-    /// The operation that cuts most of the surface: the first one that finishes it, or else the last one.
+    /// The operation that cuts most of the surface.
     #[must_use]
     pub fn main_operation(&self) -> Option<usize> {
-        let finishes = |o: &Operation| o.kind == OperationKind::Finish;
-        self.operations.iter().position(finishes).or_else(|| self.operations.len().checked_sub(1))
+        OperationKind::main_of(self.operations.iter().map(|o| o.kind))
     }
 }
 

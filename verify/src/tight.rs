@@ -14,8 +14,7 @@ use crate::surface::FaceSamples;
 const SMALLER: [f64; 4] = [0.75, 0.5, 0.25, 0.1];
 /// A ball that enters a face by no more than this fits, mm.
 const FITS_MM: f64 = 1e-3;
-/// Steps of shrinking a ball, and the smallest share of the tool's radius that is looked at.
-const SHRINKINGS: usize = 40;
+/// The smallest share of the tool's radius that is looked at.
 const SMALLEST: f64 = 0.01;
 
 /// A place that is too tight for the tool.
@@ -34,7 +33,12 @@ impl<'a> Place<'a> {
         Place {
             sample,
             width_mm: bridged_mm(scene, reach, &sample.point, &normal, radius_mm),
-            fits_mm: largest_mm(scene, &sample.point, &normal, radius_mm),
+            fits_mm: scene.closest.largest_ball_mm(
+                &sample.point,
+                &normal,
+                [SMALLEST * radius_mm, radius_mm],
+                FITS_MM,
+            ),
         }
     }
 }
@@ -86,28 +90,4 @@ fn bridged_mm(
     let touched = |centre: Point3| scene.closest.closest(&centre, 1.1 * radius_mm);
     let half_mm = reach.lowered_over(p, normal).filter_map(touched).map(|q| (q.point - p).norm());
     half_mm.min_by(f64::total_cmp).filter(|mm| *mm <= 2.0 * radius_mm).map(|mm| 2.0 * mm)
-}
-
-/// Radius of the largest ball that touches `p` on the side of `normal` and enters no face, at most this one: it shrinks to
-/// the one through `p` and the nearest point that it enters, until there is none (Ma, Bae and Choi, "3D medial axis point
-/// approximation using nearest neighbors and the normal field", 2012).
-fn largest_mm(scene: &Scene<'_>, p: &Point3, normal: &Vector3, radius_mm: f64) -> f64 {
-    let mut fits_mm = radius_mm;
-    for _ in 0..SHRINKINGS {
-        let Some(entered) = scene.closest.closest(&(p + normal * fits_mm), fits_mm - FITS_MM) else {
-            return fits_mm;
-        };
-        let to = entered.point - p;
-        let rise = to.dot(normal);
-        let smaller_mm = 0.5 * to.norm_squared() / rise;
-        // What is entered right beside `p` is curved as tightly as the ball.
-        if rise <= 0.0 || smaller_mm >= fits_mm {
-            return fits_mm;
-        }
-        fits_mm = smaller_mm;
-        if fits_mm < SMALLEST * radius_mm {
-            return fits_mm;
-        }
-    }
-    fits_mm
 }

@@ -11,8 +11,6 @@ use crate::prepared::Prepared;
 const SAMPLES: f64 = 6_000.0;
 /// Of each face along each parameter.
 const MOST_ALONG: usize = 24;
-/// Steps of shrinking a ball.
-const SHRINKINGS: usize = 24;
 /// A ball that is entered by less fits: that is what passes leave, mm.
 const FITS_MM: f64 = 0.02;
 /// What leans away from all setups by more than this is reached by none (sine, 10°).
@@ -52,7 +50,7 @@ pub(crate) fn samples(
             let sides = [n, -n].into_iter().zip([true, false]);
             let allowed = sides.filter(|(_, positive)| free.is_none_or(|free| free.allows(*positive)));
             let seen = allowed.filter(|(n, _)| axes.iter().any(|a| a.dot(n) > LEAST_FACING));
-            seen.map(|(n, _)| largest_mm(&closest, &p, &n, most_mm)).reduce(f64::max)
+            seen.map(|(n, _)| closest.largest_ball_mm(&p, &n, [0.0, most_mm], FITS_MM)).reduce(f64::max)
         };
         let samples = places.iter().filter_map(fits).map(|fits_mm| Sample { area_mm2, fits_mm });
         Ok(samples.collect::<Vec<_>>())
@@ -72,25 +70,4 @@ fn places(face: &Face, along: usize) -> Vec<(Point3, Vector3)> {
         .filter_map(|(u, v)| Some((face.surface.point(u, v), face.surface.normal(u, v)?.0)))
         .filter(|(p, n)| p.iter().chain(n.iter()).all(|c| c.is_finite()))
         .collect()
-}
-
-/// Radius of the largest ball that touches `p` on the side of `normal` and enters no face, at most this one. It shrinks to the
-/// one through `p` and the nearest point that it enters (Ma, Bae and Choi, 2012).
-fn largest_mm(closest: &ClosestPoints<'_>, p: &Point3, normal: &Vector3, most_mm: f64) -> f64 {
-    let mut fits_mm = most_mm;
-    for _ in 0..SHRINKINGS {
-        let within_mm = fits_mm - FITS_MM;
-        if within_mm <= 0.0 {
-            break;
-        }
-        let Some(entered) = closest.closest(&(p + normal * fits_mm), within_mm) else { break };
-        let to = entered.point - p;
-        let rise = to.dot(normal);
-        let smaller_mm = 0.5 * to.norm_squared() / rise;
-        if rise <= 0.0 || smaller_mm >= fits_mm {
-            break;
-        }
-        fits_mm = smaller_mm;
-    }
-    fits_mm
 }

@@ -8,7 +8,7 @@
 //!   ━━━━━━ surface
 //! ```
 
-use claymill_nurbs::{Aabb, ClosestPoints, Model, Point3};
+use claymill_nurbs::{ClosestPoints, Model, Point3};
 use claymill_toolpath::Stock;
 use rayon::prelude::*;
 
@@ -57,12 +57,6 @@ pub(crate) fn thickest_mm(stock: &Stock, model: &Model) -> f64 {
         .filter_map(|p| closest.closest(p, farthest))
         .map(|foot| foot.distance_mm)
         .reduce(|| 0.0, f64::max)
-}
-
-/// A block around a model, larger than it by this much on every side.
-pub(crate) fn block_around(bounds: &Aabb, margin_mm: f64) -> Stock {
-    let [low, high] = [(bounds.min, -margin_mm), (bounds.max, margin_mm)].map(|(p, mm)| p.map(|c| c + mm));
-    Stock::Block { box_mm: [low.x, low.y, low.z, high.x, high.y, high.z] }
 }
 
 #[cfg(test)]

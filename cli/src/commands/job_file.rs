@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use claymill_paths::Orientation;
-use claymill_toolpath::{LONGEST_WRITTEN, LinkStyle, read_plain_text};
+use claymill_toolpath::{LONGEST_WRITTEN, read_plain_text};
 
 use super::request::{LEAST, Request};
-use crate::args::{AxisArgs, JobOptions, LinkName, StrategyName, first_given};
+use crate::args::{AxisArgs, JobOptions, StrategyName, first_given};
 use crate::failure::{Failure, advice_on};
 
 /// Name of the job file that `plan` writes beside its results.
@@ -20,10 +20,15 @@ pub(crate) fn with(options: JobOptions, file: Option<&Path>) -> Result<JobOption
     })
 }
 
+/// The text of a job file.
+pub(super) fn read_text(file: &Path) -> Result<String, Failure> {
+    read_plain_text(file, LONGEST_WRITTEN)
+        .map_err(|e| Failure::problem(format!("{}: {e}", file.display()), advice_on(&e)))
+}
+
 /// The options in a job file.
 pub(crate) fn read(file: &Path) -> Result<JobOptions, Failure> {
-    let text = read_plain_text(file, LONGEST_WRITTEN)
-        .map_err(|e| Failure::problem(format!("{}: {e}", file.display()), advice_on(&e)))?;
+    let text = read_text(file)?;
     toml::from_str(&text).map_err(|e| {
         Failure::problem(
             format!("{}: {e}", file.display()),
@@ -83,10 +88,7 @@ pub(crate) fn text(request: &Request, orientation: Orientation) -> Result<String
         scallop: Some(passes.scallop_mm),
         strategy: Some(request.strategy),
         steep: (request.strategy == StrategyName::SteepShallow).then_some(passes.steep_deg),
-        link: Some(match passes.link {
-            LinkStyle::Zigzag => LinkName::Zigzag,
-            LinkStyle::OneWay => LinkName::OneWay,
-        }),
+        link: Some(passes.link.into()),
         preset: Some(request.preset),
         check_clearance: (!request.options.check.is_empty()).then_some(passes.check_clearance_mm),
         rapid_clearance: Some(passes.clearance_mm),

@@ -7,7 +7,7 @@ use claymill::{
     Strategy, Wish, choose,
 };
 use claymill_tooling::{MachineShape, ReadOptions, ToolingError, read_library};
-use claymill_toolpath::{FolderWriter, LONGEST_WRITTEN, LinkStyle, read_plain_text};
+use claymill_toolpath::FolderWriter;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
@@ -15,9 +15,9 @@ use super::job_file::{self, JOB_TOML};
 use super::plan::{Done, finish};
 use super::request::Request;
 use super::{Context, plan_summary, say_axes};
-use crate::args::{JobOptions, LinkName, PlanArgs, StrategyName, sides};
+use crate::args::{JobOptions, PlanArgs, StrategyName, sides};
 use crate::console::Console;
-use crate::failure::{Failure, advice_on};
+use crate::failure::Failure;
 use crate::{interrupt, material};
 
 /// The key of a job file that holds its operations.
@@ -56,8 +56,7 @@ pub(super) fn asked(args: &PlanArgs) -> Result<Option<Source>, Failure> {
         return Ok(Some(Source::Chosen(Box::new(Chosen::new(args, material)?))));
     }
     let Some(file) = args.job_file.as_deref() else { return Ok(None) };
-    let text = read_plain_text(file, LONGEST_WRITTEN)
-        .map_err(|e| Failure::problem(format!("{}: {e}", file.display()), advice_on(&e)))?;
+    let text = job_file::read_text(file)?;
     // What is no TOML is told by whoever reads the options.
     let Ok(table) = text.parse::<Table>() else { return Ok(None) };
     if !table.contains_key(OPERATIONS) {
@@ -137,8 +136,7 @@ pub(super) fn run(context: &Context, model: &Path, source: Source, out: &Path) -
     let base = match &source {
         Source::File(job) => {
             let requests = requests(model, job)?;
-            let main = requests.iter().position(|o| o.kind == OperationKind::Finish);
-            requests.get(main.unwrap_or(requests.len().saturating_sub(1))).map(|o| o.job.clone())
+            OperationKind::main_of(requests.iter().map(|o| o.kind)).map(|main| requests[main].job.clone())
         }
         Source::Chosen(chosen) => Some(Request::new(model, &chosen.options)?.job),
     };
@@ -272,17 +270,14 @@ impl Chosen {
         let corner = |b: &[f64]| format!("{},{},{}", b[0], b[1], b[2]);
         options.tool = Some(o.tool.tool.to_string());
         options.tool_number = Some(o.tool_number);
-        // The shipped holders stick out as far as they have to; the shop's are as they are.
+        // What holds the shipped tools on somebody's machine is not known.
         let held = o.tool.holder.as_ref().filter(|_| self.has_own_tools).map(ToString::to_string);
         options.holder = options.holder.or(held);
         options.rest_of = o.rest_of.map(|tool| tool.to_string());
         options.allowance = Some(o.allowance_mm);
         options.scallop = Some(o.scallop_mm);
         options.strategy = Some(options.strategy.unwrap_or(strategy_name(o.strategy)));
-        options.link = Some(match o.link {
-            LinkStyle::Zigzag => LinkName::Zigzag,
-            LinkStyle::OneWay => LinkName::OneWay,
-        });
+        options.link = Some(o.link.into());
         options.feed = options.feed.or(Some(o.feed_mm_per_min));
         options.stock_above = Some(o.stock_above_mm);
         options.bounds.centre_within =

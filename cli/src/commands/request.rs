@@ -109,6 +109,15 @@ pub(crate) fn holder(text: &str, tool: &Tool) -> Result<Holder, Failure> {
         .map_err(|e| Failure::usage(e, "For example: --holder 60, or --holder 60:27-34x50,63x26."))
 }
 
+impl From<LinkStyle> for LinkName {
+    fn from(style: LinkStyle) -> Self {
+        match style {
+            LinkStyle::Zigzag => LinkName::Zigzag,
+            LinkStyle::OneWay => LinkName::OneWay,
+        }
+    }
+}
+
 impl From<StrategyName> for Strategy {
     fn from(name: StrategyName) -> Self {
         match name {

@@ -84,10 +84,10 @@ pub(crate) struct Containment<'a> {
     contain: Contain,
     radius_mm: f64,
     boxes: Vec<Aabb>,
-    /// In the model's coordinates, where the centre of the ball is on passes; with the frame.
-    centre_box: Option<(Aabb, Frame)>,
-    /// Of a setup that is not parallel to the model's axes: the boxes are then in model coordinates.
-    tilted: Option<Frame>,
+    /// Where the centre of the ball is on passes, in the model's coordinates.
+    centre_box: Option<Aabb>,
+    /// In one that is not parallel to the model's axes, the boxes are in model coordinates too.
+    frame: Frame,
     /// The borders of what is cut, where the tool is not to reach over them.
     outline: Option<Outline>,
     /// Balls that are larger by the distance to be kept, on what is to be avoided: for passes, and for ways.
@@ -115,20 +115,17 @@ impl<'a> Containment<'a> {
         if is_free {
             return None;
         }
-        let tilted = frame.quaternion().map(|_| *frame);
+        let ends = |[x0, y0, z0, x1, y1, z1]: [f64; 6]| [Point3::new(x0, y0, z0), Point3::new(x1, y1, z1)];
         let corners = |sides: &[f64; 6]| {
-            let [x0, y0, z0, x1, y1, z1] = *sides;
-            let ends = [Point3::new(x0, y0, z0), Point3::new(x1, y1, z1)];
-            Aabb::of(&if tilted.is_some() { ends } else { ends.map(|p| frame.to_setup(&p)) })
+            let ends = ends(*sides);
+            Aabb::of(&if frame.is_tilted() { ends } else { ends.map(|p| frame.to_setup(&p)) })
         };
         Some(Containment {
             contain: bounds.contain,
             radius_mm,
             boxes: bounds.within_mm.iter().map(corners).collect(),
-            tilted,
-            centre_box: bounds.centre_within_mm.map(|[x0, y0, z0, x1, y1, z1]| {
-                (Aabb::of(&[Point3::new(x0, y0, z0), Point3::new(x1, y1, z1)]), *frame)
-            }),
+            frame: *frame,
+            centre_box: bounds.centre_within_mm.map(|sides| Aabb::of(&ends(sides))),
             outline: (bounds.contain != Contain::Contact)
                 .then(|| Outline::new(covering, excluded, frame, radius_mm)),
             avoided,
@@ -176,8 +173,8 @@ impl<'a> Containment<'a> {
 
     /// Whether the centre of the ball is where it cuts something of a block.
     fn is_near_block(&self, centre: &Point3, inside_mm: f64) -> bool {
-        self.centre_box.as_ref().is_none_or(|(b, frame)| {
-            let at = frame.to_model(centre);
+        self.centre_box.as_ref().is_none_or(|b| {
+            let at = self.frame.to_model(centre);
             (0..3).all(|k| (b.min[k] + inside_mm..=b.max[k] - inside_mm).contains(&at[k]))
         })
     }
@@ -189,9 +186,9 @@ impl<'a> Containment<'a> {
             (b.min[k] + inset_mm..=b.max[k] - inset_mm).contains(&at[k])
         };
         let inset_mm = self.reach_mm() + inside_mm;
-        if let Some(frame) = &self.tilted {
+        if self.frame.is_tilted() {
             // No side of a box is along the axis: all of them bound the tool.
-            let [across, contact] = [across, contact].map(|at| at.map(|p| frame.to_model(p)));
+            let [across, contact] = [across, contact].map(|at| at.map(|p| self.frame.to_model(p)));
             let holds = |b: &Aabb| {
                 across.is_none_or(|at| (0..3).all(|k| inside(b, k, &at, inset_mm)))
                     && contact.is_none_or(|at| (0..3).all(|k| inside(b, k, &at, inside_mm)))
@@ -214,7 +211,6 @@ impl<'a> Containment<'a> {
     /// Height of the tip at which the ball keeps its distance from obstacles over a place, or this one if that is larger.
     pub(crate) fn over_obstacles(&self, x: f64, y: f64, tip: f64) -> f64 {
         let balls = self.obstacles.as_ref().map(|balls| &balls[On::Way as usize]);
-        let rest = balls.and_then(|ball| ball.drop_above(x, y, tip + self.radius_mm));
-        rest.map_or(tip, |rest| rest.centre.z - self.radius_mm)
+        balls.map_or(tip, |ball| ball.tip_above(x, y, tip, self.radius_mm))
     }
 }

@@ -156,9 +156,7 @@ impl SetupContext<'_> {
     fn over_stock(&self, foot: &Point3, height: f64) -> f64 {
         let Some((stock, _)) = self.stock else { return height };
         let radius_mm = self.ball.radius_mm();
-        let over = |high: f64, (x, y): (f64, f64)| {
-            stock.drop_above(x, y, high + radius_mm).map_or(high, |rest| rest.centre.z - radius_mm)
-        };
+        let over = |high: f64, (x, y): (f64, f64)| stock.tip_above(x, y, high, radius_mm);
         [(foot.x, foot.y)].into_iter().chain(around(foot.x, foot.y, ASIDE_MM)).fold(height, over)
     }
 
@@ -188,7 +186,7 @@ impl SetupContext<'_> {
         let foot = self.frame.to_setup(&arc.end());
         let is_free_above = || {
             let centre = foot + Vector3::z() * self.ball.radius_mm();
-            rest_above(self.ball, foot.x, foot.y, foot.z) <= foot.z
+            self.ball.tip_above(foot.x, foot.y, foot.z, self.ball.radius_mm()) <= foot.z
                 && !self.ball.is_in_material_above(&centre)
         };
         (self.is_curve_clear(&arc) && is_free_above()).then_some(arc)
@@ -270,7 +268,7 @@ impl SetupContext<'_> {
     /// Tip height a clearance above `foot` and wherever the ball could rest there or a little aside.
     fn clear_height(&self, foot: &Point3) -> f64 {
         let places = [(foot.x, foot.y)].into_iter().chain(around(foot.x, foot.y, ASIDE_MM));
-        let high = places.fold(foot.z, |high, (x, y)| rest_above(self.ball, x, y, high));
+        let high = places.fold(foot.z, |high, (x, y)| self.ball.tip_above(x, y, high, self.ball.radius_mm()));
         let high =
             self.containment.map_or(high, |containment| containment.over_obstacles(foot.x, foot.y, high));
         let high = self.over_stock(foot, self.above_left_by_earlier(foot, high));
@@ -284,7 +282,7 @@ impl SetupContext<'_> {
         let radius_mm = self.ball.radius_mm();
         let earlier_mm = earlier.radius_mm();
         let left = |high: f64, (x, y): (f64, f64)| -> f64 {
-            let over = rest_above(earlier, x, y, high);
+            let over = earlier.tip_above(x, y, high, earlier_mm);
             if over <= high.max(foot.z + self.worth_mm()) {
                 return over;
             }
@@ -294,7 +292,7 @@ impl SetupContext<'_> {
                 around(x, y, aside_mm).map(move |at| (at, rise_mm))
             });
             let lower = |least: f64, ((x, y), rise_mm): ((f64, f64), f64)| {
-                let side = rest_above(earlier, x, y, high - rise_mm) + rise_mm;
+                let side = earlier.tip_above(x, y, high - rise_mm, earlier_mm) + rise_mm;
                 // None is below `high`, so that the first one there decides; off the model it need not have been.
                 match side <= high {
                     true if earlier.drop(x, y).is_some() => Err(high),
@@ -343,11 +341,6 @@ impl SetupContext<'_> {
         let q = self.frame.to_setup(&p);
         self.frame.to_model(&Point3::new(q.x, q.y, height))
     }
-}
-
-/// Tip height at which a ball comes to rest, or this one if that is larger.
-fn rest_above(ball: &BallDrop, x: f64, y: f64, height: f64) -> f64 {
-    ball.drop_above(x, y, height + ball.radius_mm()).map_or(height, |l| l.centre.z - ball.radius_mm())
 }
 
 /// A height that is written: not below the one that is proven.

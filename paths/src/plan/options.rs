@@ -117,7 +117,10 @@ impl PlanOptions {
     }
 
     /// The setups asked for, or the five usual ones.
-    pub(crate) fn frames(&self) -> Result<Vec<Frame>, PlanError> {
+    ///
+    /// # Errors
+    /// The axes are parallel, there are too many setups, or two have one name.
+    pub fn frames(&self) -> Result<Vec<Frame>, PlanError> {
         if self.setups.is_empty() {
             return Ok(self.orientation.five_setups()?.to_vec());
         }

@@ -1,4 +1,4 @@
-//! The session: a program's moves on its initial stock, ready to be asked.
+//! A program's moves on its initial stock, ready to be asked.
 
 use std::collections::BTreeMap;
 

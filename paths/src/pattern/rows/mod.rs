@@ -70,7 +70,7 @@ impl SetupContext<'_> {
 
     pub(crate) fn raster(&self, patches: &[Patch]) -> Option<Raster> {
         // Coordinates in a tilted setup are rounded, and differ in the last digit from those of the same model in another one.
-        let inset = if self.frame.quaternion().is_some() { TILTED_INSET } else { 0.0 };
+        let inset = if self.frame.is_tilted() { TILTED_INSET } else { 0.0 };
         Raster::new(patches, self.raster_mm(), inset)
     }
 

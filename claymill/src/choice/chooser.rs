@@ -1,0 +1,351 @@
+//! Stages of a process made operations, one after the other, while what stands above the surface is followed.
+
+use claymill_paths::Strategy;
+use claymill_tooling::{
+    ChainTool, Engagement, Fact, Facts, LibraryTool, Material, ReachModel, ReachPatch, Spacing, Stage,
+    StageKind, StrategyName, ToolChoice, Way, tool_chain,
+};
+use claymill_toolpath::{LinkStyle, OperationKind, Stock};
+
+use crate::choice::fits::Sample;
+use crate::choice::{ChosenOperation, Shop, layers};
+use crate::error::Error;
+
+/// The finishing tool leaves no more than this share of the area that any tool reaches.
+const LEFT_SHARE: f64 = 0.03;
+/// Rests smaller than this share of the area are sampling noise.
+const NOISE_SHARE: f64 = 2e-3;
+/// A ball fits where one that is larger by this share does not: samples are exact to it.
+const FITS: f64 = 1e-3;
+/// A roughing step is no wider than this, in radii of the ball.
+const WIDEST_STEP: f64 = 1.6;
+/// A tool change takes this long where the machine does not say, s.
+const CHANGE_S: f64 = 20.0;
+
+pub(super) struct Chooser<'a> {
+    pub(super) shop: &'a Shop,
+    pub(super) material: &'a Material,
+    pub(super) facts: Facts,
+    pub(super) stock: &'a Stock,
+    /// What stands above the surface at first, mm.
+    pub(super) thickest_mm: f64,
+    /// The same after the operations so far, where the balls fit.
+    pub(super) left_mm: f64,
+    pub(super) operations: Vec<ChosenOperation>,
+    pub(super) refusals: Vec<String>,
+}
+
+impl Chooser<'_> {
+    /// Roughing and semi-finishing: layers down to the allowance.
+    pub(super) fn clear(&mut self, stage: &Stage) -> Result<(), Error> {
+        let kind = stage.kind;
+        let word = kind.name();
+        if stage.runs(&self.facts) == Some(false) {
+            let varies = self.facts.get("stock.varies_mm");
+            let varies = match varies {
+                Some(Fact::Number(mm)) => format!(", where the thickness varies by {mm:.2} mm"),
+                _ => String::new(),
+            };
+            self.refusals.push(format!("{word} is not needed{varies}"));
+            return Ok(());
+        }
+        let allowance_mm = stage.allowance_mm.value;
+        if self.left_mm <= allowance_mm {
+            self.refusals.push(format!(
+                "{word} is not needed: no more than {:.2} mm are above the surface, it would leave {allowance_mm} mm",
+                self.left_mm
+            ));
+            return Ok(());
+        }
+        let tool = self.largest(stage)?;
+        let radius_mm = tool.tool.radius_mm();
+        let step_mm = stage.spacing.value.step_mm(&tool.tool).min(WIDEST_STEP * radius_mm);
+        let cusp_mm = cusp_mm(radius_mm, step_mm);
+        let scallop_mm = round_up(cusp_mm);
+        // No deeper than the ball is high: above it the shank would rub.
+        let depth_mm = stage.depth_mm.as_ref().map_or(radius_mm, |d| d.value).min(radius_mm);
+        let all = layers::allowances_mm(self.left_mm, allowance_mm, depth_mm);
+        let count = all.len();
+        for (index, &left_mm) in all.iter().enumerate() {
+            let above_mm = self.left_mm;
+            let name = if count == 1 { word.to_owned() } else { format!("{word}-{}", index + 1) };
+            let kind = if kind == StageKind::Semi { OperationKind::Semi } else { OperationKind::Rough };
+            let reason = format!(
+                "{above_mm:.1} mm are above the surface at most: {} takes {:.1} mm with steps of {step_mm:.1} mm, as {} says",
+                tool.name,
+                above_mm - left_mm,
+                stage.spacing.from
+            );
+            let whole = self.operation(stage, kind, name, &tool, scallop_mm, reason);
+            self.operations.push(ChosenOperation {
+                allowance_mm: left_mm,
+                stock_above_mm: self.stock_above_mm(left_mm),
+                within_mm: self.within(radius_mm),
+                ..whole
+            });
+            self.left_mm = left_mm + cusp_mm;
+        }
+        self.facts.insert("stock.varies_mm", Fact::Number(cusp_mm));
+        Ok(())
+    }
+
+    /// The finish and the chain of tools for what it leaves.
+    pub(super) fn surface(
+        &mut self,
+        finish: &Stage,
+        rest: Option<&Stage>,
+        samples: &[Sample],
+        scallop_mm: Option<f64>,
+    ) -> Result<(), Error> {
+        let seen_mm2: f64 = samples.iter().map(|s| s.area_mm2).sum();
+        let balls = self.balls(None);
+        if balls.is_empty() {
+            return Err(no_tool(finish, self.material));
+        }
+        let spacing = scallop_mm.map_or(finish.spacing.value, Spacing::ScallopMm);
+        let fits =
+            |tool: &LibraryTool, sample: &Sample| sample.fits_mm >= tool.tool.radius_mm() * (1.0 - FITS);
+        let patches: Vec<ReachPatch> = samples
+            .iter()
+            .map(|sample| ReachPatch {
+                area_mm2: sample.area_mm2,
+                reached_by: (balls.iter().enumerate())
+                    .fold(0, |bits, (k, tool)| bits | u64::from(fits(tool, sample)) << k),
+            })
+            .collect();
+        let reached_mm2 = |k: usize| -> f64 {
+            patches.iter().filter(|p| p.reached_by >> k & 1 == 1).map(|p| p.area_mm2).sum()
+        };
+        let range = radii(finish);
+        let in_range =
+            |k: &usize| range.is_none_or(|[low, high]| (low..=high).contains(&balls[*k].tool.radius_mm()));
+        let reaches = |k: usize| 100.0 * reached_mm2(k) / seen_mm2.max(f64::MIN_POSITIVE);
+        let union_mm2: f64 = patches.iter().filter(|p| p.reached_by != 0).map(|p| p.area_mm2).sum();
+        let enough = |k: &usize| reached_mm2(*k) >= (1.0 - LEFT_SHARE) * union_mm2;
+        let chosen = (0..balls.len()).filter(in_range).find(enough);
+        // Of those in the range the one that reaches most, where none reaches enough.
+        let chosen = chosen.or_else(|| (0..balls.len()).rfind(in_range));
+        let Some(first) = self.told(finish, &balls).or(chosen) else {
+            return Err(no_tool(finish, self.material));
+        };
+        for k in (0..first).filter(in_range) {
+            self.refusals.push(format!(
+                "{} is not taken for the finish: it reaches {:.1} % of the surface that the setups see",
+                balls[k].name,
+                reaches(k)
+            ));
+        }
+        let tool = &balls[first];
+        let height_mm = |tool: &LibraryTool| match spacing {
+            Spacing::ScallopMm(mm) => mm,
+            other => round_up(cusp_mm(tool.tool.radius_mm(), other.step_mm(&tool.tool))),
+        };
+        let reason = format!(
+            "{} is the largest ball of its range that reaches {:.1} % of the surface that the setups see; all balls \
+             together reach {:.1} %",
+            tool.name,
+            reaches(first),
+            100.0 * union_mm2 / seen_mm2.max(f64::MIN_POSITIVE)
+        );
+        let whole =
+            self.operation(finish, OperationKind::Finish, "finish".into(), tool, height_mm(tool), reason);
+        self.operations.push(whole);
+        let Some(stage) = rest else { return Ok(()) };
+        self.rests(stage, &balls[first..], &patches, first, seen_mm2, &height_mm)
+    }
+
+    /// Rest operations by the cheapest chain of tools below the finishing one.
+    fn rests(
+        &mut self,
+        stage: &Stage,
+        balls: &[LibraryTool],
+        patches: &[ReachPatch],
+        first: usize,
+        seen_mm2: f64,
+        height_mm: &dyn Fn(&LibraryTool) -> f64,
+    ) -> Result<(), Error> {
+        let below = |p: &ReachPatch| ReachPatch { reached_by: p.reached_by >> first, ..*p };
+        let left: Vec<ReachPatch> = patches.iter().map(below).filter(|p| p.reached_by & 1 == 0).collect();
+        let rest_mm2: f64 = left.iter().filter(|p| p.reached_by != 0).map(|p| p.area_mm2).sum();
+        self.facts.insert("rest.area_mm2", Fact::Number(rest_mm2));
+        if rest_mm2 <= NOISE_SHARE * seen_mm2 || stage.runs(&self.facts) == Some(false) {
+            self.refusals.push(format!(
+                "rest is not needed: {rest_mm2:.0} mm² are left for smaller balls, of {seen_mm2:.0} mm²"
+            ));
+            return Ok(());
+        }
+        let change_s = self.shop.machine.changer.change_s.unwrap_or(CHANGE_S);
+        let smaller: Vec<LibraryTool> = balls.iter().skip(1).cloned().collect();
+        let rate = |tool: &LibraryTool| {
+            Spacing::ScallopMm(height_mm(tool)).step_mm(&tool.tool) * self.feed(stage, tool) / 60.0
+        };
+        let tools = smaller.iter().map(|tool| ChainTool {
+            id: tool.id.clone(),
+            mm2_per_s: rate(tool),
+            change_s,
+            wear: self.material.wear,
+        });
+        let patches: Vec<ReachPatch> =
+            left.iter().map(|p| ReachPatch { reached_by: p.reached_by >> 1, ..*p }).collect();
+        let model = ReachModel::new(tools.collect(), &patches).map_err(|e| Error::Choice {
+            what: format!("the tools for the rest cannot be chosen: {e}"),
+            advice: "Look at the tools' radii and feeds.".into(),
+        })?;
+        let chain = tool_chain(&model, NOISE_SHARE * seen_mm2);
+        let mut before = balls[0].tool;
+        for (index, step) in chain.steps.iter().enumerate() {
+            let Some(tool) = smaller.iter().find(|tool| tool.id == model.tools()[step.tool].id) else {
+                continue;
+            };
+            let name = if chain.steps.len() == 1 { "rest".to_owned() } else { format!("rest-{}", index + 1) };
+            let reason = format!(
+                "{} cuts {:.0} mm² that {before} does not reach; the chain of {} takes {:.0} s, {:.0} mm² are left to none",
+                tool.name,
+                step.area_mm2,
+                chain.steps.len(),
+                chain.total_s,
+                chain.left_mm2
+            );
+            let whole = self.operation(stage, OperationKind::Rest, name, tool, height_mm(tool), reason);
+            self.operations.push(ChosenOperation { rest_of: Some(before), ..whole });
+            before = tool.tool;
+        }
+        for other in &chain.others {
+            let tool = &model.tools()[other.tool].id;
+            self.refusals.push(format!(
+                "{tool} is not taken for the rest: the best chain with it takes {:.0} s",
+                other.total_s
+            ));
+        }
+        Ok(())
+    }
+
+    /// An operation with the values of its stage.
+    fn operation(
+        &self,
+        stage: &Stage,
+        kind: OperationKind,
+        name: String,
+        tool: &LibraryTool,
+        scallop_mm: f64,
+        reason: String,
+    ) -> ChosenOperation {
+        // One number a tool: the shop's, or else its place in the library.
+        let place = self.shop.library.tools.iter().position(|t| t.id == tool.id);
+        let allowance_mm = stage.allowance_mm.value;
+        ChosenOperation {
+            name,
+            kind,
+            reason,
+            tool: tool.clone(),
+            tool_number: tool.number.unwrap_or(place.unwrap_or(0) as u32 + 1),
+            rest_of: None,
+            allowance_mm,
+            scallop_mm,
+            strategy: strategy(stage.strategy.value),
+            link: link(stage.way.value),
+            feed_mm_per_min: self.feed(stage, tool),
+            stock_above_mm: self.stock_above_mm(allowance_mm),
+            within_mm: None,
+        }
+    }
+
+    /// Balls of the library from large to small, within a range of radii.
+    fn balls(&self, range: Option<[f64; 2]>) -> Vec<LibraryTool> {
+        let fits = |t: &&LibraryTool| {
+            t.tool.is_ball() && range.is_none_or(|[low, high]| (low..=high).contains(&t.tool.radius_mm()))
+        };
+        let mut balls: Vec<LibraryTool> = self.shop.library.tools.iter().filter(fits).cloned().collect();
+        balls.sort_by(|a, b| b.tool.radius_mm().total_cmp(&a.tool.radius_mm()).then(a.id.cmp(&b.id)));
+        balls.truncate(claymill_tooling::MOST_CHAIN_TOOLS);
+        balls
+    }
+
+    /// The tool that a stage names, as its place among these.
+    fn told(&self, stage: &Stage, balls: &[LibraryTool]) -> Option<usize> {
+        let ToolChoice::Id(id) = &stage.tool.value else { return None };
+        balls.iter().position(|tool| tool.id == *id)
+    }
+
+    fn largest(&self, stage: &Stage) -> Result<LibraryTool, Error> {
+        if let ToolChoice::Id(id) = &stage.tool.value {
+            let found = self.shop.library.get(id).filter(|tool| tool.tool.is_ball());
+            return found.cloned().ok_or_else(|| no_tool(stage, self.material));
+        }
+        self.balls(radii(stage)).into_iter().next().ok_or_else(|| no_tool(stage, self.material))
+    }
+
+    /// Feed of a stage with a tool: as the stage says, or from the tool's cutting data, within the machine's limits.
+    fn feed(&self, stage: &Stage, tool: &LibraryTool) -> f64 {
+        let of_tool = || {
+            let cutting = tool.cutting_for(self.material).ok()?;
+            let engagement = Engagement { ap_mm: None, ae_mm: None, tilt_deg: 0.0 };
+            Some(cutting.conditions(tool, &engagement, Some(&self.shop.machine)).ok()?.feed_mm_per_min)
+        };
+        let asked = stage.feed_mm_per_min.as_ref().map(|feed| feed.value).or_else(of_tool);
+        let usual = claymill_paths::Feeds::default().cut_mm_per_min;
+        let most = self.shop.machine.feed.max_mm_per_min.unwrap_or(f64::INFINITY);
+        asked.unwrap_or(usual).min(most).round()
+    }
+
+    /// Rapids stay outside of all of the stock that there was: where an earlier ball did not fit, all of it is still there.
+    fn stock_above_mm(&self, allowance_mm: f64) -> f64 {
+        round_up((self.thickest_mm - allowance_mm).max(0.0))
+    }
+
+    /// Where the ball cuts something of a block: its centre is no farther outside than its radius.
+    fn within(&self, radius_mm: f64) -> Option<[f64; 6]> {
+        let Stock::Block { box_mm } = self.stock else { return None };
+        let mut grown = *box_mm;
+        for k in 0..3 {
+            grown[k] -= radius_mm;
+            grown[k + 3] += radius_mm;
+        }
+        Some(grown)
+    }
+}
+
+fn no_tool(stage: &Stage, material: &Material) -> Error {
+    let range = radii(stage)
+        .map_or_else(String::new, |[low, high]| format!(" with a radius from {low} to {high} mm"));
+    Error::Choice {
+        what: format!("the tools have no ball{range} for {} in {}", stage.kind.name(), material.name),
+        advice: "Add one to the tool library, or name a tool for the stage in a process of your own.".into(),
+    }
+}
+
+fn radii(stage: &Stage) -> Option<[f64; 2]> {
+    match &stage.tool.value {
+        ToolChoice::Auto { radius_mm } => *radius_mm,
+        ToolChoice::Id(_) => None,
+    }
+}
+
+/// Height of the cusps that a ball leaves between passes on a plane at this step-over, mm: `R − √(R² − s²/4)`.
+fn cusp_mm(radius_mm: f64, step_mm: f64) -> f64 {
+    radius_mm - (radius_mm * radius_mm - 0.25 * step_mm * step_mm).max(0.0).sqrt()
+}
+
+/// To the hundredth of a millimetre that people read, and no less.
+fn round_up(mm: f64) -> f64 {
+    (100.0 * mm).ceil() / 100.0
+}
+
+fn link(way: Way) -> LinkStyle {
+    match way {
+        Way::Lace => LinkStyle::Zigzag,
+        Way::Climb | Way::Conventional => LinkStyle::OneWay,
+    }
+}
+
+fn strategy(name: StrategyName) -> Strategy {
+    match name {
+        StrategyName::Auto => Strategy::Auto,
+        StrategyName::Planar => Strategy::Planar,
+        StrategyName::Flow => Strategy::Flow,
+        StrategyName::Scallop => Strategy::Scallop,
+        StrategyName::Waterline => Strategy::Waterline,
+        StrategyName::SteepShallow => Strategy::SteepShallow,
+        StrategyName::Isoparametric => Strategy::Isoparametric,
+    }
+}

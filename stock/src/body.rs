@@ -216,7 +216,9 @@ mod tests {
             }
             Solid::Frustum { low, high, .. } if height < low[0] || height > high[0] => -1.0,
             Solid::Frustum { low, high, .. } if high[0].is_infinite() => low[1],
-            Solid::Frustum { low, high, .. } => low[1] + (high[1] - low[1]) * (height - low[0]) / (high[0] - low[0]),
+            Solid::Frustum { low, high, .. } => {
+                low[1] + (high[1] - low[1]) * (height - low[0]) / (high[0] - low[0])
+            }
         };
         body.solids.iter().map(at).fold(-1.0, f64::max)
     }
@@ -224,7 +226,9 @@ mod tests {
     /// A disc of the larger one that touches no place of the outline nearer than the distance.
     #[test]
     fn a_smaller_body_stays_that_far_inside_and_a_larger_one_outside() {
-        for text in ["ball:10", "flat:5", "bull:10:2", "ball:5,taper:12,length:40", "flat:4,taper:30,length:20"] {
+        for text in
+            ["ball:10", "flat:5", "bull:10:2", "ball:5,taper:12,length:40", "flat:4,taper:30,length:20"]
+        {
             let body = ToolBody::cutting(&tool(text)).unwrap();
             for distance in [0.05, 0.7, 2.5] {
                 let (small, large) = (body.offset(-distance).unwrap(), body.offset(distance).unwrap());
@@ -236,12 +240,18 @@ mod tests {
                         let inside = radius(&small, height);
                         if inside >= 0.0 {
                             let there = radius(&body, near);
-                            assert!(there >= inside + distance * cosine - 1e-9, "{text} {distance} {height} {j}");
+                            assert!(
+                                there >= inside + distance * cosine - 1e-9,
+                                "{text} {distance} {height} {j}"
+                            );
                         }
                         let inside = radius(&body, height);
                         if inside >= 0.0 {
                             let there = radius(&large, near);
-                            assert!(there >= inside + distance * cosine - 1e-9, "{text} {distance} {height} {j}");
+                            assert!(
+                                there >= inside + distance * cosine - 1e-9,
+                                "{text} {distance} {height} {j}"
+                            );
                         }
                     }
                 }

@@ -43,7 +43,9 @@ pub enum StockError {
         reach_mm: f64,
     },
     /// No ray passes through the material.
-    #[error("the stock is empty at this pitch: no ray of {pitch_mm} mm pitch passes through it; is the pitch finer than the part?")]
+    #[error(
+        "the stock is empty at this pitch: no ray of {pitch_mm} mm pitch passes through it; is the pitch finer than the part?"
+    )]
     Empty {
         /// Distance of the rays, mm.
         pitch_mm: f64,
@@ -85,7 +87,9 @@ pub enum StockError {
     #[error(transparent)]
     Tool(#[from] ToolError),
     /// A section of a tool or holder makes no sense.
-    #[error("a section from height {low:?} to {high:?} (height, radius in mm) is no cone or cylinder; radii must be positive and heights ascend")]
+    #[error(
+        "a section from height {low:?} to {high:?} (height, radius in mm) is no cone or cylinder; radii must be positive and heights ascend"
+    )]
     Section {
         /// Height above the tip and radius at the lower end, mm.
         low: [f64; 2],

@@ -234,7 +234,9 @@ mod tests {
             assert_eq!(refused(&bounds, pitch_mm), StockError::Pitch { pitch_mm });
         }
         assert!(matches!(refused(&bounds, f64::NAN), StockError::Pitch { .. }));
-        let StockError::TooFine { bytes, fitting_mm, .. } = refused(&bounds, 0.3) else { panic!("it is too fine") };
+        let StockError::TooFine { bytes, fitting_mm, .. } = refused(&bounds, 0.3) else {
+            panic!("it is too fine")
+        };
         assert!(bytes > USUAL_BYTES && Grid::over(&bounds, fitting_mm).is_ok());
         assert_eq!(refused(&block([0.0; 3], [1.0, 1.0, 0.0]), 0.1), StockError::EmptyBox);
         assert_eq!(refused(&Aabb::empty(), 0.1), StockError::EmptyBox);

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use claymill_nurbs::{Aabb, Point3};
 use rayon::prelude::*;
 
+use crate::StockError;
 use crate::grid::{self, Family, Grid, SIDE};
 use crate::intervals::united;
 use crate::tile::{Lists, Shared, ray_in_tile};
-use crate::StockError;
 
 /// Material as intervals along three families of rays.
 ///
@@ -70,7 +70,8 @@ impl Stock {
         Stock::from_rays(grid, |ray| {
             if ray.family == along {
                 let [x, y] = [0, 1].map(|i| ray.across_mm[i] - base[ray.family.across()[i]]);
-                return (x * x + y * y <= radius_mm * radius_mm).then(|| vec![[bounds.min[k], bounds.max[k]]]);
+                return (x * x + y * y <= radius_mm * radius_mm)
+                    .then(|| vec![[bounds.min[k], bounds.max[k]]]);
             }
             // Of the two axes across the ray, one runs along the cylinder and one across it.
             let [a, b] = ray.family.across();
@@ -98,8 +99,14 @@ impl Stock {
         let lists = |ray| {
             let Some(intervals) = material(ray) else { return Ok(Vec::new()) };
             let whole = intervals.into_iter().map(|[low, high]| {
-                let fits = low <= high && low.abs() <= 2.0 * grid::FARTHEST_MM && high.abs() <= 2.0 * grid::FARTHEST_MM;
-                if fits { Ok([grid::floor(low), grid::ceil(high)]) } else { Err(StockError::Interval { low, high }) }
+                let fits = low <= high
+                    && low.abs() <= 2.0 * grid::FARTHEST_MM
+                    && high.abs() <= 2.0 * grid::FARTHEST_MM;
+                if fits {
+                    Ok([grid::floor(low), grid::ceil(high)])
+                } else {
+                    Err(StockError::Interval { low, high })
+                }
             });
             Ok(united(whole.collect::<Result<_, _>>()?))
         };
@@ -111,12 +118,21 @@ impl Stock {
     where
         F: Fn(Ray) -> Result<Vec<[i32; 2]>, StockError> + Sync,
     {
+        Stock::from_tiles(grid, |lists, family, tile| fill(lists, &grid, family, tile, &list_of))
+    }
+
+    /// The same from whole tiles; their lists are empty at first.
+    pub(crate) fn from_tiles<F>(grid: Grid, fill: F) -> Result<Self, StockError>
+    where
+        F: Fn(&mut Lists, Family, [u32; 2]) -> Result<(), StockError> + Sync,
+    {
         let family = |family: Family| -> Result<Vec<Shared>, StockError> {
             let [across, rows] = grid.tiles(family);
             let row = |lists: &mut Lists, row: u32| -> Result<Vec<Shared>, StockError> {
                 let mut tiles: Vec<Shared> = Vec::with_capacity(across as usize);
                 for column in 0..across {
-                    fill(lists, &grid, family, [column, row], &list_of)?;
+                    lists.load(&None);
+                    fill(lists, family, [column, row])?;
                     let tile = lists.store();
                     // Within a block nearly all tiles are alike: they are one.
                     let same = tiles.last().filter(|last| **last == tile).cloned();
@@ -124,7 +140,8 @@ impl Stock {
                 }
                 Ok(tiles)
             };
-            let rows: Vec<_> = (0..rows).into_par_iter().map_init(Lists::new, row).collect::<Result<_, _>>()?;
+            let rows: Vec<_> =
+                (0..rows).into_par_iter().map_init(Lists::new, row).collect::<Result<_, _>>()?;
             Ok(rows.into_iter().flatten().collect())
         };
         let stock = Stock { grid, families: [family(Family::X)?, family(Family::Y)?, family(Family::Z)?] };
@@ -179,12 +196,17 @@ impl Stock {
 }
 
 /// Fills the lists of a tile; those beyond the grid are empty.
-fn fill<F>(lists: &mut Lists, grid: &Grid, family: Family, tile: [u32; 2], list_of: &F) -> Result<(), StockError>
+fn fill<F>(
+    lists: &mut Lists,
+    grid: &Grid,
+    family: Family,
+    tile: [u32; 2],
+    list_of: &F,
+) -> Result<(), StockError>
 where
     F: Fn(Ray) -> Result<Vec<[i32; 2]>, StockError>,
 {
     let [a, b] = family.across();
-    lists.load(&None);
     for v in (tile[1] * SIDE..(tile[1] + 1) * SIDE).take_while(|v| *v < grid.counts[b]) {
         for u in (tile[0] * SIDE..(tile[0] + 1) * SIDE).take_while(|u| *u < grid.counts[a]) {
             let across_mm = [grid.centre(a, u), grid.centre(b, v)];

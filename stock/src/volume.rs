@@ -41,7 +41,8 @@ impl Stock {
     pub fn volume(&self) -> Volume {
         self.sum(|tile, _| {
             let Some(tile) = tile else { return [0, 0] };
-            tile.rays().fold([0, 0], |[sum, rays], ray| [sum + length(ray), rays + i64::from(!ray.is_empty())])
+            tile.rays()
+                .fold([0, 0], |[sum, rays], ray| [sum + length(ray), rays + i64::from(!ray.is_empty())])
         })
     }
 
@@ -80,10 +81,9 @@ impl Stock {
     fn sum(&self, of: impl Fn(&Shared, [usize; 2]) -> [i64; 2] + Sync) -> Volume {
         let totals = [0, 1, 2].map(|family| {
             let tiles = self.families[family].par_iter().enumerate();
-            tiles.map(|(number, tile)| of(tile, [family, number])).reduce(
-                || [0, 0],
-                |a, b| [a[0] + b[0], a[1] + b[1]],
-            )
+            tiles
+                .map(|(number, tile)| of(tile, [family, number]))
+                .reduce(|| [0, 0], |a, b| [a[0] + b[0], a[1] + b[1]])
         });
         let area_mm2 = self.grid.pitch_mm() * self.grid.pitch_mm();
         Volume {

@@ -260,5 +260,6 @@ fn in_tile(grid: &Grid, places: &Places, i: usize, low: f64, high: f64) -> [usiz
 fn top_of(bounds: &Aabb, sweep: &Sweep<'_>) -> f64 {
     let along = |p: &Point3| dot(p.coords.as_ref(), sweep.axis.as_ref());
     let corner = |k: usize| if sweep.axis[k] > 0.0 { bounds.max[k] } else { bounds.min[k] };
-    along(&Point3::new(corner(0), corner(1), corner(2))) - along(&sweep.from).min(along(&sweep.to)) + BEYOND_MM
+    along(&Point3::new(corner(0), corner(1), corner(2))) - along(&sweep.from).min(along(&sweep.to))
+        + BEYOND_MM
 }

@@ -2,9 +2,9 @@
 
 mod membership;
 mod oracle;
+mod reading;
 mod reference;
 mod starting;
-mod reading;
 mod state;
 
 use claymill_nurbs::{Aabb, Point3, Vector3};

@@ -92,7 +92,9 @@ fn gaps(list: &[[f64; 2]], [low, high]: [f64; 2]) -> Vec<[f64; 2]> {
 fn check(case: &Case, outlines: &[Outline], stock: &Stock, rng: &mut ChaCha8Rng) -> [usize; 2] {
     let mut counts = [0, 0];
     let swept = |p: &Point3| distance(outlines, &case.axis, &case.from, &case.to, p);
-    let about = || format!("{} {:?} axis {:?} from {:?} to {:?}", case.tool, case.parts, case.axis, case.from, case.to);
+    let about = || {
+        format!("{} {:?} axis {:?} from {:?} to {:?}", case.tool, case.parts, case.axis, case.from, case.to)
+    };
     let grid = stock.grid();
     for _ in 0..60 {
         let family = Family::ALL[rng.random_range(0..3)];
@@ -108,15 +110,16 @@ fn check(case: &Case, outlines: &[Outline], stock: &Stock, rng: &mut ChaCha8Rng)
         };
         let list = stock.on_ray(family, cell);
         for [low, high] in gaps(&list, [grid.bounds().min[k], grid.bounds().max[k]]) {
-            for t in [low, high, rng.random_range(low..high), rng.random_range(low..high)] {
+            let mut places = vec![low, high];
+            places.extend((0..12).map(|_| rng.random_range(low..high)));
+            for t in places {
                 let off = swept(&at(t));
                 assert!(off <= ROUNDING_MM, "{family:?} {cell:?} at {t}: {off:e} outside; {}", about());
                 counts[0] += 1;
             }
         }
         for [low, high] in list {
-            let near = high - INSIDE_MM;
-            for t in [low, near.max(low), high, low + INSIDE_MM.min(high - low), rng.random_range(low..high)] {
+            for t in [low, high, rng.random_range(low..high)] {
                 let p = at(t);
                 let is_deep = (0..27).all(|i| {
                     let step = Vector3::new(f64::from(i % 3), f64::from(i / 3 % 3), f64::from(i / 9));
@@ -134,7 +137,7 @@ fn check(case: &Case, outlines: &[Outline], stock: &Stock, rng: &mut ChaCha8Rng)
 fn what_is_removed_was_swept_and_what_was_swept_is_removed() {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let mut counts = [0, 0];
-    for _ in 0..1500 {
+    for _ in 0..1200 {
         let case = case(&mut rng);
         let tool = tool(case.tool);
         let holder = Holder::parse("17:20-30x6,26-12x7,22x5", &tool).unwrap();
@@ -175,10 +178,17 @@ fn a_smaller_body_on_chords_stays_within_the_sweep_of_the_curve() {
             let cell = [0; 2].map(|_| rng.random_range(0..50));
             for [low, high] in gaps(&stock.on_ray(Family::X, cell), [-20.0, 20.0]) {
                 for t in [low, high, 0.5 * (low + high)] {
-                    let p = Point3::new(t, -20.0 + 0.8 * (f64::from(cell[0]) + 0.5), -20.0 + 0.8 * (f64::from(cell[1]) + 0.5));
+                    let p = Point3::new(
+                        t,
+                        -20.0 + 0.8 * (f64::from(cell[0]) + 0.5),
+                        -20.0 + 0.8 * (f64::from(cell[1]) + 0.5),
+                    );
                     // Nearest place of the circle to the foot of a vertical axis: at the same angle.
                     let foot = on_circle(p.y.atan2(p.x));
-                    assert!(distance(&outlines, &Vector3::z(), &foot, &foot, &p) <= ROUNDING_MM, "{text} {p:?}");
+                    assert!(
+                        distance(&outlines, &Vector3::z(), &foot, &foot, &p) <= ROUNDING_MM,
+                        "{text} {p:?}"
+                    );
                     removed += 1;
                 }
             }

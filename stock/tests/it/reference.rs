@@ -10,7 +10,14 @@ use claymill_stock::{Grid, Stock, Sweep, ToolBody};
 use super::{block, bounds, cutting, end, upright};
 
 /// Checks what sweeps remove of a block at pitches 1, 0.5 and 0.25, by the best family and by all, as shares of the volume.
-fn removes(about: &str, stock: impl Fn(f64) -> Stock, sweeps: &[Sweep<'_>], exact: f64, best: [f64; 3], all: [f64; 3]) {
+fn removes(
+    about: &str,
+    stock: impl Fn(f64) -> Stock,
+    sweeps: &[Sweep<'_>],
+    exact: f64,
+    best: [f64; 3],
+    all: [f64; 3],
+) {
     for (i, pitch) in [1.0, 0.5, 0.25].into_iter().enumerate() {
         let removed = stock(pitch).removed_by(sweeps);
         let off = |mm3: f64| mm3 / exact - 1.0;
@@ -21,7 +28,10 @@ fn removes(about: &str, stock: impl Fn(f64) -> Stock, sweeps: &[Sweep<'_>], exac
             removed.families_mm3.map(|v| (off(v) * 1e5).round() / 1e5)
         );
         assert!(off(removed.best_mm3()).abs() <= best[i], "{about} at {pitch}: {removed:?}");
-        assert!(removed.families_mm3.iter().all(|v| off(*v).abs() <= all[i]), "{about} at {pitch}: {removed:?}");
+        assert!(
+            removed.families_mm3.iter().all(|v| off(*v).abs() <= all[i]),
+            "{about} at {pitch}: {removed:?}"
+        );
     }
 }
 
@@ -91,7 +101,8 @@ fn plunge_and_slot_of_a_bull_nose() {
     let lying = |pitch| block([0.0, -40.0, -20.0], [20.0, 40.0, 20.0], pitch);
     let (from, to) = (Point3::new(5.0, -25.0, 0.0), Point3::new(5.0, 25.0, 0.0));
     let slot = [Sweep::new(&bull, -Vector3::x(), from, to).unwrap()];
-    let deep = Sweep::new(&bull, Vector3::x(), Point3::new(15.0, -25.0, 0.0), Point3::new(15.0, 25.0, 0.0)).unwrap();
+    let deep =
+        Sweep::new(&bull, Vector3::x(), Point3::new(15.0, -25.0, 0.0), Point3::new(15.0, 25.0, 0.0)).unwrap();
     removes("A6 from +x", lying, &[deep], 6_433.429_752_332, [4e-3, 2e-3, 3e-4], [4e-3, 3e-3, 2.5e-3]);
     removes("A6 from -x", lying, &slot, 6_433.429_752_332, [4e-3, 2e-3, 3e-4], [4e-3, 3e-3, 2.5e-3]);
 }

@@ -41,7 +41,7 @@ impl Stock {
                     grid,
                     &places,
                     span,
-                    |ray| !tile.ray(ray).is_empty(),
+                    |ray, [low, high]| overlaps(tile.ray(ray), low, high),
                     |ray, [low, high]| overlaps(tile.ray(ray), grid::floor(low), grid::ceil(high)),
                 )
             })

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::Stock;
 use crate::grid::{self, Family, Grid};
-use crate::intervals::subtract;
+use crate::intervals::{overlaps, subtract};
 use crate::ray::window::{Places, Seen};
 use crate::sweep::Sweep;
 use crate::tile::{Lists, Shared};
@@ -46,7 +46,7 @@ fn cut_family(grid: &Grid, family: Family, tiles: &mut [Shared], sweeps: &[Sweep
         let mut is_changed = false;
         let rays = std::cell::RefCell::new(&mut lists.rays);
         for &sweep in sweeps {
-            let wanted = |ray: usize| !rays.borrow()[ray].is_empty();
+            let wanted = |ray: usize, [low, high]: [i32; 2]| overlaps(&rays.borrow()[ray], low, high);
             seen[sweep as usize].any_ray(grid, &places, span, wanted, |ray, [low, high]| {
                 is_changed |= subtract(&mut rays.borrow_mut()[ray], grid::ceil(low), grid::floor(high));
                 false

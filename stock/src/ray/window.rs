@@ -7,7 +7,7 @@ use super::frustum::Frustum;
 use super::swollen::Swollen;
 use super::{Turned, dot};
 use crate::body::Solid;
-use crate::grid::{Family, Grid, SIDE};
+use crate::grid::{self, Family, Grid, SIDE};
 use crate::sweep::Sweep;
 
 /// Bounds are wider by this, for rounding, mm.
@@ -99,14 +99,15 @@ impl Seen {
         (cells[0][0] < cells[0][1]).then(|| cells.map(|[first, end]| [first / SIDE, (end - 1) / SIDE]))
     }
 
-    /// Calls a function with every ray of a tile that is `wanted` and its intervals inside of the sweep, until it returns
-    /// `true`. The tile has nothing beyond `span`.
+    /// Calls a function with rays of a tile and their intervals inside of the sweep, until it returns `true`. Only rays are
+    /// looked at that `wanted` wants, given a range along them in quanta that holds all the intervals. The tile has nothing
+    /// beyond `span`.
     pub(crate) fn any_ray(
         &self,
         grid: &Grid,
         places: &Places,
         span: [f64; 2],
-        mut wanted: impl FnMut(usize) -> bool,
+        mut wanted: impl FnMut(usize, [i32; 2]) -> bool,
         mut each: impl FnMut(usize, [f64; 2]) -> bool,
     ) -> bool {
         let near = |part: &&Part| {
@@ -116,11 +117,12 @@ impl Seen {
         let mut parts = self.parts.iter().filter(near);
         let (Some(one), more) = (parts.next(), parts.next()) else { return false };
         let Some(other) = more else {
+            let reach = whole(one.ends(2));
             for (v, row) in one.rows(grid, places) {
                 let [from, to] = one.columns(grid, places, row);
                 for u in from..to {
                     let ray = v * SIDE as usize + u;
-                    if wanted(ray)
+                    if wanted(ray, reach)
                         && let Some(interval) = one.shape.interval(places.columns[u], row)
                         && each(ray, interval)
                     {
@@ -131,6 +133,9 @@ impl Seen {
             return false;
         };
         let parts: Vec<&Part> = [one, other].into_iter().chain(parts).collect();
+        let ends = parts.iter().map(|part| part.ends(2));
+        let reach =
+            whole(ends.fold([f64::INFINITY, f64::NEG_INFINITY], |a, e| [a[0].min(e[0]), a[1].max(e[1])]));
         let mut intervals = Vec::with_capacity(parts.len());
         for (v, row) in places.rows.iter().copied().enumerate() {
             let ranges = parts.iter().map(|part| part.columns(grid, places, row));
@@ -139,7 +144,7 @@ impl Seen {
                 .fold([usize::MAX, 0], |all, range| [all[0].min(range[0]), all[1].max(range[1])]);
             for u in from..to {
                 let ray = v * SIDE as usize + u;
-                if !wanted(ray) {
+                if !wanted(ray, reach) {
                     continue;
                 }
                 intervals.clear();
@@ -157,6 +162,11 @@ impl Seen {
 /// What reaches beyond the grid along a ray is kept (see `Stock::from_rays`): its tiles have spans of their own, and this
 /// looks only whether a sweep is hopelessly far, mm.
 const FURTHER_MM: f64 = 4e5;
+
+/// A range in whole quanta, widened.
+fn whole([low, high]: [f64; 2]) -> [i32; 2] {
+    [grid::floor(low), grid::ceil(high)]
+}
 
 /// Sorts intervals and joins those that overlap or nearly touch.
 fn join(intervals: &mut Vec<[f64; 2]>) {

@@ -7,8 +7,8 @@ mod reference;
 mod starting;
 mod state;
 
-use claymill_nurbs::{Aabb, Point3, Vector3};
-use claymill_stock::{Stock, StockError, Sweep, ToolBody};
+use claymill_nurbs::{Aabb, Vector3};
+use claymill_stock::{Stock, Sweep, ToolBody};
 use claymill_toolpath::Tool;
 
 fn tool(text: &str) -> Tool {
@@ -34,9 +34,4 @@ fn block(min: [f64; 3], max: [f64; 3], pitch_mm: f64) -> Stock {
 /// A sweep with the axis along z.
 fn upright(body: &ToolBody, from: [f64; 3], to: [f64; 3]) -> Sweep<'_> {
     Sweep::new(body, Vector3::z(), from.into(), to.into()).unwrap()
-}
-
-/// A sweep along any axis.
-fn sweep(body: &ToolBody, axis: Vector3, from: Point3, to: Point3) -> Result<Sweep<'_>, StockError> {
-    Sweep::new(body, axis, from, to)
 }

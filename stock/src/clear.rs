@@ -18,8 +18,8 @@ impl Stock {
     /// # Errors
     /// A margin that is negative or no number.
     pub fn is_clear(&self, sweep: &Sweep<'_>, margin_mm: f64) -> Result<bool, StockError> {
-        if !(margin_mm >= 0.0) {
-            return Err(StockError::Size { what: "a margin", mm: margin_mm, above: 0.0 });
+        if margin_mm.is_nan() || margin_mm < 0.0 {
+            return Err(StockError::Size { what: "a margin", mm: margin_mm, least: 0.0 });
         }
         let body = sweep.body.offset(margin_mm)?;
         let larger = Sweep { body: &body, ..*sweep };

@@ -111,14 +111,14 @@ pub enum StockError {
         high_mm: f64,
     },
     /// A tolerance or margin is not allowed.
-    #[error("{what} of {mm} mm must be a number above {above}")]
+    #[error("{what} of {mm} mm must be a finite number and at least {least}")]
     Size {
         /// What is meant.
         what: &'static str,
         /// As asked for.
         mm: f64,
-        /// What it must exceed.
-        above: f64,
+        /// The least that is allowed.
+        least: f64,
     },
     /// A curve needs more chords than are allowed.
     #[error("a curve needs more than {0} chords; allow a larger deviation")]

@@ -57,7 +57,7 @@ impl Stock {
         if (axes[0].cross(&axes[1]) - axes[2]).norm() > 1e-6 {
             return Err(StockError::Axes);
         }
-        if !(low_mm < high_mm) {
+        if low_mm.is_nan() || high_mm.is_nan() || low_mm >= high_mm {
             return Err(StockError::Band { low_mm, high_mm });
         }
         let corners = self.grid.bounds().corners();

@@ -56,7 +56,7 @@ impl Stock {
         length_mm: f64,
         pitch_mm: f64,
     ) -> Result<Self, StockError> {
-        if !(radius_mm > 0.0) {
+        if radius_mm.is_nan() || radius_mm <= 0.0 {
             return Err(StockError::Radius(radius_mm));
         }
         let k = along.index();

@@ -47,7 +47,7 @@ pub(crate) struct Lists {
 
 impl Lists {
     pub(crate) fn new() -> Self {
-        Lists { rays: vec![Vec::with_capacity(2); TILE] }
+        Lists { rays: (0..TILE).map(|_| Vec::with_capacity(2)).collect() }
     }
 
     pub(crate) fn load(&mut self, tile: &Shared) {

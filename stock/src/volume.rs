@@ -54,7 +54,20 @@ impl Stock {
         if self.grid != later.grid {
             return Err(StockError::Grids);
         }
-        Ok(self.sum(|before, [family, number]| {
+        Ok(self.lost(later))
+    }
+
+    /// What moves would remove; the stock stays as it is.
+    #[must_use]
+    pub fn removed_by(&self, sweeps: &[Sweep<'_>]) -> Volume {
+        let mut later = self.clone();
+        later.cut_all(sweeps);
+        self.lost(&later)
+    }
+
+    /// What a later state of the same grid has lost.
+    fn lost(&self, later: &Stock) -> Volume {
+        self.sum(|before, [family, number]| {
             let after = &later.families[family][number];
             let mut total = [0, 0];
             let Some(before) = before else { return total };
@@ -66,15 +79,7 @@ impl Stock {
                 total = [total[0] + lost, total[1] + i64::from(lost != 0)];
             }
             total
-        }))
-    }
-
-    /// What moves would remove; the stock stays as it is.
-    #[must_use]
-    pub fn removed_by(&self, sweeps: &[Sweep<'_>]) -> Volume {
-        let mut later = self.clone();
-        later.cut_all(sweeps);
-        self.removed_since(&later).unwrap_or(Volume { families_mm3: [0.0; 3], rays: [0; 3] })
+        })
     }
 
     /// Sums of quanta and rays over all tiles. Whole numbers: the order does not matter.

@@ -27,6 +27,11 @@ pub(crate) struct Frustum {
     /// Growth of the radius for a millimetre of height.
     slope: f64,
     lines: [Option<Line>; 2],
+    /// How far the way goes along the axis, and its length.
+    forward: f64,
+    length: f64,
+    /// A cylinder along the rays.
+    is_post: bool,
 }
 
 /// A line of the side along the way: a parallelogram.
@@ -43,12 +48,12 @@ impl Frustum {
         let slope = (radii[1] - radii[0]) / height;
         let forward = dot(&along, &axis);
         let level = plus(&along, &axis, -forward);
-        let length = dot(&level, &level).sqrt();
+        let across = dot(&level, &level).sqrt();
         let mut lines = [None, None];
         // The side's normal at the direction `w` is w − slope·axis: it is across the way where w·level = slope·forward.
-        let cosine = slope * forward / length;
-        if length > 0.0 && cosine.abs() < 1.0 {
-            let ahead = level.map(|c| c / length);
+        let cosine = slope * forward / across;
+        if across > 0.0 && cosine.abs() < 1.0 {
+            let ahead = level.map(|c| c / across);
             let beside = cross(&axis, &ahead);
             let sine = (1.0 - cosine * cosine).sqrt();
             lines = [sine, -sine].map(|sine| {
@@ -58,7 +63,9 @@ impl Frustum {
                 Line::new(at, line, along)
             });
         }
-        Frustum { base, axis, along, height, radii, slope, lines }
+        let is_post = slope == 0.0 && axis[2].abs() == 1.0 && axis[0] == 0.0 && axis[1] == 0.0;
+        let length = dot(&along, &along).sqrt();
+        Frustum { base, axis, along, height, radii, slope, lines, forward, length, is_post }
     }
 
     /// Where the ray at this place is inside.
@@ -66,8 +73,11 @@ impl Frustum {
         // The ray's foot is beside the disc: its coordinates stay small.
         let foot = self.base[2];
         let at = [u, v, foot];
-        let mut found = Found::NOTHING;
         let start = plus(&at, &self.base, -1.0);
+        if self.is_post {
+            return self.standing_along(&start).map(|[low, high]| [low + foot, high + foot]);
+        }
+        let mut found = Found::NOTHING;
         self.standing(&start, &mut found);
         if self.along != [0.0; 3] {
             self.standing(&plus(&start, &self.along, -1.0), &mut found);
@@ -78,6 +88,15 @@ impl Frustum {
             }
         }
         found.interval().map(|[low, high]| [low + foot, high + foot])
+    }
+
+    /// A ray along the axis of a cylinder: it is inside between the shares of the way at which the disc covers it.
+    fn standing_along(&self, q: &Turned) -> Option<[f64; 2]> {
+        let [du, dv, dw] = self.along;
+        let shares = in_circle(&[q[0], q[1], 0.0], &[-du, -dv, 0.0], self.radii[0], [0.0, 1.0])?;
+        let [a, b] = shares.map(|share| share * dw);
+        let (up, down) = if self.axis[2] > 0.0 { (self.height, 0.0) } else { (0.0, self.height) };
+        Some([a.min(b) - down, a.max(b) + up])
     }
 
     /// The ray in the frustum itself, from the middle of whose lower disc the ray's foot lies by `q`.
@@ -136,9 +155,8 @@ impl Frustum {
 
     /// The ray in a disc on its way; its foot lies by `q` from the disc's middle.
     fn disc(&self, q: &Turned, radius: f64, found: &mut Found) {
-        let (steep, forward) = (self.axis[2], dot(&self.along, &self.axis));
+        let (steep, forward, length) = (self.axis[2], self.forward, self.length);
         let level = dot(q, &self.axis);
-        let length = dot(&self.along, &self.along).sqrt();
         if steep.abs() * length >= forward.abs() && steep.abs() > PARALLEL {
             // The ray meets the disc at t = (share·forward − level) / steep, at the place y₀ + share·y₁ of it.
             let (t0, t1) = (-level / steep, forward / steep);

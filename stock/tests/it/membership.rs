@@ -5,6 +5,7 @@ use claymill_stock::{Family, Stock, Sweep, ToolBody};
 use claymill_toolpath::{Holder, Tool};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 
 use super::oracle::{Outline, Parts, distance, outlines};
 use super::{bounds, tool};
@@ -135,9 +136,8 @@ fn check(case: &Case, outlines: &[Outline], stock: &Stock, rng: &mut ChaCha8Rng)
 
 #[test]
 fn what_is_removed_was_swept_and_what_was_swept_is_removed() {
-    let mut rng = ChaCha8Rng::seed_from_u64(7);
-    let mut counts = [0, 0];
-    for _ in 0..1200 {
+    let of_case = |seed: u64| {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let case = case(&mut rng);
         let tool = tool(case.tool);
         let holder = Holder::parse("17:20-30x6,26-12x7,22x5", &tool).unwrap();
@@ -145,9 +145,10 @@ fn what_is_removed_was_swept_and_what_was_swept_is_removed() {
         let min = [0; 3].map(|_| f64::from(rng.random_range(-200_000..-190_000)) * 1e-4);
         let mut stock = Stock::block(&bounds(min, min.map(|c| c + 39.0)), 1.3).unwrap();
         stock.cut(&Sweep::new(&body, case.axis, case.from, case.to).unwrap());
-        let found = check(&case, &outlines(&tool, Some(&holder), case.parts), &stock, &mut rng);
-        counts = [counts[0] + found[0], counts[1] + found[1]];
-    }
+        check(&case, &outlines(&tool, Some(&holder), case.parts), &stock, &mut rng)
+    };
+    let sum = |a: [usize; 2], b: [usize; 2]| [a[0] + b[0], a[1] + b[1]];
+    let counts = (0..1200).into_par_iter().map(of_case).reduce(|| [0, 0], sum);
     println!("points removed and kept: {counts:?}");
     assert!(counts.iter().all(|c| *c > 100_000), "{counts:?}");
 }

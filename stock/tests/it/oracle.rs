@@ -87,7 +87,7 @@ pub(super) fn distance(outlines: &[Outline], axis: &Vector3, from: &Point3, to: 
         // The distance from something convex is convex along a line.
         let (mut low, mut high) = (0.0, 1.0);
         let mut best = at(0.0).min(at(1.0));
-        for _ in 0..120 {
+        for _ in 0..64 {
             if best == 0.0 {
                 break;
             }

@@ -117,20 +117,12 @@ impl Seen {
         let mut parts = self.parts.iter().filter(near);
         let (Some(one), more) = (parts.next(), parts.next()) else { return false };
         let Some(other) = more else {
-            let reach = whole(one.ends(2));
-            for (v, row) in one.rows(grid, places) {
-                let [from, to] = one.columns(grid, places, row);
-                for u in from..to {
-                    let ray = v * SIDE as usize + u;
-                    if wanted(ray, reach)
-                        && let Some(interval) = one.shape.interval(places.columns[u], row)
-                        && each(ray, interval)
-                    {
-                        return true;
-                    }
-                }
-            }
-            return false;
+            // A loop of its own for each shape: what is called for a ray is known within it.
+            return match &one.shape {
+                Shape::Capsule(shape) => one.any_ray(grid, places, |u, v| shape.interval(u, v), wanted, each),
+                Shape::Swollen(shape) => one.any_ray(grid, places, |u, v| shape.interval(u, v), wanted, each),
+                Shape::Frustum(shape) => one.any_ray(grid, places, |u, v| shape.interval(u, v), wanted, each),
+            };
         };
         let parts: Vec<&Part> = [one, other].into_iter().chain(parts).collect();
         let ends = parts.iter().map(|part| part.ends(2));
@@ -226,6 +218,32 @@ impl Part {
     /// Where it is along a coordinate on its whole way.
     fn ends(&self, i: usize) -> [f64; 2] {
         [self.low[i] + self.along[i].min(0.0), self.high[i] + self.along[i].max(0.0)]
+    }
+
+    /// See `Seen::any_ray`.
+    #[inline]
+    fn any_ray(
+        &self,
+        grid: &Grid,
+        places: &Places,
+        interval: impl Fn(f64, f64) -> Option<[f64; 2]>,
+        mut wanted: impl FnMut(usize, [i32; 2]) -> bool,
+        mut each: impl FnMut(usize, [f64; 2]) -> bool,
+    ) -> bool {
+        let reach = whole(self.ends(2));
+        for (v, row) in self.rows(grid, places) {
+            let [from, to] = self.columns(grid, places, row);
+            for u in from..to {
+                let ray = v * SIDE as usize + u;
+                if wanted(ray, reach)
+                    && let Some(interval) = interval(places.columns[u], row)
+                    && each(ray, interval)
+                {
+                    return true;
+                }
+            }
+        }
+        false
     }
 
     /// The rows of a tile that it may meet.

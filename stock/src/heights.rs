@@ -64,7 +64,9 @@ impl HeightMap {
             let end = (cell(high[i]).floor() + 1.0).max(0.0) as u32;
             (cell(low[i]).floor().max(0.0) as u32)..end.min(self.counts[i])
         };
-        let row = |v: u32| range(0).map(move |u| self.heights_mm[(v * self.counts[0] + u) as usize]);
+        let row = |v: u32| {
+            range(0).map(move |u| self.heights_mm[v as usize * self.counts[0] as usize + u as usize])
+        };
         range(1).flat_map(row).fold(f64::NEG_INFINITY, f64::max)
     }
 }

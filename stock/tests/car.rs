@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use claymill_nurbs::{Aabb, Point3, Vector3};
-use claymill_stock::{Grid, Ray, Stock, Sweep, ToolBody};
+use claymill_stock::{Family, Grid, Ray, Stock, Sweep, ToolBody, Upwards};
 use claymill_toolpath::Tool;
 use peak_alloc::PeakAlloc;
 
@@ -46,6 +46,47 @@ fn rows(body: &ToolBody, over_mm: f64) -> Vec<Sweep<'_>> {
     (0..200).flat_map(row).collect()
 }
 
+/// Prints what readings take.
+fn readings(stock: &Stock, body: &ToolBody) {
+    let timed = |name: &str, read: &dyn Fn() -> String| {
+        let start = Instant::now();
+        let found = read();
+        println!("  {name}: {found} in {:.2?}", start.elapsed());
+    };
+    let up = Upwards { family: Family::Z, is_reversed: false };
+    let highest = || stock.height_map(up, 10).heights_mm.into_iter().fold(0.0, f64::max);
+    timed("height map of 10 mm", &|| format!("{:.1} mm", highest()));
+    let level = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let (sine, cosine) = 0.5_f64.sin_cos();
+    let tilted = [Vector3::x(), Vector3::new(0.0, cosine, sine), Vector3::new(0.0, -sine, cosine)];
+    for axes in [level, tilted] {
+        let area = || stock.slice(axes, 300.0, 305.0).unwrap().area_mm2();
+        timed("slice", &|| format!("{:.3} m²", area() / 1e6));
+    }
+    let clear = || {
+        let move_at = |i: u32| {
+            let x = 10.0 * f64::from(i % 400);
+            Sweep::new(
+                body,
+                Vector3::z(),
+                Point3::new(x, 500.0, 1440.0),
+                Point3::new(x + 100.0, 900.0, 1440.0),
+            )
+        };
+        (0..1000).filter(|i| stock.is_clear(&move_at(*i).unwrap(), 2.0).unwrap()).count()
+    };
+    timed("1000 rapids of 0.4 m", &|| format!("{} clear", clear()));
+    let thickness = || {
+        let at = |i: u32| {
+            Point3::new(10.0 + 0.49 * f64::from(i), 700.0, height(10.0 + 0.49 * f64::from(i), 700.0))
+        };
+        (0..10_000).map(|i| stock.thickness_along(&at(i), &Vector3::z()).unwrap()).sum::<f64>() / 1e4
+    };
+    timed("10000 thicknesses", &|| format!("{:.1} mm on the mean", thickness()));
+    timed("digest", &|| format!("{:02x?}", &stock.digest()[..4]));
+    timed("surface by every 8th ray", &|| format!("{} triangles", stock.surface(8).unwrap().triangles.len()));
+}
+
 #[test]
 #[ignore = "time and memory of a car at 1 mm: half a minute"]
 fn a_car_is_cut_in_fifteen_seconds_and_a_gigabyte() {
@@ -77,6 +118,7 @@ fn a_car_is_cut_in_fifteen_seconds_and_a_gigabyte() {
             length_m / cut.as_secs_f64(),
             stock.bytes_in_memory() as f64 / 1e6,
         );
+        readings(&stock, &body);
         let spread = |v: [f64; 3]| v.iter().fold(0.0f64, |a, b| a.max((b / v[2] - 1.0).abs()));
         assert!(spread(left.families_mm3) < 1e-3 && removed.best_mm3() > 1e8);
         assert!(cut.as_secs_f64() < 15.0 && peak_mb < 1e3, "{name}: {cut:?}, {peak_mb} MB");

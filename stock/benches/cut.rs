@@ -60,7 +60,13 @@ fn cut(c: &mut Criterion) {
     let bounds = Aabb { min: Point3::origin(), max: Point3::new(SIDE_MM, SIDE_MM, 50.0) };
     let stock = Stock::block(&bounds, 1.0).expect("it fits");
     let tool: Tool = "ball:10".parse().expect("it is a tool");
-    for (name, body) in [("end", ToolBody::end(&tool)), ("end and flutes", ToolBody::cutting(&tool))] {
+    let bull: Tool = "bull:10:2".parse().expect("it is a tool");
+    let bodies = [
+        ("end", ToolBody::end(&tool)),
+        ("end and flutes", ToolBody::cutting(&tool)),
+        ("bull nose and flutes", ToolBody::cutting(&bull)),
+    ];
+    for (name, body) in bodies {
         let body = body.expect("it is sound");
         let sweep = |p: &[Point3; 2]| Sweep::new(&body, Vector3::z(), p[0], p[1]).expect("it is sound");
         let sweeps: Vec<Sweep<'_>> = pieces.iter().map(sweep).collect();

@@ -153,7 +153,7 @@ impl Solid {
             Solid::Frustum { low, high, tangent } => {
                 let slope = if high[0].is_finite() { (high[1] - low[1]) / (high[0] - low[0]) } else { 0.0 };
                 // Per millimetre the side moves so much away from the axis, and its normal points down by `sine`.
-                let out = slope.hypot(1.0);
+                let out = (1.0 + slope * slope).sqrt();
                 let radius = |height: f64| low[1] + slope * (height - low[0]) + by * out;
                 let (mut from, mut to) = (low[0] - by, high[0] + by);
                 if tangent && by < 0.0 {

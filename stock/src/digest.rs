@@ -1,4 +1,7 @@
-//! A name for a state: equal stocks have equal digests, on any machine and with any number of threads.
+//! A name for a state: equal stocks have equal digests, with any number of threads.
+//!
+//! Rays and moves are computed by sums, products, quotients and square roots alone, which every machine rounds alike. Only the
+//! outline of a tapered tool takes a sine.
 
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};

@@ -102,7 +102,8 @@ impl Stock {
                     let mut p = Point3::origin();
                     (p[a], p[b]) = (self.grid.centre(a, u), self.grid.centre(b, v));
                     let at = [0, 1].map(|i| p.coords.dot(&axes[i]));
-                    canvas.mark(at, 0.0);
+                    let [u, v] = [0, 1].map(|i| canvas.cell(i, at[i]));
+                    canvas.mark_row(v, u, u);
                 }
             }
         });
@@ -152,30 +153,43 @@ struct Canvas<'a> {
 }
 
 impl Canvas<'_> {
-    /// Marks the cells that a square about a place touches.
-    fn mark(&self, at: [f64; 2], half: f64) {
-        let [us, vs] = [0, 1].map(|i| {
-            let cell = |mm: f64| (mm - self.origin[i]) / self.cell_mm;
-            let last = self.counts[i] - 1;
-            // Conversion stops at 0; places are within the box but for rounding.
-            (cell(at[i] - half).max(0.0) as u32).min(last)..=(cell(at[i] + half).max(0.0) as u32).min(last)
-        });
-        for v in vs {
-            for u in us.clone() {
-                let cell = v as usize * self.counts[0] as usize + u as usize;
-                self.bits[cell / 64].fetch_or(1 << (cell % 64), Ordering::Relaxed);
+    /// The cell along one of both axes that holds a place; beside the slice its first or last.
+    fn cell(&self, i: usize, mm: f64) -> u32 {
+        // Conversion stops at 0.
+        (((mm - self.origin[i]) / self.cell_mm).max(0.0) as u32).min(self.counts[i] - 1)
+    }
+
+    /// Marks the cells that are within `half` of a stretch of a ray, places `start + t·slope`, along either axis.
+    fn mark_line(&self, start: [f64; 2], slope: [f64; 2], [from, to]: [f64; 2], half: f64) {
+        let at = |i: usize, t: f64| start[i] + t * slope[i];
+        let (first, last) = (at(1, from).min(at(1, to)) - half, at(1, from).max(at(1, to)) + half);
+        for row in self.cell(1, first)..=self.cell(1, last) {
+            // The part of the stretch that is near to the row.
+            let (mut a, mut b) = (from, to);
+            if slope[1].abs() > 1e-12 {
+                let low = self.origin[1] + f64::from(row) * self.cell_mm - half;
+                let ends = [low, low + self.cell_mm + 2.0 * half].map(|v| (v - start[1]) / slope[1]);
+                (a, b) = (a.max(ends[0].min(ends[1])), b.min(ends[0].max(ends[1])));
+            }
+            if a <= b {
+                let (low, high) = (at(0, a).min(at(0, b)) - half, at(0, a).max(at(0, b)) + half);
+                self.mark_row(row, self.cell(0, low), self.cell(0, high));
             }
         }
     }
 
-    /// Marks what is near to a stretch of a ray: places `start + t·slope`.
-    fn mark_line(&self, start: [f64; 2], slope: [f64; 2], [from, to]: [f64; 2], half: f64) {
-        let length = slope[0].hypot(slope[1]) * (to - from);
-        // Bounded: no stretch is longer than the grid's diagonal.
-        let steps = (2.0 * length / self.cell_mm).ceil().max(1.0);
-        for step in 0..=steps as u32 {
-            let t = from + (to - from) * f64::from(step) / steps;
-            self.mark([start[0] + t * slope[0], start[1] + t * slope[1]], half + 0.25 * self.cell_mm);
+    /// Marks neighbouring cells of a row.
+    fn mark_row(&self, row: u32, first: u32, last: u32) {
+        let start = row as usize * self.counts[0] as usize;
+        let (first, last) = (start + first as usize, start + last as usize);
+        for word in first / 64..=last / 64 {
+            let below = if word == first / 64 { u64::MAX << (first % 64) } else { u64::MAX };
+            let above = if word == last / 64 { u64::MAX >> (63 - last % 64) } else { u64::MAX };
+            let mask = below & above;
+            // Most are marked by then, and reading is cheaper.
+            if self.bits[word].load(Ordering::Relaxed) & mask != mask {
+                self.bits[word].fetch_or(mask, Ordering::Relaxed);
+            }
         }
     }
 }

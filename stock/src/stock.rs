@@ -37,11 +37,19 @@ impl Stock {
     /// # Errors
     /// As [`Grid::over`].
     pub fn block(bounds: &Aabb, pitch_mm: f64) -> Result<Self, StockError> {
-        let grid = Grid::over(bounds, pitch_mm)?;
+        Stock::block_in(Grid::over(bounds, pitch_mm)?, bounds)
+    }
+
+    /// A block within a grid that covers more, or that was allowed more memory.
+    ///
+    /// # Errors
+    /// No ray of the grid passes the block.
+    pub fn block_in(grid: Grid, bounds: &Aabb) -> Result<Self, StockError> {
         Stock::from_rays(grid, |ray| {
             let k = ray.family.index();
-            Some(vec![[bounds.min[k], bounds.max[k]]])
-                .filter(|_| ray.family.across().iter().zip(ray.across_mm).all(|(&a, at)| at < bounds.max[a]))
+            let mut across = ray.family.across().into_iter().zip(ray.across_mm);
+            let is_inside = across.all(|(a, at)| (bounds.min[a]..bounds.max[a]).contains(&at));
+            is_inside.then(|| vec![[bounds.min[k], bounds.max[k]]])
         })
     }
 

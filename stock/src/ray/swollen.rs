@@ -85,7 +85,7 @@ impl Swollen {
         if over <= 0.0 {
             return (height.abs(), self.axis[2] * height.signum());
         }
-        let distance = height.hypot(over);
+        let distance = (height * height + over * over).sqrt();
         if distance == 0.0 {
             return (0.0, 0.0);
         }

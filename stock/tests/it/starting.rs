@@ -13,6 +13,10 @@ fn a_block_of_whole_cells_has_its_volume_and_little_memory() {
     assert_eq!(stock.volume().families_mm3, [6e6; 3]);
     // Rays: 1.02 million. All tiles of a row are one.
     assert!(stock.bytes_in_memory() < 2_000_000, "{}", stock.bytes_in_memory());
+    // The same in a larger grid.
+    let grid = Grid::over(&bounds([-20.0, 0.0, 0.1], [300.0, 205.0, 120.1]), 0.5).unwrap();
+    let within = Stock::block_in(grid, &bounds([-10.0, 5.0, 0.1], [290.0, 205.0, 100.1])).unwrap();
+    assert_eq!(within.volume().families_mm3, [6e6; 3]);
     // A block that ends within cells has what the rays through their middles say.
     let stock = block([0.0; 3], [10.4, 10.6, 10.0], 1.0);
     assert_eq!(stock.volume().families_mm3, [11.0 * 10.4 * 10.0, 10.6 * 10.0 * 10.0, 11.0 * 10.0 * 10.0]);

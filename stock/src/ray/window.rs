@@ -19,8 +19,8 @@ const BEYOND_MM: f64 = 1.0;
 
 enum Shape {
     Capsule(Capsule),
-    Swollen(Swollen),
-    // Boxed: it is several times as large as the others.
+    // Boxed: they are several times as large.
+    Swollen(Box<Swollen>),
     Frustum(Box<Frustum>),
 }
 
@@ -194,7 +194,7 @@ impl Part {
             Solid::Swollen { height, flat, corner } => {
                 let middle = on_axis(height);
                 let shape = if flat > 0.0 {
-                    Shape::Swollen(Swollen::new(middle, axis, along, flat, corner))
+                    Shape::Swollen(Box::new(Swollen::new(middle, axis, along, flat, corner)))
                 } else {
                     Shape::Capsule(Capsule::new(middle, along, corner))
                 };

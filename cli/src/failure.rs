@@ -206,6 +206,13 @@ impl From<claymill::SelectError> for Failure {
     }
 }
 
+impl From<claymill_tooling::ToolingError> for Failure {
+    fn from(error: claymill_tooling::ToolingError) -> Self {
+        let advice = error.advice().to_owned();
+        Failure::problem(error, advice)
+    }
+}
+
 impl From<claymill_surface_merge::MergeError> for Failure {
     fn from(error: claymill_surface_merge::MergeError) -> Self {
         use claymill_surface_merge::MergeError as E;

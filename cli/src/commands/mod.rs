@@ -38,6 +38,7 @@ mod stream;
 mod subject;
 mod sweep;
 mod sweep_plot;
+mod tools;
 mod verify;
 mod view;
 mod why;
@@ -73,6 +74,7 @@ pub(crate) use report::report;
 pub(crate) use sample::sample;
 pub(crate) use simulate::simulate;
 pub(crate) use stream::stream;
+pub(crate) use tools::tools;
 pub(crate) use verify::verify;
 pub(crate) use view::view;
 

@@ -39,6 +39,7 @@ mod sides;
 mod standing;
 mod steep;
 mod times;
+mod tools;
 #[cfg(feature = "window")]
 mod view;
 mod whole_job;

@@ -118,7 +118,7 @@ pub(crate) enum Command {
     /// Write a generated model with its planted answers.
     #[command(after_help = examples::SAMPLE)]
     Sample(SampleArgs),
-    /// JSON Schemas of the job folder.
+    /// JSON Schemas of the job folder and of the machine definition.
     #[command(after_help = examples::SCHEMA)]
     Schema,
     /// The script by which a shell completes commands and options.

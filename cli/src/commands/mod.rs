@@ -177,6 +177,7 @@ pub(crate) fn schema() -> Result<ExitCode, Failure> {
         claymill_toolpath::JOB_FILE: schemars::schema_for!(claymill_toolpath::Job),
         claymill_toolpath::REGIONS_FILE: schemars::schema_for!(claymill_toolpath::RegionsFile),
         claymill_toolpath::TOOLPATHS_FILE: schemars::schema_for!(claymill_toolpath::Move),
+        "machine.toml": claymill_controller::Machine::schema(),
         claymill_toolpath::VERIFY_FILE: schemars::schema_for!(claymill_verify::Verification),
     });
     outln!("{schemas:#}");

@@ -107,6 +107,12 @@ impl<'a, 't> Matcher<'a, 't> {
             self.close();
         }
         if self.pending.is_empty() {
+            if self.is_tail(&element)
+                && let Some(last) = self.found.last_mut()
+            {
+                last.elements.push(element);
+                return;
+            }
             self.seek(&element);
         }
         let Some(&(_, stroke)) = self.order.get(self.next) else {
@@ -123,6 +129,19 @@ impl<'a, 't> Matcher<'a, 't> {
         if arrived {
             self.close();
         }
+    }
+
+    /// Whether a block is the last bit of the move before, which had come near enough to its end already: no longer than what
+    /// is near, and with the feed of that move, not of the next.
+    fn is_tail(&self, element: &Element) -> bool {
+        let (Some(last), Some((_, next))) = (self.found.last(), self.order.get(self.next)) else {
+            return false;
+        };
+        let end = last.stroke.curve.end();
+        let is_short = self.near(&element.shape.start(), &end)
+            && self.near(&element.shape.end(), &end)
+            && element.shape.length_mm() <= 2.0 * self.near_mm;
+        last.matched && is_short && !has_feed(element, next) && has_feed(element, last.stroke)
     }
 
     /// Passes over moves of the job that are too short to be written, or that the program does not have.
@@ -201,15 +220,7 @@ impl<'a, 't> Matcher<'a, 't> {
                 c.largest_seq = f.stroke.seq;
                 c.largest_line = f.elements.first().map_or(0, |e| e.line);
             }
-            let rapid = f.stroke.kind == MoveKind::Rapid;
-            let wrong = |e: &Element| {
-                if e.rapid {
-                    !rapid
-                } else {
-                    (e.feed - f.stroke.feed).abs() > FEED_SHARE * f.stroke.feed + 0.5
-                }
-            };
-            if f.elements.iter().any(wrong) {
+            if !f.elements.iter().all(|e| has_feed(e, f.stroke)) {
                 c.feed_differs += 1;
                 c.first_feed_differs.get_or_insert(f.stroke.seq);
             }
@@ -229,6 +240,14 @@ impl<'a, 't> Matcher<'a, 't> {
         }
         self.judge();
         self.comparison
+    }
+}
+
+/// Whether a block runs as a move does.
+fn has_feed(element: &Element, stroke: &Stroke) -> bool {
+    match element.rapid {
+        true => stroke.kind == MoveKind::Rapid,
+        false => (element.feed - stroke.feed).abs() <= FEED_SHARE * stroke.feed + 0.5,
     }
 }
 

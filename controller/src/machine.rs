@@ -395,7 +395,7 @@ impl Machine {
             return value("feed", "must have positive rates, up to 1e7 mm/min");
         }
         let [slow, fast] = self.spindle.range_rpm();
-        if !(0.0..=fast).contains(&slow) || !(fast > 0.0 && fast <= LARGEST_SPEED_RPM) {
+        if !((0.0..=fast).contains(&slow) && fast > 0.0 && fast <= LARGEST_SPEED_RPM) {
             return value("spindle", "must have min_rpm below max_rpm, both from 0 to 1000000");
         }
         if self.spindle.power_kw.is_some_and(|kw| !(kw > 0.0 && kw <= LARGEST_KW)) {

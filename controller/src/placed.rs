@@ -62,7 +62,7 @@ pub(crate) fn plane_of(dialect: Dialect) -> Option<(Angles, u8)> {
 }
 
 /// The axis that turns the part, where a control and a machine have one that is indexed.
-pub(crate) fn index_axis<'m>(dialect: Dialect, machine: &'m Machine) -> Option<&'m RotaryAxis> {
+pub(crate) fn index_axis(dialect: Dialect, machine: &Machine) -> Option<&RotaryAxis> {
     let linuxcnc = matches!(dialect, Dialect::LinuxCnc29 | Dialect::LinuxCnc210);
     machine.rotary.get("a").filter(|axis| linuxcnc && axis.turns_table)
 }

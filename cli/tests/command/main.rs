@@ -38,6 +38,7 @@ mod shank;
 mod sides;
 mod standing;
 mod steep;
+mod tilted;
 mod times;
 mod tools;
 #[cfg(feature = "window")]

@@ -285,3 +285,46 @@ fn setups_around_x_are_one_program_with_an_index() {
     assert_eq!(rule("G1 A90. F600."), Err("index"));
     assert_eq!(rule("G0 A300."), Err("head-limit"));
 }
+
+/// A curve whose last block is shorter than the control's last digit: it belongs to the cut, not to the slower way out.
+#[test]
+fn the_last_bit_of_a_cut_is_not_the_way_out() {
+    let machine = Machine { nurbs: false, ..Machine::default() };
+    let mut record = job::record();
+    let lean = [9_238_795, -3_826_834, 0, 0];
+    let [_, _, z] = axes(lean);
+    let mut setup = record.setups[0].clone();
+    (setup.name, setup.axis, setup.quaternion, setup.clearance_mm) =
+        ("lean".into(), z.into(), Some(lean), 400.0);
+    record.setups.push(setup);
+    let points = [
+        [317.8923, 167.4685, 221.9867],
+        [317.5074, 165.804, 223.337],
+        [315.2287, 162.3588, 224.9216],
+        [311.6185, 160.0518, 224.2809],
+        [307.7406, 158.5589, 222.6075],
+        [305.605, 158.1333, 221.2894],
+        [303.614, 158.0058, 219.7913],
+    ];
+    let knots = vec![0.0, 0.0, 0.0, 0.0, 6.4888, 12.4164, 12.4164, 19.9149, 19.9149, 19.9149, 19.9149];
+    let curve = Curve3::new(
+        claymill_nurbs::KnotVector::new(3, knots).unwrap(),
+        points.map(Point3::from).to_vec(),
+        None,
+    )
+    .unwrap();
+    let end = Point3::from([300.7856, 156.4703, 225.3268]);
+    let mut program = Program {
+        moves: vec![
+            Move::along(MoveKind::Cut, &curve, z, 6000.0),
+            Move::straight(MoveKind::LeadOut, curve.end(), end, z, 3000.0),
+        ],
+    };
+    for (seq, m) in program.moves.iter_mut().enumerate() {
+        (m.seq, m.setup, m.tool) = (seq as u64, "lean".into(), "T1".into());
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let job = MachineJob::new(record, &program, &machine).unwrap();
+    let totals = post(&job, Dialect::Fanuc, &machine, &folder.path().join("a.nc"), &|_| ()).unwrap();
+    assert_eq!((totals.read_back.missing, totals.read_back.feed_differs), (0, 0));
+}

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 
 use claymill_nurbs::{Point3, Vector3};
-use claymill_toolpath::RotaryAxis;
+use claymill_toolpath::{RotaryAxis, Stock};
 
 use crate::dialects::Dialect;
 use crate::frame::{Frame, signed_axis};
@@ -138,7 +138,7 @@ struct Upright {
     front: Vector3,
     /// Name of the setup from above, where the job has one.
     name: Option<String>,
-    /// Corners of the model's box with what may stand above it, model mm.
+    /// Corners of a box around the model and its stock, model mm.
     corners: Vec<Point3>,
 }
 
@@ -152,11 +152,23 @@ impl Upright {
         let is_up = |axis: [f64; 3]| (Vector3::from(axis) - up).norm() < SAME;
         let in_job = job.job.setups.iter().find(|s| is_up(s.axis)).map(|s| s.name.clone());
         let name = in_job.or_else(|| machine.setups.contains_key("top").then(|| "top".to_owned()));
-        let [x0, y0, z0, x1, y1, z1] = job.job.model.box_mm;
+        let [mut low, mut high] = split(job.job.model.box_mm);
+        match job.job.stock {
+            Some(Stock::Layer { thickness_mm }) => {
+                low = low.map(|c| c - thickness_mm);
+                high = high.map(|c| c + thickness_mm);
+            }
+            Some(Stock::Block { box_mm }) => {
+                let [from, to] = split(box_mm);
+                low = [0, 1, 2].map(|i| low[i].min(from[i]));
+                high = [0, 1, 2].map(|i| high[i].max(to[i]));
+            }
+            None => {}
+        }
         let corners = (0..8)
             .map(|i| {
-                let pick = |bit: usize, low: f64, high: f64| if i >> bit & 1 == 0 { low } else { high };
-                Point3::new(pick(0, x0, x1), pick(1, y0, y1), pick(2, z0, z1))
+                let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
+                Point3::new(pick(0), pick(1), pick(2))
             })
             .collect();
         Ok(Upright { up, front, name, corners })
@@ -229,6 +241,11 @@ impl Upright {
         put(section, Placed { tilt, by: Turn::Index { deg: reached, safe_mm }, stands });
         Ok(())
     }
+}
+
+/// The two corners of a box.
+fn split([x0, y0, z0, x1, y1, z1]: [f64; 6]) -> [[f64; 3]; 2] {
+    [[x0, y0, z0], [x1, y1, z1]]
 }
 
 /// A setup's frame in the coordinates in which the part stands.

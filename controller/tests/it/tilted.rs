@@ -271,6 +271,13 @@ fn setups_around_x_are_one_program_with_an_index() {
     let (read, found) = moves_of(&job, &[out], Dialect::LinuxCnc29, &machine).unwrap();
     assert_eq!(found.missing, 0);
     assert!(far_mm(&read, &program) <= totals.stated_mm + 2e-6);
+    // Stock counts too: a block up to 150 mm from the axis, and its corner is farther.
+    let mut blocky = job.clone();
+    blocky.job.stock =
+        Some(claymill_toolpath::Stock::Block { box_mm: [0.0, -150.0, -80.0, 100.0, 60.0, 200.0] });
+    let high = folder.path().join("high.ngc");
+    post(&blocky, Dialect::LinuxCnc29, &machine, &high, &|_| ()).unwrap();
+    assert!(fs::read_to_string(high).unwrap().contains("\nG0 Z260.\nG0 A"));
     // An index beyond the travel is refused, and A beside other axes too.
     let mut short = indexed();
     short.rotary.get_mut("a").unwrap().travel_deg = [-10.0, 10.0];

@@ -7,7 +7,7 @@ use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
 use claymill_toolpath::{Job, Move, MoveKind, Program, read_job, read_moves};
 
 use crate::frame::signed_axis;
-use crate::placed::Placed;
+use crate::tilt::Placed;
 use crate::{AxisName, Frame, Machine, PostError};
 
 /// One move of the job in its setup's machine coordinates.

@@ -69,7 +69,6 @@ pub use machine::{
 };
 pub use number::LengthFormat;
 pub use panel::{Panel, Status, UnknownOrder};
-pub use placed::{Placed, Turn};
 pub use port::{Port, tell};
 pub use post::{PostTotals, WrittenFile, blocks_of, post, post_to, retreat_of};
 pub use producer::Producer;
@@ -80,5 +79,5 @@ pub use route::{Approach, Route};
 pub use rsh::{Remote, RemoteError};
 pub use shape::{ARC_RADIUS_MM, Arc, Plane, Shape};
 pub use simulate::{FeedProfile, Simulation, simulate};
-pub use tilt::{Angles, Tilt};
+pub use tilt::{Angles, Placed, Tilt, Turn};
 pub use wire::{Sender, WireError, serve};

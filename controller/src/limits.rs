@@ -6,8 +6,8 @@ use claymill_nurbs::{Point3, Vector3};
 
 use crate::dialects::Dialect;
 use crate::job::{MachineJob, Section};
-use crate::placed::Turn;
 use crate::rotary::comes_to;
+use crate::tilt::Turn;
 use crate::{AxisName, Machine, PostError};
 
 /// The travel that a section takes along one axis, mm in the coordinates of its program.

@@ -11,36 +11,8 @@ use crate::dialects::Dialect;
 use crate::frame::{Frame, signed_axis};
 use crate::job::{MachineJob, Section, turned};
 use crate::machine::PlaneBy;
-use crate::tilt::{Angles, Tilt};
+use crate::tilt::{Angles, Placed, Tilt, Turn};
 use crate::{Machine, PostError, ReadError, Refusal};
-
-/// How a section stands on the machine.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Placed {
-    /// Its plane, in the coordinates in which the part stands.
-    pub tilt: Tilt,
-    /// What the control is told.
-    pub by: Turn,
-    /// The coordinates in which the part stands.
-    pub stands: Frame,
-}
-
-/// How the machine comes to a setup.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Turn {
-    /// By the control's own tilted plane.
-    Plane {
-        /// Its angles as they are written, degrees.
-        deg: [f64; 3],
-    },
-    /// By an indexed axis that turns the part.
-    Index {
-        /// Its position, degrees.
-        deg: f64,
-        /// Height above everything that turns, mm.
-        safe_mm: f64,
-    },
-}
 
 /// Stands in the header of programs that tilt planes.
 pub(crate) const TILTED: &str = "tilted setups by the control's plane";

@@ -16,8 +16,9 @@ use crate::dialects::{Dialect, Grammar, Page, TAG};
 use crate::job::{MachineJob, Section, Stroke};
 use crate::lower::{Lowered, Rung, lower};
 use crate::machine::Files;
-use crate::placed::{TILTED, Turn, placed};
+use crate::placed::{TILTED, placed};
 use crate::route::LIFT_MM;
+use crate::tilt::Turn;
 use crate::{Machine, PostError, Simulation};
 
 /// What was written, and how well it stands for the job.

@@ -3,6 +3,8 @@
 use claymill_nurbs::{Point3, Vector3};
 use nalgebra::{Matrix3, Rotation3};
 
+use crate::frame::Frame;
+
 /// Coordinates that are turned and shifted against those in which the part stands on the machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tilt {
@@ -20,6 +22,34 @@ pub enum Angles {
     SpatialXyz,
     /// About z, then about the new x, then about the new z (Euler): G68.2.
     Zxz,
+}
+
+/// How a section stands on the machine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placed {
+    /// Its plane, in the coordinates in which the part stands.
+    pub tilt: Tilt,
+    /// What the control is told.
+    pub by: Turn,
+    /// The coordinates in which the part stands.
+    pub stands: Frame,
+}
+
+/// How the machine comes to a setup.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Turn {
+    /// By the control's own tilted plane.
+    Plane {
+        /// Its angles as they are written, degrees.
+        deg: [f64; 3],
+    },
+    /// By an indexed axis that turns the part.
+    Index {
+        /// Its position, degrees.
+        deg: f64,
+        /// Height above everything that turns, mm.
+        safe_mm: f64,
+    },
 }
 
 /// Sines below this leave the first and the last turn about one axis: all of it is then given to one of them.

@@ -13,7 +13,7 @@ use super::{Fault, Grammar, Page, Sink, beckhoff, fanuc, linuxcnc, plane_words, 
 use crate::job::{Section, Stroke};
 use crate::lower::{Abilities, Lowered, Splines};
 use crate::number::decimal;
-use crate::placed::Turn;
+use crate::tilt::Turn;
 use crate::{Coolant, Machine, Plane, Shape};
 
 /// Writes and reads G-code.

@@ -12,7 +12,7 @@ use super::siemens::power_basis;
 use super::{Fault, Grammar, Page, Sink, heidenhain_read, title};
 use crate::job::{Section, Stroke};
 use crate::lower::{Abilities, Lowered, Splines};
-use crate::placed::Turn;
+use crate::tilt::Turn;
 use crate::{Coolant, Machine, Shape, Units};
 
 #[derive(Debug)]

@@ -3,8 +3,7 @@
 use claymill_nurbs::Point3;
 
 use crate::number::decimal;
-use crate::placed::{Placed, Turn};
-use crate::tilt::{Angles, Tilt};
+use crate::tilt::{Angles, Placed, Tilt, Turn};
 use crate::words::{Word, first_chars, number};
 use crate::{Machine, Refusal};
 

@@ -164,6 +164,7 @@ fn of_posting(error: &PostError) -> String {
         PostError::Io { source, .. } => claymill_toolpath::advice_on(source).to_owned(),
         PostError::Output(_) => "Choose another name for the program.".to_owned(),
         PostError::Move(_) | PostError::Job(_) => "Plan the job again.".to_owned(),
+        PostError::Limits(_) => "Take one of the remedies, or another machine.".to_owned(),
         PostError::Refused { .. } => "Change the machine definition, or post to another dialect.".to_owned(),
         PostError::ReadBack(_) | PostError::Lost { .. } | PostError::Differs { .. } => {
             "Nothing was written. This is a fault of the post: please report it.".to_owned()

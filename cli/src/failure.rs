@@ -110,6 +110,7 @@ impl From<claymill_controller::PostError> for Failure {
             E::ReadBack(e) => return e.into(),
             E::Io { ref source, .. } => advice_on(source),
             E::Move(_) | E::Job(_) => "Plan the job again with `claymill plan`.",
+            E::Limits(_) => "Take one of the remedies above, or another machine with --machine.",
             E::Refused { .. } => "Change the machine definition (--machine), or post to another dialect.",
             E::Lost { .. } | E::Differs { .. } => {
                 "Nothing was written. This is a fault of the post: please report it."
@@ -203,6 +204,13 @@ impl From<claymill::SelectError> for Failure {
     fn from(error: claymill::SelectError) -> Self {
         let advice = error.advice();
         Failure::usage(error, advice)
+    }
+}
+
+impl From<claymill_tooling::ToolingError> for Failure {
+    fn from(error: claymill_tooling::ToolingError) -> Self {
+        let advice = error.advice().to_owned();
+        Failure::problem(error, advice)
     }
 }
 

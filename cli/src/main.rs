@@ -74,6 +74,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Order(args) => commands::order(&context, args),
         Command::Stream(args) => commands::stream(&context, args),
         Command::Simulate(args) => commands::simulate(&context, args),
+        Command::Tools(args) => commands::tools(&context, args),
         Command::Post(args) => commands::post(&context, args),
         Command::Render(args) => commands::render(&context, args),
         Command::View(args) => commands::view(&context, args),

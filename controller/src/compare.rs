@@ -13,6 +13,8 @@ use serde::Serialize;
 use crate::dialects::{Dialect, Element, Fault, Sink};
 use crate::follow::deviation;
 use crate::job::{MachineJob, Section, Stroke, turned};
+use crate::placed::placed_as_written;
+use crate::tilt::Tilt;
 use crate::{Machine, ReadError, Refusal, Shape};
 
 /// A program held against the job that it was written from.
@@ -105,6 +107,12 @@ impl<'a, 't> Matcher<'a, 't> {
             self.close();
         }
         if self.pending.is_empty() {
+            if self.is_tail(&element)
+                && let Some(last) = self.found.last_mut()
+            {
+                last.elements.push(element);
+                return;
+            }
             self.seek(&element);
         }
         let Some(&(_, stroke)) = self.order.get(self.next) else {
@@ -121,6 +129,19 @@ impl<'a, 't> Matcher<'a, 't> {
         if arrived {
             self.close();
         }
+    }
+
+    /// Whether a block is the last bit of the move before, which had come near enough to its end already: no longer than what
+    /// is near, and with the feed of that move, not of the next.
+    fn is_tail(&self, element: &Element) -> bool {
+        let (Some(last), Some((_, next))) = (self.found.last(), self.order.get(self.next)) else {
+            return false;
+        };
+        let end = last.stroke.curve.end();
+        let is_short = self.near(&element.shape.start(), &end)
+            && self.near(&element.shape.end(), &end)
+            && element.shape.length_mm() <= 2.0 * self.near_mm;
+        last.matched && is_short && !has_feed(element, next) && has_feed(element, last.stroke)
     }
 
     /// Passes over moves of the job that are too short to be written, or that the program does not have.
@@ -180,7 +201,11 @@ impl<'a, 't> Matcher<'a, 't> {
         let far: Vec<f64> = found
             .par_iter()
             .map(|f| {
-                if f.matched { deviation(&f.stroke.curve, f.elements.iter().map(|e| &e.shape)) } else { 0.0 }
+                if !f.matched {
+                    return 0.0;
+                }
+                let askew = f.elements.iter().map(|e| askew_mm(e, f.section)).fold(0.0, f64::max);
+                askew + deviation(&f.stroke.curve, f.elements.iter().map(|e| &e.shape))
             })
             .collect();
         let c = &mut self.comparison;
@@ -195,15 +220,7 @@ impl<'a, 't> Matcher<'a, 't> {
                 c.largest_seq = f.stroke.seq;
                 c.largest_line = f.elements.first().map_or(0, |e| e.line);
             }
-            let rapid = f.stroke.kind == MoveKind::Rapid;
-            let wrong = |e: &Element| {
-                if e.rapid {
-                    !rapid
-                } else {
-                    (e.feed - f.stroke.feed).abs() > FEED_SHARE * f.stroke.feed + 0.5
-                }
-            };
-            if f.elements.iter().any(wrong) {
+            if !f.elements.iter().all(|e| has_feed(e, f.stroke)) {
                 c.feed_differs += 1;
                 c.first_feed_differs.get_or_insert(f.stroke.seq);
             }
@@ -226,6 +243,30 @@ impl<'a, 't> Matcher<'a, 't> {
     }
 }
 
+/// Whether a block runs as a move does.
+fn has_feed(element: &Element, stroke: &Stroke) -> bool {
+    match element.rapid {
+        true => stroke.kind == MoveKind::Rapid,
+        false => (element.feed - stroke.feed).abs() <= FEED_SHARE * stroke.feed + 0.5,
+    }
+}
+
+/// How far the plane that was read takes a block from where the section's plane has it, mm. The two planes differ by a rigid
+/// motion, so that no point of a block goes farther than the farthest of its control points.
+fn askew_mm(element: &Element, section: &Section) -> f64 {
+    let planned = section.placed.map(|p| p.tilt).filter(|t| !t.is_none());
+    if element.tilt == planned {
+        return 0.0;
+    }
+    let through = |tilt: Option<Tilt>, p: &Point3| tilt.map_or(*p, |t| t.to_standing(p));
+    let points = element
+        .shape
+        .curve()
+        .map_or_else(|| vec![element.shape.start(), element.shape.end()], |curve| curve.points().to_vec());
+    let far = points.iter().map(|p| (through(element.tilt, p) - through(planned, p)).norm());
+    far.fold(0.0, f64::max)
+}
+
 fn open(path: &Path) -> Result<BufReader<File>, ReadError> {
     let io = |source| ReadError::Io { path: path.to_owned(), source };
     Ok(BufReader::with_capacity(1 << 18, open_plain(path, LONGEST_MADE).map_err(io)?))
@@ -236,11 +277,15 @@ fn open(path: &Path) -> Result<BufReader<File>, ReadError> {
 /// # Errors
 /// The file cannot be read, or names none.
 pub fn dialect_of(path: &Path) -> Result<Dialect, ReadError> {
+    Dialect::recognise(&head(path)?).ok_or_else(|| ReadError::Unrecognised(path.to_owned()))
+}
+
+/// The first lines of a program.
+pub(crate) fn head(path: &Path) -> Result<String, ReadError> {
     let mut head = Vec::new();
     let io = |source| ReadError::Io { path: path.to_owned(), source };
     open(path)?.take(4096).read_to_end(&mut head).map_err(io)?;
-    Dialect::recognise(&String::from_utf8_lossy(&head))
-        .ok_or_else(|| ReadError::Unrecognised(path.to_owned()))
+    Ok(String::from_utf8_lossy(&head).into_owned())
 }
 
 /// Reads one program.
@@ -312,7 +357,8 @@ pub fn compare(
     dialect: Dialect,
     machine: &Machine,
 ) -> Result<Comparison, ReadError> {
-    follow_program(job, files, dialect, machine, &mut |_| ())
+    let job = placed_as_written(job, files, dialect, machine)?;
+    follow_program(&job, files, dialect, machine, &mut |_| ())
 }
 
 /// The moves that a program makes, in model coordinates and under the names of the job that it was written
@@ -327,7 +373,9 @@ pub fn moves_of(
     machine: &Machine,
 ) -> Result<(Program, Comparison), ReadError> {
     let mut moves = Vec::new();
-    let comparison = follow_program(job, files, dialect, machine, &mut |found| add_moves(&mut moves, found))?;
+    let placed = placed_as_written(job, files, dialect, machine)?;
+    let comparison =
+        follow_program(&placed, files, dialect, machine, &mut |found| add_moves(&mut moves, found))?;
     if 2 * comparison.missing > job.strokes() as u64 {
         return Err(ReadError::Astray {
             path: files.first().cloned().unwrap_or_default(),
@@ -343,9 +391,16 @@ pub fn moves_of(
 
 fn add_moves(moves: &mut Vec<Move>, found: &Found<'_>) {
     let (section, stroke) = (found.section, found.stroke);
-    let axis = section.frame.axis();
-    let mut add = |kind: MoveKind, feed: f64, curve: &Curve3| {
-        let curve = turned(curve, |p| section.frame.to_model(p));
+    let axis = section.tool_axis;
+    // Through the plane as it was read, not as it was meant.
+    let to_model = |p: &Point3, tilt: Option<Tilt>| match (section.placed, tilt) {
+        (Some(placed), Some(tilt)) => placed.stands.to_model(&tilt.to_standing(p)),
+        (Some(placed), None) => placed.stands.to_model(p),
+        (None, Some(tilt)) => section.frame.to_model(&tilt.to_standing(p)),
+        (None, None) => section.frame.to_model(p),
+    };
+    let mut add = |kind: MoveKind, feed: f64, curve: &Curve3, tilt: Option<Tilt>| {
+        let curve = turned(curve, |p| to_model(p, tilt));
         moves.push(Move {
             seq: stroke.seq,
             setup: section.setup.clone(),
@@ -362,7 +417,9 @@ fn add_moves(moves: &mut Vec<Move>, found: &Found<'_>) {
         (false, false) => MoveKind::Link,
     };
     let lines = found.elements.chunk_by(|a, b| {
-        matches!((&a.shape, &b.shape), (Shape::Line { .. }, Shape::Line { .. })) && a.rapid == b.rapid
+        matches!((&a.shape, &b.shape), (Shape::Line { .. }, Shape::Line { .. }))
+            && a.rapid == b.rapid
+            && a.tilt == b.tilt
     });
     for group in lines {
         let first = &group[0];
@@ -378,12 +435,12 @@ fn add_moves(moves: &mut Vec<Move>, found: &Found<'_>) {
                 knots.push(knots[knots.len() - 1]);
                 let curve = KnotVector::new(1, knots).and_then(|k| Curve3::new(k, points, None));
                 if let Ok(curve) = curve {
-                    add(kind_of(first), first.feed, &curve);
+                    add(kind_of(first), first.feed, &curve, first.tilt);
                 }
             }
             other => {
                 if let Some(curve) = other.curve() {
-                    add(kind_of(first), first.feed, &curve);
+                    add(kind_of(first), first.feed, &curve, first.tilt);
                 }
             }
         }

@@ -89,6 +89,9 @@ pub enum PostError {
         /// The rule and what is wrong.
         refusal: Refusal,
     },
+    /// The machine does not reach what the job asks for.
+    #[error("the machine does not reach the whole job:\n  {}", .0.join("\n  "))]
+    Limits(Vec<String>),
     /// What was written could not be read back.
     #[error("read back: {0}")]
     ReadBack(#[from] ReadError),

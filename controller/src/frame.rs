@@ -15,6 +15,9 @@ pub struct Frame {
 /// Components of axes that are this near to 0 or 1 are meant to be: going to and fro then rounds nothing.
 const AXIS_EPSILON: f64 = 1e-12;
 
+/// No entry of a quaternion is larger.
+const LARGEST_ENTRY: u64 = 1 << 30;
+
 impl Frame {
     /// The frame for a tool axis: X runs along `front`, or to the left where the tool axis does that.
     /// `up` and `front` are the vehicle's axes, `zero` the work's zero, all in model coordinates. `None`
@@ -28,6 +31,36 @@ impl Frame {
             [front, left, up].into_iter().find(|d| d.cross(&z).norm() > 0.5 * d.norm() && d.norm() > 0.5)?;
         let x = tidy((x - z * z.dot(&x)).try_normalize(1e-9)?);
         Some(Frame { x, y: tidy(z.cross(&x)), z, zero })
+    }
+
+    /// The frame of a quaternion of integers (a, b, c, d), the turn from the setup's axes to the model's; `None` where it
+    /// is zero. Every entry is one division of integers.
+    #[must_use]
+    pub fn of_quaternion(quaternion: [i64; 4], zero: Point3) -> Option<Self> {
+        let [a, b, c, d] = quaternion.map(i128::from);
+        let norm = a * a + b * b + c * c + d * d;
+        if norm == 0 || quaternion.iter().any(|q| q.unsigned_abs() > LARGEST_ENTRY) {
+            return None;
+        }
+        let entry = |whole: i128| whole as f64 / norm as f64 + 0.0;
+        let [x, y, z] = [
+            [a * a + b * b - c * c - d * d, 2 * (b * c + a * d), 2 * (b * d - a * c)],
+            [2 * (b * c - a * d), a * a - b * b + c * c - d * d, 2 * (c * d + a * b)],
+            [2 * (b * d + a * c), 2 * (c * d - a * b), a * a - b * b - c * c + d * d],
+        ]
+        .map(|v| Vector3::from(v.map(entry)));
+        Some(Frame { x, y, z, zero })
+    }
+
+    /// The frame of three axes that are known to be right-handed and of unit length.
+    pub(crate) fn of_axes([x, y, z]: [Vector3; 3], zero: Point3) -> Self {
+        Frame { x, y, z, zero }
+    }
+
+    /// Its x, y and z in model coordinates.
+    #[must_use]
+    pub fn axes(&self) -> [Vector3; 3] {
+        [self.x, self.y, self.z]
     }
 
     /// Model coordinates to the machine's.

@@ -7,6 +7,7 @@ use claymill_nurbs::{Curve3, KnotVector, Point3, Vector3};
 use claymill_toolpath::{Job, Move, MoveKind, Program, read_job, read_moves};
 
 use crate::frame::signed_axis;
+use crate::tilt::Placed;
 use crate::{AxisName, Frame, Machine, PostError};
 
 /// One move of the job in its setup's machine coordinates.
@@ -41,8 +42,14 @@ pub struct Section {
     pub radius_mm: f64,
     /// How far the tool sticks out of its holder in this setup, mm, where that is known.
     pub stick_out_mm: Option<f64>,
+    /// Setup whose work offset and zero hold.
+    pub place: String,
     /// From model to machine coordinates.
     pub frame: Frame,
+    /// The tool axis as the job has it, model coordinates: angles of a control are rounded.
+    pub tool_axis: Vector3,
+    /// How the machine turns to the setup, where nobody turns the part.
+    pub placed: Option<Placed>,
     /// Height above which nothing is in the way, machine mm.
     pub clearance_mm: f64,
     /// Height out of the way of hands and holders, as far as the machine's travel is known, machine mm.
@@ -125,8 +132,11 @@ fn section(job: &Job, m: &Move, machine: &Machine) -> Result<Section, PostError>
     };
     let (up, front) = (axis(&job.request.up)?, axis(&job.request.length)?);
     let zero = Point3::from(machine.place(&m.setup).zero_mm);
-    let frame = Frame::new(Vector3::from(setup.axis), up, front, zero)
-        .ok_or_else(|| PostError::Job(format!("setup `{}` has no tool axis", m.setup)))?;
+    let frame = match setup.quaternion {
+        Some(quaternion) => Frame::of_quaternion(quaternion, zero),
+        None => Frame::new(Vector3::from(setup.axis), up, front, zero),
+    };
+    let frame = frame.ok_or_else(|| PostError::Job(format!("setup `{}` has no tool axis", m.setup)))?;
     let record = job.tools.iter().find(|t| t.id == m.tool);
     let tool = record.map_or(job.request.tool, |t| t.tool);
     let holder = record.and_then(|t| t.in_setup(&m.setup).holder);
@@ -134,6 +144,9 @@ fn section(job: &Job, m: &Move, machine: &Machine) -> Result<Section, PostError>
     let top_mm = machine.axes.get(&AxisName::Z).map_or(f64::INFINITY, |[_, top]| *top);
     Ok(Section {
         setup: m.setup.clone(),
+        place: m.setup.clone(),
+        tool_axis: frame.axis(),
+        placed: None,
         tool: m.tool.clone(),
         tool_number: machine.tool_number(&m.tool),
         speed_rpm: machine.speed_rpm(&m.tool),

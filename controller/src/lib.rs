@@ -30,10 +30,12 @@ mod frames;
 mod handshake;
 mod job;
 mod judge;
+mod limits;
 mod lower;
 mod machine;
 mod number;
 mod panel;
+mod placed;
 mod port;
 mod post;
 mod private_file;
@@ -42,6 +44,7 @@ mod queue;
 mod recall;
 mod record;
 mod reference;
+mod rotary;
 mod route;
 mod rsh;
 mod run;
@@ -49,6 +52,7 @@ mod shape;
 mod shared;
 mod simulate;
 mod switches;
+mod tilt;
 mod wire;
 mod words;
 
@@ -57,10 +61,11 @@ pub use dialects::{Dialect, Element, UnknownDialect, tool_number};
 pub use error::{MachineError, PostError, ReadError, Refusal};
 pub use frame::Frame;
 pub use job::{MachineJob, Section, Stroke};
+pub use limits::{Travel, travel};
 pub use lower::Rung;
 pub use machine::{
-    AxisName, ControlFacts, Coolant, Dynamics, Feed, Files, LineNumbers, Machine, SetupPlace, Spindle,
-    ToolPlace, Units,
+    AxisName, ControlFacts, Coolant, Dynamics, Feed, Files, LineNumbers, Machine, PlaneBy, SetupPlace,
+    Spindle, Tilting, ToolPlace, Units,
 };
 pub use number::LengthFormat;
 pub use panel::{Panel, Status, UnknownOrder};
@@ -74,4 +79,5 @@ pub use route::{Approach, Route};
 pub use rsh::{Remote, RemoteError};
 pub use shape::{ARC_RADIUS_MM, Arc, Plane, Shape};
 pub use simulate::{FeedProfile, Simulation, simulate};
+pub use tilt::{Angles, Placed, Tilt, Turn};
 pub use wire::{Sender, WireError, serve};

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use claymill_toolpath::{LONGEST_WRITTEN, MachineLimits, MoveKind, read_plain_text};
+use claymill_toolpath::{Changer, LONGEST_WRITTEN, MachineLimits, MoveKind, RotaryAxis, read_plain_text};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::MachineError;
@@ -25,7 +26,7 @@ const WIDEST_CORNER_MM: f64 = 100.0;
 const FARTHEST_MM: f64 = 1e7;
 
 /// A machine as its TOML file describes it; everything may be left out.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Machine {
     /// Name, for the program's header.
@@ -82,10 +83,45 @@ pub struct Machine {
     pub dynamics: Dynamics,
     /// What is known of the control, for its simulation.
     pub control: ControlFacts,
+    /// How the machine comes to setups off the axes.
+    pub tilt: Tilting,
+    /// Rotary axes by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub rotary: BTreeMap<String, RotaryAxis>,
+    /// Tool changer.
+    pub changer: Changer,
+}
+
+/// How a machine comes to setups off the axes of the part.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tilting {
+    /// What writes such a setup.
+    pub by: PlaneBy,
+    /// Name of Siemens' swivel data set; empty where there is one only.
+    pub swivel_data: String,
+    /// Siemens' preferred direction of the first rotary axis: 1 or -1.
+    pub direction: i8,
+}
+
+impl Default for Tilting {
+    fn default() -> Self {
+        Tilting { by: PlaneBy::Program, swivel_data: String::new(), direction: -1 }
+    }
+}
+
+/// What writes a setup off the axes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum PlaneBy {
+    /// A program, or a part of it behind a stop, for each setup; the part is turned by hand.
+    Program,
+    /// The control's tilted plane, where the dialect has one.
+    Control,
 }
 
 /// What is known of a control; what is left out is taken as usual for the dialect.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ControlFacts {
     /// Blocks that it looks ahead.
@@ -97,7 +133,7 @@ pub struct ControlFacts {
 }
 
 /// Unit of a program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Units {
     /// Millimetres.
@@ -118,7 +154,7 @@ impl Units {
 }
 
 /// An axis of the machine.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum AxisName {
     /// X.
@@ -130,7 +166,7 @@ pub enum AxisName {
 }
 
 /// First number and step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LineNumbers {
     /// Number of the first block.
@@ -140,7 +176,7 @@ pub struct LineNumbers {
 }
 
 /// How a job is spread over files.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Files {
     /// All in one; the program stops between setups.
@@ -152,7 +188,7 @@ pub enum Files {
 }
 
 /// Feeds, mm/min.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Feed {
     /// Faster feeds of the job are brought down to this.
@@ -170,17 +206,34 @@ impl Feed {
 }
 
 /// Spindle.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Spindle {
     /// Speed, 1/min; 0, as usual, where none is known: the spindle is then left alone.
     pub speed_rpm: f64,
     /// Counterclockwise (M4).
     pub counterclockwise: bool,
+    /// Slowest speed, 1/min.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_rpm: Option<f64>,
+    /// Fastest speed, 1/min.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_rpm: Option<f64>,
+    /// Power, kW.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub power_kw: Option<f64>,
+}
+
+impl Spindle {
+    /// Slowest and fastest speed, 1/min.
+    #[must_use]
+    pub fn range_rpm(&self) -> [f64; 2] {
+        [self.min_rpm.unwrap_or(0.0), self.max_rpm.unwrap_or(LARGEST_SPEED_RPM)]
+    }
 }
 
 /// Coolant.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Coolant {
     /// None.
@@ -192,7 +245,7 @@ pub enum Coolant {
 }
 
 /// Where a setup stands on the machine.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SetupPlace {
     /// Its own work offset.
@@ -202,7 +255,7 @@ pub struct SetupPlace {
 }
 
 /// A tool of a job on the machine.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ToolPlace {
     /// Its number in the machine, where that is not the one of its id.
@@ -212,7 +265,7 @@ pub struct ToolPlace {
 }
 
 /// What the axes can do.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Dynamics {
     /// Along the path, mm/s².
@@ -230,6 +283,8 @@ const RETREAT_MM: f64 = 100.0;
 const INCH_TOLERANCE_MM: f64 = 0.003;
 /// No spindle is faster, 1/min.
 const LARGEST_SPEED_RPM: f64 = 1e6;
+/// No spindle is stronger, kW.
+const LARGEST_KW: f64 = 1e4;
 /// A machine has no more tools than this.
 const LARGEST_TOOL: u32 = 99_999_999;
 
@@ -262,6 +317,9 @@ impl Default for Machine {
             tools: BTreeMap::new(),
             dynamics: Dynamics::default(),
             control: ControlFacts::default(),
+            tilt: Tilting::default(),
+            rotary: BTreeMap::new(),
+            changer: Changer::default(),
         }
     }
 }
@@ -336,6 +394,27 @@ impl Machine {
         if [self.feed.max_mm_per_min, self.feed.rapid_mm_per_min].iter().any(|v| !RATES.contains(v)) {
             return value("feed", "must have positive rates, up to 1e7 mm/min");
         }
+        let [slow, fast] = self.spindle.range_rpm();
+        if !((0.0..=fast).contains(&slow) && fast > 0.0 && fast <= LARGEST_SPEED_RPM) {
+            return value("spindle", "must have min_rpm below max_rpm, both from 0 to 1000000");
+        }
+        if self.spindle.power_kw.is_some_and(|kw| !(kw > 0.0 && kw <= LARGEST_KW)) {
+            return value("spindle", "must have a power above 0 and up to 10000 kW");
+        }
+        if !self.changer.is_sensible() {
+            return value("changer", "must have sizes, places and a time above 0 and within reason");
+        }
+        if self.rotary.iter().any(|(name, axis)| !(RotaryAxis::may_be_named(name) && axis.is_sensible())) {
+            return value(
+                "rotary",
+                "must have axes a, b or c with a travel from low to high and a direction",
+            );
+        }
+        if ![1, -1].contains(&self.tilt.direction)
+            || self.tilt.swivel_data.chars().any(|c| !(c.is_ascii_alphanumeric() || c == '_'))
+        {
+            return value("tilt", "must have direction 1 or -1 and a name of letters, digits and _");
+        }
         let mut speeds = self.tools.values().filter_map(|t| t.speed_rpm).chain([self.spindle.speed_rpm]);
         if !speeds.all(|rpm| rpm.is_finite() && (0.0..=LARGEST_SPEED_RPM).contains(&rpm)) {
             return value("spindle, tools", "must have a speed from 0 to 1000000");
@@ -378,6 +457,12 @@ impl Machine {
             return value("start, end, home, tool_change, work_offset, name", "must be single lines");
         }
         Ok(())
+    }
+
+    /// The form of a machine definition as JSON Schema.
+    #[must_use]
+    pub fn schema() -> schemars::Schema {
+        schemars::schema_for!(Machine)
     }
 
     /// What it can do, as far as the time of a job is concerned.
@@ -455,11 +540,31 @@ mod tests {
             "dynamics = { acceleration_mm_per_s2 = 1e-300 }",
             "dynamics = { cycle_s = 1e300 }",
             "axes = { x = [-1e300, 1] }",
+            "spindle = { min_rpm = 9000, max_rpm = 600 }",
+            "spindle = { power_kw = -1 }",
+            "changer = { places = 0 }",
+            "tilt = { direction = 2 }",
+            "tilt = { swivel_data = \"a,b\" }",
+            "rotary = { x = { travel_deg = [0, 1], direction = [1, 0, 0] } }",
+            "rotary = { a = { travel_deg = [1, 0], direction = [1, 0, 0] } }",
+            "rotary = { a = { travel_deg = [0, 1], direction = [0, 0, 0] } }",
         ] {
             let machine: Machine = toml::from_str(text).unwrap();
             assert!(machine.check().is_err(), "{text}");
         }
         assert!(toml::from_str::<Machine>("tolerence_mm = 1").is_err());
+    }
+
+    /// The file that tools are chosen for is one that programs are written with.
+    #[test]
+    fn one_file_serves_posts_and_tools() {
+        let read = |path: &str| Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap();
+        let gantry = read("../tooling/data/gantry.toml");
+        assert_eq!((gantry.spindle.max_rpm, gantry.changer.places), (Some(18_000.0), Some(24)));
+        let indexed = read("../docs/machines/linuxcnc-a-axis.toml");
+        assert!(indexed.rotary["a"].turns_table);
+        let text = toml::to_string(&indexed).unwrap();
+        assert_eq!(toml::from_str::<Machine>(&text).unwrap(), indexed);
     }
 
     #[test]

@@ -16,8 +16,10 @@ use crate::dialects::{Dialect, Grammar, Page, TAG};
 use crate::job::{MachineJob, Section, Stroke};
 use crate::lower::{Lowered, Rung, lower};
 use crate::machine::Files;
+use crate::placed::{TILTED, placed};
 use crate::route::LIFT_MM;
-use crate::{AxisName, Machine, PostError, Refusal, Simulation};
+use crate::tilt::Turn;
+use crate::{Machine, PostError, Simulation};
 
 /// What was written, and how well it stands for the job.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -109,6 +111,9 @@ pub fn post_to(
     output: &Output,
     out: &Path,
 ) -> Result<PostTotals, PostError> {
+    let on_machine = placed(job, dialect, machine, machine.tilt.by)?;
+    let job = &*on_machine;
+    crate::limits::check(job, dialect, machine)?;
     let name = if output.is_stream() { "PROGRAM".into() } else { output.name().to_string_lossy() };
     let folder = output.folder();
     let io = |path: &Path| {
@@ -341,7 +346,7 @@ impl<'a> Writer<'a> {
                         Files::Setup => n.setup == section.setup,
                         Files::Tool => n.setup == section.setup && n.tool == section.tool,
                     });
-                let turn = next.filter(|n| same_file && n.setup != section.setup);
+                let turn = next.filter(|n| same_file && n.setup != section.setup && !n.stands_as(section));
                 let stop = turn.map(|n| {
                     // The tool's length is not what it was: whoever sets the machine up must know before it goes on.
                     let again = n.stick_out_mm.filter(|_| n.stick_out_mm != section.stick_out_mm).map(|mm| {
@@ -393,7 +398,7 @@ impl<'a> Writer<'a> {
             let made: Vec<Result<(String, Lowered), PostError>> = batch
                 .par_iter()
                 .enumerate()
-                .map(|(i, stroke)| self.stroke(stroke, first + i as u64))
+                .map(|(i, stroke)| self.stroke(section, stroke, first + i as u64))
                 .collect();
             for (stroke, made) in batch.iter().zip(made) {
                 let full = self.page.machine.max_bytes.is_some_and(|max| file.sheet.bytes >= max);
@@ -414,27 +419,16 @@ impl<'a> Writer<'a> {
         Ok(written)
     }
 
-    fn stroke(&self, stroke: &Stroke, id: u64) -> Result<(String, Lowered), PostError> {
+    fn stroke(&self, section: &Section, stroke: &Stroke, id: u64) -> Result<(String, Lowered), PostError> {
         let machine = self.page.machine;
         let refused = |refusal| PostError::Refused { seq: stroke.seq, refusal };
-        let abilities = self.grammar.abilities(machine);
+        let mut abilities = self.grammar.abilities(machine);
+        if self.dialect == Dialect::Fanuc && section.placed.is_some() {
+            // Whether G06.2 is taken under G68.2 is not known.
+            abilities.splines.clear();
+        }
         let lowered =
             lower(&stroke.curve, &abilities, &self.page.format, machine.tolerance_mm).map_err(refused)?;
-        for (axis, [low, high]) in &machine.axes {
-            let k = *axis as usize;
-            let out = stroke.curve.points().iter().find(|p| p[k] < *low || p[k] > *high);
-            if let Some(p) = out {
-                let letter = match axis {
-                    AxisName::X => "X",
-                    AxisName::Y => "Y",
-                    AxisName::Z => "Z",
-                };
-                return Err(refused(Refusal::new(
-                    "axis-limit",
-                    format!("{letter} {:.4} mm is outside {low} to {high} mm", p[k]),
-                )));
-            }
-        }
         let mut text = String::new();
         self.grammar.stroke(&mut text, &self.page, stroke, &lowered, id);
         Ok((text, lowered))
@@ -467,6 +461,15 @@ impl<'a> Writer<'a> {
             format!("largest difference from the job, read back: {UNKNOWN} mm"),
             format!("before a stop, a tool change and the end: {}", self.retreat()),
         ];
+        let plane = |s: &Section| matches!(s.placed.map(|p| p.by), Some(Turn::Plane { .. }));
+        if self.job.sections.iter().any(plane) {
+            self.page.header.push(TILTED.into());
+        }
+        if self.dialect.lacks_plane(self.job, machine) {
+            self.page
+                .header
+                .push("no tilted planes for this control: the part is turned for each setup".into());
+        }
         if self.job.sections.iter().any(|s| s.speed_rpm == 0.0) {
             self.page.header.push("no spindle speed is known: start the spindle by hand".into());
         }

@@ -16,6 +16,7 @@ use crate::follow::deviation;
 use crate::job::{MachineJob, Stroke};
 use crate::lower::holds;
 use crate::number::LengthFormat;
+use crate::placed::placed_as_written;
 use crate::{Comparison, Machine, Plane, ReadError, Shape, Units};
 
 /// How a control runs a program.
@@ -159,7 +160,8 @@ pub fn simulate(
 ) -> Result<Simulation, ReadError> {
     let control = Control::of(dialect, machine);
     let mut run = Run { control, blocks: Vec::new(), moves: Vec::new(), sum: Sum::default() };
-    let read_back = follow_program(job, files, dialect, machine, &mut |found| run.take(found))?;
+    let placed = placed_as_written(job, files, dialect, machine)?;
+    let read_back = follow_program(&placed, files, dialect, machine, &mut |found| run.take(found))?;
     run.flush();
     let sum = run.sum;
     let per_min = |mm: f64, s: f64| if s > 0.0 { 60.0 * mm / s } else { 0.0 };
@@ -371,7 +373,7 @@ mod tests {
             let (s, c) = degrees.to_radians().sin_cos();
             let points = (0..4).map(|i| p(50.0 + 15.0 * f64::from(i) * c, 15.0 * f64::from(i) * s)).collect();
             let curve = Curve3::new(KnotVector::clamped_uniform(3, 4), points, None).unwrap();
-            let block = |shape| Element { line: 1, rapid: false, feed: 6000.0, shape };
+            let block = |shape| Element { line: 1, rapid: false, feed: 6000.0, shape, tilt: None };
             vec![block(Shape::Line { from: p(0.0, 0.0), to: p(50.0, 0.0) }), block(Shape::Spline(curve))]
         };
         let stops = |dialect, degrees| {

@@ -9,7 +9,7 @@ use crate::library::LibraryTool;
 /// Straight pieces of the drawn corner.
 const CORNER_PIECES: u32 = 16;
 /// Share of the height that is text, and the gap between dimension lines in heights of text.
-const TEXT_SHARE: f64 = 0.03;
+pub(crate) const TEXT_SHARE: f64 = 0.03;
 const LINE_GAP: f64 = 2.2;
 /// Width of a bold letter in heights of text, rather wide.
 const LETTER: f64 = 0.62;
@@ -119,43 +119,85 @@ fn between(outline: &[[f64; 2]], low_mm: f64, high_mm: f64) -> Vec<[f64; 2]> {
 /// A tool as an SVG document: tip below, dimensions to the right in mm. It has neither scripts nor links.
 #[must_use]
 pub fn tool_svg(tool: &LibraryTool) -> String {
-    let shape = Silhouette::of(tool);
-    let (height, radius) = (shape.height_mm(), shape.radius_mm());
-    let text = (TEXT_SHARE * height).max(1e-3);
-    let (left, right) = (radius + 2.0 * text, radius + 14.0 * text);
-    let (above, below) = (4.0 * text, 4.0 * text);
-    let mut svg = String::new();
-    #[expect(clippy::cast_precision_loss, reason = "a name of at most a few hundred characters")]
-    let heading_width = (heading(tool).chars().count() as f64 * LETTER + 2.0) * text;
-    let (width, tall) = ((left + right).max(heading_width), height + above + below);
-    // Writing to a text does not fail.
-    let _ = write!(
-        svg,
+    let drawing = Drawing::of(tool, TEXT_SHARE * Silhouette::of(tool).height_mm());
+    let [width, tall] = [drawing.width(), drawing.tall()];
+    let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{} {} {} {}\" width=\"{}\" height=\"600\" \
          font-family=\"sans-serif\" font-size=\"{}\" stroke-width=\"{}\" stroke-linejoin=\"round\">\n\
          <title>{}</title>\n",
-        n(-left),
-        n(-height - above),
+        n(-drawing.left),
+        n(-drawing.above),
         n(width),
         n(tall),
         n((600.0 * width / tall).clamp(100.0, 1200.0)),
-        n(text),
-        n(0.1 * text),
+        n(drawing.text),
+        n(0.1 * drawing.text),
         escaped(&heading(tool)),
     );
-    for section in &shape.holder {
-        polygon(&mut svg, section, "#9aa3ad", "holder");
+    svg += &drawing.body;
+    svg + "</svg>\n"
+}
+
+/// A drawn tool in mm, its tip at the origin, y down.
+pub(crate) struct Drawing {
+    /// Shapes and texts.
+    pub(crate) body: String,
+    /// Height of the text.
+    pub(crate) text: f64,
+    /// How far the drawing reaches to each side of the tip.
+    pub(crate) left: f64,
+    pub(crate) right: f64,
+    pub(crate) above: f64,
+    pub(crate) below: f64,
+}
+
+impl Drawing {
+    /// Draws a tool with text of a height, mm.
+    pub(crate) fn of(tool: &LibraryTool, text_mm: f64) -> Self {
+        let shape = Silhouette::of(tool);
+        let (height, radius, text) = (shape.height_mm(), shape.radius_mm(), text_mm.max(1e-3));
+        let left = radius + 2.0 * text;
+        #[expect(clippy::cast_precision_loss, reason = "a name of at most a few hundred characters")]
+        let heading_width = (heading(tool).chars().count() as f64 * LETTER + 2.0) * text;
+        let right = (radius + 14.0 * text).max(heading_width - left);
+        let mut body = String::new();
+        for section in &shape.holder {
+            polygon(&mut body, section, "#9aa3ad", "holder");
+        }
+        polygon(&mut body, &shape.shank, "#d5d9de", "shank");
+        polygon(&mut body, &shape.flutes, "#e8b04a", "flutes");
+        // Writing to a text does not fail.
+        let _ = writeln!(
+            body,
+            "<path d=\"M0 {}V{}\" stroke=\"#333\" stroke-dasharray=\"{} {}\" fill=\"none\"/>",
+            n(text),
+            n(-height - text),
+            n(text),
+            n(0.4 * text)
+        );
+        dimensions(&mut body, tool, (height, radius), text);
+        diameters(&mut body, tool, text);
+        let _ = writeln!(
+            body,
+            "<text x=\"{}\" y=\"{}\" font-weight=\"bold\">{}</text>",
+            n(-left + text),
+            n(-height - 2.0 * text),
+            escaped(&heading(tool))
+        );
+        Drawing { body, text, left, right, above: height + 4.0 * text, below: 4.0 * text }
     }
-    polygon(&mut svg, &shape.shank, "#d5d9de", "shank");
-    polygon(&mut svg, &shape.flutes, "#e8b04a", "flutes");
-    let _ = writeln!(
-        svg,
-        "<path d=\"M0 {}V{}\" stroke=\"#333\" stroke-dasharray=\"{} {}\" fill=\"none\"/>",
-        n(text),
-        n(-height - text),
-        n(text),
-        n(0.4 * text)
-    );
+
+    pub(crate) fn width(&self) -> f64 {
+        self.left + self.right
+    }
+
+    pub(crate) fn tall(&self) -> f64 {
+        self.above + self.below
+    }
+}
+
+/// Dimension lines beside a tool of a height and radius.
+fn dimensions(svg: &mut String, tool: &LibraryTool, (height, radius): (f64, f64), text: f64) {
     let mut column = 0.0;
     for (name, mm) in heights(tool, height) {
         column += 1.0;
@@ -173,15 +215,6 @@ pub fn tool_svg(tool: &LibraryTool) -> String {
             mm = measure(mm),
         );
     }
-    diameters(&mut svg, tool, text);
-    let _ = writeln!(
-        svg,
-        "<text x=\"{}\" y=\"{}\" font-weight=\"bold\">{}</text>",
-        n(-left + text),
-        n(-height - 2.0 * text),
-        escaped(&heading(tool))
-    );
-    svg + "</svg>\n"
 }
 
 fn heading(tool: &LibraryTool) -> String {
@@ -239,7 +272,7 @@ fn polygon(svg: &mut String, half: &[[f64; 2]], fill: &str, class: &str) {
 }
 
 /// A coordinate with three decimals.
-fn n(v: f64) -> String {
+pub(crate) fn n(v: f64) -> String {
     let text = format!("{v:.3}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".to_owned() } else { text.to_owned() }

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //!   tools.toml  library.json  .tools  .fctb  tool.tbl ──► Library ── check ──► Finding
-//!                                                            │  └─ tool_svg, library_table
+//!                                                            │  └─ tool_svg, library_svg, library_table
 //!   machine.toml  .fcm ──► MachineShape ──┐                  │
 //!   material-*.toml ──► Material ─────────┼─► Conditions ◄───┘   speed and feed
 //!   process-*.toml ───► Profiles ─────────┴─► Process            every value with its origin
@@ -66,6 +66,7 @@ mod machine;
 mod process;
 mod read;
 mod rest;
+mod sheet;
 mod shipped;
 mod table;
 
@@ -94,4 +95,5 @@ pub use read::{
     read_library,
 };
 pub use rest::{groove_rest_mm2, pocket_removed_mm3, pocket_rest_mm3, slot_hang_mm};
+pub use sheet::library_svg;
 pub use table::library_table;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+pub use claymill_toolpath::{Changer, RotaryAxis};
 use claymill_toolpath::{LONGEST_WRITTEN, read_plain};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,16 +12,13 @@ use crate::error::{Fault, ToolingError, one_line};
 
 /// No axis travels farther, mm or degrees.
 const FARTHEST: f64 = 1e7;
-/// No feed or rapid is faster, mm/min or degrees/min.
+/// No feed or rapid is faster, mm/min.
 const FASTEST: f64 = 1e7;
 /// No spindle is faster, 1/min, or stronger, kW.
 const LARGEST_RPM: f64 = 1e6;
 const LARGEST_KW: f64 = 1e4;
-/// Longest tool change, s, and largest magazine.
-const SLOWEST_CHANGE_S: f64 = 1e5;
-const MOST_PLACES: u32 = 1_000_000;
 /// Tables that only posting and simulation read.
-const POSTING: [&str; 21] = [
+const POSTING: [&str; 22] = [
     "units",
     "digits",
     "tolerance_mm",
@@ -41,6 +39,7 @@ const POSTING: [&str; 21] = [
     "end",
     "setups",
     "tools",
+    "tilt",
     "dynamics",
 ];
 /// The fields of [`MachineShape`], and the one posting table that is left.
@@ -72,25 +71,6 @@ pub struct MachineShape {
     pub changer: Changer,
 }
 
-/// A rotary axis.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RotaryAxis {
-    /// Travel, degrees.
-    pub travel_deg: [f64; 2],
-    /// Direction of the axis in machine coordinates.
-    pub direction: [f64; 3],
-    /// A point of the axis in machine coordinates, mm.
-    #[serde(default)]
-    pub point_mm: [f64; 3],
-    /// Whether it turns the table; else it turns the head.
-    #[serde(default)]
-    pub turns_table: bool,
-    /// Fastest turn, degrees/min.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub max_deg_per_min: Option<f64>,
-}
-
 /// Fastest feeds.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
@@ -116,24 +96,6 @@ pub struct SpindleLimits {
     /// Power, kW.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub power_kw: Option<f64>,
-}
-
-/// A tool changer.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Changer {
-    /// Time of a change from cut to cut, s.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub change_s: Option<f64>,
-    /// Places in the magazine; tools have the numbers from 1 to this.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub places: Option<u32>,
-    /// Longest tool from tip to spindle nose, mm.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub longest_mm: Option<f64>,
-    /// Thickest tool, mm.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub thickest_mm: Option<f64>,
 }
 
 impl MachineShape {
@@ -222,21 +184,21 @@ impl MachineShape {
                 );
             }
         }
-        let named = |name: &str| name.len() == 1 && name.chars().all(|c| c.is_ascii_lowercase());
         for (name, axis) in &self.rotary {
-            if !named(name) || ["x", "y", "z"].contains(&name.as_str()) {
+            if !RotaryAxis::may_be_named(name) {
                 return refuse(name, "it is no name of a rotary axis", "Name it a, b or c.");
             }
-            let length: f64 = axis.direction.iter().map(|v| v * v).sum();
-            let near = axis.point_mm.iter().all(|v| v.abs() <= FARTHEST);
-            if !(travel(axis.travel_deg) && length > 1e-12 && length.is_finite() && near) {
-                return refuse(name, "its travel or its direction makes no sense", "Correct the axis.");
+            if !axis.is_sensible() {
+                return refuse(
+                    name,
+                    "its travel, direction, point or rate makes no sense",
+                    "Correct the axis.",
+                );
             }
         }
         let within = |v: Option<f64>, most: f64| v.is_none_or(|v| v > 0.0 && v <= most);
         let rates = [self.feed.max_mm_per_min, self.feed.rapid_mm_per_min];
-        let turns = self.rotary.values().map(|a| a.max_deg_per_min);
-        if !rates.into_iter().chain(turns).all(|v| within(v, FASTEST)) {
+        if !rates.into_iter().all(|v| within(v, FASTEST)) {
             return refuse("feed", "a rate is not above 0 and at most 1e7", "Correct the rate.");
         }
         let spindle = self.spindle;
@@ -248,11 +210,7 @@ impl MachineShape {
                 "Correct `min_rpm` and `max_rpm`.",
             );
         }
-        let changer = self.changer;
-        let sizes = within(changer.longest_mm, FARTHEST) && within(changer.thickest_mm, FARTHEST);
-        if !(within(spindle.power_kw, LARGEST_KW) && within(changer.change_s, SLOWEST_CHANGE_S) && sizes)
-            || changer.places.is_some_and(|n| n == 0 || n > MOST_PLACES)
-        {
+        if !(within(spindle.power_kw, LARGEST_KW) && self.changer.is_sensible()) {
             return refuse("changer", "a size, time or power is not above 0 or beyond reason", "Correct it.");
         }
         Ok(())

@@ -33,6 +33,7 @@ mod holder;
 mod io_advice;
 mod job;
 mod largest;
+mod machine_parts;
 mod manifest;
 mod monitor;
 mod moves;
@@ -62,6 +63,7 @@ pub use job::{
     LATEST_FORMAT_VERSION, LeftOutFace, LengthByKind, LinkStyle, MachineLimits, ModelFacts, Obstacle,
     RegionTotals, Request, Setup, Skipped, StageTiming, ToolRecord, Totals, UncutReason,
 };
+pub use machine_parts::{Changer, RotaryAxis};
 pub use manifest::{MANIFEST_FILE, is_whole};
 pub use monitor::{Cancelled, Monitor, Stage};
 pub use moves::{Move, MoveError, MoveKind, Program, WRITTEN_STEP_MM, round_to_written};

@@ -317,7 +317,7 @@ fn is_ours(path: &Path, kind: Kind) -> io::Result<bool> {
         Kind::Manual => begins(&[b".ie "]) && has(&head, MARK),
         Kind::Picture => {
             let film = head.get(4..8) == Some(b"ftyp") || begins(&[b"\x1a\x45\xdf\xa3"]);
-            (film || begins(&[b"\x89PNG", b"GIF8"])) && (has(&head, MARK) || has(&tail, MARK))
+            (film || begins(&[b"\x89PNG", b"GIF8", b"<svg"])) && (has(&head, MARK) || has(&tail, MARK))
         }
     })
 }

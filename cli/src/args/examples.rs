@@ -87,6 +87,12 @@ Examples:
   claymill animate out/body --stock 3 --follow 300 -o body.mp4
   claymill animate out/body --storyboard -o sheet.png";
 
+pub(super) const TOOLS: &str = "\
+Examples:
+  claymill tools shop.toml
+  claymill tools library.json --material aluminium --machine mill.toml
+  claymill tools tool.tbl --table-unit mm --svg tools.svg";
+
 pub(super) const REPORT: &str = "\
 Examples:
   claymill report out/body";

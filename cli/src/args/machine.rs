@@ -122,6 +122,10 @@ pub(crate) struct PostArgs {
     /// Version of LinuxCNC: 2.9 or 2.10 [default: 2.9].
     #[arg(long, value_name = "VERSION")]
     pub(crate) version: Option<String>,
+    /// Write setups off the axes by the control's tilted plane: siemens, fanuc and heidenhain. The part stays as it stands
+    /// in the setup from above. The machine definition may say so too.
+    #[arg(long)]
+    pub(crate) tilt: bool,
     /// Run the program on a virtual control too: cut error, feed and time go into the totals.
     #[arg(long)]
     pub(crate) simulate: bool,

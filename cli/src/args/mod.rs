@@ -10,6 +10,7 @@ mod paths;
 mod process;
 mod result;
 mod shell;
+mod tools;
 
 use clap::{Parser, Subcommand};
 
@@ -22,6 +23,7 @@ pub(crate) use machine::{ControlArgs, OrderArgs, PlaceArgs, PostArgs, SimulateAr
 pub(crate) use model::{DemoArgs, DropArgs, InspectArgs, MergeArgs, SampleArgs};
 pub(crate) use result::{AnimateArgs, PathColour, RenderArgs, ReportArgs, ShowName, VerifyArgs, ViewArgs};
 pub(crate) use shell::{CompletionsArgs, ManArgs};
+pub(crate) use tools::{TableUnit, ToolsArgs};
 
 /// The first of two lists unless nothing was given there.
 pub(crate) fn first_given<T>(first: Vec<T>, second: Vec<T>) -> Vec<T> {
@@ -98,6 +100,9 @@ pub(crate) enum Command {
     /// Give a running reference controller an order, and say where the machine is.
     #[command(after_help = examples::ORDER)]
     Order(OrderArgs),
+    /// List the tools of a library, draw them, and check them against a machine and a material.
+    #[command(after_help = examples::TOOLS)]
+    Tools(ToolsArgs),
     /// Pictures of a model or a job folder.
     #[command(after_help = examples::RENDER)]
     Render(RenderArgs),
@@ -113,7 +118,7 @@ pub(crate) enum Command {
     /// Write a generated model with its planted answers.
     #[command(after_help = examples::SAMPLE)]
     Sample(SampleArgs),
-    /// JSON Schemas of the job folder.
+    /// JSON Schemas of the job folder and of the machine definition.
     #[command(after_help = examples::SCHEMA)]
     Schema,
     /// The script by which a shell completes commands and options.
@@ -136,6 +141,7 @@ impl Command {
                 | Command::Stream(_)
                 | Command::Control(_)
                 | Command::Order(_)
+                | Command::Tools(_)
                 | Command::Sample(_)
                 | Command::Schema
                 | Command::Completions(_)

@@ -38,6 +38,7 @@ mod stream;
 mod subject;
 mod sweep;
 mod sweep_plot;
+mod tools;
 mod verify;
 mod view;
 mod why;
@@ -73,6 +74,7 @@ pub(crate) use report::report;
 pub(crate) use sample::sample;
 pub(crate) use simulate::simulate;
 pub(crate) use stream::stream;
+pub(crate) use tools::tools;
 pub(crate) use verify::verify;
 pub(crate) use view::view;
 
@@ -175,6 +177,7 @@ pub(crate) fn schema() -> Result<ExitCode, Failure> {
         claymill_toolpath::JOB_FILE: schemars::schema_for!(claymill_toolpath::Job),
         claymill_toolpath::REGIONS_FILE: schemars::schema_for!(claymill_toolpath::RegionsFile),
         claymill_toolpath::TOOLPATHS_FILE: schemars::schema_for!(claymill_toolpath::Move),
+        "machine.toml": claymill_controller::Machine::schema(),
         claymill_toolpath::VERIFY_FILE: schemars::schema_for!(claymill_verify::Verification),
     });
     outln!("{schemas:#}");

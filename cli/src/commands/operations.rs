@@ -6,7 +6,7 @@ use claymill::{
     ChosenOperation, OperationJob, OperationKind, PlannedOperations, Prepared, Shop, Stock, StockWish,
     Strategy, Wish, choose,
 };
-use claymill_tooling::{MachineShape, ReadOptions, ToolingError, read_library};
+use claymill_tooling::{MachineShape, ReadOptions, read_library};
 use claymill_toolpath::FolderWriter;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
@@ -206,23 +206,19 @@ impl Chosen {
     fn new(args: &PlanArgs, material: &str) -> Result<Self, Failure> {
         let asked = &args.process;
         let mut options = job_file::with(args.job.options(), args.job_file.as_deref())?;
-        let said = |e: ToolingError| {
-            let advice = e.advice().to_owned();
-            Failure::problem(e, advice)
-        };
         let mut shop = Shop::shipped();
         if let Some(file) = &asked.tools {
-            shop.library = read_library(file, &ReadOptions::default()).map_err(said)?.library;
+            shop.library = read_library(file, &ReadOptions::default())?.library;
         }
         if let Some(file) = &options.machine {
-            shop.machine = MachineShape::read(file).map_err(said)?.0;
+            shop.machine = MachineShape::read(file)?.0;
         }
         for file in &asked.process {
-            shop.profiles.add_file(file).map_err(said)?;
+            shop.profiles.add_file(file)?;
         }
         let is_file = material.ends_with(".toml");
         let material = match is_file {
-            true => shop.profiles.add_file(Path::new(material)).map_err(said)?,
+            true => shop.profiles.add_file(Path::new(material))?,
             false => material.to_owned(),
         };
         let wish = Wish {

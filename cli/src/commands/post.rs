@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use claymill_controller::{Dialect, Machine, MachineJob, PostTotals, Section};
+use claymill_controller::{Dialect, Machine, MachineJob, PlaneBy, PostTotals, Section, Turn};
 use claymill_toolpath::{Job, Kind, job_files};
 
 use super::{Context, simulate};
@@ -28,8 +28,16 @@ pub(crate) fn post(context: &Context, args: &PostArgs) -> Result<ExitCode, Failu
     }
     context.console.stage("reading");
     let cleared = cleared(context, &args.folder, args.unverified)?;
-    let machine = placed(machine, &args.place, cleared.job())?;
-    let job = cleared.on(&machine)?;
+    let mut machine = placed(machine, &args.place, cleared.job())?;
+    if args.tilt {
+        machine.tilt.by = PlaneBy::Control;
+    }
+    let job = cleared.on(&machine)?.placed(dialect, &machine)?;
+    if dialect.lacks_plane(&job, &machine) {
+        context.console.say(format!(
+            "note: {dialect} is told of no tilted planes: setups off the axes have a stop, or a file, each (files = \"setup\")"
+        ));
+    }
     if job.slowed > 0 {
         context.console.say(format!(
             "note: {} of {} moves ask for more feed than machine {} has, and run at what it has",
@@ -234,8 +242,13 @@ fn say(context: &Context, totals: &PostTotals, job: &MachineJob, machine: &Machi
 
 /// Tool, work offset and speed of a section.
 fn where_it_is(section: &Section, machine: &Machine) -> String {
-    let offset = machine.place(&section.setup).work_offset.filter(|o| !o.is_empty());
-    let offset = offset.map_or_else(|| "no work offset".to_owned(), |o| format!("work offset {o}"));
+    let offset = machine.place(&section.place).work_offset.filter(|o| !o.is_empty());
+    let mut offset = offset.map_or_else(|| "no work offset".to_owned(), |o| format!("work offset {o}"));
+    match section.placed.map(|p| p.by) {
+        Some(Turn::Plane { deg: [a, b, c] }) => offset += &format!(", plane tilted by {a}, {b}, {c} degrees"),
+        Some(Turn::Index { deg, .. }) => offset += &format!(", A{deg} degrees"),
+        None => {}
+    }
     let speed =
         if section.speed_rpm > 0.0 { format!(", {} 1/min", section.speed_rpm) } else { String::new() };
     format!("tool T{}, {offset}{speed}", section.tool_number)
@@ -243,8 +256,13 @@ fn where_it_is(section: &Section, machine: &Machine) -> String {
 
 /// Setups of one program that share a work offset must have it set anew when the part is turned.
 fn say_shared_offsets(context: &Context, job: &MachineJob, machine: &Machine) {
-    let offset = |s: &Section| machine.place(&s.setup).work_offset.unwrap_or_default();
-    let turned = job.sections.windows(2).find(|w| w[0].setup != w[1].setup && offset(&w[0]) == offset(&w[1]));
+    let offset = |s: &Section| machine.place(&s.place).work_offset.unwrap_or_default();
+    let zero = |s: &Section| machine.place(&s.place).zero_mm;
+    let stays = |a: &Section, b: &Section| a.stands_as(b) && zero(a) == zero(b);
+    let turned = job
+        .sections
+        .windows(2)
+        .find(|w| w[0].setup != w[1].setup && offset(&w[0]) == offset(&w[1]) && !stays(&w[0], &w[1]));
     if let Some([before, after]) = turned.map(|w| [&w[0], &w[1]]) {
         context.console.say(format!(
             "note      {} has the work offset of {}: set it anew when the part is turned, or give --work-offset {}=G55",

@@ -38,7 +38,9 @@ mod shank;
 mod sides;
 mod standing;
 mod steep;
+mod tilted;
 mod times;
+mod tools;
 #[cfg(feature = "window")]
 mod view;
 mod whole_job;

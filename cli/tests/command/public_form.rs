@@ -55,7 +55,7 @@ fn schemas_are_those_that_were_kept() {
     assert_eq!(printed.code, Some(0), "{printed:?}");
     let Value::Object(schemas) = printed.json() else { panic!("{printed:?}") };
     let names: Vec<&String> = schemas.keys().collect();
-    assert_eq!(names, ["job.json", "regions.json", "toolpaths.jsonl", "verify.json"]);
+    assert_eq!(names, ["job.json", "machine.toml", "regions.json", "toolpaths.jsonl", "verify.json"]);
     for (name, mut schema) in schemas {
         without_descriptions(&mut schema);
         insta::assert_snapshot!(format!("schema_{name}"), serde_json::to_string_pretty(&schema).unwrap());

@@ -202,7 +202,7 @@ impl Reader<'_> {
         match from {
             Some(from) if from != to => {
                 let feed = if rapid { self.machine.feed.rapid_mm_per_min } else { self.feed_now()? };
-                (self.sink)(Element { line, rapid, feed, shape: Shape::Line { from, to } })
+                (self.sink)(Element { line, rapid, feed, shape: Shape::Line { from, to }, tilt: None })
             }
             None if !rapid => {
                 Err(Refusal::new("position", "a cutting move from a position that is not known"))
@@ -229,7 +229,7 @@ impl Reader<'_> {
         }
         self.position = Some(curve.end());
         self.rapid = false;
-        (self.sink)(Element { line, rapid: false, feed, shape: Shape::Spline(curve) })
+        (self.sink)(Element { line, rapid: false, feed, shape: Shape::Spline(curve), tilt: None })
     }
 
     fn begin_catia(&mut self, line: usize, text: &str) -> Result<(), Refusal> {

@@ -9,10 +9,11 @@ use claymill_toolpath::MoveKind;
 
 use super::flavour::Flavour;
 use super::gcode_read::Reader;
-use super::{Fault, Grammar, Page, Sink, beckhoff, fanuc, linuxcnc, siemens, title};
+use super::{Fault, Grammar, Page, Sink, beckhoff, fanuc, linuxcnc, plane_words, siemens, title};
 use crate::job::{Section, Stroke};
 use crate::lower::{Abilities, Lowered, Splines};
 use crate::number::decimal;
+use crate::tilt::Turn;
 use crate::{Coolant, Machine, Plane, Shape};
 
 /// Writes and reads G-code.
@@ -32,6 +33,31 @@ impl GCode {
             }
             (None, _) => {}
         }
+    }
+
+    /// Ends the section's plane, and takes the tool out of the way.
+    fn turn_back(&self, out: &mut String, page: &Page, section: &Section) {
+        let Some(placed) = section.placed else { return self.home(out, page, Some(section)) };
+        let in_plane = page.machine.home.is_none() && !self.has_reference_point();
+        if in_plane {
+            // Up along the tool, while its axis is still the plane's.
+            self.home(out, page, Some(section));
+        }
+        for line in plane_words::end(self.0, &placed, page.machine) {
+            let _ = writeln!(out, "{line}");
+        }
+        if !in_plane {
+            self.home(out, page, Some(section));
+        }
+        for line in plane_words::back(self.0, &placed) {
+            let _ = writeln!(out, "{line}");
+        }
+    }
+
+    /// Whether G05 P10000 is on: for curves, which are not written in tilted planes.
+    fn high_speed(&self, page: &Page, section: &Section) -> bool {
+        let upright = section.placed.is_none();
+        upright && matches!(self.0, Flavour::Fanuc | Flavour::Mitsubishi) && page.machine.nurbs
     }
 
     fn has_reference_point(&self) -> bool {
@@ -116,7 +142,7 @@ impl Grammar for GCode {
             None if self.0 == Flavour::Siemens => code(format!("T{tool} M6\nD1")),
             None => code(format!("T{tool} M6")),
         }
-        if let Some(offset) = machine.place(&section.setup).work_offset.filter(|o| !o.is_empty()) {
+        if let Some(offset) = machine.place(&section.place).work_offset.filter(|o| !o.is_empty()) {
             code(offset);
         }
         if section.speed_rpm > 0.0 {
@@ -124,7 +150,19 @@ impl Grammar for GCode {
             code(format!("S{} M{turn}", section.speed_rpm.round()));
         }
         let height = page.format.text(section.clearance_mm.max(start.z));
+        let turn = section.placed.map(|placed| plane_words::begin(self.0, &placed, machine));
+        match section.placed.map(|placed| placed.by) {
+            // Above everything that turns with the part, as the tool is long.
+            Some(Turn::Index { safe_mm, .. }) => {
+                code(format!("G43\nG0 Z{}", page.format.text(safe_mm)));
+                turn.into_iter().flatten().for_each(&mut code);
+                code(format!("G0 Z{height}"));
+            }
+            Some(Turn::Plane { .. }) => turn.into_iter().flatten().for_each(&mut code),
+            None => {}
+        }
         match self.0 {
+            _ if matches!(section.placed.map(|p| p.by), Some(Turn::Index { .. })) => {}
             Flavour::Fanuc | Flavour::Mitsubishi => code(format!("G0 G43 Z{height} H{tool}")),
             Flavour::LinuxCnc { .. } => {
                 code("G43".into());
@@ -141,7 +179,7 @@ impl Grammar for GCode {
             Coolant::Mist => code("M7".into()),
             Coolant::Flood => code("M8".into()),
         }
-        if matches!(self.0, Flavour::Fanuc | Flavour::Mitsubishi) && machine.nurbs {
+        if self.high_speed(page, section) {
             code("G05 P10000".into());
         }
     }
@@ -213,7 +251,7 @@ impl Grammar for GCode {
         stop: Option<&str>,
         _: std::ops::Range<u64>,
     ) {
-        if matches!(self.0, Flavour::Fanuc | Flavour::Mitsubishi) && page.machine.nurbs {
+        if self.high_speed(page, section) {
             let _ = writeln!(out, "G05 P0");
         }
         if section.clearance_mm > end.z {
@@ -225,8 +263,11 @@ impl Grammar for GCode {
         if section.speed_rpm > 0.0 {
             let _ = writeln!(out, "M5");
         }
-        self.home(out, page, Some(section));
+        self.turn_back(out, page, section);
         if let Some(text) = stop {
+            if let Some(Turn::Index { safe_mm, .. }) = section.placed.map(|p| p.by) {
+                let _ = writeln!(out, "G0 Z{}\nG0 A0.", page.format.text(safe_mm));
+            }
             let _ = writeln!(out, "{}", self.0.comment(text));
             let _ = writeln!(out, "M0");
         }

@@ -6,6 +6,7 @@ use claymill_nurbs::Point3;
 use super::flavour::Flavour;
 use super::gcode_modes::{Begins, Modes, Motion};
 use super::own_blocks::OwnBlocks;
+use super::plane_reader::PlaneReader;
 use super::{Element, Sink, beckhoff, fanuc, linuxcnc, siemens};
 use crate::words::{Comments, Value, Word, first_chars, words};
 use crate::{Arc, Machine, Refusal, Shape};
@@ -32,6 +33,7 @@ pub(crate) struct Reader<'a> {
     /// Line of the first block of the open spline.
     begun: usize,
     open: Option<Open>,
+    planes: PlaneReader<'a>,
     ended: bool,
 }
 
@@ -51,6 +53,7 @@ impl<'a> Reader<'a> {
             spline_type: false,
             begun: 0,
             open: None,
+            planes: PlaneReader::new(flavour, machine),
             ended: false,
         }
     }
@@ -70,11 +73,12 @@ impl<'a> Reader<'a> {
         let end = shape.end();
         self.position = [Some(end.x), Some(end.y), Some(end.z)];
         self.modes.check()?;
+        self.planes.check()?;
         if !rapid {
             self.modes.check_blend(self.machine)?;
         }
         let feed = if rapid { self.machine.feed.rapid_mm_per_min } else { self.feed()? };
-        (self.sink)(Element { line, rapid, feed, shape })
+        (self.sink)(Element { line, rapid, feed, shape, tilt: self.planes.tilt() })
     }
 
     fn feed(&self) -> Result<f64, Refusal> {
@@ -92,6 +96,7 @@ impl<'a> Reader<'a> {
         if !self.ended {
             return Err(Refusal::new("program-end", "the program has no end (M30 or M2)"));
         }
+        self.planes.finish()?;
         Ok(())
     }
 
@@ -123,8 +128,14 @@ impl<'a> Reader<'a> {
     }
 
     fn read(&mut self, line: usize, text: &str) -> Result<(), Refusal> {
-        if self.flavour == Flavour::Siemens && siemens::call(text)? {
-            return Ok(());
+        if self.flavour == Flavour::Siemens {
+            if self.open.is_none() && self.planes.cycle(text, self.modes.unit_mm)? {
+                self.position = [None; 3];
+                return Ok(());
+            }
+            if siemens::call(text)? {
+                return Ok(());
+            }
         }
         let words = words(text, self.comments())?;
         if words.is_empty() {
@@ -139,6 +150,13 @@ impl<'a> Reader<'a> {
         if self.goes_home(&words) {
             self.modes.leave(Some(910), &words);
             self.position = [None; 3];
+            return Ok(());
+        }
+        if self.planes.block(&words, self.modes.unit_mm, self.ended)? {
+            // The rotary axes have moved: where the tool is in the new plane nobody knows. An indexed part does not move it.
+            if self.flavour == Flavour::Fanuc {
+                self.position = [None; 3];
+            }
             return Ok(());
         }
         self.plain(line, &words)

@@ -7,10 +7,12 @@ use std::io::BufRead;
 use claymill_nurbs::{Curve3, Point3};
 use claymill_toolpath::MoveKind;
 
+use super::plane_words::{PLANE_RESET, spatial};
 use super::siemens::power_basis;
 use super::{Fault, Grammar, Page, Sink, heidenhain_read, title};
 use crate::job::{Section, Stroke};
 use crate::lower::{Abilities, Lowered, Splines};
+use crate::tilt::Turn;
 use crate::{Coolant, Machine, Shape, Units};
 
 #[derive(Debug)]
@@ -79,7 +81,7 @@ impl Grammar for Heidenhain {
             }
         }
         // A preset by its number; other names of work offsets mean nothing here.
-        if let Some(preset) = machine.place(&section.setup).work_offset.and_then(|o| o.parse::<u16>().ok()) {
+        if let Some(preset) = machine.place(&section.place).work_offset.and_then(|o| o.parse::<u16>().ok()) {
             let _ = writeln!(out, "CYCL DEF 247 DATUM SETTING Q339=+{preset}");
         }
         let tool = section.tool_number;
@@ -96,6 +98,9 @@ impl Grammar for Heidenhain {
                 };
                 let _ = writeln!(out, "TOOL CALL {tool} Z{speed}");
             }
+        }
+        if let Some(Turn::Plane { deg }) = section.placed.map(|p| p.by) {
+            let _ = writeln!(out, "{}", spatial(deg));
         }
         let turn = match (section.speed_rpm > 0.0, machine.spindle.counterclockwise) {
             (false, _) => "",
@@ -157,6 +162,9 @@ impl Grammar for Heidenhain {
                 let _ = writeln!(out, "L Z{} R0 FMAX", signed(page, section.retreat_mm));
             }
             None => {}
+        }
+        if section.placed.is_some() {
+            let _ = writeln!(out, "{PLANE_RESET}");
         }
         if let Some(text) = stop {
             let _ = writeln!(out, "; {text}");

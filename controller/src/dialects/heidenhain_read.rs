@@ -7,8 +7,10 @@ use claymill_nurbs::{Curve3, KnotVector, Point3};
 
 use super::heidenhain::{CORNER_DEG, MANTISSA_DIGITS, corner_deg};
 use super::own_blocks::OwnBlocks;
+use super::plane_words::read_plane;
 use super::siemens::bernstein;
 use super::{Element, Fault, Sink, lines};
+use crate::tilt::Tilt;
 use crate::words::{first_chars, number, syntax};
 use crate::{Machine, Refusal, Shape};
 
@@ -28,6 +30,7 @@ pub(crate) fn read(text: &mut dyn BufRead, machine: &Machine, sink: Sink<'_>) ->
         unit_mm: 1.0,
         open: None,
         before: None,
+        tilt: None,
         state: State::Before,
     };
     let mut last = 0;
@@ -72,6 +75,8 @@ struct Reader<'a> {
     open: Option<Open>,
     /// The spline before this block, for the corner between them.
     before: Option<Shape>,
+    /// The tilted plane.
+    tilt: Option<Tilt>,
     state: State,
 }
 
@@ -106,6 +111,9 @@ impl Reader<'_> {
             return Err(Refusal::new("program-begin", "the program does not begin with BEGIN PGM"));
         }
         if text.starts_with("END PGM") {
+            if self.tilt.is_some() {
+                return Err(Refusal::new("plane-open", "the program ends within a tilted plane"));
+            }
             self.state = State::After;
             return Ok(());
         }
@@ -125,6 +133,12 @@ impl Reader<'_> {
         match verb {
             "L" => self.line(line, rest),
             "SPL" => self.spline(line, rest),
+            "PLANE" => {
+                self.tilt = read_plane(rest)?;
+                self.position = [None; 3];
+                self.before = None;
+                Ok(())
+            }
             "STOP" => {
                 self.position = [None; 3];
                 self.before = None;
@@ -219,7 +233,7 @@ impl Reader<'_> {
             return Ok(());
         }
         let rate = if rapid { self.machine.feed.rapid_mm_per_min } else { self.feed_now()? };
-        (self.sink)(Element { line, rapid, feed: rate, shape: Shape::Line { from, to } })
+        (self.sink)(Element { line, rapid, feed: rate, shape: Shape::Line { from, to }, tilt: self.tilt })
     }
 
     fn feed_now(&self) -> Result<f64, Refusal> {
@@ -346,6 +360,6 @@ impl Reader<'_> {
         self.position = [Some(end.x), Some(end.y), Some(end.z)];
         self.before = Some(shape.clone());
         let feed = self.feed_now()?;
-        (self.sink)(Element { line: open.line, rapid: false, feed, shape })
+        (self.sink)(Element { line: open.line, rapid: false, feed, shape, tilt: self.tilt })
     }
 }

@@ -12,6 +12,8 @@ mod heidenhain;
 mod heidenhain_read;
 mod linuxcnc;
 mod own_blocks;
+mod plane_reader;
+mod plane_words;
 mod siemens;
 mod step_nc;
 mod step_nc_read;
@@ -25,6 +27,7 @@ use claymill_nurbs::Point3;
 use crate::job::{Section, Stroke};
 use crate::lower::{Abilities, Lowered};
 use crate::number::LengthFormat;
+use crate::tilt::Tilt;
 use crate::{Machine, Refusal, Shape, Units};
 
 use flavour::Flavour;
@@ -226,6 +229,8 @@ pub struct Element {
     pub feed: f64,
     /// What it moves along.
     pub shape: Shape,
+    /// The tilted plane, or the turned part, whose coordinates it has.
+    pub tilt: Option<Tilt>,
 }
 
 /// Takes elements as they are read.

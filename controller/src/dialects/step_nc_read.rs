@@ -322,7 +322,7 @@ impl File {
                             ));
                         }
                         place = Some(shape.end());
-                        sink(Element { line: *line, rapid: *rapid, feed, shape })
+                        sink(Element { line: *line, rapid: *rapid, feed, shape, tilt: None })
                     })
                     .map_err(|refusal| (Some(*line), refusal))?;
                 }

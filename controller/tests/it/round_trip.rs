@@ -108,6 +108,7 @@ fn what_the_machine_cannot_do_is_refused_by_name() {
         let job = job::job(&job::curves(), &machine);
         match post(&job, Dialect::Fanuc, &machine, &out, &|_| ()) {
             Err(PostError::Refused { refusal, .. }) => assert_eq!(refusal.rule, rule),
+            Err(PostError::Limits(found)) => assert!(found[0].starts_with(rule), "{found:?}"),
             other => panic!("{other:?}"),
         }
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "something is left behind");

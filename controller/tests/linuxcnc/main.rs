@@ -1,5 +1,6 @@
 //! A real control: LinuxCNC, headless. A program of its own, since one simulator at a time runs on a machine.
 
+mod indexed;
 #[path = "../it/job/mod.rs"]
 mod job;
 mod programs;

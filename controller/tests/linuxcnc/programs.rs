@@ -14,15 +14,15 @@ use claymill_toolpath::MoveKind;
 
 use crate::{alone, job};
 
-const INI: &str = include_str!("../linuxcnc_sim/machine.ini");
-const HAL: &str = include_str!("../linuxcnc_sim/machine.hal");
+pub(crate) const INI: &str = include_str!("../linuxcnc_sim/machine.ini");
+pub(crate) const HAL: &str = include_str!("../linuxcnc_sim/machine.hal");
 const RUNNER: &str = include_str!("../linuxcnc_sim/run.py");
 const TOOLS: &str = "T1 P1 Z0 D12 ;ball\n";
 /// What the control may add to its path tolerance, mm.
-const BAR_MM: f64 = 0.01;
+pub(crate) const BAR_MM: f64 = 0.01;
 
 #[track_caller]
-fn installed(program: &str) -> bool {
+pub(crate) fn installed(program: &str) -> bool {
     is_installed(Need::LinuxCnc, program, "linuxcnc-uspace")
 }
 
@@ -90,7 +90,7 @@ fn the_interpreter_takes_a_whole_job() {
 
 /// Distance of a point from a curve, by many samples and the chords between them; `None` beyond its ends,
 /// where the tool is on a lead.
-fn distance(curve: &[Point3], p: &Point3) -> Option<f64> {
+pub(crate) fn distance(curve: &[Point3], p: &Point3) -> Option<f64> {
     let mut nearest = (f64::INFINITY, false);
     let last = curve.len() - 2;
     for (i, w) in curve.windows(2).enumerate() {
@@ -104,32 +104,32 @@ fn distance(curve: &[Point3], p: &Point3) -> Option<f64> {
     (!nearest.1).then_some(nearest.0)
 }
 
-fn samples(curve: &Curve3) -> Vec<Point3> {
+pub(crate) fn samples(curve: &Curve3) -> Vec<Point3> {
     let (a, b) = curve.domain();
     (0..=4000).map(|i| curve.point(a + (b - a) * f64::from(i) / 4000.0)).collect()
 }
 
-#[test]
-fn executed_positions_are_on_the_curves() {
-    let _alone = alone();
-    if !installed("linuxcnc") {
-        return;
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let machine = Machine::default();
-    let (job, out) = program(folder.path(), &machine);
-    let at = |name: &str| folder.path().join(name);
-    fs::write(at("machine.ini"), INI).unwrap();
-    fs::write(at("machine.hal"), HAL).unwrap();
+/// Runs a program on the control, with its own kinematics, and returns the samples that it wrote and what it said: line, X, Y,
+/// Z, A and the tool's length.
+pub(crate) fn executed(
+    folder: &Path,
+    out: &Path,
+    ini: &str,
+    hal: &str,
+    tools: &str,
+) -> (Vec<[f64; 6]>, String) {
+    let at = |name: &str| folder.join(name);
+    fs::write(at("machine.ini"), ini).unwrap();
+    fs::write(at("machine.hal"), hal).unwrap();
     fs::write(at("run.py"), RUNNER).unwrap();
-    fs::write(at("tool.tbl"), TOOLS).unwrap();
+    fs::write(at("tool.tbl"), tools).unwrap();
     fs::write(at("sim.var"), "").unwrap();
     fs::set_permissions(at("run.py"), fs::Permissions::from_mode(0o755)).unwrap();
     // The control's real-time part runs under another user.
-    fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o777)).unwrap();
+    fs::set_permissions(folder, fs::Permissions::from_mode(0o777)).unwrap();
     let mut linuxcnc = Command::new("linuxcnc");
-    linuxcnc.current_dir(folder.path()).args(["-r", "machine.ini"]);
-    linuxcnc.env("NGC", &out).env("RTAPI_UID", "65534").env("RTAPI_FIFO_PATH", at("fifo"));
+    linuxcnc.current_dir(folder).args(["-r", "machine.ini"]);
+    linuxcnc.env("NGC", out).env("RTAPI_UID", "65534").env("RTAPI_FIFO_PATH", at("fifo"));
     let log = fs::File::create(at("said.txt")).unwrap();
     let mut control = linuxcnc.stdout(log.try_clone().unwrap()).stderr(log).spawn().unwrap();
     let begun = Instant::now();
@@ -143,8 +143,14 @@ fn executed_positions_are_on_the_curves() {
     }
     let said = fs::read_to_string(at("said.txt")).unwrap();
     assert!(said.contains("done ok"), "{said}");
-    // The lines of each pass, by the comments between them.
-    let text = fs::read_to_string(&out).unwrap();
+    let trace = fs::read_to_string(at("trace.txt")).unwrap();
+    let numbers = |line: &str| -> Vec<f64> { line.split(' ').map(|n| n.parse().unwrap()).collect() };
+    (trace.lines().map(|line| numbers(line).try_into().unwrap()).collect(), said)
+}
+
+/// The move that each line of a program belongs to, by the comments between them; none where it is on its way.
+pub(crate) fn moves_of_lines(out: &Path) -> Vec<Option<u64>> {
+    let text = fs::read_to_string(out).unwrap();
     let mut line_of_move = Vec::new();
     let (mut current, mut first) = (None, false);
     // Only the first block of a move has a feed.
@@ -157,14 +163,26 @@ fn executed_positions_are_on_the_curves() {
         }
         line_of_move.push(current);
     }
+    line_of_move
+}
+
+#[test]
+fn executed_positions_are_on_the_curves() {
+    let _alone = alone();
+    if !installed("linuxcnc") {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let machine = Machine::default();
+    let (job, out) = program(folder.path(), &machine);
+    let (trace, said) = executed(folder.path(), &out, INI, HAL, TOOLS);
+    let line_of_move = moves_of_lines(&out);
     let cuts: Vec<_> = (job.sections.iter().flat_map(|s| &s.strokes))
         .filter(|s| s.kind == MoveKind::Cut)
         .map(|s| (s.seq, samples(&s.curve)))
         .collect();
-    let trace = fs::read_to_string(at("trace.txt")).unwrap();
     let mut worst = vec![(0, 0.0f64, Point3::origin()); cuts.len()];
-    for sample in trace.lines() {
-        let numbers: Vec<f64> = sample.split(' ').map(|n| n.parse().unwrap()).collect();
+    for numbers in trace {
         let line = numbers[0] as usize;
         let Some(Some(seq)) = line.checked_sub(1).and_then(|l| line_of_move.get(l)) else { continue };
         let Some(i) = cuts.iter().position(|(s, _)| s == seq) else { continue };

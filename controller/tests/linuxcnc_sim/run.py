@@ -16,7 +16,7 @@ def until(reached, seconds):
     end = time.time() + seconds
     while time.time() < end:
         status.poll()
-        samples.append((status.motion_line,) + tuple(status.actual_position[:3]))
+        samples.append((status.motion_line,) + tuple(status.actual_position[:4]) + (status.tool_offset[2],))
         message = errors.poll()
         if message:
             print("control:", message, flush=True)
@@ -45,5 +45,5 @@ until(lambda: status.interp_state != linuxcnc.INTERP_IDLE, 10)
 until(lambda: status.interp_state == linuxcnc.INTERP_IDLE and status.inpos and status.queue == 0, 90)
 with open("trace.txt", "w") as trace:
     for sample in samples:
-        trace.write("%d %.6f %.6f %.6f\n" % sample)
+        trace.write("%d %.6f %.6f %.6f %.6f %.6f\n" % sample)
 print("done ok", flush=True)

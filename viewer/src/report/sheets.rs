@@ -1,7 +1,7 @@
 //! Setup sheets: a page for the machine for every tool direction.
 
 use claymill_nurbs::Vector3;
-use claymill_toolpath::{MoveKind, Setup};
+use claymill_toolpath::{MoveKind, Setup, Stock};
 use maud::{Markup, html};
 
 use super::figures::{area, count, duration, length, plural, share};
@@ -92,10 +92,11 @@ fn rows(input: &ReportInput<'_>, setup: &Setup, axes: Option<[[f64; 3]; 3]>) -> 
     let (job, program) = (input.job, input.program);
     let mine = || program.moves.iter().filter(|m| m.setup == setup.name);
     let mut rows = Vec::new();
-    let used = job.tools.iter().filter(|t| mine().any(|m| m.tool == t.id));
-    let tools: Vec<String> = used.map(|t| tool::words(&t.in_setup(&setup.name))).collect();
+    let mut used: Vec<_> = job.tools.iter().filter(|t| mine().any(|m| m.tool == t.id)).collect();
+    used.sort_by_key(|t| magazine_place(&t.id));
+    let tools: Vec<String> = used.iter().map(|t| tool::words(&t.in_setup(&setup.name))).collect();
     rows.push((
-        "Tool",
+        if tools.len() > 1 { "Tools, in the order of the magazine" } else { "Tool" },
         if tools.is_empty() { super::tool::mill(&job.request.tool) } else { tools.join("; ") },
     ));
     let axis = Vector3::from(setup.axis);
@@ -123,6 +124,13 @@ fn rows(input: &ReportInput<'_>, setup: &Setup, axes: Option<[[f64; 3]; 3]>) -> 
         if let Some(tips) = Extent::of(tips().map(|p| turned(*p))) {
             rows.push(("Tip while cutting, Z", tips.words(2)));
         }
+        if let Some(way) = Extent::of(mine().flat_map(|m| m.points.iter()).map(|p| turned(*p))) {
+            // Every section begins and ends at the clearance height.
+            let way = Extent { high: [way.high[0], way.high[1], way.high[2].max(setup.clearance_mm)], ..way };
+            let axis = |i: usize| format!("{} {}", ["X", "Y", "Z"][i], way.words(i));
+            let travel = [0, 1, 2].map(axis).join(", ");
+            rows.push(("Travel of the tip, rapids included", format!("{travel}; a retreat goes higher")));
+        }
     }
     let height = match axes {
         // The machine's Z is the tool axis.
@@ -130,7 +138,9 @@ fn rows(input: &ReportInput<'_>, setup: &Setup, axes: Option<[[f64; 3]; 3]>) -> 
         None => format!("at {}", height_along(setup.axis, setup.clearance_mm)),
     };
     rows.push(("Rapids between regions", height));
-    if let Some(mm) = input.job.tolerances.get("clearance_mm") {
+    if let Some(stock) = &job.stock {
+        rows.push(("Raw material", stock_words(stock)));
+    } else if let Some(mm) = input.job.tolerances.get("clearance_mm") {
         rows.push((
             "Raw material",
             format!(
@@ -152,6 +162,25 @@ fn rows(input: &ReportInput<'_>, setup: &Setup, axes: Option<[[f64; 3]; 3]>) -> 
     rows.push(("Area cut", area(setup.area_mm2)));
     rows.push(("Regions, in order", names.join(", ")));
     rows
+}
+
+/// Number of a tool in the magazine, by its id; tools without one come last.
+fn magazine_place(id: &str) -> u32 {
+    let digits: String = id.chars().filter(char::is_ascii_digit).take(9).collect();
+    digits.parse().unwrap_or(u32::MAX)
+}
+
+/// What the model is cut from, in model coordinates.
+fn stock_words(stock: &Stock) -> String {
+    match stock {
+        Stock::Layer { thickness_mm } => format!("a layer of {thickness_mm} mm on all faces"),
+        Stock::Block { box_mm: [x0, y0, z0, x1, y1, z1] } => format!(
+            "a block of {} x {} x {} mm, in the model from x {x0}, y {y0}, z {z0} to x {x1}, y {y1}, z {z1}",
+            x1 - x0,
+            y1 - y0,
+            z1 - z0
+        ),
+    }
 }
 
 /// `+x` where the direction is an axis, else its components.
@@ -184,6 +213,16 @@ fn zero_point(model: &Extent) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn tools_have_their_places_and_stock_its_measures() {
+        let mut ids = ["T12", "mill", "T3", "T7"];
+        ids.sort_by_key(|id| magazine_place(id));
+        assert_eq!(ids, ["T3", "T7", "T12", "mill"]);
+        let block = Stock::Block { box_mm: [0.0, -10.0, 5.0, 200.0, 90.0, 45.0] };
+        assert!(stock_words(&block).starts_with("a block of 200 x 100 x 40 mm"));
+        assert_eq!(stock_words(&Stock::Layer { thickness_mm: 25.0 }), "a layer of 25 mm on all faces");
+    }
 
     #[test]
     fn axes_have_names_and_slanting_ones_components() {

@@ -50,6 +50,11 @@ pub(crate) fn job(curves: &[(&str, Curve3)], machine: &Machine) -> MachineJob {
 
 /// Moves from curve to curve: down onto each one, up at its end and straight over to the next.
 pub(crate) fn program(curves: &[(&str, Curve3)]) -> Program {
+    program_along(curves, &|setup| if setup == "top" { Vector3::z() } else { -Vector3::y() })
+}
+
+/// As [`program`], with the tool axis of each setup.
+pub(crate) fn program_along(curves: &[(&str, Curve3)], axis_of: &dyn Fn(&str) -> Vector3) -> Program {
     let mut moves: Vec<Move> = Vec::new();
     let mut add = |setup: &str, pass: usize, m: Move| {
         let seq = moves.len() as u64;
@@ -57,7 +62,7 @@ pub(crate) fn program(curves: &[(&str, Curve3)]) -> Program {
     };
     let mut last: Option<(&str, Point3)> = None;
     for (pass, (setup, curve)) in curves.iter().enumerate() {
-        let axis = if *setup == "top" { Vector3::z() } else { -Vector3::y() };
+        let axis = axis_of(setup);
         let lift = axis * 20.0;
         match last {
             Some((before, end)) if before == *setup => {

@@ -79,7 +79,7 @@ pub struct OperationFound {
 pub struct SidesKept {
     /// Area of the faces of which the job says on which side the material is, mm².
     pub one_sided_mm2: f64,
-    /// Area that is cut from the side of the material, mm².
+    /// Area that is cut from the side of the material, with nothing between it and the ball, mm².
     pub wrong_mm2: f64,
     /// Length of moves along which the ball is nearest to the inside of a face, on the side of its material, mm.
     pub wrong_length_mm: f64,

@@ -1,7 +1,7 @@
 //! The residual on samples spread evenly over all faces (R2 low-discrepancy sequence), and the
 //! state of each: cut, or why not.
 
-use claymill_nurbs::{Face, FaceId, FaceMesh, Jet, Point2, Vector3};
+use claymill_nurbs::{Face, FaceId, FaceMesh, Jet, Point2, Point3, Vector3};
 use claymill_toolpath::{Cancelled, FreeSide, Job};
 use rayon::prelude::*;
 
@@ -94,7 +94,13 @@ fn sample(
     let limit = scene.options.cut_limit * h;
     if !free.is_both() {
         let material = FreeSide::one(free == FreeSide::Against);
-        sample.cut_from_material = swept.residual(&point, &normal, limit, material).is_some();
+        // Near a sharp edge balls on the free side of one face come as near as this to the other one's material side: there the
+        // edge or the first face is nearest to them.
+        let is_in_material = |centre: &Point3| {
+            let foot = scene.closest.closest(centre, swept.largest_radius_mm() + limit);
+            foot.is_some_and(|foot| scene.is_in_material(&foot, centre))
+        };
+        sample.cut_from_material = swept.reaches(&point, &normal, limit, material, is_in_material);
     }
     sample.state = if sample.residual_mm.is_some_and(|height| height <= limit) {
         SurfaceState::Cut
@@ -150,8 +156,6 @@ fn spread(face: &Face, mesh: &FaceMesh, count: usize) -> Vec<Point2> {
 
 #[cfg(test)]
 mod tests {
-    use claymill_nurbs::Point3;
-
     use super::*;
 
     #[test]

@@ -93,6 +93,11 @@ impl<'a> Swept<'a> {
         &self.tracks[piece.track as usize]
     }
 
+    /// The largest ball, mm.
+    pub(crate) fn largest_radius_mm(&self) -> f64 {
+        self.largest_radius_mm
+    }
+
     /// Calls `found` for every capsule whose axis may come within `distance_mm` of `p`.
     pub(crate) fn visit_near(
         &self,
@@ -153,6 +158,31 @@ impl<'a> Swept<'a> {
         });
         // Ties go to the earlier move.
         exact.min_by(|a, b| a.height_mm.total_cmp(&b.height_mm).then(a.track.seq.cmp(&b.track.seq)))
+    }
+
+    /// Whether some ball on a `free` side of the surface point `p` with normal `±n`, whose centre is where `counts`, leaves no
+    /// more than `cap_mm` there.
+    pub(crate) fn reaches(
+        &self,
+        p: &Point3,
+        n: &Vector3,
+        cap_mm: f64,
+        free: FreeSide,
+        mut counts: impl FnMut(&Point3) -> bool,
+    ) -> bool {
+        let mut reaches = false;
+        self.visit_near(p, self.largest_radius_mm + cap_mm, |piece| {
+            let capsule = &piece.capsule;
+            let side = (nalgebra::center(&capsule.a, &capsule.b) - p).dot(n).signum();
+            let n = n * side;
+            let comes_down = |t: f64| t <= cap_mm && t > -FAR_SIDE * capsule.radius;
+            if free.allows(side > 0.0) && capsule.entry(p, &n).is_some_and(comes_down) {
+                let track = self.track(piece);
+                reaches = counts(&track.centre(lowest_entry(track, piece, p, &n)).0);
+            }
+            if reaches { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        reaches
     }
 
     /// Height of the material that all balls on a `free` side together leave on the surface point `p` with normal `±n`, mm,

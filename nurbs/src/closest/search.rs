@@ -1,12 +1,14 @@
 //! One closest-point query: branch and bound over pieces and rims, with the argument for the global
 //! minimum on trimmed faces.
 
+use std::ops::ControlFlow;
+
 use super::ClosestPoints;
 use super::build::Trim;
 use super::net::Direction;
 use super::newton::{Spot, descend};
 use super::piece::{Piece, Shape};
-use crate::{FaceId, Foot, Point3};
+use crate::{Boxes, FaceId, Foot, Point3};
 
 /// A piece is given up when nothing on it can be nearer than the best foot by more than this, mm.
 const CERTAIN_MM: f64 = 1e-9;
@@ -15,6 +17,9 @@ const LARGEST_DEPTH: usize = 40;
 /// Cut pieces during the visit of one piece, at most: a guard for queries with a continuum of nearest points
 /// that lie outside the trims.
 const LARGEST_CUT_COUNT: usize = 3000;
+
+/// A foot on the side of a piece lies on a rim that is no farther away than this, mm.
+const ON_RIM_MM: f64 = 1e-6;
 
 /// A piece is cut through a foot on it unless that is this near to a side, as a part of the piece.
 const CUT_INSET: f64 = 0.02;
@@ -25,7 +30,16 @@ pub(super) struct Found {
     face: FaceId,
     uv: (f64, f64),
     point: Point3,
-    on_rim: bool,
+    on: On,
+}
+
+/// What of a face a foot was found on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum On {
+    Inside,
+    /// The side of a piece, along which a rim may run.
+    Side,
+    Rim,
 }
 
 /// Whether a monotone piece may hold a local minimum: the sides from which the distance rises are open.
@@ -72,8 +86,32 @@ impl<'q> Search<'q> {
             v,
             point: found.point,
             distance_mm: self.best_squared.sqrt(),
-            on_boundary: found.on_rim || u == u0 || u == u1 || v == v0 || v == v1,
+            on_boundary: found.on == On::Rim
+                || u == u0
+                || u == u1
+                || v == v0
+                || v == v1
+                || found.on == On::Side && self.is_on_rim(&found),
         })
+    }
+
+    /// Whether a rim of its face runs through a foot. Where one runs along the side of a piece, the piece has the same nearest
+    /// point as the rim, and which of them was looked at first does not matter.
+    fn is_on_rim(&self, found: &Found) -> bool {
+        let index = self.index;
+        let place = found.point;
+        let is_near = |boxes: &Boxes| boxes.each(|b| b.distance_squared(&place) <= ON_RIM_MM * ON_RIM_MM);
+        let mut is_on_rim = false;
+        index.tree.visit(is_near, |item| {
+            let rim = item.checked_sub(index.pieces.len()).map(|rim| &index.rims[rim]);
+            let surface = &index.model.faces[found.face].surface;
+            is_on_rim = rim.filter(|rim| rim.face == found.face).is_some_and(|rim| {
+                let pcurve = &index.trims[rim.face].edges[rim.edge];
+                rim.nearest(surface, pcurve, &place, ON_RIM_MM * ON_RIM_MM).is_some()
+            });
+            if is_on_rim { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        is_on_rim
     }
 
     /// Looks for a nearer foot on an item.
@@ -158,8 +196,9 @@ impl<'q> Search<'q> {
             return;
         }
         self.best_squared = spot.distance_squared;
-        self.found =
-            Some(Found { face: piece.face, uv: (u, v), point: piece.world(&spot.position), on_rim: false });
+        let is_end = |x: f64, (low, high): (f64, f64)| x == low || x == high;
+        let on = if is_end(u, piece.net.u) || is_end(v, piece.net.v) { On::Side } else { On::Inside };
+        self.found = Some(Found { face: piece.face, uv: (u, v), point: piece.world(&spot.position), on });
     }
 
     fn visit_rim(&mut self, rim: usize) {
@@ -171,6 +210,6 @@ impl<'q> Search<'q> {
         };
         let at = pcurve.point(spot.t);
         self.best_squared = spot.distance_squared;
-        self.found = Some(Found { face: rim.face, uv: (at.x, at.y), point: spot.point, on_rim: true });
+        self.found = Some(Found { face: rim.face, uv: (at.x, at.y), point: spot.point, on: On::Rim });
     }
 }

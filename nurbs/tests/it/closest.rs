@@ -334,17 +334,37 @@ fn trimmed_ring_against_its_analytic_distance() {
     }
 }
 
+fn polygon(corners: &[Point2]) -> TrimLoop {
+    let edge = |k: usize| Curve2::line(corners[k], corners[(k + 1) % corners.len()]);
+    TrimLoop { edges: (0..corners.len()).map(|k| TrimEdge { pcurve: edge(k), shared: None }).collect() }
+}
+
+#[test]
+fn a_foot_on_a_rim_is_on_the_boundary_where_pieces_end_there_too() {
+    // A notch to the very middle of the plate, where its surface is halved.
+    let plate = plane_patch(&askew(), (-40.0, 40.0), (-100.0, 100.0)).unwrap();
+    let corners = [(40.0, -100.0), (40.0, 100.0), (-40.0, 100.0), (-40.0, 50.0), (0.0, 50.0), (0.0, -50.0)];
+    let corners = corners.into_iter().chain([(-40.0, -50.0), (-40.0, -100.0)]);
+    let corners: Vec<Point2> = corners.map(|(u, v)| Point2::new(u, v)).collect();
+    let model = trimmed(plate, vec![polygon(&corners)]);
+    let index = ClosestPoints::new(&model);
+    let mut hint = Hint::default();
+    for k in 0..200 {
+        let v = -40.0 + 0.4 * f64::from(k);
+        for (u, is_aside) in [(-16.0, true), (-1e-3, true), (1e-3, false), (6.0, false), (20.0, false)] {
+            let p = askew().point(u, v, -0.7);
+            let feet = [index.closest(&p, 50.0), index.closest_from(&p, 50.0, &mut hint)];
+            assert_eq!(feet.map(|foot| foot.unwrap().on_boundary), [is_aside; 2], "over ({u}, {v})");
+        }
+    }
+}
+
 #[test]
 fn trimmed_cylinder_near_its_axis() {
     // A window cut into a half pipe; the nearest points of the untrimmed pipe often lie in the window.
     let pipe = cylinder(&askew(), 12.0, (0.0, PI), (-50.0, 90.0)).unwrap();
     let window = [(0.5, -30.0), (2.5, -30.0), (2.5, 60.0), (0.5, 60.0)].map(|(u, v)| Point2::new(u, v));
     let ends = [(0.0, -50.0), (PI, -50.0), (PI, 90.0), (0.0, 90.0)].map(|(u, v)| Point2::new(u, v));
-    let polygon = |c: &[Point2; 4]| TrimLoop {
-        edges: (0..4)
-            .map(|k| TrimEdge { pcurve: Curve2::line(c[k], c[(k + 1) % 4]), shared: None })
-            .collect(),
-    };
     let model = trimmed(pipe, vec![polygon(&ends), polygon(&window)]);
     let index = ClosestPoints::new(&model);
     let surface = &model.faces[0].surface;

@@ -28,6 +28,16 @@ const CUT_OUT_MM: f64 = 0.1;
 impl SetupContext<'_> {
     /// Whether the ball enters nothing along a written curve of its tip, nor is in the material of an open sheet.
     pub(crate) fn enters_nothing(&self, curve: &Curve3) -> bool {
+        self.enters_nothing_nor(curve, |_| false)
+    }
+
+    /// The same of a pass: nor would the ball have to come up through the material from anywhere on it, since no lead gets there.
+    fn is_proven_pass(&self, curve: &Curve3) -> bool {
+        self.enters_nothing_nor(curve, |centre| self.ball.is_in_material_above(&self.frame.to_setup(centre)))
+    }
+
+    /// Whether the ball enters nothing along a written curve of its tip, nor has its centre where it `may_not`.
+    fn enters_nothing_nor(&self, curve: &Curve3, may_not: impl Fn(&Point3) -> bool) -> bool {
         let radius_mm = self.ball.radius_mm();
         let up = self.frame.axis() * radius_mm;
         let mut hint = Hint::default();
@@ -35,7 +45,7 @@ impl SetupContext<'_> {
             let centre = tip + up;
             match self.walls.closest.closest_from(&centre, radius_mm + AWAY_MM, &mut hint) {
                 // All of the ball is, then.
-                Some(foot) if self.ball.is_in_material(&foot, &centre) => -radius_mm,
+                Some(foot) if self.ball.is_in_material(&foot, &centre) || may_not(&centre) => -radius_mm,
                 Some(foot) => foot.distance_mm - radius_mm,
                 None => AWAY_MM,
             }
@@ -58,7 +68,7 @@ impl SetupContext<'_> {
     pub(crate) fn proven_runs(&self, curves: Vec<Curve3>) -> Vec<Vec<Curve3>> {
         let mut runs = vec![Vec::new()];
         for curve in curves {
-            if self.enters_nothing(&curve) {
+            if self.is_proven_pass(&curve) {
                 push(&mut runs, curve);
                 continue;
             }
@@ -80,7 +90,7 @@ impl SetupContext<'_> {
             written[0] = before.end();
         }
         let length = round_to_written(length_mm).max(WRITTEN_STEP_MM);
-        match one_span(written, length).filter(|curve| self.enters_nothing(curve)) {
+        match one_span(written, length).filter(|curve| self.is_proven_pass(curve)) {
             Some(curve) => push(runs, curve),
             None if length_mm > CUT_OUT_MM => {
                 for half in halves(points) {

@@ -4,7 +4,7 @@ use crate::few_faces::planned;
 use claymill_nurbs::analytic::{Frame as Placement, plane_patch};
 use claymill_nurbs::{Curve3, NurbsSurface, Point3, Vector3};
 use claymill_paths::{Plan, PlanOptions};
-use claymill_toolpath::{LinkStyle, Move, MoveKind};
+use claymill_toolpath::{FreeSide, LinkStyle, Move, MoveKind};
 
 const R: f64 = 5.0;
 const SCALLOP_MM: f64 = 0.1;
@@ -81,4 +81,32 @@ fn nothing_that_hangs_over_the_end_of_a_pass_is_touched() {
             }
         }
     }
+}
+
+#[test]
+fn no_pass_ends_where_its_lead_would_come_up_through_the_material() {
+    let high_mm = 30.0;
+    let upright = || {
+        let at = Placement::new(Point3::origin(), Vector3::x(), Vector3::y()).unwrap();
+        plane_patch(&at, (-20.0, WIDE_MM + 20.0), (0.0, high_mm)).unwrap()
+    };
+    let free = |surface: NurbsSurface, side: Vector3| {
+        FreeSide::one(surface.normal(30.0, 15.0).unwrap().0.dot(&side) > 0.0)
+    };
+    let floor = || level(0.0, (0.0, 100.0));
+    // The sheet has its material on the side of the floor.
+    let plan = planned(vec![floor(), upright()], R, SCALLOP_MM, |usual| PlanOptions {
+        link: LinkStyle::OneWay,
+        row_angle_deg: Some(0.0),
+        free_sides: vec![free(floor(), Vector3::z()), free(upright(), -Vector3::x())],
+        ..usual
+    });
+    let mut nearest_mm = f64::INFINITY;
+    for m in plan.program.moves.iter().filter(|m| m.setup == "top") {
+        for tip in places(&m.curve().unwrap()).into_iter().filter(|p| p.x > 0.0 && p.z < high_mm - R) {
+            assert!(tip.x > R + 1.0, "{:?} {} mm from the side of the material", m.kind, tip.x - R);
+            nearest_mm = nearest_mm.min(tip.x - R);
+        }
+    }
+    assert!(nearest_mm < 1.3, "{nearest_mm}");
 }

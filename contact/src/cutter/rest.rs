@@ -77,7 +77,7 @@ impl BallDrop<'_> {
 
     /// Whether the flat of the end, and not its corner, is what touches.
     fn is_below_disc(&self, held: &Touch, [x, y]: [f64; 2]) -> bool {
-        const INSIDE: f64 = 1.0 - 1e-6;
+        const INSIDE: f64 = 0.999;
         (held.contact.x - x).hypot(held.contact.y - y) < INSIDE * self.end().flat_mm
     }
 

@@ -90,12 +90,22 @@ impl Touching {
                 let turn = (valley * x.abs()).atan2(1.0 - valley * y);
                 (gap, if turn == 0.0 { x.abs() } else { turn / valley })
             };
-            let (mut low, mut high) = (0.0, std::f64::consts::FRAC_PI_2);
+            // Above where the outline is upright the tool's side goes on along the axis.
+            let lean = way * across.z;
+            let upright = if lean > 0.0 { self.normal.z.atan2(lean) } else { std::f64::consts::FRAC_PI_2 };
+            let (mut low, mut high) = (0.0, upright);
             for _ in 0..STEPS {
                 let middle = 0.5 * (low + high);
                 *if over(middle).0 < height_mm { &mut low } else { &mut high } = middle;
             }
-            over(low).1
+            let ((gap, beside), (next_gap, next)) = (over(low), over(high));
+            let missing = height_mm - gap;
+            match () {
+                // A straight piece of the outline, as that of a flat end is, has one angle.
+                () if next_gap >= height_mm && next_gap > gap => beside + (next - beside) * missing / (next_gap - gap),
+                () if next_gap < height_mm => next + (height_mm - next_gap) * lean.max(0.0) / self.normal.z,
+                () => beside,
+            }
         };
         side(1.0) + side(-1.0)
     }
@@ -164,4 +174,94 @@ pub(crate) fn row_distance_mm(jet: &Jet, along: RowsAlong, end: &EndShape, scall
     };
     let distance = step.min(widest_mm(end, scallop_mm)) * sine;
     (distance.is_finite() && distance > 0.0).then_some(distance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    const BULL: EndShape = EndShape { flat_mm: 8.0, corner_mm: 2.0 };
+    const FLAT: EndShape = EndShape { flat_mm: 10.0, corner_mm: 0.0 };
+    const H: f64 = 0.02;
+
+    #[test]
+    fn effective_radii_are_those_of_the_reference() {
+        for (slope_deg, bull, flat) in [
+            (1.0, 460.389_507_988, 572.986_884_986),
+            (3.0, 154.858_580_874, 191.073_226_093),
+            (5.0, 93.789_705_965, 114.737_132_457),
+            (10.0, 48.070_163_865, 57.587_704_831),
+            (15.0, 32.909_626_441, 38.637_033_052),
+            (30.0, 18.0, 20.0),
+        ] {
+            assert_abs_diff_eq!(effective_radius_mm(&BULL, slope_deg, 0.0), bull, epsilon = 1e-8);
+            assert_abs_diff_eq!(effective_radius_mm(&FLAT, slope_deg, 0.0), flat, epsilon = 1e-8);
+            assert_abs_diff_eq!(effective_radius_mm(&BULL, slope_deg, 90.0), 2.0, epsilon = 1e-8);
+        }
+    }
+
+    #[test]
+    fn steps_on_a_plane_are_those_of_the_reference() {
+        for (slope_deg, bull, flat) in [
+            (3.0, 4.919_463_257, 5.476_090_990),
+            (5.0, 3.847_116_002, 4.259_965_661),
+            (10.0, 2.764_115_340, 3.026_709_645),
+            (15.0, 2.289_764_240, 2.481_539_877),
+            (30.0, 1.695_327_378, 1.787_064_632),
+        ] {
+            assert_abs_diff_eq!(plane_step_mm(&BULL, slope_deg, 0.0, H), bull, epsilon = 1e-8);
+            assert_abs_diff_eq!(plane_step_mm(&FLAT, slope_deg, 0.0, H), flat, epsilon = 1e-8);
+        }
+        // On the level both lie flat; along the contour of a slope a sharp rim leaves stairs.
+        let level = 2.0 * (8.0 + (2.0 * 2.0 * H - H * H).sqrt());
+        assert_abs_diff_eq!(plane_step_mm(&BULL, 0.0, 0.0, H), level, epsilon = 1e-8);
+        assert_abs_diff_eq!(plane_step_mm(&FLAT, 0.0, 0.0, H), 20.0, epsilon = 1e-8);
+        let stairs = H / (20f64.to_radians().sin() * 20f64.to_radians().cos());
+        assert_abs_diff_eq!(plane_step_mm(&FLAT, 20.0, 90.0, H), stairs, epsilon = 1e-8);
+    }
+
+    /// A cylinder that leans, its axis along the fall line, in contact where the ground leans by `slope_deg` along the feed.
+    fn leaning(bend: f64, slope_deg: f64) -> Jet {
+        let (sine, cosine) = slope_deg.to_radians().sin_cos();
+        let (n, uphill) = (Vector3::new(-sine, 0.0, cosine), Vector3::new(cosine, 0.0, sine));
+        let zero = Vector3::zeros();
+        let p = claymill_nurbs::Point3::origin();
+        Jet { p, su: uphill, sv: Vector3::y(), suu: zero, suv: zero, svv: n * bend }
+    }
+
+    #[test]
+    fn widths_in_valleys_and_over_ridges_are_those_of_the_reference() {
+        for (bend, slope_deg, width) in [
+            (1.0 / 60.0, 9.0, 7.226_769_448),
+            (1.0 / 60.0, 10.0, 5.802_598_208),
+            (1.0 / 60.0, 15.0, 3.382_432_734),
+            (-1.0 / 60.0, 3.0, 2.627_556_301),
+            (-1.0 / 60.0, 5.0, 2.416_613_960),
+            (-1.0 / 60.0, 10.0, 2.063_845_629),
+        ] {
+            let touching = Touching::new(&leaning(bend, slope_deg), &BULL).unwrap();
+            let found = touching.width_mm(&Vector3::y(), H, bend);
+            assert_abs_diff_eq!(found, width, epsilon = 1e-8);
+        }
+    }
+
+    #[test]
+    fn rows_over_a_leaning_cylinder_are_as_far_apart_as_its_width_moves_the_tool() {
+        // Across the cylinder the tool moves by 1 − ρκ of its contact, ρ its radius of curvature there.
+        for (bend, slope_deg, width) in [(1.0 / 60.0, 10.0, 5.802_598_208), (-1.0 / 60.0, 5.0, 2.416_613_960)] {
+            let found = row_distance_mm(&leaning(bend, slope_deg), RowsAlong::X, &BULL, H).unwrap();
+            let moves = 1.0 - effective_radius_mm(&BULL, slope_deg, 0.0) * bend;
+            assert_abs_diff_eq!(found, width * moves, epsilon = 1e-7);
+        }
+    }
+
+    #[test]
+    fn a_ball_has_the_steps_of_a_ball() {
+        let ball = EndShape::ball(10.0);
+        for turn_deg in [0.0, 30.0, 90.0] {
+            let step = plane_step_mm(&ball, 20.0, turn_deg, H);
+            assert_abs_diff_eq!(step, flat_mm(10.0, H), epsilon = 1e-8);
+        }
+    }
 }

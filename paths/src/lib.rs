@@ -33,8 +33,8 @@ mod program;
 mod setup;
 
 pub use claymill_contact::{
-    Axis, AxisError, BallDrop, CUTTER_EPSILON_MM, Covering, CutterDrop, CutterLocation, EndShape, Frame, FrameError,
-    Location, March, ParallelAxes, Support, ToolPart,
+    Axis, AxisError, BallDrop, CUTTER_EPSILON_MM, Covering, CutterDrop, CutterLocation, EndShape, Frame,
+    FrameError, Location, March, ParallelAxes, Support, ToolPart,
 };
 pub use fit::tolerance::FitTolerance;
 pub use pattern::end_step::{effective_radius_mm, plane_step_mm};

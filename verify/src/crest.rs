@@ -330,7 +330,12 @@ fn is_of_pass(a: &Track, b: &Track) -> bool {
 
 /// Where exactly a track crosses the plane through `c` perpendicular to `feed`, its direction and parameter there; the
 /// crossing lies between the two parameters.
-pub(crate) fn crossing(track: &Track, (mut low, mut high): (f64, f64), c: &Point3, feed: &Vector3) -> (Point3, Vector3, f64) {
+pub(crate) fn crossing(
+    track: &Track,
+    (mut low, mut high): (f64, f64),
+    c: &Point3,
+    feed: &Vector3,
+) -> (Point3, Vector3, f64) {
     let ahead = |t: f64| (track.centre(t).0 - c).dot(feed);
     let (mut at_low, mut at_high) = (ahead(low), ahead(high));
     let mut t = 0.5 * (low + high);

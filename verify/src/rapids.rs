@@ -30,8 +30,13 @@ pub(crate) fn measure(
 ) -> Result<Rapids, Cancelled> {
     let rapids: Vec<&Track> = scene.tracks.iter().filter(|t| t.kind == MoveKind::Rapid).collect();
     let look = |track: &&Track| {
-        let mut search =
-            Search { scene, view: reach.setup(track.setup), radius: track.radius_mm, end: track.end, least: None };
+        let mut search = Search {
+            scene,
+            view: reach.setup(track.setup),
+            radius: track.radius_mm,
+            end: track.end,
+            least: None,
+        };
         // Rapids are straight or nearly so: a coarse polygon is as good as the curve at this scale.
         let corners: Vec<Point3> =
             track.polygon(SAME_CLEARANCE_MM).into_iter().map(|t| track.centre(t).0).collect();

@@ -89,8 +89,9 @@ fn sample(
         sample.residual_mm = Some(left.height_mm);
         sample.normal = normal * left.side;
         let is_ball = scene.job.request.tool.is_ball();
-        sample.step_over_mm = is_ball.then(|| ()).and_then(|()|
-            step_over_mm(&jet, &left.way, &sample.normal, scene.job.request.tool.radius_mm(), h));
+        sample.step_over_mm = is_ball.then(|| ()).and_then(|()| {
+            step_over_mm(&jet, &left.way, &sample.normal, scene.job.request.tool.radius_mm(), h)
+        });
     }
     let limit = scene.options.cut_limit * h;
     if !free.is_both() {

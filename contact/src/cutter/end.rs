@@ -62,8 +62,11 @@ impl EndShape {
     #[must_use]
     pub fn distance(&self, from_middle: &Vector3) -> (f64, Vector3) {
         let from_axis = from_middle.x.hypot(from_middle.y);
-        let outward =
-            if from_axis > 0.0 { Vector3::new(from_middle.x, from_middle.y, 0.0) / from_axis } else { Vector3::zeros() };
+        let outward = if from_axis > 0.0 {
+            Vector3::new(from_middle.x, from_middle.y, 0.0) / from_axis
+        } else {
+            Vector3::zeros()
+        };
         let (beside, below) = (from_axis - self.flat_mm, -from_middle.z);
         let core = beside.max(0.0).hypot(below.max(0.0));
         let gradient = match () {

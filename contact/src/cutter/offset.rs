@@ -24,12 +24,7 @@ const STEEPEST_NZ: f64 = 0.02;
 
 /// The place near `start` over which the middle stands at `(x, y)`, with `n` on the upper side. `None` where there is none,
 /// the ground is level or steep, or curves as the end does.
-pub(crate) fn contact_at(
-    s: &Leaves,
-    start: (f64, f64),
-    [x, y]: [f64; 2],
-    end: &EndShape,
-) -> Option<Contact> {
+pub(crate) fn contact_at(s: &Leaves, start: (f64, f64), [x, y]: [f64; 2], end: &EndShape) -> Option<Contact> {
     let ((u0, u1), (v0, v1)) = s.domain();
     let (mut u, mut v) = (start.0.clamp(u0, u1), start.1.clamp(v0, v1));
     for _ in 0..ITERATIONS {

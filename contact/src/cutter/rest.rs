@@ -8,6 +8,13 @@ use super::search::{Effort, Touch, held_above};
 use super::{CUTTER_EPSILON_MM, EndShape, ToolPart};
 use crate::{BallDrop, Blocked, CONTACT_EPSILON_MM, Location, Support};
 
+/// Heights of passes are looked for as exactly as those of balls; where that takes long, beside walls, so far at first.
+const OF_PASS: Effort = Effort { epsilon: CONTACT_EPSILON_MM, known_to: CONTACT_EPSILON_MM, cuts: 250 };
+const AT_LENGTH: Effort = Effort { cuts: 4000, ..OF_PASS };
+/// What a search that is not ended early leaves open, and a little for rounding, mm.
+const SETTLED_MM: f64 = 1.01 * CONTACT_EPSILON_MM;
+/// No pass runs where the ground is steeper than this (`n·axis`): how high an end is held there need not be known.
+const STEEP_NZ: f64 = 0.1;
 /// Whether something is in the way is known well enough to this, mm; and how deep a tool would enter.
 const IN_THE_WAY: Effort = Effort { epsilon: 1e-4, known_to: 0.1, cuts: 400 };
 const ENTERED: Effort = Effort { epsilon: 2e-4, known_to: 5e-4, cuts: 1000 };
@@ -22,7 +29,11 @@ impl BallDrop<'_> {
             _ => None,
         });
         let floor = from.map_or(low, |(contact, _)| contact.middle.z.max(low)) - end.corner_mm;
-        match held_above(self, &self.bodies, at, floor, Effort::FULL) {
+        let held = held_above(self, &self.bodies, at, floor, OF_PASS).and_then(|held| {
+            let is_known = held.gap_mm <= SETTLED_MM || held.normal.z.abs() < STEEP_NZ;
+            if is_known { Some(held) } else { held_above(self, &self.bodies, at, floor, AT_LENGTH) }
+        });
+        match held {
             Some(held) => Some(self.location(&held, at)),
             None => from.filter(|(contact, _)| contact.middle.z > low).map(|(_, location)| location),
         }
@@ -55,12 +66,13 @@ impl BallDrop<'_> {
         };
         match held.uv {
             _ if held.part() == ToolPart::Side => location(Support::Side),
-            _ if held.gap_mm > CONTACT_EPSILON_MM => location(Support::Bound),
+            _ if held.gap_mm > SETTLED_MM => location(Support::Bound),
             None if held.is_edge => location(Support::Edge),
             None => location(Support::Bound),
             // All of the disc may lie on the face: then it touches below its middle.
             Some(uv) if self.is_below_disc(held, at) => {
-                let below = self.contact_of_end((held.face, uv), at, &EndShape { flat_mm: 0.0, corner_mm: 0.0 });
+                let below =
+                    self.contact_of_end((held.face, uv), at, &EndShape { flat_mm: 0.0, corner_mm: 0.0 });
                 let below = below.filter(|(b, _)| b.middle.z >= held.tip - held.gap_mm - CUTTER_EPSILON_MM);
                 let [u, v] = below.map_or(uv, |(b, _)| [b.u, b.v]);
                 let upright = nalgebra::Vector3::z();

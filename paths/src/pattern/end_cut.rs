@@ -44,9 +44,8 @@ impl PlannedPass {
     /// What a tool that runs along the pass leaves over a place, looked for about `s` on its drive curve; infinite where it does
     /// not come by.
     pub(crate) fn left_by_mm(&self, end: &EndShape, point: &Point3, normal: &Vector3, s: f64) -> f64 {
-        let left = |s: f64| {
-            self.centre_at(s).map_or(f64::INFINITY, |middle| cut_at_mm(end, point, normal, &middle))
-        };
+        let left =
+            |s: f64| self.centre_at(s).map_or(f64::INFINITY, |middle| cut_at_mm(end, point, normal, &middle));
         let reach = end.radius_mm();
         let step = 2.0 * reach / f64::from(LOOKS);
         let places = (0..=LOOKS).map(|k| s - reach + f64::from(k) * step).chain([s]);

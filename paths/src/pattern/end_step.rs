@@ -102,7 +102,9 @@ impl Touching {
             let missing = height_mm - gap;
             match () {
                 // A straight piece of the outline, as that of a flat end is, has one angle.
-                () if next_gap >= height_mm && next_gap > gap => beside + (next - beside) * missing / (next_gap - gap),
+                () if next_gap >= height_mm && next_gap > gap => {
+                    beside + (next - beside) * missing / (next_gap - gap)
+                }
                 () if next_gap < height_mm => next + (height_mm - next_gap) * lean.max(0.0) / self.normal.z,
                 () => beside,
             }
@@ -129,7 +131,8 @@ pub fn plane_step_mm(end: &EndShape, slope_deg: f64, from_fall_deg: f64, scallop
     let normal = Vector3::new(-slope.sin(), 0.0, slope.cos());
     let (uphill, contour) = (Vector3::new(slope.cos(), 0.0, slope.sin()), Vector3::y());
     let zero = Vector3::zeros();
-    let jet = Jet { p: claymill_nurbs::Point3::origin(), su: uphill, sv: contour, suu: zero, suv: zero, svv: zero };
+    let jet =
+        Jet { p: claymill_nurbs::Point3::origin(), su: uphill, sv: contour, suu: zero, suv: zero, svv: zero };
     let feed = uphill * turn.cos() + contour * turn.sin();
     Touching::new(&jet, end).map_or(0.0, |t| t.width_mm(&normal.cross(&feed), scallop_mm, 0.0))
 }
@@ -249,7 +252,8 @@ mod tests {
     #[test]
     fn rows_over_a_leaning_cylinder_are_as_far_apart_as_its_width_moves_the_tool() {
         // Across the cylinder the tool moves by 1 − ρκ of its contact, ρ its radius of curvature there.
-        for (bend, slope_deg, width) in [(1.0 / 60.0, 10.0, 5.802_598_208), (-1.0 / 60.0, 5.0, 2.416_613_960)] {
+        for (bend, slope_deg, width) in [(1.0 / 60.0, 10.0, 5.802_598_208), (-1.0 / 60.0, 5.0, 2.416_613_960)]
+        {
             let found = row_distance_mm(&leaning(bend, slope_deg), RowsAlong::X, &BULL, H).unwrap();
             let moves = 1.0 - effective_radius_mm(&BULL, slope_deg, 0.0) * bend;
             assert_abs_diff_eq!(found, width * moves, epsilon = 1e-7);

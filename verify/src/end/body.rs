@@ -49,7 +49,12 @@ impl EndBody {
     }
 
     /// The tip where the tool touches a place from the side of `n`; over level ground right above it.
-    pub(crate) fn tip_over(&self, place: &claymill_nurbs::Point3, n: &Vector3, axis: &Vector3) -> claymill_nurbs::Point3 {
+    pub(crate) fn tip_over(
+        &self,
+        place: &claymill_nurbs::Point3,
+        n: &Vector3,
+        axis: &Vector3,
+    ) -> claymill_nurbs::Point3 {
         let across = n - axis * n.dot(axis);
         let outward = across.try_normalize(LEVEL).unwrap_or_else(Vector3::zeros);
         place + n * self.corner_mm + outward * (self.radius_mm - self.corner_mm) - axis * self.corner_mm

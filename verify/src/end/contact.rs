@@ -61,7 +61,10 @@ impl EndWalk<'_> {
 
     fn place(&self, t: f64) -> Place {
         let (tip, axis) = (self.track.tip(t).coords, self.track.axis_at(t));
-        Place { t, nearest: self.reach.nearest_to_end(self.track.setup, [&tip, &axis], &self.body, self.margin_mm) }
+        Place {
+            t,
+            nearest: self.reach.nearest_to_end(self.track.setup, [&tip, &axis], &self.body, self.margin_mm),
+        }
     }
 
     fn gap(&self, place: &Place) -> f64 {

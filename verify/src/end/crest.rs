@@ -103,7 +103,8 @@ impl EndCrests<'_, '_> {
     /// Where the tool touches, on a track, if it does.
     fn contact(&self, track: &Track, t: f64) -> Option<Point3> {
         let (tip, axis) = (track.tip(t).coords, track.axis_at(t));
-        let nearest = self.reach.nearest_to_end(track.setup, [&tip, &axis], track.end.as_ref()?, TOUCHES_MM)?;
+        let nearest =
+            self.reach.nearest_to_end(track.setup, [&tip, &axis], track.end.as_ref()?, TOUCHES_MM)?;
         Some(nearest.point)
     }
 
@@ -122,7 +123,8 @@ impl EndCrests<'_, '_> {
             Some(Top { foot: foot.point, normal: n * side, height_mm, face: foot.face })
         };
         let shares = (0..=LOOKS).map(|k| f64::from(k) / f64::from(LOOKS));
-        let mut found: Vec<(f64, Top)> = shares.filter_map(|share| Some((share, look(share, hint)?))).collect();
+        let mut found: Vec<(f64, Top)> =
+            shares.filter_map(|share| Some((share, look(share, hint)?))).collect();
         let best = (0..found.len()).max_by(|&a, &b| found[a].1.height_mm.total_cmp(&found[b].1.height_mm))?;
         let (middle, mut top) = found.swap_remove(best);
         let step = 1.0 / f64::from(LOOKS);

@@ -5,7 +5,9 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::ops::ControlFlow;
 
-use claymill_nurbs::{Aabb, BoxTree, Curve2, Domain, FaceId, FaceMesh, Leaves, Model, Point2, Point3, Vector3};
+use claymill_nurbs::{
+    Aabb, BoxTree, Curve2, Domain, FaceId, FaceMesh, Leaves, Model, Point2, Point3, Vector3,
+};
 use rayon::prelude::*;
 
 use super::body::EndBody;
@@ -49,7 +51,12 @@ pub(crate) struct Nearest {
 #[derive(Clone, Copy)]
 enum Piece {
     /// A triangle of a face's parameters.
-    Sheet { face: FaceId, uv: [Point2; 3], p: [Point3; 3], sag_mm: f64 },
+    Sheet {
+        face: FaceId,
+        uv: [Point2; 3],
+        p: [Point3; 3],
+        sag_mm: f64,
+    },
     Edge(EdgePiece),
     /// What is not of a face is as flat as its triangle.
     Flat([Point3; 3]),

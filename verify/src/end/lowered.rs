@@ -46,7 +46,10 @@ impl EndBody {
                 return height;
             }
         }
-        [(a, b), (b, c), (c, a)].map(|(a, b)| self.on_side(a, b, at)).into_iter().fold(f64::NEG_INFINITY, f64::max)
+        [(a, b), (b, c), (c, a)]
+            .map(|(a, b)| self.on_side(a, b, at))
+            .into_iter()
+            .fold(f64::NEG_INFINITY, f64::max)
     }
 
     fn on_side(&self, a: &Point3, b: &Point3, at: &Point3) -> f64 {
@@ -59,8 +62,10 @@ impl EndBody {
         let length_squared = way.norm_squared();
         let (mut from, mut until) = (0.0, 1.0);
         if length_squared > 0.0 {
-            let (foot, aside_squared) = (to.dot(&way) / length_squared, to.perp(&way).powi(2) / length_squared);
-            let half = (self.radius_mm * self.radius_mm - aside_squared).max(0.0).sqrt() / length_squared.sqrt();
+            let (foot, aside_squared) =
+                (to.dot(&way) / length_squared, to.perp(&way).powi(2) / length_squared);
+            let half =
+                (self.radius_mm * self.radius_mm - aside_squared).max(0.0).sqrt() / length_squared.sqrt();
             (from, until) = ((foot - half).clamp(0.0, 1.0), (foot + half).clamp(0.0, 1.0));
         }
         let mut best = over(from).max(over(until));

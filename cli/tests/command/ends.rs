@@ -105,7 +105,7 @@ fn a_move_lowered_by_20_um_and_another_tool_are_found() {
     write(&whole);
     let described = std::fs::read_to_string(job.join("job.json")).unwrap();
     for (tool, code) in [
-        (serde_json::json!({"shape": "ball", "radius_mm": 10.0}), "excess"),
+        (serde_json::json!({"shape": "ball", "radius_mm": 10.0}), "nothing_cut"),
         (serde_json::json!({"shape": "bull", "radius_mm": 10.0, "corner_radius_mm": 1.0}), "gouge"),
     ] {
         let mut other: serde_json::Value = serde_json::from_str(&described).unwrap();

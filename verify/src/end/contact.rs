@@ -1,6 +1,6 @@
 //! Gouge and contact of an end along its paths: the distance of the whole tool from the exact faces.
 
-use claymill_nurbs::{Hint, Vector3};
+use claymill_nurbs::{Hint, Point3, Vector3};
 use claymill_toolpath::MoveKind;
 
 use super::body::EndBody;
@@ -60,11 +60,24 @@ impl EndWalk<'_> {
     }
 
     fn place(&self, t: f64) -> Place {
-        let (tip, axis) = (self.track.tip(t).coords, self.track.axis_at(t));
-        Place {
-            t,
-            nearest: self.reach.nearest_to_end(self.track.setup, [&tip, &axis], &self.body, self.margin_mm),
-        }
+        let (tip, axis) = (self.track.tip(t), self.track.axis_at(t));
+        let found =
+            self.reach.nearest_to_end(self.track.setup, [&tip.coords, &axis], &self.body, self.margin_mm);
+        let nearest = found.map(|nearest| {
+            let gap_mm = nearest.gap_mm.min(self.depth_mm(&nearest, &tip, &axis).unwrap_or(0.0));
+            if nearest.gap_mm < 0.0 { Nearest { gap_mm, ..nearest } } else { nearest }
+        });
+        Place { t, nearest }
+    }
+
+    /// How deep a corner, which is nearest to the side or to the bottom of the tool, is below the face that it enters: no deeper
+    /// than √2 times as far.
+    fn depth_mm(&self, nearest: &Nearest, tip: &Point3, axis: &Vector3) -> Option<f64> {
+        let face = nearest.face.filter(|_| !nearest.on_border)?;
+        let (n, _) = self.scene.model.faces[face].surface.normal(nearest.uv.x, nearest.uv.y)?;
+        let n = if n.dot(axis) < 0.0 { -n } else { n };
+        let resting = self.body.tip_over(&nearest.point, &n, axis);
+        Some((tip - resting).dot(&n).max(std::f64::consts::SQRT_2 * nearest.gap_mm))
     }
 
     fn gap(&self, place: &Place) -> f64 {

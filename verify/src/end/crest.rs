@@ -19,7 +19,7 @@ use crate::track::Track;
 
 /// Places between two contacts, and how far the best of them is then narrowed down, in steps of the golden section.
 const LOOKS: u32 = 9;
-const STEPS: u32 = 14;
+const STEPS: u32 = 28;
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Heights above so many scallop heights are no crests: nobody cut there.
 const CAP: f64 = 5.0;

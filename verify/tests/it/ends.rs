@@ -60,7 +60,8 @@ fn exact_steps_leave_exact_crests() {
     for (corner_mm, step_mm) in CASES {
         let v = measured(corner_mm, passes(corner_mm, step_mm));
         assert!(is_sound(&v), "{:?}", v.verdict);
-        approx::assert_abs_diff_eq!(v.scallop.crests.p99_mm, H, epsilon = 1e-6);
+        // Crests are looked for between contacts that are known to a twentieth of a micrometre: a thousandth.
+        approx::assert_relative_eq!(v.scallop.crests.p99_mm, H, max_relative = 1e-3);
         assert!(v.gouge.deepest_mm < 1e-4 && v.contact.excess_max_mm < 1e-4, "{:?} {:?}", v.gouge, v.contact);
         assert!(v.contact.within_limit_share == 1.0);
     }
@@ -107,7 +108,8 @@ fn passes_of_one_end_are_not_those_of_another() {
         check(&model, &other, &program(passes(corner_mm, step_mm)))
     };
     let ball = with(End::Ball { radius_mm: RADIUS });
-    assert!(has(&ball, FindingCode::Excess) && !is_sound(&ball), "{:?}", ball.verdict);
+    // The ball touches where its own slope is: the bull's passes are in the air for it.
+    assert!(has(&ball, FindingCode::NothingCut) && !is_sound(&ball), "{:?}", ball.verdict);
     let sharper = with(End::Bull { radius_mm: RADIUS, corner_radius_mm: 1.0 });
     assert!(has(&sharper, FindingCode::Gouge), "{:?}", sharper.verdict);
 }

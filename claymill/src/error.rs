@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use claymill_controller::PostError;
 use claymill_exchange::{MeshError, ReadError};
-use claymill_paths::{ParallelAxes, PlanError};
+use claymill_paths::{EndRefusal, ParallelAxes, PlanError};
 use claymill_surface_merge::MergeError;
 use claymill_tooling::ToolingError;
 use claymill_toolpath::{Cancelled, FolderError, Standing};
@@ -146,6 +146,10 @@ fn of_planning(error: &PlanError) -> &'static str {
         }
         PlanError::EarlierTool { .. } => "The earlier tool is the larger one.",
         PlanError::NoBall { .. } => "Choose a ball, for example ball:10; it may have a taper and a shank.",
+        PlanError::EndNotFor { what: EndRefusal::Strategy(_), .. } => {
+            "Flat and bull-nosed ends go along parallel rows: choose the strategy planar, or a ball."
+        }
+        PlanError::EndNotFor { .. } => "Choose a ball, for example ball:10, or leave that out.",
         PlanError::ToolTooBig { .. } => "Choose a smaller tool, and check the unit of the model.",
         PlanError::Face { .. } => "Leave the face out, or mend it in the CAD system.",
         PlanError::NoSide { .. } => "Name a place beside a region that is cut, in the model's millimetres.",

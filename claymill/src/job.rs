@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use claymill_controller::Machine;
-use claymill_paths::{Axis, Feeds, Orientation, PlanOptions, Strategy, TOOL_ID, check_tools};
+use claymill_paths::{Axis, Feeds, Orientation, PlanOptions, Strategy, TOOL_ID, check_end, check_tools};
 use claymill_toolpath::{Bounds, Contain, HOLDER_CLEARANCE_MM, Holder, Tool};
 
 use crate::error::Error;
@@ -200,6 +200,7 @@ impl Job {
             self.passes.orientation.setup(text).map_err(JobError::Setup)?;
         }
         check_tools(&passes.tool, passes.rest_of.as_ref(), passes.scallop_mm)?;
+        check_end(passes)?;
         if passes.bounds.contain != Contain::Contact && self.setups.iter().any(|text| text.contains(':')) {
             return Err(JobError::TiltedContainment.into());
         }

@@ -130,6 +130,15 @@ impl From<claymill_paths::PlanError> for Failure {
                 let advice = "Usual scallop heights are 0.02 to 0.2 mm, for example --scallop 0.1.";
                 return Failure::usage(error, advice);
             }
+            E::EndNotFor { what, .. } => {
+                let advice = match what {
+                    claymill_paths::EndRefusal::Strategy(_) => {
+                        "Flat and bull-nosed ends go along parallel rows: --strategy planar; or choose a ball."
+                    }
+                    _ => "Choose a ball, for example --tool ball:10, or leave that out.",
+                };
+                return Failure::usage(error, advice);
+            }
             E::NoBall { .. } => {
                 return Failure::usage(
                     error,

@@ -21,6 +21,9 @@ impl BallDrop<'_> {
     /// looked at more closely.
     #[must_use]
     pub fn blocked_from(&self, touch: &Location, by_mm: f64, far_mm: f64) -> Option<Blocked> {
+        if !self.end().is_ball() {
+            return self.end_blocked_from(touch, by_mm, far_mm);
+        }
         let Location { centre, normal, .. } = touch;
         if self.vertex_bound().hold(
             centre.x,
@@ -46,7 +49,7 @@ impl BallDrop<'_> {
     /// Whether something holds a ball over `(x, y)` up with its centre above this height.
     #[must_use]
     pub fn is_blocked_at(&self, x: f64, y: f64, height: f64) -> bool {
-        self.vertex_bound().hold(x, y, self.radius_mm(), height + KNOWN_MM)
+        (self.end().is_ball() && self.vertex_bound().hold(x, y, self.radius_mm(), height + KNOWN_MM))
             || self.drop_between(x, y, [height, height]).is_some()
     }
 

@@ -11,7 +11,7 @@ use crate::Frame;
 use crate::certificate::one_sheet::Certificates;
 use crate::certificate::support_bound::SupportBound;
 use crate::covering::{Covering, EdgePiece};
-use crate::cutter::{Body, Effort, held_above};
+use crate::cutter::{Body, Effort, EndShape, held_above};
 use crate::exact::edge::OnEdge;
 use crate::exact::face::{Pace, Polished, polish};
 use crate::exact::flat::{box_height, on_point, on_triangle, plane_height};
@@ -42,6 +42,9 @@ pub struct BallDrop<'a> {
     vertex_bound: OnceLock<VertexBound>,
     /// What stands out above the ball.
     sides: Vec<Body>,
+    end: EndShape,
+    /// The end, if it is no ball, and what stands out above it.
+    pub(crate) bodies: Vec<Body>,
     /// The sides of faces that it may touch when it cuts.
     pub(crate) free: FreeSides<'a>,
     pub(crate) rims: Rims,
@@ -144,6 +147,8 @@ impl<'a> BallDrop<'a> {
             certificates,
             vertex_bound,
             sides,
+            end: EndShape::ball(radius_mm),
+            bodies: Vec::new(),
             free: FreeSides::default(),
             rims: Rims::default(),
             material: None,
@@ -151,11 +156,21 @@ impl<'a> BallDrop<'a> {
         }
     }
 
-    /// The same with the taper and the shank above the ball of a tool, which it must not touch with either.
+    /// The same with the taper and the shank above the ball of a tool, which it must not touch with either; and of any
+    /// other end.
     #[must_use]
     pub fn of_tool(model: &Model, covering: &'a Covering, frame: &Frame, tool: &Tool) -> Self {
         let ball = BallDrop::new(model, covering, frame, tool.radius_mm());
-        BallDrop { sides: Body::sides(tool), widest_mm: tool.widest_mm(), ..ball }
+        let (sides, end) = (Body::sides(tool), EndShape::of(tool));
+        let of_end = (!end.is_ball()).then(|| Body::end(tool));
+        let bodies = of_end.map_or_else(Vec::new, |own| [own].into_iter().chain(sides.clone()).collect());
+        BallDrop { sides, end, bodies, widest_mm: tool.widest_mm(), ..ball }
+    }
+
+    /// The tool's end.
+    #[must_use]
+    pub fn end(&self) -> EndShape {
+        self.end
     }
 
     /// Corners of the triangles, which lie on the faces.
@@ -184,7 +199,7 @@ impl<'a> BallDrop<'a> {
         })
     }
 
-    /// The ball's radius.
+    /// The ball's radius; of another end the largest.
     #[must_use]
     pub fn radius_mm(&self) -> f64 {
         self.radius_mm
@@ -209,6 +224,9 @@ impl<'a> BallDrop<'a> {
     /// Drops the ball at `(x, y)` on everything (setup coordinates, mm). `None` where nothing is below.
     #[must_use]
     pub fn drop(&self, x: f64, y: f64) -> Option<Location> {
+        if !self.end.is_ball() {
+            return self.rest_of_end([x, y], None, f64::NEG_INFINITY);
+        }
         let mut search = Search::new(self, x, y);
         search.descend();
         search.finish()
@@ -221,7 +239,7 @@ impl<'a> BallDrop<'a> {
     }
 
     /// Height of the tip of a ball of `radius_mm` whose centre this one holds up, or `tip` if that is larger: this ball is as large,
-    /// or larger by a distance that is kept.
+    /// or larger by a distance that is kept. Of another end `radius_mm` is that of the corner.
     #[must_use]
     pub fn tip_above(&self, x: f64, y: f64, tip: f64, radius_mm: f64) -> f64 {
         self.drop_above(x, y, tip + radius_mm).map_or(tip, |rest| rest.centre.z - radius_mm)
@@ -229,6 +247,9 @@ impl<'a> BallDrop<'a> {
 
     /// The same, but what carries the centre as high as the second of these heights need not be the highest.
     pub(crate) fn drop_between(&self, x: f64, y: f64, [height, enough]: [f64; 2]) -> Option<Location> {
+        if !self.end.is_ball() {
+            return self.rest_of_end([x, y], None, height);
+        }
         let mut search = Search::new(self, x, y);
         search.floor.z = height;
         search.enough_z = enough;

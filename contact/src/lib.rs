@@ -52,7 +52,7 @@ use claymill_nurbs::{FaceId, Point3, Vector3};
 
 pub use blocked::Blocked;
 pub use covering::{Covering, distance_from};
-pub use cutter::{CUTTER_EPSILON_MM, CutterDrop, CutterLocation, ToolPart};
+pub use cutter::{CUTTER_EPSILON_MM, CutterDrop, CutterLocation, EndShape, ToolPart};
 pub use drop::BallDrop;
 pub use frame::{Axis, AxisError, Frame, FrameError, ParallelAxes, SetupName};
 pub use march::March;
@@ -101,9 +101,9 @@ impl Support {
 /// A cutter location in the setup's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Location {
-    /// The ball's centre.
+    /// The ball's centre; of another end the middle of its disc.
     pub centre: Point3,
-    /// Unit vector from the contact point to the centre; if taper or shank touch, from there into the tool.
+    /// Unit vector from the contact point into the tool, of a ball to its centre; if taper or shank touch, from there into the tool.
     pub normal: Vector3,
     /// The face that is touched.
     pub face: FaceId,

@@ -66,6 +66,11 @@ impl<'a> March<'a> {
 
     /// [`BallDrop::drop`] at `(x, y)`.
     pub fn drop(&mut self, x: f64, y: f64) -> Option<Location> {
+        if !self.ball.end().is_ball() {
+            let found = self.ball.rest_of_end([x, y], self.last.as_ref(), f64::NEG_INFINITY);
+            self.last = found.or(self.last);
+            return found;
+        }
         let mut search = Search::new(self.ball, x, y);
         // Where several contacts compete, the pace may belong to another one: it only says where to begin.
         let likely = match (self.pace, self.pace_before) {

@@ -33,16 +33,17 @@ mod program;
 mod setup;
 
 pub use claymill_contact::{
-    Axis, AxisError, BallDrop, CUTTER_EPSILON_MM, Covering, CutterDrop, CutterLocation, Frame, FrameError,
-    Location, March, ParallelAxes, Support, ToolPart,
+    Axis, AxisError, BallDrop, CUTTER_EPSILON_MM, Covering, CutterDrop, CutterLocation, EndShape, Frame,
+    FrameError, Location, March, ParallelAxes, Support, ToolPart,
 };
 pub use fit::tolerance::FitTolerance;
+pub use pattern::end_step::{effective_radius_mm, plane_step_mm};
 pub use pattern::step_over::flat_mm;
 pub use pattern::strategy::Strategy;
 pub use plan::covered::{Covered, LeftOut};
-pub use plan::error::PlanError;
+pub use plan::error::{EndRefusal, PlanError};
 pub use plan::obstacles::plan_around;
-pub use plan::options::{CLEARANCE_MM, Feeds, PlanOptions, STEEP_DEG, check_tools};
+pub use plan::options::{CLEARANCE_MM, Feeds, PlanOptions, STEEP_DEG, check_end, check_tools};
 pub use plan::plan;
 pub use plan::planned::Plan;
 pub use plan::regions::Regions;

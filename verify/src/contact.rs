@@ -5,6 +5,8 @@ use claymill_toolpath::{Cancelled, MoveKind};
 use rayon::prelude::*;
 
 use crate::distribution::Distribution;
+use crate::end::contact::EndWalk;
+use crate::reach::Reach;
 use crate::report::{Contact, Gouge, GougeSample, Place};
 use crate::scene::{Scene, Stage};
 use crate::track::Track;
@@ -31,28 +33,28 @@ struct Probe {
 }
 
 /// Deeper than this is a gouge worth a mark, mm; and how many marks a move has at most.
-const GOUGE_MM: f64 = 1e-3;
-const MARKED: usize = 200;
+pub(crate) const GOUGE_MM: f64 = 1e-3;
+pub(crate) const MARKED: usize = 200;
 
 /// What was found along one track.
 #[derive(Default)]
-struct Along {
-    samples: u64,
-    deepest: Option<(f64, Place)>,
-    deeper: [u64; 3],
-    gouges: Vec<GougeSample>,
-    excess: Option<(f64, Place)>,
-    edge_excess: Option<(f64, Place)>,
-    gaps: Distribution,
-    contact_samples: u64,
+pub(crate) struct Along {
+    pub(crate) samples: u64,
+    pub(crate) deepest: Option<(f64, Place)>,
+    pub(crate) deeper: [u64; 3],
+    pub(crate) gouges: Vec<GougeSample>,
+    pub(crate) excess: Option<(f64, Place)>,
+    pub(crate) edge_excess: Option<(f64, Place)>,
+    pub(crate) gaps: Distribution,
+    pub(crate) contact_samples: u64,
     /// Of these, those beyond a bar.
-    outside: u64,
-    outside_mm: f64,
-    contact_mm: f64,
-    edge_mm: f64,
-    air_mm: f64,
-    cut_mm: f64,
-    material: InMaterial,
+    pub(crate) outside: u64,
+    pub(crate) outside_mm: f64,
+    pub(crate) contact_mm: f64,
+    pub(crate) edge_mm: f64,
+    pub(crate) air_mm: f64,
+    pub(crate) cut_mm: f64,
+    pub(crate) material: InMaterial,
 }
 
 /// Where the ball is on the side of the material.
@@ -72,6 +74,7 @@ pub(crate) struct InMaterial {
 /// - otherwise the interval is halved.
 pub(crate) fn measure(
     scene: &Scene<'_>,
+    reach: &Reach<'_>,
     stage: &Stage<'_>,
 ) -> Result<(Gouge, Contact, InMaterial, Vec<GougeSample>), Cancelled> {
     let tracks: Vec<&Track> = scene.tracks.iter().filter(|t| t.sweeps()).collect();
@@ -84,13 +87,21 @@ pub(crate) fn measure(
     };
     let found: Vec<Along> = tracks
         .par_iter()
-        .map(|track| stage.part(tracks.len(), || walk(track).run()))
+        .map(|track| {
+            stage.part(tracks.len(), || match track.end {
+                None => walk(track).run(),
+                Some(body) => {
+                    let margin_mm = scene.options.path_spacing_mm;
+                    EndWalk { scene, reach, track, body, margin_mm }.run()
+                }
+            })
+        })
         .collect::<Result<_, _>>()?;
     Ok(summarise(found, limits_mm(scene)))
 }
 
 /// How far the ball may enter a face, and how far off it may run.
-fn limits_mm(scene: &Scene<'_>) -> [f64; 2] {
+pub(crate) fn limits_mm(scene: &Scene<'_>) -> [f64; 2] {
     [scene.options.gouge_limit_mm, scene.options.excess_limit_mm]
 }
 

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::crest_peak::{OF_PASS, Seed, keep_best};
 use crate::distribution::Distribution;
+use crate::end::crest::EndCrests;
 use crate::options::SCALLOP_BAR;
 use crate::reach::Reach;
 use crate::report::{CrestSample, Crests, HISTOGRAM_BIN, HISTOGRAM_BINS, Place, RegionCrests};
@@ -40,23 +41,23 @@ const BEYOND_ENDS: f64 = 5.0;
 const EVEN: (f64, f64) = (0.90, SCALLOP_BAR);
 
 /// A crest beside a pass.
-struct Standing {
-    crest: CrestSample,
+pub(crate) struct Standing {
+    pub(crate) crest: CrestSample,
     /// Length of the pass that it stands for.
-    length_mm: f32,
+    pub(crate) length_mm: f32,
     /// Whether two passes of one region and setup run on either side of it.
-    inside: bool,
+    pub(crate) inside: bool,
 }
 
 /// The crests along one pass.
 #[derive(Default)]
-struct Along {
-    crests: Vec<Standing>,
-    highest: Option<(f64, Place)>,
+pub(crate) struct Along {
+    pub(crate) crests: Vec<Standing>,
+    pub(crate) highest: Option<(f64, Place)>,
     /// Higher than the limit where the ball does not fit: what is left there is no scallop.
-    out_of_reach: u64,
+    pub(crate) out_of_reach: u64,
     /// Where the crests may be higher between two samples, or beyond the last one.
-    seeds: Vec<Seed>,
+    pub(crate) seeds: Vec<Seed>,
 }
 
 /// The crest on one side of a pass at one place.
@@ -86,7 +87,12 @@ pub(crate) fn measure(
     let passes: Vec<&Track> = scene.tracks.iter().filter(|t| t.kind == MoveKind::Cut).collect();
     let found: Vec<Along> = passes
         .par_iter()
-        .map(|track| stage.part(passes.len(), || crests_along(scene, swept, reach, track)))
+        .map(|track| {
+            stage.part(passes.len(), || match &track.end {
+                None => crests_along(scene, swept, reach, track),
+                Some(body) => EndCrests { scene, swept, reach, track, body }.along(),
+            })
+        })
         .collect::<Result<_, _>>()?;
 
     let (mut heights, mut inside) = (Distribution::default(), Distribution::default());
@@ -174,7 +180,7 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
         for (side, hint) in at_crest.iter_mut().enumerate() {
             let Some(piece) = sides[side][0] else { continue };
             let other = swept.track(&piece);
-            let (through, direction) = crossing(other, piece.parameters, &c, &feed);
+            let (through, direction, _) = crossing(other, piece.parameters, &c, &feed);
             let Some(top) = cusp(&c, radius, &feed, &up, (&through, &direction, other.radius_mm)) else {
                 continue;
             };
@@ -267,7 +273,7 @@ fn beyond_ends<'a>(
 
 /// The nearest other pass, or other turn of its own, on either side of `c`, where it crosses the plane perpendicular to the feed,
 /// and the nearest but one.
-fn neighbours(
+pub(crate) fn neighbours(
     swept: &Swept<'_>,
     track: &Track,
     c: &Point3,
@@ -322,9 +328,14 @@ fn is_of_pass(a: &Track, b: &Track) -> bool {
     (a.region, a.pass) == (b.region, b.pass) && a.setup == b.setup
 }
 
-/// Where exactly a track crosses the plane through `c` perpendicular to `feed`, and its direction there; the
+/// Where exactly a track crosses the plane through `c` perpendicular to `feed`, its direction and parameter there; the
 /// crossing lies between the two parameters.
-fn crossing(track: &Track, (mut low, mut high): (f64, f64), c: &Point3, feed: &Vector3) -> (Point3, Vector3) {
+pub(crate) fn crossing(
+    track: &Track,
+    (mut low, mut high): (f64, f64),
+    c: &Point3,
+    feed: &Vector3,
+) -> (Point3, Vector3, f64) {
     let ahead = |t: f64| (track.centre(t).0 - c).dot(feed);
     let (mut at_low, mut at_high) = (ahead(low), ahead(high));
     let mut t = 0.5 * (low + high);
@@ -343,7 +354,8 @@ fn crossing(track: &Track, (mut low, mut high): (f64, f64), c: &Point3, feed: &V
             (low, at_low) = (t, here);
         }
     }
-    track.centre(t)
+    let (centre, way) = track.centre(t);
+    (centre, way, t)
 }
 
 /// The point toward the surface where the circle of the ball at `c`, perpendicular to the feed, meets the

@@ -48,6 +48,14 @@ pub enum VerifyError {
         /// As the job has it.
         allowance_mm: f64,
     },
+    /// A job of a flat or bull-nosed end asks for what is measured of balls only.
+    #[error("job.json: {what} of ball ends only: not of {tool}")]
+    End {
+        /// The tool.
+        tool: String,
+        /// What there is for balls only, as the beginning of a sentence.
+        what: &'static str,
+    },
     /// The stock of the job cannot be followed.
     #[error("the stock of the job: {0}")]
     Stock(#[from] StockError),
@@ -97,6 +105,9 @@ impl VerifyError {
             VerifyError::Cancelled(_) => "Verify the folder again.".into(),
             VerifyError::Model(e) => e.advice(),
             VerifyError::Obstacle(e) => e.advice().into(),
+            VerifyError::End { .. } => {
+                "Leave that out, or plan the job with a ball, for example --tool ball:10.".into()
+            }
             VerifyError::Version { .. } => {
                 "Use the version of claymill that planned the job, or plan it again.".into()
             }

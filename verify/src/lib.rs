@@ -41,6 +41,7 @@ mod crest_peak;
 mod directions;
 mod distribution;
 mod drop;
+mod end;
 mod error;
 mod holder;
 mod limits;
@@ -195,10 +196,10 @@ fn measure_all(
     let scene = &bench.scene;
     let swept = swept::Swept::new(&scene.tracks, scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &scene.obstacles.triangles);
-    let reach = reach::Reach::new(scene, &mesh);
+    let reach = reach::Reach::new(scene, &mesh, &bench.meshes);
 
     let stage = |name| scene::Stage::begin(name, monitor);
-    let (gouge, contact, touched, _) = contact::measure(scene, &stage(Stage::GougeAndContact))?;
+    let (gouge, contact, touched, _) = contact::measure(scene, &reach, &stage(Stage::GougeAndContact))?;
     let rapids = rapids::measure(scene, &bench.meshes, &reach, &stage(Stage::Rapids))?;
     let obstacles = obstacles::measure(scene, &stage(Stage::Obstacles))?;
     let bounds = bounds::measure(scene, reach.limits(), &stage(Stage::Bounds))?;
@@ -266,7 +267,7 @@ pub fn stick_outs_needed_mm(
     let avoided = limits::avoided_model(model, job);
     let bench = Bench::new([model, &avoided], job, program, options, monitor)?;
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &bench.scene.obstacles.triangles);
-    let reach = reach::Reach::new(&bench.scene, &mesh);
+    let reach = reach::Reach::new(&bench.scene, &mesh, &bench.meshes);
     let stage = scene::Stage::begin(Stage::Holder, monitor);
     let found = holder::measure(&bench.scene, &bench.meshes, &reach, &stage)?;
     Ok(found.map(|f| f.needed_mm()).unwrap_or_default())
@@ -289,7 +290,7 @@ pub fn crest_samples(
     let scene = &bench.scene;
     let swept = swept::Swept::new(&scene.tracks, scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &scene.obstacles.triangles);
-    let reach = reach::Reach::new(scene, &mesh);
+    let reach = reach::Reach::new(scene, &mesh, &bench.meshes);
     Ok(crest::measure(scene, &swept, &reach, &scene::Stage::begin(Stage::ScallopCrests, monitor))?.1)
 }
 
@@ -310,7 +311,7 @@ pub fn residual_samples(
     let bench = Bench::new([model, &avoided], job, program, options, monitor)?;
     let swept = swept::Swept::new(&bench.scene.tracks, bench.scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &bench.scene.obstacles.triangles);
-    let reach = reach::Reach::new(&bench.scene, &mesh);
+    let reach = reach::Reach::new(&bench.scene, &mesh, &bench.meshes);
     let stage = scene::Stage::begin(Stage::Coverage, monitor);
     let faces = surface::measure(&bench.scene, &bench.meshes, &swept, &reach, &stage)?;
     Ok(faces.into_iter().flat_map(|f| f.samples).collect())
@@ -330,8 +331,10 @@ pub fn gouge_samples(
     let (job, program) = &allowance::on_the_surface(job, program)?;
     let avoided = limits::avoided_model(model, job);
     let bench = Bench::new([model, &avoided], job, program, options, monitor)?;
+    let mesh = mesh::Mesh::joined(model, &bench.meshes, &bench.scene.obstacles.triangles);
+    let reach = reach::Reach::new(&bench.scene, &mesh, &bench.meshes);
     let stage = scene::Stage::begin(Stage::GougeAndContact, monitor);
-    Ok(contact::measure(&bench.scene, &stage)?.3)
+    Ok(contact::measure(&bench.scene, &reach, &stage)?.3)
 }
 
 /// What all measurements need.
@@ -354,6 +357,7 @@ impl<'a> Bench<'a> {
         monitor.go_on()?;
         let options = options.suited_to(job);
         let obstacles = obstacles::ObstacleSet::read(job, &options)?;
+        end::check_alone(&tracks, job, !obstacles.triangles.is_empty())?;
         astray::check(model, &obstacles.triangles, program)?;
         let mesh_options =
             MeshOptions { deviation_mm: options.mesh_deviation_mm, longest_edge_mm: options.mesh_edge_mm };

@@ -5,6 +5,7 @@ use claymill_toolpath::{Cancelled, MoveKind};
 use rayon::prelude::*;
 
 use crate::drop::DropMesh;
+use crate::end::EndBody;
 use crate::holder;
 use crate::reach::Reach;
 use crate::report::{Place, Rapids};
@@ -29,8 +30,13 @@ pub(crate) fn measure(
 ) -> Result<Rapids, Cancelled> {
     let rapids: Vec<&Track> = scene.tracks.iter().filter(|t| t.kind == MoveKind::Rapid).collect();
     let look = |track: &&Track| {
-        let mut search =
-            Search { scene, view: reach.setup(track.setup), radius: track.radius_mm, least: None };
+        let mut search = Search {
+            scene,
+            view: reach.setup(track.setup),
+            radius: track.radius_mm,
+            end: track.end,
+            least: None,
+        };
         // Rapids are straight or nearly so: a coarse polygon is as good as the curve at this scale.
         let corners: Vec<Point3> =
             track.polygon(SAME_CLEARANCE_MM).into_iter().map(|t| track.centre(t).0).collect();
@@ -60,6 +66,8 @@ struct Search<'a> {
     scene: &'a Scene<'a>,
     view: &'a DropMesh<'a>,
     radius: f64,
+    /// The end, if it is no ball.
+    end: Option<EndBody>,
     /// Smallest clearance so far and the ball's centre there.
     least: Option<(f64, Point3)>,
 }
@@ -80,7 +88,8 @@ impl Search<'_> {
         let Some(top) = self.view.top_along(&p, &q, self.radius + self.view.worst_deviation_mm()) else {
             return;
         };
-        let bound = p.z.min(q.z) - self.radius - top - self.view.worst_deviation_mm();
+        let tip_mm = self.end.map_or(self.radius, |end| end.corner_mm);
+        let bound = p.z.min(q.z) - tip_mm - top - self.view.worst_deviation_mm();
         if self.least.is_some_and(|(least, _)| bound > least - SAME_CLEARANCE_MM) {
             return;
         }
@@ -102,6 +111,9 @@ impl Search<'_> {
     /// where that says nothing, the exact distance of the ball from the faces.
     fn clearance(&self, centre: &Point3) -> Option<f64> {
         let c = self.view.in_frame(centre);
+        if let Some(end) = self.end {
+            return Some(c.z - end.corner_mm - self.view.highest_tip(&c, &end)?);
+        }
         let lowered = c.z - self.view.highest(&c, self.radius)?;
         if lowered > 0.0 || self.view.blocks(&c, self.radius) {
             return Some(lowered);

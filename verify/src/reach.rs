@@ -2,11 +2,13 @@
 
 use std::cmp::Ordering;
 
-use claymill_nurbs::{Aabb, Hint, Point3, Vector3};
+use claymill_nurbs::{Aabb, FaceMesh, Hint, Point3, Vector3};
 use claymill_toolpath::{FreeSide, Tool};
 
 use crate::directions::{axis, directions};
 use crate::drop::DropMesh;
+use crate::end::faces::Nearest;
+use crate::end::{EndBody, EndFaces};
 use crate::holder::sides_enter;
 use crate::limits::{Limits, STRIP_MM};
 use crate::mesh::Mesh;
@@ -71,6 +73,8 @@ pub(crate) struct Reach<'a> {
     /// What it may have left where it counts as having been, over the crests of its passes, mm.
     earlier_sink_mm: f64,
     least_cosine: f64,
+    /// The end, if it is no ball, and the faces that it is held against.
+    end: Option<(EndBody, EndFaces<'a>)>,
     up: Option<Vector3>,
     /// As far as a tool has to go to be out of a model of which some face has a free side, mm.
     way_out_mm: Option<f64>,
@@ -78,7 +82,9 @@ pub(crate) struct Reach<'a> {
 
 impl<'a> Reach<'a> {
     /// Prepares the views from all directions.
-    pub(crate) fn new(scene: &'a Scene<'a>, mesh: &'a Mesh) -> Self {
+    pub(crate) fn new(scene: &'a Scene<'a>, mesh: &'a Mesh, meshes: &'a [Option<FaceMesh>]) -> Self {
+        let tools = scene.job.tools.iter().map(|t| &t.tool).chain([&scene.job.request.tool]);
+        let end = tools.filter_map(EndBody::of).next();
         let axes = directions(scene.job).into_iter();
         Reach {
             scene,
@@ -88,6 +94,7 @@ impl<'a> Reach<'a> {
             earlier: scene.job.request.rest_of,
             earlier_sink_mm: (scene.options.cut_limit - 1.0) * scene.scallop_mm(),
             least_cosine: scene.options.steepest_deg.to_radians().cos(),
+            end: end.map(|body| (body, EndFaces::new(scene.model, meshes))),
             up: axis(&scene.job.request.up),
             way_out_mm: way_out_mm(scene),
         }
@@ -96,6 +103,17 @@ impl<'a> Reach<'a> {
     /// The view of one setup.
     pub(crate) fn setup(&self, index: usize) -> &DropMesh<'a> {
         &self.views[index].1
+    }
+
+    /// What an end is nearest to in a setup, if that is no farther than `within_mm`.
+    pub(crate) fn nearest_to_end(
+        &self,
+        setup: usize,
+        tip_and_axis: [&Vector3; 2],
+        body: &EndBody,
+        within_mm: f64,
+    ) -> Option<Nearest> {
+        self.end.as_ref()?.1.nearest(self.setup(setup), tip_and_axis, body, within_mm)
     }
 
     /// Where the tool is kept, if the job says so.
@@ -235,6 +253,24 @@ impl<'a> Reach<'a> {
             || !view.obstacles_block(&view.in_frame(centre), kept_mm)
     }
 
+    /// Whether an end that is no ball, in contact with one side of a point, enters nothing by more than `sink_mm`.
+    fn end_fits(&self, p: &Point3, n: &Vector3, body: &EndBody, sink_mm: f64) -> Option<SurfaceState> {
+        let faces = &self.end.as_ref()?.1;
+        let mut fits = None;
+        for (axis, view) in self.views.iter().filter(|(axis, _)| n.dot(axis) >= self.least_cosine) {
+            let tip = body.tip_over(p, n, axis);
+            let enters = faces.nearest(view, [&tip.coords, axis], body, -sink_mm).is_some();
+            if enters || sides_enter(view, &self.tool, &view.in_frame(&tip)) {
+                continue;
+            }
+            if !self.comes_through_material(&(tip + axis * body.radius_mm), axis, body.radius_mm) {
+                return Some(SurfaceState::ReachableLeft);
+            }
+            fits = Some(SurfaceState::Hidden);
+        }
+        fits
+    }
+
     /// What one side of a point is to the tool.
     fn side(&self, p: &Point3, n: &Vector3, sink_mm: f64) -> SurfaceState {
         let facing = || self.views.iter().enumerate().filter(|(_, (axis, _))| n.dot(axis) >= UPRIGHT);
@@ -244,7 +280,8 @@ impl<'a> Reach<'a> {
             let is_shallow = || self.depth_mm(p, view) <= DEEPEST_RADII * self.tool.radius_mm();
             let is_upside = || !*looks_down.get_or_init(|| self.is_underside(p, n));
             let is_wall = || is_shallow() && is_upside() && self.is_free_above(p, n, axis);
-            faces_well(axis) || is_wall()
+            // Passes beside walls are those of a ball.
+            faces_well(axis) || (self.tool.is_ball() && is_wall())
         };
         // In bounds or out of them, if at all; hidden where it would only come through the material.
         let fits = |tool: Tool, sink_mm: f64, limits: Option<&Limits<'_>>| {
@@ -281,7 +318,11 @@ impl<'a> Reach<'a> {
         if self.earlier.is_some_and(|tool| fits(tool, self.earlier_sink_mm, None).is_some_and(gets_there)) {
             return SurfaceState::EarlierTool;
         }
-        if let Some(state) = fits(self.tool, sink_mm, self.limits.as_ref()) {
+        let own = match EndBody::of(&self.tool) {
+            None => fits(self.tool, sink_mm, self.limits.as_ref()),
+            Some(body) => self.end_fits(p, n, &body, sink_mm),
+        };
+        if let Some(state) = own {
             return state;
         }
         let pin = SIGHT_RADIUS * self.tool.radius_mm();

@@ -88,8 +88,11 @@ fn sample(
     if let Some(left) = swept.residual(&point, &normal, MEASURED_UP_TO * h, free) {
         sample.residual_mm = Some(left.height_mm);
         sample.normal = normal * left.side;
-        sample.step_over_mm =
-            step_over_mm(&jet, &left.way, &sample.normal, scene.job.request.tool.radius_mm(), h);
+        // The least length is that of balls.
+        let tool = &scene.job.request.tool;
+        if tool.is_ball() {
+            sample.step_over_mm = step_over_mm(&jet, &left.way, &sample.normal, tool.radius_mm(), h);
+        }
     }
     let limit = scene.options.cut_limit * h;
     if !free.is_both() {

@@ -8,6 +8,7 @@ use claymill_toolpath::FreeSide;
 use rayon::prelude::*;
 
 use crate::capsule::{Capsule, ball_entry};
+use crate::end::sweep::SweptEnd;
 use crate::track::Track;
 
 /// How far below the surface an entry may lie and still belong to this side of the sheet, in radii: a ball
@@ -45,6 +46,8 @@ pub(crate) struct Left<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Piece {
     pub(crate) capsule: Capsule,
+    /// What it is of an end that is no ball.
+    pub(crate) end: Option<SweptEnd>,
     /// Index of the track.
     track: u32,
     /// The track's parameters at its ends.
@@ -62,6 +65,31 @@ pub(crate) struct Residual {
     pub(crate) way: Vector3,
 }
 
+impl Piece {
+    /// Where the line `p + t·n` enters what is swept, if that may be lower than `below_mm`.
+    fn entry(&self, p: &Point3, n: &Vector3, below_mm: f64) -> Option<f64> {
+        let Some(end) = &self.end else { return self.capsule.entry(p, n) };
+        let half_mm = 0.5 * (end.b - end.a).norm();
+        let middle = SweptEnd::at(nalgebra::center(&end.a, &end.b), end.axis, end.body);
+        if middle.distance(&(p + n * below_mm)).0 > half_mm {
+            return None;
+        }
+        end.entry(p, n, FAR_SIDE * end.body.radius_mm)
+    }
+}
+
+/// Where the line `p + t·n` enters the tool at one place of its track.
+fn entry_at(track: &Track, parameter: f64, p: &Point3, n: &Vector3) -> Option<f64> {
+    let centre = track.centre(parameter).0;
+    match track.end {
+        None => ball_entry(&(p - centre), n, track.radius_mm),
+        Some(body) => {
+            let end = SweptEnd::at(centre, track.axis_at(parameter), body);
+            end.entry(p, n, FAR_SIDE * body.radius_mm)
+        }
+    }
+}
+
 impl<'a> Swept<'a> {
     /// Flattens all paths within `chord_mm`.
     pub(crate) fn new(tracks: &'a [Track], chord_mm: f64) -> Self {
@@ -74,6 +102,12 @@ impl<'a> Swept<'a> {
                 let corners: Vec<(f64, Point3)> = track.polygon(chord_mm).into_iter().map(corner).collect();
                 (1..corners.len()).map(move |i| Piece {
                     capsule: Capsule { a: corners[i - 1].1, b: corners[i].1, radius: track.radius_mm },
+                    end: track.end.map(|body| SweptEnd {
+                        a: corners[i - 1].1,
+                        b: corners[i].1,
+                        axis: track.axis_at(corners[i].0),
+                        body,
+                    }),
                     track: index as u32,
                     parameters: (corners[i - 1].0, corners[i].0),
                 })
@@ -116,7 +150,10 @@ impl<'a> Swept<'a> {
     pub(crate) fn covers(&self, p: &Point3, tolerance_mm: f64) -> bool {
         let mut covered = false;
         self.visit_near(p, self.largest_radius_mm, |piece| {
-            covered = piece.capsule.axis_distance(p) < piece.capsule.radius - tolerance_mm;
+            covered = match &piece.end {
+                None => piece.capsule.axis_distance(p) < piece.capsule.radius - tolerance_mm,
+                Some(end) => end.distance(p).0 < -tolerance_mm,
+            };
             if covered { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         covered
@@ -139,7 +176,7 @@ impl<'a> Swept<'a> {
             let side = (nalgebra::center(&capsule.a, &capsule.b) - p).dot(n).signum();
             let n = n * side;
             if free.allows(side > 0.0)
-                && let Some(t) = capsule.entry(p, &n)
+                && let Some(t) = piece.entry(p, &n, lowest + slack_mm)
                 && t <= lowest + slack_mm
                 && t > -FAR_SIDE * capsule.radius
             {
@@ -152,8 +189,8 @@ impl<'a> Swept<'a> {
         let exact = rivals.into_iter().filter_map(|(_, piece, n)| {
             let track = self.track(&piece);
             let parameter = lowest_entry(track, &piece, p, &n);
-            let (centre, way) = track.centre(parameter);
-            let height_mm = ball_entry(&(p - centre), &n, track.radius_mm)?;
+            let (_, way) = track.centre(parameter);
+            let height_mm = entry_at(track, parameter, p, &n)?;
             Some(Left { height_mm, track, parameter, way })
         });
         // Ties go to the earlier move.
@@ -193,7 +230,7 @@ impl<'a> Swept<'a> {
             let capsule = &piece.capsule;
             let side = (nalgebra::center(&capsule.a, &capsule.b) - p).dot(n).signum();
             if free.allows(side > 0.0)
-                && let Some(t) = capsule.entry(p, &(n * side))
+                && let Some(t) = piece.entry(p, &(n * side), lowest.map_or(cap_mm, |low| low.height_mm))
                 && t <= cap_mm
                 && t > -FAR_SIDE * capsule.radius
                 && lowest.as_ref().is_none_or(|low| t < low.height_mm)
@@ -210,9 +247,11 @@ impl<'a> Swept<'a> {
 /// chord the height falls and rises once.
 fn lowest_entry(track: &Track, piece: &Piece, p: &Point3, n: &Vector3) -> f64 {
     let height = |t: f64| {
-        let m = p - track.centre(t).0;
         // Beside the ball the line is the nearer the lower.
-        ball_entry(&m, n, track.radius_mm).unwrap_or_else(|| track.radius_mm + (m - n * m.dot(n)).norm())
+        entry_at(track, t, p, n).unwrap_or_else(|| {
+            let m = p - track.centre(t).0;
+            track.radius_mm + (m - n * m.dot(n)).norm()
+        })
     };
     let ratio = 0.5 * (5f64.sqrt() - 1.0);
     let (mut a, mut b) = piece.parameters;

@@ -51,6 +51,10 @@ impl<'a> Place<'a> {
 ///         p
 /// ```
 pub(crate) fn measure(scene: &Scene<'_>, reach: &Reach<'_>, faces: &[FaceSamples]) -> Option<TooTight> {
+    // What a ball bridges, and which one would fit, says nothing of other ends.
+    if !scene.job.request.tool.is_ball() {
+        return None;
+    }
     let samples: Vec<&ResidualSample> =
         faces.iter().flat_map(|f| &f.samples).filter(|s| s.state == SurfaceState::TooTight).collect();
     let radius_mm = scene.job.request.tool.radius_mm();

@@ -7,6 +7,7 @@ use claymill_nurbs::{Curve3, Point3, Vector3};
 use claymill_toolpath::{Job, Move, MoveError, MoveKind, Program};
 
 use crate::VerifyError;
+use crate::end::EndBody;
 
 /// Axes that differ by less are one direction.
 const SAME_AXIS: f64 = 1e-9;
@@ -38,6 +39,8 @@ pub(crate) struct Track {
     /// Number of the pass in the whole job: moves of one pass, region and setup share it.
     pub(crate) pass: u32,
     pub(crate) radius_mm: f64,
+    /// The end, if it is no ball.
+    pub(crate) end: Option<EndBody>,
     /// Index in the job's tools.
     pub(crate) tool: usize,
     tip: Curve3,
@@ -64,8 +67,9 @@ impl Track {
         let setup = job.setups.iter().position(|s| s.name == m.setup);
         let setup = setup.ok_or_else(|| unknown("setup", &m.setup))?;
         let tool = tool.ok_or_else(|| unknown("tool", &m.tool))?;
-        let radius_mm = job.tools[tool].tool.radius_mm();
-        Ok(Track { pass, setup, tool, ..Track::of(m, radius_mm)? })
+        let of_tool = &job.tools[tool].tool;
+        let end = EndBody::of(of_tool);
+        Ok(Track { pass, setup, tool, end, ..Track::of(m, of_tool.radius_mm())? })
     }
 
     /// A move by itself, as the first of the first setup with the first tool.
@@ -77,6 +81,7 @@ impl Track {
             setup: 0,
             pass: 0,
             radius_mm,
+            end: None,
             tool: 0,
             tip: m.curve()?,
             axis_start: Vector3::from(m.axis_start),
@@ -89,7 +94,7 @@ impl Track {
         self.kind != MoveKind::Rapid
     }
 
-    /// Ball centre and its derivative at parameter `t`.
+    /// Ball centre, or the middle of another end's disc, and its derivative at parameter `t`.
     pub(crate) fn centre(&self, t: f64) -> (Point3, Vector3) {
         let [tip, speed, _] = self.tip.derivatives(t);
         let (t0, t1) = self.tip.domain();
@@ -98,8 +103,14 @@ impl Track {
         let size = blend.norm();
         let axis = blend / size;
         let turning = (turn - axis * axis.dot(&turn)) / (size * (t1 - t0));
-        let r = self.radius_mm;
+        let r = self.end.map_or(self.radius_mm, |end| end.corner_mm);
         (Point3::from(tip + axis * r), speed + turning * r)
+    }
+
+    /// The tool axis of an end that does not turn.
+    pub(crate) fn axis_at(&self, t: f64) -> Vector3 {
+        let (t0, t1) = self.tip.domain();
+        (self.axis_start + (self.axis_end - self.axis_start) * ((t - t0) / (t1 - t0))).normalize()
     }
 
     /// The tip at parameter `t`.

@@ -38,7 +38,7 @@ pub(super) fn warn_of_much(
 ) {
     let areas = face_area_mm2.iter().zip(excluded);
     let area_mm2: f64 = areas.filter(|(_, excluded)| !**excluded).map(|(mm2, _)| mm2).sum();
-    let step_mm = flat_mm(options.tool.corner_radius_mm(), options.scallop_mm);
+    let step_mm = flat_mm(options.tool.radius_mm(), options.scallop_mm);
     if area_mm2 / step_mm > MUCH_MM {
         console.say(format!(
             "warning: {} at a step-over of {} are up to {} of passes: this may take hours, and more memory than there is. \

@@ -7,6 +7,9 @@
 //! the highest first, brings both together ([`search`]).
 
 mod body;
+pub(crate) mod end;
+mod offset;
+mod rest;
 mod search;
 #[cfg(test)]
 mod tests;
@@ -15,6 +18,7 @@ use claymill_nurbs::{FaceId, Model, Point3, Vector3};
 use claymill_toolpath::Tool;
 
 pub(crate) use body::Body;
+pub use end::EndShape;
 pub(crate) use search::{Effort, held_above};
 
 use crate::Frame;
@@ -69,14 +73,13 @@ impl<'a> CutterDrop<'a> {
     #[must_use]
     pub fn drop(&self, x: f64, y: f64) -> Option<CutterLocation> {
         let held = held_above(&self.sheets, &self.bodies, [x, y], f64::NEG_INFINITY, Effort::FULL)?;
-        let part = if held.body == 0 { ToolPart::End } else { ToolPart::Side };
         Some(CutterLocation {
             tip: Point3::new(x, y, held.tip),
             gap_mm: held.gap_mm,
             contact: held.contact,
             normal: held.normal,
             face: held.face,
-            part,
+            part: held.part(),
         })
     }
 }

@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 
 use claymill_nurbs::{Boxes, FaceId, Point2, Point3, Vector3};
 
-use super::{Body, CUTTER_EPSILON_MM};
+use super::{Body, CUTTER_EPSILON_MM, ToolPart};
 use crate::BallDrop;
 use crate::covering::EdgePiece;
 use crate::drop::{Triangle, weighted};
@@ -29,8 +29,18 @@ pub(crate) struct Touch {
     pub(crate) contact: Point3,
     pub(crate) normal: Vector3,
     pub(crate) face: FaceId,
+    /// Where on the face, if its inside is known to touch; or that its border does.
+    pub(crate) uv: Option<[f64; 2]>,
+    pub(crate) is_edge: bool,
     /// Index of the body that touches.
     pub(crate) body: usize,
+}
+
+impl Touch {
+    /// Which part of a tool touches whose first body is its end.
+    pub(crate) fn part(&self) -> ToolPart {
+        if self.body == 0 { ToolPart::End } else { ToolPart::Side }
+    }
 }
 
 /// A piece of the model and what it cannot hold the tool above.
@@ -252,7 +262,11 @@ impl<'a> Search<'a> {
             self.step = self.step.max(0.5 * self.effort.known_to);
         }
         self.low = tip;
-        self.held = Some(Touch { tip, gap_mm: 0.0, contact: *p, normal, face, body });
+        let (uv, is_edge) = match place {
+            Place::Face { u, v } => (Some([u, v]), false),
+            Place::Edge { .. } => (None, true),
+        };
+        self.held = Some(Touch { tip, gap_mm: 0.0, contact: *p, normal, face, uv, is_edge, body });
     }
 
     /// A point of a triangle's surface: it has to lie inside the trims.
@@ -360,7 +374,8 @@ impl<'a> Search<'a> {
             Piece::Sheet(sheet) => (weighted(&sheet.p, sheet.at), sheet.of.face),
             Piece::Edge(piece) => (nalgebra::center(&piece.a, &piece.b), piece.face),
         };
-        Touch { tip: 0.0, gap_mm: 0.0, contact, normal: Vector3::z(), face: face as usize, body: 0 }
+        let (normal, face) = (Vector3::z(), face as usize);
+        Touch { tip: 0.0, gap_mm: 0.0, contact, normal, face, uv: None, is_edge: false, body: 0 }
     }
 
     fn quarter(&mut self, sheet: &Sheet<'a>) {

@@ -1,6 +1,6 @@
 //! Whether a ball that rests somewhere touches the side of a face that is free of material.
 
-use claymill_nurbs::{Foot, Point3};
+use claymill_nurbs::{Foot, Point3, Vector3};
 
 use crate::material::behind::Material;
 use crate::material::free_sides::FreeSides;
@@ -21,10 +21,18 @@ impl<'a> BallDrop<'a> {
         self.free
     }
 
+    /// Whether it could be in the material anywhere.
+    #[must_use]
+    pub fn has_material(&self) -> bool {
+        self.material.is_some()
+    }
+
     /// Whether the ball is in the material somewhere on its way up from a place of its centre.
     #[must_use]
     pub fn is_in_material_above(&self, centre: &Point3) -> bool {
-        self.material.as_ref().is_some_and(|material| material.is_above(centre))
+        // Within another end fits a ball that is as wide and as low.
+        let centre = centre + Vector3::z() * self.end().flat_mm;
+        self.material.as_ref().is_some_and(|material| material.is_above(&centre))
     }
 
     /// Whether it is with its centre at a place of the model, of which `foot` is nearest to there.
@@ -42,7 +50,7 @@ impl<'a> BallDrop<'a> {
             Support::Face { u, v } => (u, v),
             // What is bounded only is mostly such an edge, where a surface is singular.
             Support::Edge | Support::Bound => {
-                return self.rims.is_rolled_over(&(at.centre - at.normal * self.radius_mm()), &at.normal);
+                return self.rims.is_rolled_over(&self.contact(at), &at.normal);
             }
             Support::Side => return false,
         };

@@ -1,6 +1,6 @@
 //! Ends of all kinds on real models, held against the exact closest point and against points of the faces.
 
-use claymill_contact::{Covering, CutterDrop, Frame};
+use claymill_contact::{BallDrop, Covering, CutterDrop, Frame, March, Support};
 use claymill_nurbs::{ClosestPoints, FaceMesh, MeshOptions, Point3, tessellate};
 use claymill_tests::corpus;
 use claymill_toolpath::Tool;
@@ -57,6 +57,48 @@ fn ends_touch_the_faces_and_no_point_of_a_fine_mesh_enters_them() {
                     }
                 }
             }
+        }
+    }
+}
+
+/// What begins near the last contact, by Newton, comes to the heights of the search, which knows of no other place.
+#[test]
+fn a_march_of_an_end_is_where_the_search_alone_finds_it() {
+    let Some(folder) = corpus() else { return };
+    for (file, tools) in
+        [("race_car_nose_141.stp", ["bull:12:3", "flat:6"]), ("helmet_928.igs", ["bull:8:2", "flat:5"])]
+    {
+        let model = claymill_exchange::read(&folder.join(file)).unwrap().model;
+        let area_mm2: f64 = model.faces.iter().map(|f| f.area_mm2()).sum();
+        let covering = Covering::new(&model, &vec![false; model.faces.len()], area_mm2, 8.0).unwrap();
+        let [frame, ..] = Frame::five("+z".parse().unwrap(), "-x".parse().unwrap()).unwrap();
+        let middle = model.faces[0].bounds();
+        let start = frame.to_setup(&nalgebra::center(&middle.min, &middle.max));
+        for name in tools {
+            let tool: Tool = name.parse().unwrap();
+            let fast = BallDrop::of_tool(&model, &covering, &frame, &tool);
+            let alone = CutterDrop::new(&model, &covering, &frame, &tool);
+            let mut march = March::new(&fast);
+            let mut exact = 0;
+            for k in 0..60 {
+                let (x, y) = (start.x + 0.7 * f64::from(k), start.y + 0.3 * f64::from(k));
+                let (found, expected) = (march.drop(x, y), alone.drop(x, y));
+                let (Some(found), Some(expected)) = (found, expected) else {
+                    assert_eq!(found.is_some(), expected.is_some(), "{file} {name} at {x}, {y}");
+                    continue;
+                };
+                let tip = found.centre.z - fast.end().corner_mm;
+                // A location may be too low by 0.1 µm, and a bound too high where nobody passes.
+                assert!(
+                    tip > expected.tip.z - expected.gap_mm - 1.5e-4,
+                    "{file} {name} {k}: {tip} {expected:?}"
+                );
+                if matches!(found.support, Support::Face { .. } | Support::Edge) {
+                    assert!(tip < expected.tip.z + 1.5e-4, "{file} {name} {k}: {tip} {expected:?}");
+                    exact += 1;
+                }
+            }
+            assert!(exact > 20, "{file} {name}: {exact}");
         }
     }
 }

@@ -10,7 +10,7 @@
 //! that comes down beside a narrow face need not be where it comes to rest a thousandth beside. So nothing of how they came
 //! about is believed here. What is not proven is not emitted: links are lifted over, passes cut back.
 
-use claymill_nurbs::{Curve3, Hint, Point3};
+use claymill_nurbs::{Curve3, Foot, Hint, Point3};
 use claymill_toolpath::{Move, WRITTEN_STEP_MM, round_to_written};
 
 use crate::fit::written::one_span;
@@ -20,6 +20,8 @@ use crate::setup::context::SetupContext;
 const ENTERS_MM: f64 = 3e-3;
 /// What may hide between two places is not looked for below this, mm.
 const HIDES_MM: f64 = 2e-4;
+/// A sharper corner is taken for one of this radius: what the faces of a model can hide between two places is no needle, mm.
+const SHARPEST_MM: f64 = 0.5;
 /// Farther away from the model than this nothing is asked, mm.
 const AWAY_MM: f64 = 1.0;
 /// What is cut out of a pass is found to this length, mm.
@@ -38,11 +40,15 @@ impl SetupContext<'_> {
 
     /// Whether the ball enters nothing along a written curve of its tip, nor has its centre where it `may_not`.
     fn enters_nothing_nor(&self, curve: &Curve3, may_not: impl Fn(&Point3) -> bool) -> bool {
-        let radius_mm = self.ball.radius_mm();
+        let end = self.ball.end();
+        let radius_mm = end.radius_mm();
         let up = self.frame.axis() * radius_mm;
         let mut hint = Hint::default();
         let mut gap_mm = |tip: Point3| {
             let centre = tip + up;
+            if !end.is_ball() {
+                return self.gap_of_end_mm(tip, &centre, &mut hint);
+            }
             match self.walls.closest.closest_from(&centre, radius_mm + AWAY_MM, &mut hint) {
                 // All of the ball is, then.
                 Some(foot) if self.ball.is_in_material(&foot, &centre) || may_not(&centre) => -radius_mm,
@@ -50,7 +56,19 @@ impl SetupContext<'_> {
                 None => AWAY_MM,
             }
         };
-        curve.bezier_pieces().iter().all(|piece| is_clear(piece, radius_mm, &mut gap_mm))
+        let corner_mm = end.corner_mm.max(SHARPEST_MM.min(radius_mm));
+        curve.bezier_pieces().iter().all(|piece| is_clear(piece, corner_mm, &mut gap_mm))
+    }
+
+    /// The same of another end: how deep it enters, less than 0, and nothing where it does not.
+    fn gap_of_end_mm(&self, tip: Point3, centre: &Point3, hint: &mut Hint) -> f64 {
+        let radius_mm = self.ball.radius_mm();
+        let mut foot = || self.walls.closest.closest_from(centre, radius_mm + AWAY_MM, hint);
+        let cuts_material = |foot: Foot| self.ball.is_in_material(&foot, centre);
+        if self.ball.has_material() && foot().is_some_and(cuts_material) {
+            return -radius_mm;
+        }
+        -self.ball.entered_mm(&self.frame.to_setup(&tip))
     }
 
     /// Whether it enters nothing on the straight way between two places.

@@ -185,8 +185,8 @@ impl SetupContext<'_> {
         let arc = one_span(points, length)?;
         let foot = self.frame.to_setup(&arc.end());
         let is_free_above = || {
-            let centre = foot + Vector3::z() * self.ball.radius_mm();
-            self.ball.tip_above(foot.x, foot.y, foot.z, self.ball.radius_mm()) <= foot.z
+            let centre = foot + Vector3::z() * self.ball.end().corner_mm;
+            self.ball.tip_above(foot.x, foot.y, foot.z, self.ball.end().corner_mm) <= foot.z
                 && !self.ball.is_in_material_above(&centre)
         };
         (self.is_curve_clear(&arc) && is_free_above()).then_some(arc)
@@ -232,7 +232,7 @@ impl SetupContext<'_> {
         let at = self.frame.to_setup(&p);
         let above = Point3::new(at.x, at.y, self.clear_height(&at));
         let is_kept = |q: &Point3| {
-            let up = Vector3::z() * self.ball.radius_mm();
+            let up = Vector3::z() * self.ball.end().corner_mm;
             let way: Vec<Point3> =
                 (0..=LOOKS).map(|k| at + (q - at) * (f64::from(k) / f64::from(LOOKS)) + up).collect();
             self.containment.is_none_or(|containment| containment.allows_way(&way))
@@ -242,7 +242,7 @@ impl SetupContext<'_> {
         let worth = |q: &Point3| {
             q.z < above.z - self.worth_mm()
                 && is_kept(q)
-                && !self.ball.is_in_material_above(&(q + Vector3::z() * self.ball.radius_mm()))
+                && !self.ball.is_in_material_above(&(q + Vector3::z() * self.ball.end().corner_mm))
                 && (self.is_clear(q, &at)
                     || self.is_way_clear(p, self.frame.to_model(q).map(round_to_written)))
                 && is_proven(q)
@@ -268,7 +268,8 @@ impl SetupContext<'_> {
     /// Tip height a clearance above `foot` and wherever the ball could rest there or a little aside.
     fn clear_height(&self, foot: &Point3) -> f64 {
         let places = [(foot.x, foot.y)].into_iter().chain(around(foot.x, foot.y, ASIDE_MM));
-        let high = places.fold(foot.z, |high, (x, y)| self.ball.tip_above(x, y, high, self.ball.radius_mm()));
+        let high =
+            places.fold(foot.z, |high, (x, y)| self.ball.tip_above(x, y, high, self.ball.end().corner_mm));
         let high =
             self.containment.map_or(high, |containment| containment.over_obstacles(foot.x, foot.y, high));
         let high = self.over_stock(foot, self.above_left_by_earlier(foot, high));
@@ -309,7 +310,7 @@ impl SetupContext<'_> {
     /// Whether the straight way from the location `at` up to `place` stays above the exact path of the ball
     /// over it, which must be known all the way.
     fn is_clear(&self, place: &Point3, at: &Point3) -> bool {
-        let (way, radius) = ((place - at).xy(), self.ball.radius_mm());
+        let (way, radius) = ((place - at).xy(), self.ball.end().corner_mm);
         let length = way.norm();
         let drive =
             DriveCurve::Straight(Line { origin: [at.x, at.y], direction: [way.x / length, way.y / length] });

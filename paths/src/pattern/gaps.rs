@@ -37,7 +37,7 @@ struct LeftOut {
 impl SetupContext<'_> {
     /// Rows over what the laid passes leave out, if anything.
     pub(crate) fn mend(&self, laid: &[PlannedPass], ground: &PartRegion) -> (Vec<PlannedPass>, Proofs) {
-        let near = PassIndex::new(laid, self.flat_step_mm());
+        let near = PassIndex::new(laid, self.come_by_mm());
         let of_face = |&face: &FaceId| -> Vec<LeftOut> {
             let areas = self.covering.areas_mm2(face).enumerate().filter(|_| self.claims.any(face));
             let left_out = |(triangle, area_mm2)| {
@@ -80,10 +80,10 @@ impl SetupContext<'_> {
         if normal.z < self.least_facing || !self.slopes.hold(&jet) {
             return None;
         }
-        let centre = jet.p + normal * self.ball.radius_mm();
+        let centre = jet.p + self.ball.end().to_middle(&normal);
         // Whichever way the passes run: what counts is where they come nearest.
         let touch = Touch { point: jet.p, normal, centre, feed: Vector3::zeros() };
-        if near.is_cut(&touch, self.ball.radius_mm(), LEFT_OUT * self.scallop_mm) {
+        if near.is_cut(&touch, &self.ball.end(), LEFT_OUT * self.scallop_mm) {
             return None;
         }
         let touching = Location::touching(centre, normal, face, uv.into());

@@ -9,6 +9,8 @@
 //! Strategies are laid side by side, round by round, and always the one goes on that costs least so far. A round only adds
 //! to the cost: the first that is whole has won.
 
+pub(crate) mod end_cut;
+pub(crate) mod end_step;
 pub(crate) mod gaps;
 pub(crate) mod levels;
 pub(crate) mod near;

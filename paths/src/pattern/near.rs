@@ -1,6 +1,6 @@
 //! What the passes laid so far leave over a place on the model.
 
-use claymill_contact::Location;
+use claymill_contact::{EndShape, Location};
 use claymill_nurbs::{Point3, Vector3};
 use rustc_hash::FxHashMap;
 
@@ -61,10 +61,10 @@ pub(crate) struct Touch {
 }
 
 impl Touch {
-    /// Where a ball at rest touches.
-    pub(crate) fn of(rest: &Location, feed: Vector3, radius_mm: f64) -> Self {
+    /// Where a tool at rest touches, in a `point`.
+    pub(crate) fn of(rest: &Location, feed: Vector3, point: Point3) -> Self {
         let Location { centre, normal, .. } = *rest;
-        Touch { point: centre - normal * radius_mm, normal, centre, feed }
+        Touch { point, normal, centre, feed }
     }
 }
 
@@ -97,11 +97,18 @@ impl<'a> PassIndex<'a> {
     }
 
     /// Whether a pass comes past that cuts to no more than `most_mm` over a place.
-    pub(crate) fn is_cut(&self, touch: &Touch, radius_mm: f64, most_mm: f64) -> bool {
+    pub(crate) fn is_cut(&self, touch: &Touch, end: &EndShape, most_mm: f64) -> bool {
         let Touch { point, normal, centre, .. } = touch;
         let mut passes: Vec<&At> = self.around(centre).collect();
-        let cuts =
-            |at: &At| cut_to_mm(point, normal, &self.crossing(at, touch, CROSSING), radius_mm) <= most_mm;
+        let cuts = |at: &At| {
+            let left_mm = if end.is_ball() {
+                cut_to_mm(point, normal, &self.crossing(at, touch, CROSSING).0, end.radius_mm())
+            } else {
+                let (_, s) = self.crossing(at, touch, CROSSING);
+                self.laid[at.laid as usize].left_by_mm(end, point, normal, s)
+            };
+            left_mm <= most_mm
+        };
         // Nearly always the nearest one has, and no other needs to be looked at.
         match passes.iter().min_by(|a, b| a.away(centre).total_cmp(&b.away(centre))) {
             None => return false,
@@ -131,7 +138,7 @@ impl<'a> PassIndex<'a> {
         }
         sides.map(|mut passes| {
             while let Some((_, nearest)) = passes.iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
-                let (ball, profile) = (self.crossing(nearest, touch, CROSSING_BESIDE), nearest.profile());
+                let (ball, profile) = (self.crossing(nearest, touch, CROSSING_BESIDE).0, nearest.profile());
                 if (ball - centre).dot(feed).abs() <= COMES_BY * self.cell_mm {
                     return Some(ball);
                 }
@@ -150,8 +157,8 @@ impl<'a> PassIndex<'a> {
         around.filter_map(|cell| self.cells.get(&cell)).flatten()
     }
 
-    /// The ball on the pass where it comes past.
-    fn crossing(&self, at: &At, Touch { centre, feed, .. }: &Touch, crossing: f64) -> Point3 {
+    /// The ball on the pass where it comes past, and where on the drive curve that is.
+    fn crossing(&self, at: &At, Touch { centre, feed, .. }: &Touch, crossing: f64) -> (Point3, f64) {
         let row = &self.laid[at.laid as usize];
         let profile = &row.chains[at.chain as usize][at.profile as usize];
         let (s0, s1) = (profile.start().s, profile.end().s);
@@ -171,7 +178,7 @@ impl<'a> PassIndex<'a> {
             }
             s = next;
         }
-        ball
+        (ball, s)
     }
 }
 

@@ -1,8 +1,10 @@
 //! Step-over from the scallop height (docs/theory.md §4.2).
 
+use claymill_contact::EndShape;
 use claymill_nurbs::{Jet, Vector3};
 
 use crate::RowsAlong;
+use crate::pattern::end_step::widest_mm;
 
 /// A valley nearly as tight as the ball asks for rows ever closer together; below this share of the flat
 /// step-over nothing is gained.
@@ -12,6 +14,11 @@ const CLOSEST: f64 = 0.1;
 #[must_use]
 pub fn flat_mm(radius_mm: f64, scallop_mm: f64) -> f64 {
     2.0 * (2.0 * radius_mm * scallop_mm - scallop_mm * scallop_mm).max(0.0).sqrt()
+}
+
+/// Passes that cut a place run past within two of these, mm.
+pub(crate) fn come_by_mm(end: &EndShape, scallop_mm: f64) -> f64 {
+    if end.is_ball() { flat_mm(end.radius_mm(), scallop_mm) } else { widest_mm(end, scallop_mm) }
 }
 
 /// Distance of parallel rows, in the setup's horizontal plane, that keeps the scallop height at this point

@@ -229,6 +229,9 @@ impl SetupContext<'_> {
     /// A place aside of the upright wall that a ball with its tip at `from` touches, for it to go up from there; `None` beside
     /// no wall and where there is no room.
     pub(crate) fn off_wall(&self, from: Point3) -> Option<Point3> {
+        if !self.ball.end().is_ball() {
+            return None;
+        }
         let up = Vector3::z() * self.ball.radius_mm();
         let centre = self.frame.to_setup(&from) + up;
         let mut beside = self.beside(centre.z);
@@ -254,6 +257,9 @@ impl SetupContext<'_> {
 
     /// Whether the way of the ball's tip along a curve from the end of a pass is clear; the parameter is about arc length.
     pub(crate) fn is_curve_clear(&self, curve: &Curve3) -> bool {
+        if !self.ball.end().is_ball() {
+            return self.enters_nothing(curve);
+        }
         let length = curve.domain().1;
         self.is_link_clear(curve, length, &mut self.beside(self.frame.to_setup(&curve.start()).z))
     }

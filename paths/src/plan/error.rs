@@ -1,10 +1,14 @@
 //! Why no plan could be made.
 
+use std::fmt;
+
 use claymill_contact::FrameError;
 use claymill_nurbs::{FaceId, NurbsError, Point3};
 use claymill_surface_merge::FieldError;
 use claymill_toolpath::{Cancelled, Tool};
 use thiserror::Error;
+
+use crate::Strategy;
 
 /// A place chooses a side of a region this far from it at most, mm.
 pub(crate) const FARTHEST_GUIDE_MM: f64 = 50.0;
@@ -49,11 +53,19 @@ pub enum PlanError {
         /// Radius of the earlier one.
         earlier_mm: f64,
     },
-    /// The end is not one that passes are laid for.
-    #[error("passes are laid for ball ends only so far: {tool} cannot be planned with")]
+    /// The earlier tool has no ball.
+    #[error("rest passes are laid behind ball ends only: not behind {tool}")]
     NoBall {
         /// The tool.
         tool: Tool,
+    },
+    /// The end is not one that this is done with.
+    #[error("{what} for ball ends only: {tool} cannot be planned with that way")]
+    EndNotFor {
+        /// The tool.
+        tool: Tool,
+        /// What there is for balls only, as the beginning of a sentence.
+        what: EndRefusal,
     },
     /// The tool does not fit the model.
     #[error("a ball of radius {radius_mm} mm is too big for a model of {size_mm:.1} mm")]
@@ -104,6 +116,39 @@ pub enum PlanError {
     /// The work was to end without a result.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+/// What there is for ball ends only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EndRefusal {
+    /// Other strategies than parallel rows.
+    Strategy(Strategy),
+    /// Passes along valleys.
+    Pencil,
+    /// Passes over what an earlier tool left.
+    Rest,
+    /// Material that is left on the surface.
+    Allowance,
+    /// Stock above what the job leaves.
+    Stock,
+    /// Bounds, faces to be avoided, and run-outs.
+    Bounds,
+    /// Obstacles.
+    Obstacles,
+}
+
+impl fmt::Display for EndRefusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            EndRefusal::Strategy(strategy) => write!(f, "passes of the strategy {strategy} are laid"),
+            EndRefusal::Pencil => f.write_str("pencil passes are laid"),
+            EndRefusal::Rest => f.write_str("rest passes are laid"),
+            EndRefusal::Allowance => f.write_str("an allowance is left"),
+            EndRefusal::Stock => f.write_str("rapids over stock are planned"),
+            EndRefusal::Bounds => f.write_str("bounds are kept"),
+            EndRefusal::Obstacles => f.write_str("obstacles are kept clear of"),
+        }
+    }
 }
 
 fn nearest(mm: Option<f64>) -> String {

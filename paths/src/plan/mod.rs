@@ -22,8 +22,8 @@ use crate::pattern::levels::field::mesh_edge_mm;
 use crate::pattern::levels::sweeps::Sweeps;
 use crate::pattern::step_over::flat_mm;
 use crate::plan::covered::{Covered, WiderRegions};
-use crate::plan::error::{FARTHEST_GUIDE_MM, PlanError};
-use crate::plan::options::{PlanOptions, check_tools};
+use crate::plan::error::{EndRefusal, FARTHEST_GUIDE_MM, PlanError};
+use crate::plan::options::{PlanOptions, check_end, check_tools};
 use crate::plan::planned::Plan;
 use crate::plan::regions::{Regions, open_borders};
 use crate::program::Output;
@@ -75,6 +75,10 @@ pub(crate) fn plan_crowded(
     monitor: &dyn Monitor,
 ) -> Result<Plan, PlanError> {
     check_tools(&options.tool, options.rest_of.as_ref(), options.scallop_mm)?;
+    check_end(options)?;
+    if !obstacles.is_empty() && !options.tool.is_ball() {
+        return Err(PlanError::EndNotFor { tool: options.tool, what: EndRefusal::Obstacles });
+    }
     if options.allowance_mm != 0.0 {
         let on_the_surface = options.on_the_surface()?;
         let plan = plan_crowded(model, regions, obstacles, &on_the_surface, monitor)?;

@@ -7,7 +7,7 @@ use claymill_toolpath::{
 };
 
 use crate::pattern::strategy::Strategy;
-use crate::plan::error::PlanError;
+use crate::plan::error::{EndRefusal, PlanError};
 use crate::setup::assignment::MOST_SETUPS;
 use crate::setup::orientation::Orientation;
 
@@ -150,6 +150,28 @@ impl Default for Feeds {
     }
 }
 
+/// Whether what is asked for is done with the tool's end: passes of flat and bull-nosed ends are parallel rows over a bare
+/// model.
+///
+/// # Errors
+/// It is done with balls only.
+pub fn check_end(options: &PlanOptions) -> Result<(), PlanError> {
+    let tool = options.tool;
+    if tool.is_ball() {
+        return Ok(());
+    }
+    let refused = [
+        (options.strategy != Strategy::Planar, EndRefusal::Strategy(options.strategy)),
+        (options.pencil, EndRefusal::Pencil),
+        (options.rest_of.is_some(), EndRefusal::Rest),
+        (options.allowance_mm != 0.0, EndRefusal::Allowance),
+        (options.stock_above_mm != 0.0, EndRefusal::Stock),
+        (!options.bounds.is_none(), EndRefusal::Bounds),
+    ];
+    let first = refused.into_iter().find(|(asked, _)| *asked);
+    first.map_or(Ok(()), |(_, what)| Err(PlanError::EndNotFor { tool, what }))
+}
+
 /// Whether passes can be laid for a tool, for the rest of an earlier one if there is one, at a scallop height: all that can be
 /// said before the model is known.
 ///
@@ -157,7 +179,7 @@ impl Default for Feeds {
 /// They cannot.
 pub fn check_tools(tool: &Tool, rest_of: Option<&Tool>, scallop_mm: f64) -> Result<(), PlanError> {
     let radius_mm = tool.radius_mm();
-    if let Some(&tool) = [Some(tool), rest_of].into_iter().flatten().find(|t| !t.is_ball()) {
+    if let Some(&tool) = rest_of.filter(|t| !t.is_ball()) {
         return Err(PlanError::NoBall { tool });
     }
     if !(scallop_mm > 0.0 && scallop_mm < radius_mm) {

@@ -101,8 +101,8 @@ impl SetupContext<'_> {
 
     /// Fits a chain: the curves of one pass, end to end; `None` when nothing is left in the written digits.
     fn fit_chain(&self, chain: &Chain, drive: &DriveCurve) -> Option<Pass> {
-        let over =
-            Over { drive, frame: &self.frame, radius_mm: self.ball.radius_mm(), tolerance: self.tolerance };
+        let tip_mm = self.ball.end().corner_mm;
+        let over = Over { drive, frame: &self.frame, radius_mm: tip_mm, tolerance: self.tolerance };
         let mut curves: Vec<Curve3> = Vec::new();
         for Fit { mut curve, .. } in fit_chain(chain, &over) {
             join(curves.last_mut(), &mut curve);

@@ -6,7 +6,7 @@ use claymill_toolpath::LinkStyle;
 
 use crate::containment::Containment;
 use crate::follow::profile::{SHORTEST_BESIDE_MM, SHORTEST_PASS_MM, SHORTEST_PASS_RADII};
-use crate::pattern::step_over::flat_mm;
+use crate::pattern::step_over::{come_by_mm, flat_mm};
 use crate::plan::options::Feeds;
 use crate::setup::assignment::Assignment;
 use crate::setup::claims::Claims;
@@ -78,6 +78,11 @@ impl SetupContext<'_> {
     /// The step-over on a plane, mm.
     pub(crate) fn flat_step_mm(&self) -> f64 {
         flat_mm(self.ball.radius_mm(), self.scallop_mm)
+    }
+
+    /// Passes that cut a place run past within two of these, mm.
+    pub(crate) fn come_by_mm(&self) -> f64 {
+        come_by_mm(&self.ball.end(), self.scallop_mm)
     }
 
     /// Passes are at least this long, mm.

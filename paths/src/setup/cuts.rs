@@ -73,7 +73,7 @@ impl SetupContext<'_> {
     /// Where the ball touches one side of the surface.
     fn corner(&self, surface: &NurbsSurface, uv: Point2, side: f64) -> Option<Corner> {
         let (n, _) = surface.normal(uv.x, uv.y)?;
-        let centre = surface.point(uv.x, uv.y) + n * (side * self.ball.radius_mm());
+        let centre = surface.point(uv.x, uv.y) + self.ball.end().to_middle(&(n * side));
         Some(Corner { uv, normal: n, centre })
     }
 

@@ -144,8 +144,11 @@ impl Place {
             return Seen::Material;
         }
         let n = self.normal * facing.signum();
-        let centre = frame.to_setup(&(self.point + n * ball.radius_mm()));
         let normal = frame.to_setup(&n.into()).coords;
+        let centre = match ball.end() {
+            end if end.is_ball() => frame.to_setup(&(self.point + n * end.radius_mm())),
+            end => frame.to_setup(&self.point) + end.to_middle(&normal),
+        };
         let touch = Location::touching(centre, normal, self.face, self.uv.into());
         match ball.blocked_from(&touch, allowed_mm / facing.abs(), ball.radius_mm()) {
             None if ball.is_in_material_above(&centre) => Seen::Hidden,
@@ -211,6 +214,10 @@ impl Place {
 /// The walls among what a place is to the setups, where none of them reaches it otherwise and may be there.
 fn beside_walls(place: &Place, views: &Views, seen: &mut [Seen]) {
     let farther_mm = FitTolerance::of_scallop(views.scallop_mm).bias_mm;
+    // Passes beside walls are those of a ball.
+    if !views.balls.iter().all(|ball| ball.end().is_ball()) {
+        return;
+    }
     for k in 0..seen.len() {
         if seen[k] != Seen::Steep {
             continue;

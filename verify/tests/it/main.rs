@@ -3,6 +3,7 @@
 mod bounds;
 mod crest_peaks;
 mod defects;
+mod ends;
 mod folder;
 mod holder;
 mod scallop_tables;

@@ -9,7 +9,7 @@
 //! Where the surface bends sharply that is not halfway in level. Mostly the curvature at the place tells where both balls
 //! are, and so how high they leave it; elsewhere the ball is dropped halfway between them.
 
-use claymill_contact::Support;
+use claymill_contact::{EndShape, Support};
 use claymill_nurbs::{Point2, Point3, Vector3};
 
 use crate::pattern::levels::pattern::Spot;
@@ -38,8 +38,8 @@ pub(crate) struct SoFar<'s, 'b, 'a, 'm> {
 
 impl SoFar<'_, '_, '_, '_> {
     /// Whether a pass comes past that cuts to no more than `most_mm` over a place.
-    pub(crate) fn is_cut(&self, touch: &Touch, radius_mm: f64, most_mm: f64) -> bool {
-        self.near.iter().any(|near| near.is_cut(touch, radius_mm, most_mm))
+    pub(crate) fn is_cut(&self, touch: &Touch, end: &EndShape, most_mm: f64) -> bool {
+        self.near.iter().any(|near| near.is_cut(touch, end, most_mm))
     }
 }
 
@@ -75,7 +75,7 @@ impl SetupContext<'_> {
         // The two meet between what the one and the other leave there.
         let is_high = 0.5 * (left_mm[0] + left_mm[1]) > most_mm;
         let others_mm = OTHERS * left_mm[0].min(left_mm[1]);
-        !is_high || so_far.is_cut(&crest, self.ball.radius_mm(), others_mm)
+        !is_high || so_far.is_cut(&crest, &self.ball.end(), others_mm)
     }
 
     /// Whether the passes have cut what the part cuts up to its end, which is looked for by halving, within `mm` to the left
@@ -92,7 +92,7 @@ impl SetupContext<'_> {
             }
         }
         let most_mm = WORTH_A_PASS * self.scallop_mm;
-        end.is_none_or(|end| so_far.is_cut(&end, self.ball.radius_mm(), most_mm))
+        end.is_none_or(|end| so_far.is_cut(&end, &self.ball.end(), most_mm))
     }
 
     /// Where the ball rests at a place, if it touches something there that the part cuts.
@@ -101,7 +101,7 @@ impl SetupContext<'_> {
         let Support::Face { u, v } = rest.support else { return None };
         let is_facing = rest.normal.z >= self.least_facing;
         let is_own = is_facing && so_far.ground.owns(rest.face) && self.claims_at(rest.face, u, v);
-        is_own.then(|| Touch::of(&rest, feed, self.ball.radius_mm()))
+        is_own.then(|| Touch::of(&rest, feed, self.ball.contact(&rest)))
     }
 
     /// Height of the crest between two balls at rest to the left and to the right of a place, if the curvature there tells

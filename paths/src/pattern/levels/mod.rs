@@ -409,7 +409,7 @@ impl SetupContext<'_> {
         let feed = Vector3::new(ex, ey, slope).normalize();
         let touch = Touch { point, normal, centre, feed };
         let most_mm = self.too_high_mm(so_far.ground.area_mm2);
-        if so_far.is_cut(&touch, self.ball.radius_mm(), most_mm) {
+        if so_far.is_cut(&touch, &self.ball.end(), most_mm) {
             let beside_mm = gap_steps * self.flat_step_mm();
             return if self.is_crest_cut(place, &touch, beside_mm, so_far) { Done::Cut } else { Done::Left };
         }

@@ -19,10 +19,10 @@ use claymill_nurbs::{FaceId, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::curve::drive::DriveCurve;
-use crate::follow::profile::{Chain, STEEPEST_NZ};
+use crate::follow::profile::{Chain, Profile, STEEPEST_NZ};
 use crate::pattern::near::{PassIndex, Touch, cut_to_mm};
 use crate::pattern::rows::raster::{Raster, Row};
-use crate::pattern::step_over::flat_mm;
+use crate::pattern::step_over::{come_by_mm, flat_mm};
 
 /// Neighbouring rows are not parted further below this share of the flat step-over.
 const CLOSEST: f64 = 0.08;
@@ -48,7 +48,8 @@ pub(crate) struct PlannedPass {
 
 /// The ball on a row: its centre and the direction it moves in.
 #[derive(Debug, Clone, Copy)]
-struct OnRow {
+struct OnRow<'a> {
+    row: &'a PlannedPass,
     centre: Point3,
     feed: Vector3,
     face: Option<FaceId>,
@@ -58,8 +59,8 @@ struct OnRow {
 
 /// What is on a row at some place.
 #[derive(Debug, Clone, Copy)]
-enum There {
-    Ball(OnRow),
+enum There<'a> {
+    Ball(OnRow<'a>),
     /// The ball was to come by and cannot.
     Barred {
         q: f64,
@@ -67,7 +68,7 @@ enum There {
     },
 }
 
-impl There {
+impl<'a> There<'a> {
     fn q(&self) -> f64 {
         match self {
             There::Ball(OnRow { q, .. }) | There::Barred { q, .. } => *q,
@@ -80,7 +81,7 @@ impl There {
         }
     }
 
-    fn ball(&self) -> Option<&OnRow> {
+    fn ball(&self) -> Option<&OnRow<'a>> {
         match self {
             There::Ball(ball) => Some(ball),
             There::Barred { .. } => None,
@@ -105,20 +106,31 @@ impl PlannedPass {
         planned - self.chains.iter().filter_map(ends).sum::<f64>()
     }
 
-    fn there(&self, s: f64) -> Option<There> {
+    fn there(&self, s: f64) -> Option<There<'_>> {
         let planned = || self.planned.iter().any(|&(from, to)| from <= s && s <= to);
         let barred = || planned().then_some(There::Barred { q: self.q, fresh: self.fresh });
         self.at(s).map(There::Ball).or_else(barred)
     }
 
-    fn at(&self, s: f64) -> Option<OnRow> {
+    fn profile_at(&self, s: f64) -> Option<&Profile> {
         let holds = |c: &&Chain| c[0].start().s <= s && s <= c[c.len() - 1].end().s;
         let chain = self.chains.iter().find(holds)?;
-        let profile = chain.iter().find(|p| s <= p.end().s)?;
+        chain.iter().find(|p| s <= p.end().s)
+    }
+
+    /// Where the ball's centre is, or the middle of another end.
+    pub(crate) fn centre_at(&self, s: f64) -> Option<Point3> {
+        let [x, y] = self.drive.at(s);
+        Some(Point3::new(x, y, self.profile_at(s)?.at(s).0))
+    }
+
+    fn at(&self, s: f64) -> Option<OnRow<'_>> {
+        let profile = self.profile_at(s)?;
         let (z, slope) = profile.at(s);
         let [x, y] = self.drive.at(s);
         let [ex, ey] = self.drive.direction(s);
         Some(OnRow {
+            row: self,
             centre: Point3::new(x, y, z),
             feed: Vector3::new(ex, ey, slope).normalize(),
             face: profile.face_at(s),
@@ -169,7 +181,10 @@ pub(crate) fn missing_rows(
                     let m = march.drop(x, y).filter(|m| m.normal.z >= STEEPEST_NZ && on_part(beside, m))?;
                     let [ex, ey] = drive(q).direction(s);
                     let feed = Vector3::new(ex, ey, m.slope(ex, ey)).normalize();
-                    let left = |row| left_mm(row, &m, &feed, ball.radius_mm());
+                    let left = |row: &OnRow| match ball.end() {
+                        end if end.is_ball() => left_mm(row, &m, &feed, ball.radius_mm()),
+                        end => row.row.left_by_mm(&end, &ball.contact(&m), &m.normal, s),
+                    };
                     let left = beside.map(|row| row.map_or(f64::INFINITY, left));
                     Some((Crest { q, column, m, feed }, left))
                 };
@@ -201,10 +216,10 @@ pub(crate) fn missing_rows(
     let mut found: Vec<Crest> = (0..raster.columns()).into_par_iter().flat_map_iter(of_column).collect();
     if !found.is_empty() {
         // Aslant over a valley, rows come past somewhere else than abreast.
-        let near = PassIndex::new(laid, flat_mm(ball.radius_mm(), scallop_mm));
+        let near = PassIndex::new(laid, come_by_mm(&ball.end(), scallop_mm));
         let is_left = |Crest { m, feed, .. }: &Crest| {
-            let touch = Touch::of(m, *feed, ball.radius_mm());
-            ![&near, in_valleys].into_iter().any(|near| near.is_cut(&touch, ball.radius_mm(), scallop_mm))
+            let touch = Touch::of(m, *feed, ball.contact(m));
+            ![&near, in_valleys].into_iter().any(|near| near.is_cut(&touch, &ball.end(), scallop_mm))
         };
         found = found.into_par_iter().filter(is_left).collect();
     }

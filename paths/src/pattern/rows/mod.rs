@@ -10,6 +10,7 @@ use crate::RowsAlong;
 use crate::curve::drive::{DriveCurve, Line};
 use crate::follow::profile::{STEEPEST_NZ, follow};
 use crate::follow::proofs::Proofs;
+use crate::pattern::end_step;
 use crate::pattern::part_region::PartRegion;
 use crate::pattern::rows::crests::{PlannedPass, missing_rows};
 use crate::pattern::rows::raster::{Patch, Raster, Row};
@@ -76,7 +77,10 @@ impl SetupContext<'_> {
 
     pub(crate) fn patches(&self, cuts: &[Cut], along: RowsAlong) -> Vec<Patch> {
         let of_cut = |cut: &Cut| {
-            let distance_mm = row_distance_mm(&cut.jet, along, self.ball.radius_mm(), self.scallop_mm)?;
+            let distance_mm = match self.ball.end() {
+                end if end.is_ball() => row_distance_mm(&cut.jet, along, end.radius_mm(), self.scallop_mm)?,
+                end => end_step::row_distance_mm(&cut.jet, along, &end, self.scallop_mm)?,
+            };
             let (n, [ex, ey]) = (cut.jet.normal()?, along.unit());
             let slope = (n.x * ex + n.y * ey) / n.z;
             let stretch = slope.hypot(1.0).min(1.0 / STEEPEST_NZ);

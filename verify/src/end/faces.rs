@@ -1,0 +1,264 @@
+//! How far an end is from all faces: the piece of the model with the lowest bound is cut until nothing can be nearer than a
+//! point that is known.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+use std::ops::ControlFlow;
+
+use claymill_nurbs::{
+    Aabb, BoxTree, Curve2, Domain, FaceId, FaceMesh, Leaves, Model, Point2, Point3, Vector3,
+};
+use rayon::prelude::*;
+
+use super::body::EndBody;
+use super::edges::{EdgePiece, borders, halves, pieces};
+use crate::drop::DropMesh;
+
+/// Distances are known to this, mm.
+const KNOWN_MM: f64 = 5e-5;
+/// A border that is nearer than the inside of all faces by less than this does not count as what is touched, mm.
+const BORDER_MM: f64 = 2e-4;
+/// Pieces that are cut, at most.
+const MOST_CUTS: usize = 20_000;
+/// Second derivatives make the distance of a surface from its triangle a quarter where that is cut in four.
+const QUARTER: f64 = 0.25;
+
+/// The faces of a model, ready to be asked how far an end is from them.
+pub(crate) struct EndFaces<'a> {
+    meshes: &'a [Option<FaceMesh>],
+    leaves: Vec<Leaves>,
+    domains: Vec<Option<Domain>>,
+    borders: Vec<Vec<Curve2>>,
+    edges: Vec<EdgePiece>,
+    around_edges: BoxTree,
+}
+
+/// What an end is nearest to.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Nearest {
+    /// Distance, negative where the end enters the model, mm.
+    pub(crate) gap_mm: f64,
+    /// On the model.
+    pub(crate) point: Point3,
+    pub(crate) face: Option<FaceId>,
+    pub(crate) uv: Point2,
+    /// On the border of a face.
+    pub(crate) on_border: bool,
+    /// How the distance grows when the place moves.
+    pub(crate) gradient: Vector3,
+}
+
+#[derive(Clone, Copy)]
+enum Piece {
+    /// A triangle of a face's parameters.
+    Sheet {
+        face: FaceId,
+        uv: [Point2; 3],
+        p: [Point3; 3],
+        sag_mm: f64,
+    },
+    Edge(EdgePiece),
+    /// What is not of a face is as flat as its triangle.
+    Flat([Point3; 3]),
+}
+
+struct Waiting {
+    bound_mm: f64,
+    number: usize,
+    piece: Piece,
+}
+
+impl PartialEq for Waiting {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Waiting {}
+
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Waiting {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.bound_mm.total_cmp(&self.bound_mm).then(other.number.cmp(&self.number))
+    }
+}
+
+impl<'a> EndFaces<'a> {
+    pub(crate) fn new(model: &Model, meshes: &'a [Option<FaceMesh>]) -> Self {
+        let leaves: Vec<Leaves> = model.faces.par_iter().map(|f| Leaves::new(&f.surface)).collect();
+        let domain = |f: &claymill_nurbs::Face| (!f.loops.is_empty()).then(|| Domain::new(f));
+        let borders = borders(model);
+        let of_face = |(face, curves): (usize, &Vec<Curve2>)| pieces(face, &leaves[face], curves);
+        let edges: Vec<EdgePiece> = borders.iter().enumerate().flat_map(of_face).collect();
+        let boxes: Vec<Aabb> = edges.iter().map(|e| Aabb::of(&e.ends).inflated(e.sag_mm)).collect();
+        EndFaces {
+            meshes,
+            domains: model.faces.par_iter().map(domain).collect(),
+            borders,
+            leaves,
+            around_edges: BoxTree::new(&boxes),
+            edges,
+        }
+    }
+
+    /// What the end is nearest to with its tip at a place of the model, if that is no farther than `within_mm`. `view` looks
+    /// along its axis.
+    pub(crate) fn nearest(
+        &self,
+        view: &DropMesh<'_>,
+        [tip, axis]: [&Vector3; 2],
+        body: &EndBody,
+        within_mm: f64,
+    ) -> Option<Nearest> {
+        let tip = Point3::from(*tip);
+        let mut search = Search {
+            faces: self,
+            tip,
+            axis: *axis,
+            body: *body,
+            within_mm,
+            best: None,
+            waiting: BinaryHeap::new(),
+            met: 0,
+        };
+        let in_frame = view.in_frame(&tip);
+        let is_near = |b: &Aabb| {
+            let beside = |k: usize| (b.min[k] - in_frame[k]).max(in_frame[k] - b.max[k]).max(0.0);
+            let place = Vector3::new(beside(0).hypot(beside(1)), 0.0, b.max.z - in_frame.z);
+            body.distance(&place, &Vector3::z()).0 <= within_mm
+        };
+        let slack_mm = view.worst_deviation_mm();
+        view.visit(
+            |b| is_near(&b.inflated(slack_mm)),
+            |k| {
+                search.push(self.sheet(view, k));
+                ControlFlow::Continue(())
+            },
+        );
+        let around = |b: &Aabb| {
+            let middle = nalgebra::center(&b.min, &b.max);
+            body.distance(&(middle - tip), axis).0 - 0.5 * b.diagonal() <= within_mm
+        };
+        self.around_edges.visit(
+            |boxes| boxes.each(around),
+            |k| {
+                search.push(Piece::Edge(self.edges[k]));
+                ControlFlow::Continue(())
+            },
+        );
+        search.settle();
+        search.best.filter(|best| best.gap_mm <= within_mm)
+    }
+
+    fn sheet(&self, view: &DropMesh<'_>, triangle: usize) -> Piece {
+        let known = view.face_of(triangle).and_then(|(face, k)| {
+            let mesh = self.meshes[face].as_ref()?;
+            let at = mesh.triangles[k].map(|i| i as usize);
+            let (uv, p) = (at.map(|i| mesh.uv[i]), at.map(|i| mesh.points[i]));
+            Some(Piece::Sheet { face, uv, p, sag_mm: f64::from(mesh.deviation_mm[k]) })
+        });
+        known.unwrap_or_else(|| Piece::Flat(view.corners(triangle).map(|p| view.in_model(&p))))
+    }
+}
+
+struct Search<'a> {
+    faces: &'a EndFaces<'a>,
+    tip: Point3,
+    axis: Vector3,
+    body: EndBody,
+    within_mm: f64,
+    best: Option<Nearest>,
+    waiting: BinaryHeap<Waiting>,
+    met: usize,
+}
+
+impl Search<'_> {
+    /// Nothing farther than this is of interest.
+    fn limit_mm(&self) -> f64 {
+        let of_best = |best: &Nearest| best.gap_mm + if best.on_border { BORDER_MM } else { 0.0 };
+        self.best.as_ref().map_or(self.within_mm, of_best) - KNOWN_MM
+    }
+
+    /// A tangent plane of a convex function lies below it: over a flat piece that is lowest at a corner.
+    fn push(&mut self, piece: Piece) {
+        let (corners, sag_mm) = match &piece {
+            Piece::Sheet { p, sag_mm, .. } => (*p, *sag_mm),
+            Piece::Edge(edge) => ([edge.ends[0], edge.ends[1], edge.ends[1]], edge.sag_mm),
+            Piece::Flat(p) => (*p, 0.0),
+        };
+        let middle = match &piece {
+            Piece::Edge(edge) => nalgebra::center(&edge.ends[0], &edge.ends[1]),
+            _ => Point3::from((corners[0].coords + corners[1].coords + corners[2].coords) / 3.0),
+        };
+        let (mm, gradient) = self.body.distance(&(middle - self.tip), &self.axis);
+        let lowest = corners.iter().map(|c| gradient.dot(&(c - middle))).fold(f64::INFINITY, f64::min);
+        let bound_mm = mm + lowest - sag_mm;
+        if bound_mm < self.limit_mm() {
+            self.met += 1;
+            self.waiting.push(Waiting { bound_mm, number: self.met, piece });
+        }
+    }
+
+    fn settle(&mut self) {
+        for _ in 0..MOST_CUTS {
+            let Some(Waiting { bound_mm, piece, .. }) = self.waiting.pop() else { return };
+            if bound_mm >= self.limit_mm() {
+                return;
+            }
+            match piece {
+                Piece::Sheet { face, uv, p, sag_mm } => self.quarter(face, &uv, &p, sag_mm),
+                Piece::Edge(edge) => {
+                    let curve = &self.faces.borders[edge.face][edge.curve];
+                    let both = halves(&self.faces.leaves[edge.face], curve, &edge);
+                    let uv = curve.point(both[0].t[1]);
+                    self.take(both[0].ends[1], Some(edge.face), uv, true);
+                    both.into_iter().for_each(|half| self.push(Piece::Edge(half)));
+                }
+                Piece::Flat(p) => {
+                    let m = [0, 1, 2].map(|k| nalgebra::center(&p[k], &p[(k + 1) % 3]));
+                    m.into_iter().for_each(|m| self.take(m, None, Point2::origin(), false));
+                    for corners in quarters(&p, &m) {
+                        self.push(Piece::Flat(corners));
+                    }
+                }
+            }
+        }
+    }
+
+    fn quarter(&mut self, face: FaceId, uv: &[Point2; 3], p: &[Point3; 3], sag_mm: f64) {
+        let leaves = &self.faces.leaves[face];
+        let m = [0, 1, 2].map(|k| nalgebra::center(&uv[k], &uv[(k + 1) % 3]));
+        let q = m.map(|c| leaves.point(c.x, c.y));
+        let middle = Point2::from((uv[0].coords + uv[1].coords + uv[2].coords) / 3.0);
+        self.take(leaves.point(middle.x, middle.y), Some(face), middle, false);
+        for k in 0..3 {
+            self.take(q[k], Some(face), m[k], false);
+        }
+        for (uv, p) in quarters(uv, &m).into_iter().zip(quarters(p, &q)) {
+            self.push(Piece::Sheet { face, uv, p, sag_mm: QUARTER * sag_mm });
+        }
+    }
+
+    /// Takes in that a point of the model is there, if it is inside of the trims.
+    fn take(&mut self, point: Point3, face: Option<FaceId>, uv: Point2, on_border: bool) {
+        let (gap_mm, gradient) = self.body.distance(&(point - self.tip), &self.axis);
+        let key = gap_mm + if on_border { BORDER_MM } else { 0.0 };
+        if key >= self.limit_mm() + KNOWN_MM {
+            return;
+        }
+        let domain = face.filter(|_| !on_border).and_then(|face| self.faces.domains[face].as_ref());
+        if domain.is_none_or(|d| d.contains(uv.x, uv.y)) {
+            self.best = Some(Nearest { gap_mm, point, face, uv, on_border, gradient });
+        }
+    }
+}
+
+/// The four parts of a triangle, by the middles of its sides.
+fn quarters<T: Copy>(p: &[T; 3], m: &[T; 3]) -> [[T; 3]; 4] {
+    [[p[0], m[0], m[2]], [m[0], p[1], m[1]], [m[2], m[1], p[2]], [m[0], m[1], m[2]]]
+}

@@ -10,7 +10,7 @@
 //! that comes down beside a narrow face need not be where it comes to rest a thousandth beside. So nothing of how they came
 //! about is believed here. What is not proven is not emitted: links are lifted over, passes cut back.
 
-use claymill_nurbs::{Curve3, Foot, Hint, Point3};
+use claymill_nurbs::{Curve3, Foot, Hint, Point3, Vector3};
 use claymill_toolpath::{Move, WRITTEN_STEP_MM, round_to_written};
 
 use crate::fit::written::one_span;
@@ -30,16 +30,6 @@ const CUT_OUT_MM: f64 = 0.1;
 impl SetupContext<'_> {
     /// Whether the ball enters nothing along a written curve of its tip, nor is in the material of an open sheet.
     pub(crate) fn enters_nothing(&self, curve: &Curve3) -> bool {
-        self.enters_nothing_nor(curve, |_| false)
-    }
-
-    /// The same of a pass: nor would the ball have to come up through the material from anywhere on it, since no lead gets there.
-    fn is_proven_pass(&self, curve: &Curve3) -> bool {
-        self.enters_nothing_nor(curve, |centre| self.ball.is_in_material_above(&self.frame.to_setup(centre)))
-    }
-
-    /// Whether the ball enters nothing along a written curve of its tip, nor has its centre where it `may_not`.
-    fn enters_nothing_nor(&self, curve: &Curve3, may_not: impl Fn(&Point3) -> bool) -> bool {
         let end = self.ball.end();
         let radius_mm = end.radius_mm();
         let up = self.frame.axis() * radius_mm;
@@ -51,7 +41,7 @@ impl SetupContext<'_> {
             }
             match self.walls.closest.closest_from(&centre, radius_mm + AWAY_MM, &mut hint) {
                 // All of the ball is, then.
-                Some(foot) if self.ball.is_in_material(&foot, &centre) || may_not(&centre) => -radius_mm,
+                Some(foot) if self.ball.is_in_material(&foot, &centre) => -radius_mm,
                 Some(foot) => foot.distance_mm - radius_mm,
                 None => AWAY_MM,
             }
@@ -71,6 +61,16 @@ impl SetupContext<'_> {
         -self.ball.entered_mm(&self.frame.to_setup(&tip))
     }
 
+    /// The same of a curve of a pass, which may end with it: nor would the ball come up through the material from its ends, where
+    /// no lead gets to.
+    fn is_proven_of_pass(&self, curve: &Curve3) -> bool {
+        let comes_up = |tip: Point3| {
+            let centre = self.frame.to_setup(&tip) + Vector3::z() * self.ball.radius_mm();
+            !self.ball.is_in_material_above(&centre)
+        };
+        comes_up(curve.start()) && comes_up(curve.end()) && self.enters_nothing(curve)
+    }
+
     /// Whether it enters nothing on the straight way between two places.
     pub(crate) fn enters_nothing_between(&self, from: Point3, to: Point3) -> bool {
         from == to || self.enters_nothing(&Curve3::line(from, to))
@@ -86,7 +86,7 @@ impl SetupContext<'_> {
     pub(crate) fn proven_runs(&self, curves: Vec<Curve3>) -> Vec<Vec<Curve3>> {
         let mut runs = vec![Vec::new()];
         for curve in curves {
-            if self.is_proven_pass(&curve) {
+            if self.is_proven_of_pass(&curve) {
                 push(&mut runs, curve);
                 continue;
             }
@@ -108,7 +108,7 @@ impl SetupContext<'_> {
             written[0] = before.end();
         }
         let length = round_to_written(length_mm).max(WRITTEN_STEP_MM);
-        match one_span(written, length).filter(|curve| self.is_proven_pass(curve)) {
+        match one_span(written, length).filter(|curve| self.is_proven_of_pass(curve)) {
             Some(curve) => push(runs, curve),
             None if length_mm > CUT_OUT_MM => {
                 for half in halves(points) {
@@ -161,8 +161,6 @@ fn is_clear(piece: &Curve3, radius_mm: f64, gap_mm: &mut impl FnMut(Point3) -> f
 
 #[cfg(test)]
 mod tests {
-    use claymill_nurbs::Vector3;
-
     use super::*;
 
     const R: f64 = 1.5;

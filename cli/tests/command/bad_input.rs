@@ -142,7 +142,7 @@ fn wrong_options() {
         (vec!["--scallop", "-0.1"], 2, vec!["scallop height -0.1 mm", "positive"]),
         (vec!["--scallop", "0"], 2, vec!["scallop height 0 mm"]),
         (vec!["--scallop", "nan"], 2, vec!["scallop height NaN mm"]),
-        (vec!["--tool", "flat:5"], 2, vec!["flat:5", "ball ends only"]),
+        (vec!["--tool", "flat:5", "--strategy", "scallop"], 2, vec!["flat:5", "strategy scallop"]),
         (vec!["--rest-of", "bull:20:3"], 2, vec!["bull:20:3", "ball ends only"]),
         (vec!["--tool", "ball"], 2, vec!["`ball` is not a tool"]),
         (vec!["--tool", "ball:-3"], 2, vec!["tool radius -3 mm"]),

@@ -45,7 +45,7 @@ fn number(found: &serde_json::Value, path: &str) -> f64 {
 /// Whether `verify` finds something of this kind in the job.
 fn finds(folder: &Path, codes: &[&str]) {
     let verified = run_without_adapter(folder, ["verify", "job", "--json"]);
-    assert_eq!(verified.code, Some(1), "{verified:?}");
+    assert_eq!(verified.code, Some(3), "{verified:?}");
     let found = verified.json();
     let findings = found.pointer("/verdict/findings").and_then(|f| f.as_array()).unwrap();
     let is_error = |f: &serde_json::Value| f["severity"] == "error" && codes.iter().any(|c| f["code"] == *c);

@@ -6,9 +6,9 @@ use std::process::{Command, Stdio};
 use crate::run::run;
 use crate::scratch;
 
-const COMMANDS: [&str; 18] = [
+const COMMANDS: [&str; 19] = [
     "demo", "inspect", "drop", "merge", "plan", "compare", "verify", "post", "simulate", "stream", "control",
-    "order", "render", "view", "animate", "report", "sample", "schema",
+    "order", "render", "view", "animate", "report", "sample", "schema", "tools",
 ];
 
 #[test]

@@ -76,7 +76,6 @@ fn tools_that_make_no_sense_are_refused_by_name() {
         ("bull:5:6", "a corner radius of 6 mm does not suit a tool of radius 5 mm"),
         ("ball:5,taper:3", "needs the height above the tip where the shank begins"),
         ("drill:5", "is not a tool's end"),
-        ("flat:10", "passes are laid for ball ends only so far"),
     ] {
         let refused = run(folder, ["plan", "panel.igs", "--tool", tool, "-o", "out"]);
         assert_eq!(refused.code, Some(2), "{refused:?}");

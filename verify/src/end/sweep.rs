@@ -45,9 +45,13 @@ impl SweptEnd {
             let middle = 0.5 * (low + high);
             *if falls(middle) { &mut low } else { &mut high } = middle;
         }
-        let (before, after) = (at(low), at(high));
-        // Where the outline has a corner the gradient on the way in counts on each side: the way itself does not.
-        if before.0 < after.0 { before } else { after }
+        // Where the outline has a corner, or nearly one, the distance has a kink there: the tangents of both sides meet in it, and
+        // the gradient between theirs that does not change along the way is that of what is swept.
+        let ((before_mm, before), (after_mm, after)) = (at(low), at(high));
+        let (falling, rising) = (before.dot(&way), after.dot(&way));
+        let of_after = falling / (falling - rising);
+        let after_mm = after_mm + rising * (high - low);
+        (before_mm + of_after * (after_mm - before_mm), before.lerp(&after, of_after))
     }
 
     /// The smallest `t` at which `p + t·n` is inside, looked for from `t = −below`.
@@ -81,7 +85,6 @@ mod tests {
 
     /// The exact steps of reference case C2 leave the height that they were computed for.
     #[test]
-    #[ignore = "fails: the search along a sweep misses its deepest place on some slopes, and reads the crest too high"]
     fn two_passes_uphill_leave_the_crest_of_the_reference() {
         const H: f64 = 0.02;
         for (corner_mm, slope_deg, step) in [
@@ -99,7 +102,8 @@ mod tests {
                 let middle = tip + Vector3::z() * corner_mm;
                 SweptEnd { a: middle - uphill * 30.0, b: middle + uphill * 30.0, axis: Vector3::z(), body }
             };
-            let left = |y: f64| pass(y).entry(&Point3::new(1.0, 0.0, 0.0), &n, 1.0).unwrap();
+            let place = Point3::from(uphill);
+            let left = |y: f64| pass(y).entry(&place, &n, 1.0).unwrap();
             approx::assert_abs_diff_eq!(left(0.5 * step), H, epsilon = 1e-8);
             approx::assert_abs_diff_eq!(left(-0.5 * step), H, epsilon = 1e-8);
             approx::assert_abs_diff_eq!(left(0.0), 0.0, epsilon = 1e-8);

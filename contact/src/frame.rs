@@ -1,6 +1,7 @@
 //! Frames of setups: signed axes of the model, which round nothing, or any turn, as a quaternion of integers.
 
 use claymill_nurbs::{Point3, Vector3};
+use claymill_toolpath::{LARGEST_ENTRY, axes_of_quaternion};
 use thiserror::Error;
 
 /// A signed coordinate axis of the model.
@@ -131,7 +132,9 @@ pub enum FrameError {
         axis: [f64; 3],
     },
     /// A quaternion turns nothing.
-    #[error("the quaternion of setup `{name}` must have an entry other than 0, and none beyond {LARGEST}")]
+    #[error(
+        "the quaternion of setup `{name}` must have an entry other than 0, and none beyond {LARGEST_ENTRY}"
+    )]
     Quaternion {
         /// Of the setup.
         name: String,
@@ -163,9 +166,7 @@ enum Turn {
 }
 
 /// Entries of a quaternion are rounded to integers of this size: a direction is met within 1e-9 rad.
-const SCALE: f64 = LARGEST as f64;
-/// No entry of a quaternion is larger.
-const LARGEST: u64 = 1 << 30;
+const SCALE: f64 = LARGEST_ENTRY as f64;
 /// A direction as near to an axis of the model as this is that axis.
 const ALONG_AXIS: f64 = 1e-9;
 /// `x` runs along the first candidate that is at least this far off the tool axis (sine).
@@ -212,22 +213,9 @@ impl Frame {
     /// No setup can have the name, all entries are zero, or one is larger than 2³⁰.
     pub fn turned(name: &str, quaternion: [i64; 4]) -> Result<Frame, FrameError> {
         let short = SetupName::new(name).ok_or_else(|| FrameError::Name(name.to_owned()))?;
-        if quaternion == [0; 4] || quaternion.iter().any(|q| q.unsigned_abs() > LARGEST) {
-            return Err(FrameError::Quaternion { name: name.to_owned() });
-        }
-        let [a, b, c, d] = quaternion.map(i128::from);
-        let norm = a * a + b * b + c * c + d * d;
-        // Adding 0 last makes 0 of -0.
-        let entry = |whole: i128| whole as f64 / norm as f64 + 0.0;
-        let axes = [
-            [a * a + b * b - c * c - d * d, 2 * (b * c + a * d), 2 * (b * d - a * c)],
-            [2 * (b * c - a * d), a * a - b * b + c * c - d * d, 2 * (c * d + a * b)],
-            [2 * (b * d + a * c), 2 * (c * d - a * b), a * a - b * b - c * c + d * d],
-        ];
-        Ok(Frame {
-            name: short,
-            turn: Turn::Quaternion(axes.map(|v| Vector3::from(v.map(entry))), quaternion),
-        })
+        let axes = axes_of_quaternion(quaternion);
+        let axes = axes.ok_or_else(|| FrameError::Quaternion { name: name.to_owned() })?;
+        Ok(Frame { name: short, turn: Turn::Quaternion(axes.map(Vector3::from), quaternion) })
     }
 
     /// The five setups of a vehicle with `up` and `front` (from rear to front) axes. Left and right are

@@ -2,6 +2,7 @@
 //! Conversion to and from model coordinates.
 
 use claymill_nurbs::{Point3, Vector3};
+use claymill_toolpath::axes_of_quaternion;
 
 /// A setup's machine coordinates: its tool axis is +Z.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,9 +15,6 @@ pub struct Frame {
 
 /// Components of axes that are this near to 0 or 1 are meant to be: going to and fro then rounds nothing.
 const AXIS_EPSILON: f64 = 1e-12;
-
-/// No entry of a quaternion is larger.
-const LARGEST_ENTRY: u64 = 1 << 30;
 
 impl Frame {
     /// The frame for a tool axis: X runs along `front`, or to the left where the tool axis does that.
@@ -37,18 +35,7 @@ impl Frame {
     /// is zero. Every entry is one division of integers.
     #[must_use]
     pub fn of_quaternion(quaternion: [i64; 4], zero: Point3) -> Option<Self> {
-        let [a, b, c, d] = quaternion.map(i128::from);
-        let norm = a * a + b * b + c * c + d * d;
-        if norm == 0 || quaternion.iter().any(|q| q.unsigned_abs() > LARGEST_ENTRY) {
-            return None;
-        }
-        let entry = |whole: i128| whole as f64 / norm as f64 + 0.0;
-        let [x, y, z] = [
-            [a * a + b * b - c * c - d * d, 2 * (b * c + a * d), 2 * (b * d - a * c)],
-            [2 * (b * c - a * d), a * a - b * b + c * c - d * d, 2 * (c * d + a * b)],
-            [2 * (b * d + a * c), 2 * (c * d - a * b), a * a - b * b - c * c + d * d],
-        ]
-        .map(|v| Vector3::from(v.map(entry)));
+        let [x, y, z] = axes_of_quaternion(quaternion)?.map(Vector3::from);
         Some(Frame { x, y, z, zero })
     }
 

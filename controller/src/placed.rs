@@ -39,7 +39,7 @@ pub(crate) fn index_axis(dialect: Dialect, machine: &Machine) -> Option<&RotaryA
     machine.rotary.get("a").filter(|axis| linuxcnc && axis.turns_table)
 }
 
-/// The job as the machine turns to its setups; as it is where the machine turns to none.
+/// The job as the machine turns to its setups; as it is where the machine turns to none, or has been asked already.
 ///
 /// # Errors
 /// The rotary axis does not come to a setup.
@@ -51,12 +51,13 @@ pub(crate) fn placed<'j>(
 ) -> Result<Cow<'j, MachineJob>, PostError> {
     let planes = plane_of(dialect).filter(|_| by == PlaneBy::Control);
     let index = index_axis(dialect, machine);
-    if planes.is_none() && index.is_none() {
+    let is_done = job.sections.iter().any(|s| s.placed.is_some());
+    if is_done || (planes.is_none() && index.is_none()) {
         return Ok(Cow::Borrowed(job));
     }
     let mut job = job.clone();
     let upright = Upright::of(&job, machine)?;
-    for section in job.sections.iter_mut().filter(|s| s.placed.is_none()) {
+    for section in &mut job.sections {
         if let Some(axis) = index {
             upright.index(section, axis, machine)?;
         } else if let Some(how) = planes {
@@ -81,8 +82,12 @@ impl MachineJob {
     ///
     /// # Errors
     /// The rotary axis does not come to a setup.
-    pub fn placed(&self, dialect: Dialect, machine: &Machine) -> Result<MachineJob, PostError> {
-        Ok(placed(self, dialect, machine, machine.tilt.by)?.into_owned())
+    pub fn placed(self, dialect: Dialect, machine: &Machine) -> Result<MachineJob, PostError> {
+        let turned = match placed(&self, dialect, machine, machine.tilt.by)? {
+            Cow::Owned(turned) => Some(turned),
+            Cow::Borrowed(_) => None,
+        };
+        Ok(turned.unwrap_or(self))
     }
 }
 

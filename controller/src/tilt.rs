@@ -68,15 +68,14 @@ impl Tilt {
     /// A plane by three angles, degrees.
     #[must_use]
     pub fn by(angles: Angles, deg: [f64; 3], origin: Point3) -> Self {
-        let about = |axis, deg: f64| Rotation3::from_axis_angle(&axis, deg.to_radians());
-        let [x, y, z] = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()];
         let [a, b, c] = deg;
-        let turn = match angles {
-            Angles::Xyz => about(x, a) * about(y, b) * about(z, c),
-            Angles::SpatialXyz => about(z, c) * about(y, b) * about(x, a),
-            Angles::Zxz => about(z, a) * about(x, b) * about(z, c),
+        // Turns about standing axes are those about the plane's own axes in the opposite order.
+        let turns = match angles {
+            Angles::Xyz => [(0, a), (1, b), (2, c)],
+            Angles::SpatialXyz => [(2, c), (1, b), (0, a)],
+            Angles::Zxz => [(2, a), (0, b), (2, c)],
         };
-        Tilt { axes: turn.into_inner(), origin }
+        Tilt::by_turns(turns, origin)
     }
 
     /// A plane by successive turns about its own axes (0 = x), degrees.

@@ -37,7 +37,6 @@ pub use claymill_contact::{
     FrameError, Location, March, ParallelAxes, Support, ToolPart,
 };
 pub use fit::tolerance::FitTolerance;
-pub use pattern::end_step::{effective_radius_mm, plane_step_mm};
 pub use pattern::step_over::flat_mm;
 pub use pattern::strategy::Strategy;
 pub use plan::covered::{Covered, LeftOut};

@@ -48,6 +48,7 @@ mod scratch;
 mod side;
 mod standing;
 mod tool;
+mod turn;
 mod whole;
 
 pub use allowance::{raise_tips, swollen_scallop_mm};
@@ -80,4 +81,5 @@ pub use scratch::is_own_scratch;
 pub use side::{FreeSide, SheetRecord};
 pub use standing::{Judged, Standing, read_judged, read_moves_judged};
 pub use tool::{End, Tool, ToolError};
+pub use turn::{LARGEST_ENTRY, axes_of_quaternion};
 pub use whole::write_whole;

@@ -60,6 +60,17 @@ pub(crate) struct Along {
     pub(crate) seeds: Vec<Seed>,
 }
 
+impl Along {
+    /// Takes in a crest, and its place if it is the highest so far.
+    pub(crate) fn stand(&mut self, standing: Standing, place: impl FnOnce() -> Place) {
+        let height_mm = standing.crest.height_mm;
+        self.crests.push(standing);
+        if self.highest.as_ref().is_none_or(|highest| height_mm > highest.0) {
+            self.highest = Some((height_mm, place()));
+        }
+    }
+}
+
 /// The crest on one side of a pass at one place.
 #[derive(Clone, Copy)]
 struct Beside {
@@ -169,13 +180,7 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
         };
         let up = (c - contact.point) / contact.distance_mm.max(1e-9);
         let sides = neighbours(swept, track, &c, &feed, &up, REACH_STEPS * step_over);
-        let own = |piece: Option<Piece>| {
-            piece.is_some_and(|p| {
-                let other = swept.track(&p);
-                (other.region, other.setup) == (track.region, track.setup)
-            })
-        };
-        let beside = sides.map(|[nearest, beyond]| [own(nearest), own(beyond)]);
+        let beside = own_beside(swept, track, &sides);
         beside_pass.iter_mut().for_each(|side| side.push(None));
         for (side, hint) in at_crest.iter_mut().enumerate() {
             let Some(piece) = sides[side][0] else { continue };
@@ -216,19 +221,16 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
             if let Some(last) = beside_pass[side].last_mut() {
                 *last = Some(Beside { foot: foot.point, height_mm, feed });
             }
-            along.crests.push(Standing {
+            let standing = Standing {
                 crest: CrestSample { foot: foot.point, height_mm },
                 length_mm: (pair[1] - pair[0]) as f32,
                 inside: beside[side] == [true; 2] && beside[1 - side][0],
+            };
+            along.stand(standing, || Place {
+                move_seq: Some(track.seq),
+                parameter: Some(t),
+                ..scene.place(top, Some(foot.face))
             });
-            if along.highest.as_ref().is_none_or(|highest| height_mm > highest.0) {
-                let place = Place {
-                    move_seq: Some(track.seq),
-                    parameter: Some(t),
-                    ..scene.place(top, Some(foot.face))
-                };
-                along.highest = Some((height_mm, place));
-            }
         }
     }
     for side in &beside_pass {
@@ -237,6 +239,21 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
     }
     keep_best(&mut along.seeds, OF_PASS);
     along
+}
+
+/// Of the nearest passes on either side and those beyond them, which are of the same region and setup.
+pub(crate) fn own_beside(
+    swept: &Swept<'_>,
+    track: &Track,
+    sides: &[[Option<Piece>; 2]; 2],
+) -> [[bool; 2]; 2] {
+    let is_own = |piece: &Option<Piece>| {
+        piece.as_ref().is_some_and(|p| {
+            let other = swept.track(p);
+            (other.region, other.setup) == (track.region, track.setup)
+        })
+    };
+    sides.each_ref().map(|side| side.each_ref().map(is_own))
 }
 
 /// Where crests may rise between two samples: as far again as they rise to a sample from the one beside it.

@@ -116,27 +116,6 @@ impl Touching {
 /// Halvings of a right angle until nothing is left to be known.
 const STEPS: usize = 50;
 
-/// Radius of the ball that leaves the same between narrow rows on a plane as an end does, mm, where the plane leans by
-/// `slope_deg` and the rows by `from_fall_deg` from its fall line.
-#[must_use]
-pub fn effective_radius_mm(end: &EndShape, slope_deg: f64, from_fall_deg: f64) -> f64 {
-    let (sine, turn) = (slope_deg.to_radians().sin(), from_fall_deg.to_radians());
-    end.corner_mm + end.flat_mm * turn.cos().powi(2) / sine
-}
-
-/// Step-over of an end on a plane that leans by `slope_deg`, for rows that lean by `from_fall_deg` from its fall line, mm.
-#[must_use]
-pub fn plane_step_mm(end: &EndShape, slope_deg: f64, from_fall_deg: f64, scallop_mm: f64) -> f64 {
-    let (slope, turn) = (slope_deg.to_radians(), from_fall_deg.to_radians());
-    let normal = Vector3::new(-slope.sin(), 0.0, slope.cos());
-    let (uphill, contour) = (Vector3::new(slope.cos(), 0.0, slope.sin()), Vector3::y());
-    let zero = Vector3::zeros();
-    let jet =
-        Jet { p: claymill_nurbs::Point3::origin(), su: uphill, sv: contour, suu: zero, suv: zero, svv: zero };
-    let feed = uphill * turn.cos() + contour * turn.sin();
-    Touching::new(&jet, end).map_or(0.0, |t| t.width_mm(&normal.cross(&feed), scallop_mm, 0.0))
-}
-
 /// The widest step-over that an end has, that on level ground, mm.
 pub(crate) fn widest_mm(end: &EndShape, scallop_mm: f64) -> f64 {
     let corner = 2.0 * end.corner_mm * scallop_mm - scallop_mm * scallop_mm;
@@ -222,6 +201,29 @@ mod tests {
         assert_abs_diff_eq!(plane_step_mm(&FLAT, 0.0, 0.0, H), 20.0, epsilon = 1e-8);
         let stairs = H / (20f64.to_radians().sin() * 20f64.to_radians().cos());
         assert_abs_diff_eq!(plane_step_mm(&FLAT, 20.0, 90.0, H), stairs, epsilon = 1e-8);
+    }
+
+    /// An end in contact with a plane that leans by `slope_deg`, and the direction across rows that lean by `from_fall_deg` from
+    /// its fall line.
+    fn on_plane(end: &EndShape, slope_deg: f64, from_fall_deg: f64) -> (Touching, Vector3) {
+        let jet = leaning(0.0, slope_deg);
+        let turn = from_fall_deg.to_radians();
+        let feed = jet.su * turn.cos() + jet.sv * turn.sin();
+        let touching = Touching::new(&jet, end).unwrap();
+        (touching, touching.normal.cross(&feed))
+    }
+
+    /// Radius of the ball that leaves the same between narrow rows on that plane, mm.
+    fn effective_radius_mm(end: &EndShape, slope_deg: f64, from_fall_deg: f64) -> f64 {
+        let (touching, across) = on_plane(end, slope_deg, from_fall_deg);
+        let w = touching.flat(&across);
+        w.dot(&(touching.radii * w))
+    }
+
+    /// Step-over on that plane, mm.
+    fn plane_step_mm(end: &EndShape, slope_deg: f64, from_fall_deg: f64, scallop_mm: f64) -> f64 {
+        let (touching, across) = on_plane(end, slope_deg, from_fall_deg);
+        touching.width_mm(&across, scallop_mm, 0.0)
     }
 
     /// A cylinder that leans, its axis along the fall line, in contact where the ground leans by `slope_deg` along the feed.

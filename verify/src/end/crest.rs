@@ -8,7 +8,7 @@
 
 use claymill_nurbs::{Hint, Point3, Vector3};
 
-use crate::crest::{Along, Standing, crossing, neighbours};
+use crate::crest::{Along, Standing, crossing, neighbours, own_beside};
 use crate::crest_peak::{OF_PASS, Seed, keep_best};
 use crate::end::body::EndBody;
 use crate::reach::Reach;
@@ -62,13 +62,7 @@ impl EndCrests<'_, '_> {
             // No two passes are farther apart than the tool is wide.
             let reach_mm = 2.0 * self.body.radius_mm;
             let sides = neighbours(self.swept, track, &middle, &feed, &up, reach_mm);
-            let is_own = |piece: &Option<crate::swept::Piece>| {
-                piece.as_ref().is_some_and(|p| {
-                    let other = self.swept.track(p);
-                    (other.region, other.setup) == (track.region, track.setup)
-                })
-            };
-            let own = sides.each_ref().map(|side| side.each_ref().map(is_own));
+            let own = own_beside(self.swept, track, &sides);
             for (side, [nearest, _]) in sides.iter().enumerate() {
                 let Some(piece) = nearest else { continue };
                 let other = self.swept.track(piece);
@@ -80,20 +74,17 @@ impl EndCrests<'_, '_> {
                     along.out_of_reach += 1;
                     continue;
                 }
-                along.crests.push(Standing {
+                let standing = Standing {
                     crest: CrestSample { foot: top.foot, height_mm: top.height_mm },
                     length_mm: (pair[1] - pair[0]) as f32,
                     inside: own[side] == [true; 2] && own[1 - side][0],
+                };
+                along.stand(standing, || Place {
+                    move_seq: Some(track.seq),
+                    parameter: Some(t),
+                    ..scene.place(top.foot + top.normal * top.height_mm, Some(top.face))
                 });
                 along.seeds.push(Seed { at: top.foot, promise_mm: top.height_mm });
-                if along.highest.as_ref().is_none_or(|highest| top.height_mm > highest.0) {
-                    let place = Place {
-                        move_seq: Some(track.seq),
-                        parameter: Some(t),
-                        ..scene.place(top.foot + top.normal * top.height_mm, Some(top.face))
-                    };
-                    along.highest = Some((top.height_mm, place));
-                }
             }
         }
         keep_best(&mut along.seeds, OF_PASS);

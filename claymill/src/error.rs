@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use claymill_controller::PostError;
 use claymill_exchange::{MeshError, ReadError};
 use claymill_paths::{EndRefusal, ParallelAxes, PlanError};
+use claymill_stock::StockError;
 use claymill_surface_merge::MergeError;
 use claymill_tooling::ToolingError;
 use claymill_toolpath::{Cancelled, FolderError, Standing};
@@ -60,6 +61,9 @@ pub enum Error {
     /// No plan can be made.
     #[error(transparent)]
     Plan(PlanError),
+    /// The stock cannot be followed.
+    #[error("the stock: {0}")]
+    Stock(#[from] StockError),
     /// A job folder cannot be read or written.
     #[error(transparent)]
     Folder(#[from] FolderError),
@@ -105,6 +109,9 @@ impl Error {
         match self {
             Error::Read(e) => e.advice(),
             Error::Obstacle(e) => e.advice().to_owned(),
+            Error::Stock(_) => {
+                "Look at the stock of the job: its box, its layer, and the unit of the model.".to_owned()
+            }
             Error::Job(e) => e.advice().to_owned(),
             Error::Axes(_) => "Choose two different axes, or leave one to be guessed.".to_owned(),
             Error::Wish(e) => e.advice(),
@@ -158,7 +165,10 @@ fn of_planning(error: &PlanError) -> &'static str {
         }
         PlanError::NothingToCut => "Look at what is left out, and at the axes.",
         PlanError::Cancelled(_) => "Plan the job again.",
-        PlanError::NoRest => "There is nothing to do: no valley is tighter than the earlier tool.",
+        PlanError::NoRest => "There is nothing to do: the operations before left nothing for this tool.",
+        PlanError::NoStock { .. } => {
+            "Give the job its stock: only an operation of a job with stock knows what is left."
+        }
     }
 }
 

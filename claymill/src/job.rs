@@ -207,6 +207,11 @@ impl Job {
         if !(0.0..=LARGEST_CLEARANCE_MM).contains(&passes.stock_above_mm) {
             return Err(JobError::StockAbove { stock_mm: passes.stock_above_mm }.into());
         }
+        if let Some(above_mm) = passes.rest_above_mm
+            && !(above_mm > 0.0 && above_mm <= LARGEST_CLEARANCE_MM)
+        {
+            return Err(JobError::RestAbove { above_mm }.into());
+        }
         let least_mm = -passes.tool.radius_mm();
         if !(passes.allowance_mm > least_mm && passes.allowance_mm <= LARGEST_CLEARANCE_MM) {
             return Err(JobError::Allowance { allowance_mm: passes.allowance_mm, least_mm }.into());

@@ -24,6 +24,11 @@ pub enum JobError {
     /// No stock is as thick.
     #[error("stock of {stock_mm} mm above what is left is not between 0 and {LARGEST_CLEARANCE_MM} mm")]
     StockAbove { stock_mm: f64 },
+    /// No thickness of stock is worth passes.
+    #[error(
+        "a rest above {above_mm} mm of stock: the thickness must be above 0, and no more than {LARGEST_CLEARANCE_MM} mm"
+    )]
+    RestAbove { above_mm: f64 },
     /// A job has operations, and not too many.
     #[error("a job has from 1 to {most} operations")]
     Operations { most: usize },
@@ -96,6 +101,9 @@ impl JobError {
         match self {
             JobError::TiltedContainment => "Let the contact be contained, or use setups that have a name.",
             JobError::StockAbove { .. } => "For example 25, for a layer of clay.",
+            JobError::RestAbove { .. } => {
+                "For example 1, for what stands a millimetre above what the operation leaves."
+            }
             JobError::Operations { .. } => "Add an operation, or split the job.",
             JobError::TwiceNamed { .. } => "Give each operation a name of its own.",
             JobError::OneNumber { .. } => "Give each tool a number of its own: tool_number in the job file.",

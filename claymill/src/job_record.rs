@@ -69,6 +69,7 @@ fn request(planned: &Planned<'_>, out: &Path) -> Request {
         tool: options.tool,
         rest_of: options.rest_of,
         allowance_mm: options.allowance_mm,
+        rest_above_mm: options.rest_above_mm,
         stock_above_mm: options.stock_above_mm,
         lines: options.lines,
         guides: options.guides.iter().map(|at| (*at).into()).collect(),

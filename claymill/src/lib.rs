@@ -46,6 +46,7 @@
 
 mod choice;
 mod error;
+mod in_process;
 mod job;
 mod job_error;
 mod job_folder;
@@ -85,6 +86,7 @@ pub use claymill_verify::{Verdict, Verification};
 
 pub use choice::{Choice, ChosenOperation, Shop, StockWish, Wish, choose};
 pub use error::Error;
+pub use in_process::InProcessStock;
 pub use job::{Job, check_holder_clearance, check_obstacle_clearance};
 pub use job_error::JobError;
 pub use job_folder::{Cleared, JobFolder};

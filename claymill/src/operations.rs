@@ -6,6 +6,7 @@ use claymill_toolpath::{
 };
 
 use crate::error::Error;
+use crate::in_process::InProcessStock;
 use crate::job::Job;
 use crate::job_error::JobError;
 use crate::job_record::job_record;
@@ -34,12 +35,15 @@ pub struct OperationJob {
 #[derive(Debug)]
 pub struct PlannedOperations<'m> {
     stock: Option<Stock>,
+    /// Before the first operation, and after each; empty without a stock.
+    states: Vec<InProcessStock>,
     planned: Vec<(OperationJob, Planned<'m>)>,
 }
 
 impl<'m> PlannedOperations<'m> {
     /// Plans operations one after the other, on the regions that were found for a job on this model, mostly that of the operation
-    /// that finishes the surface; `planned` is told of each one. An operation for which there is nothing to do is left out, if it is not the only one.
+    /// that finishes the surface; `planned` is told of each one. An operation for which there is nothing to do is left out, if it is
+    /// not the only one. The stock is followed: an operation may ask what those before it left.
     ///
     /// # Errors
     /// There are none or too many, two have one name or different tools one number, or one cannot be planned.
@@ -52,9 +56,18 @@ impl<'m> PlannedOperations<'m> {
     ) -> Result<Self, Error> {
         check(operations)?;
         let (mut done, mut nothing) = (Vec::new(), None);
+        let least_rest_mm = operations.iter().filter_map(|o| o.job.passes.rest_above_mm).reduce(f64::min);
+        let begin = |stock| InProcessStock::new(stock, regions.file.model(), least_rest_mm);
+        let mut states: Vec<InProcessStock> = stock.as_ref().map(begin).transpose()?.into_iter().collect();
         for operation in operations {
-            match regions.again(&operation.job)?.plan(monitor) {
+            let mut prepared = regions.again(&operation.job)?;
+            prepared.options.in_process = states.last().map(|state| state.stock().clone());
+            match prepared.plan(monitor) {
                 Ok(plan) => {
+                    if let Some(mut state) = states.last().cloned() {
+                        state.cut(&plan.plan.program, operation.job.tool(), monitor)?;
+                        states.push(state);
+                    }
                     planned(operation, Ok(&plan));
                     done.push((operation.clone(), plan));
                 }
@@ -67,8 +80,14 @@ impl<'m> PlannedOperations<'m> {
         }
         match nothing {
             Some(error) if done.is_empty() => Err(error),
-            _ => Ok(PlannedOperations { stock, planned: done }),
+            _ => Ok(PlannedOperations { stock, states, planned: done }),
         }
+    }
+
+    /// The stock before the first operation, and after each; nothing without a stock.
+    #[must_use]
+    pub fn states(&self) -> &[InProcessStock] {
+        &self.states
     }
 
     /// The operations that do something, in machining order.

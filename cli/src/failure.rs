@@ -160,7 +160,10 @@ impl From<claymill_paths::PlanError> for Failure {
                 "One --guide says where a region is swept from, a second one beside another side where to."
             }
             E::Cancelled(_) => "Plan the job again.",
-            E::NoRest => "There is nothing to do: no valley is tighter than the earlier tool.",
+            E::NoRest => "There is nothing to do: the operations before left nothing for this tool.",
+            E::NoStock { .. } => {
+                "Only an operation of a job with stock knows what is left: docs/operations.md describes such jobs."
+            }
             E::NothingToCut => "Check --only, --skip, --up and --length.",
         };
         Failure::problem(&error, advice)
@@ -185,6 +188,7 @@ impl From<claymill::JobError> for Failure {
                 let advice = error.advice();
                 return Failure::problem(&error, advice);
             }
+            E::RestAbove { .. } => "For example, in the job file: rest_above = 1.0.",
             E::StockAbove { .. } => "For example: --stock-above 25.",
             E::Allowance { .. } => {
                 "For example: --allowance 3 for roughing, or --allowance -0.1 below the surface."
@@ -272,7 +276,7 @@ impl From<claymill::Error> for Failure {
                 Failure::problem(error, advice)
             }
             E::Post(e) => e.into(),
-            E::Tooling(_) | E::Choice { .. } => {
+            E::Tooling(_) | E::Stock(_) | E::Choice { .. } => {
                 let advice = error.advice();
                 Failure::problem(error, advice)
             }

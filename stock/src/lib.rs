@@ -67,6 +67,7 @@ mod error;
 mod grid;
 mod heights;
 mod intervals;
+mod layer;
 mod ray;
 mod slice;
 mod solid;

@@ -124,6 +124,9 @@ pub struct Request {
     /// What is left on the surface, along its normal, mm; negative below it.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub allowance_mm: f64,
+    /// Only what has more stock than this above what it leaves was to be cut, mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rest_above_mm: Option<f64>,
     /// How much stock may stand above what it leaves, mm: rapids keep out of it.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub stock_above_mm: f64,

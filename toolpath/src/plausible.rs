@@ -38,6 +38,7 @@ pub(crate) fn implausible(job: &Job) -> Option<String> {
         .or_else(|| rate("request.rapid_mm_per_min", r.rapid_mm_per_min))
         .or_else(|| within("request.scallop_mm", r.scallop_mm, 1e-6, 1e3))
         .or_else(|| distance("request.stock_above_mm", r.stock_above_mm))
+        .or_else(|| r.rest_above_mm.and_then(|mm| distance("request.rest_above_mm", mm)))
         .or_else(|| within("request.allowance_mm", r.allowance_mm, -1e3, 1e3))
         .or_else(|| distance("request.holder_clearance_mm", r.holder_clearance_mm))
         .or_else(|| distance("request.bounds.avoid_mm", r.bounds.avoid_mm))

@@ -114,7 +114,7 @@ pub fn verify_instead(
 ) -> Result<Verification, VerifyError> {
     let job = known_job(folder)?;
     let (model, options) = asked_of(folder, &job, options)?;
-    Ok(measure_all(&model, &job, (program, None), &options, monitor)?.0)
+    Ok(measure_all(&model, &job, (program, None, None), &options, monitor)?.0)
 }
 
 /// The job, if its format is known; the other files are not looked at before.
@@ -178,14 +178,14 @@ pub fn verify_with_crests(
     if !job.operations.is_empty() {
         return operations::measure(model, job, program, options, monitor);
     }
-    measure_all(model, job, (program, Some(sequence::measure(job, program, 0))), options, monitor)
+    measure_all(model, job, (program, Some(sequence::measure(job, program, 0)), None), options, monitor)
 }
 
-/// The moves, and what is known of their sequence.
+/// The moves, what is known of their sequence, and where stock stands before them, if only that is to be cut.
 fn measure_all(
     model: &Model,
     job: &Job,
-    (program, sequence): (&Program, Option<Sequence>),
+    (program, sequence, stands): (&Program, Option<Sequence>, Option<reach::Stands<'_>>),
     options: &VerifyOptions,
     monitor: &dyn Monitor,
 ) -> Result<(Verification, Vec<CrestSample>), VerifyError> {
@@ -196,7 +196,7 @@ fn measure_all(
     let scene = &bench.scene;
     let swept = swept::Swept::new(&scene.tracks, scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &scene.obstacles.triangles);
-    let reach = reach::Reach::new(scene, &mesh, &bench.meshes);
+    let reach = reach::Reach::new(scene, &mesh, &bench.meshes).where_stock_stands(stands);
 
     let stage = |name| scene::Stage::begin(name, monitor);
     let (gouge, contact, touched, _) = contact::measure(scene, &reach, &stage(Stage::GougeAndContact))?;

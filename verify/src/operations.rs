@@ -1,6 +1,6 @@
 //! A job with operations: each is verified by itself, with its own tool and allowance, and all verdicts make one.
 
-use claymill_nurbs::{MeshOptions, Model, Point3};
+use claymill_nurbs::{MeshOptions, Model, Point3, Vector3};
 use claymill_toolpath::{Cancelled, Job, LATEST_FORMAT_VERSION, Monitor, MoveKind, Program, Stage, Stock};
 
 use crate::error::VerifyError;
@@ -8,7 +8,7 @@ use crate::options::VerifyOptions;
 use crate::report::{CrestSample, OperationFound, Verification};
 use crate::stock::{InitialStock, StockCheck, StockError, StockHit, StockOptions, StockReport};
 use crate::verdict::{Finding, FindingCode, Severity, Verdict};
-use crate::{measure_all, sequence};
+use crate::{measure_all, reach, sequence};
 
 /// Curved moves become chords within this distance, for stock, mm.
 const STOCK_CHORD_MM: f64 = 0.01;
@@ -20,6 +20,9 @@ const SMALLEST_BOX_MM: f64 = 0.25;
 const STOCK_MESH_MM: f64 = 0.1;
 /// Quasi-random points for volumes.
 const VOLUME_POINTS: u64 = 1 << 17;
+/// Where only what has stock above a thickness is to be cut, places with less than so many times as much may be left: the planner
+/// knows the stock to a fraction of that thickness.
+const REST_LEEWAY: f64 = 1.5;
 /// Poses at which the engagement is measured.
 const POSES: u64 = 200;
 
@@ -42,12 +45,23 @@ pub(crate) fn measure(
     }
     let (mut all, mut crests) = (Vec::new(), Vec::new());
     let mut first_seq = 0;
+    let followed = |stock: &Stock| follow(model, job, program, stock, monitor);
+    // The stock is large: where no operation asks of it, only when the others are done.
+    let asked = job.operations.iter().any(|o| o.request.rest_above_mm.is_some());
+    let early = job.stock.as_ref().filter(|_| asked).map(followed).transpose()?;
     for (index, operation) in job.operations.iter().enumerate() {
         let Some(part) = job.of_operation(index) else { continue };
         let moves = program.of_operation(index);
         let sequence = sequence::measure(&part, &moves, first_seq);
+        // All moves are there, one after the other: the next one is the operation's first.
+        let begins = early.as_ref().and_then(|check| Some((check, check.time_of(first_seq as usize).ok()?)));
+        let stands = begins.zip(operation.request.rest_above_mm).map(|((check, begins), above_mm)| {
+            let height_mm = operation.request.allowance_mm + REST_LEEWAY * above_mm;
+            move |p: &Point3, n: &Vector3| check.is_stock(&(p + n * height_mm), begins)
+        });
+        let stands = stands.as_ref().map(|stands| stands as reach::Stands<'_>);
         first_seq += moves.moves.len() as u64;
-        let (found, samples) = measure_all(model, &part, (&moves, Some(sequence)), options, monitor)?;
+        let (found, samples) = measure_all(model, &part, (&moves, Some(sequence), stands), options, monitor)?;
         if operation.kind.is_of_surface() {
             crests.extend(samples);
         }
@@ -56,24 +70,27 @@ pub(crate) fn measure(
     let main = job.main_operation().and_then(|main| all.get(main)).map(|main| main.found.clone());
     let found =
         main.ok_or_else(|| VerifyError::Unknown { seq: 0, what: "operation", name: "none".to_owned() })?;
-    let stock = match &job.stock {
-        Some(stock) => Some(in_stock(model, job, program, stock, monitor)?),
-        None => None,
+    let check = match early {
+        Some(check) => Some(check),
+        None => job.stock.as_ref().map(followed).transpose()?,
     };
+    let keep_going = || monitor.go_on().is_ok();
+    let report = |check: StockCheck<'_>| check.report(None, &keep_going).map_err(of_stock);
+    let stock = check.map(report).transpose()?;
     let verdict = joined(job, program, &all, stock.as_ref());
     let found =
         Verification { format_version: LATEST_FORMAT_VERSION, verdict, stock, operations: all, ..found };
     Ok((found, crests))
 }
 
-/// Follows the stock through the whole program: whether rapids, shanks and holders keep clear of what is still there.
-fn in_stock(
-    model: &Model,
+/// The stock at all times of the whole program: by it one knows whether rapids, shanks and holders keep clear of what is there.
+fn follow<'a>(
+    model: &'a Model,
     job: &Job,
-    program: &Program,
+    program: &'a Program,
     stock: &Stock,
     monitor: &dyn Monitor,
-) -> Result<StockReport, VerifyError> {
+) -> Result<StockCheck<'a>, VerifyError> {
     monitor.at(Stage::Stock, 0.0);
     let initial = match *stock {
         Stock::Layer { thickness_mm } => InitialStock::layer(
@@ -95,10 +112,13 @@ fn in_stock(
         ..StockOptions::default()
     };
     let keep_going = || monitor.go_on().is_ok();
-    let check = StockCheck::new(initial, &program.moves, &job.tools, &options, &keep_going);
-    match check.and_then(|check| check.report(None, &keep_going)) {
-        Err(StockError::Stopped) => Err(Cancelled.into()),
-        other => Ok(other?),
+    StockCheck::new(initial, &program.moves, &job.tools, &options, &keep_going).map_err(of_stock)
+}
+
+fn of_stock(error: StockError) -> VerifyError {
+    match error {
+        StockError::Stopped => Cancelled.into(),
+        other => other.into(),
     }
 }
 

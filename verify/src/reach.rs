@@ -50,6 +50,9 @@ const NEAR_MATERIAL: f64 = 1.25;
 /// The room begins this far from the surface, mm.
 const OFF_SURFACE_MM: f64 = 0.01;
 
+/// Whether stock stands over a place, towards a unit normal.
+pub(crate) type Stands<'a> = &'a (dyn Fn(&Point3, &Vector3) -> bool + Sync);
+
 /// Judges whether the tool could have touched a point of the surface, from the model and the directions alone that it can be
 /// cut from, whether or not the job has setups there.
 ///
@@ -72,6 +75,8 @@ pub(crate) struct Reach<'a> {
     earlier: Option<Tool>,
     /// What it may have left where it counts as having been, over the crests of its passes, mm.
     earlier_sink_mm: f64,
+    /// Whether stock stands over a place, towards a unit normal, that is worth cutting; where only that is to be cut.
+    stands: Option<Stands<'a>>,
     least_cosine: f64,
     /// The end, if it is no ball, and the faces that it is held against.
     end: Option<(EndBody, EndFaces<'a>)>,
@@ -93,11 +98,17 @@ impl<'a> Reach<'a> {
             tool: scene.job.request.tool,
             earlier: scene.job.request.rest_of,
             earlier_sink_mm: (scene.options.cut_limit - 1.0) * scene.scallop_mm(),
+            stands: None,
             least_cosine: scene.options.steepest_deg.to_radians().cos(),
             end: end.map(|body| (body, EndFaces::new(scene.model, meshes))),
             up: axis(&scene.job.request.up),
             way_out_mm: way_out_mm(scene),
         }
+    }
+
+    /// The same where only what has stock worth cutting is to be cut.
+    pub(crate) fn where_stock_stands(self, stands: Option<Stands<'a>>) -> Self {
+        Reach { stands, ..self }
     }
 
     /// The view of one setup.
@@ -322,8 +333,12 @@ impl<'a> Reach<'a> {
             None => fits(self.tool, sink_mm, self.limits.as_ref()),
             Some(body) => self.end_fits(p, n, &body, sink_mm),
         };
-        if let Some(state) = own {
-            return state;
+        match own {
+            Some(SurfaceState::ReachableLeft) if self.stands.is_some_and(|stands| !stands(p, n)) => {
+                return SurfaceState::EarlierTool;
+            }
+            Some(state) => return state,
+            None => {}
         }
         let pin = SIGHT_RADIUS * self.tool.radius_mm();
         let sees = |view: &DropMesh<'_>| {

@@ -112,6 +112,10 @@ pub(crate) struct JobOptions {
     /// Rest passes: cut only what this larger tool could not, for example ball:10.
     #[arg(help_heading = TOOL, long, value_name = "SHAPE:SIZE")]
     pub(crate) rest_of: Option<String>,
+    /// Cut only where more stock than this is left above what the operation leaves, mm: in a job of operations, which follows its
+    /// stock.
+    #[arg(skip)]
+    pub(crate) rest_above: Option<f64>,
     /// Leave this much on the surface, along its normal, mm, as roughing does; negative to cut below it [default: 0].
     #[arg(help_heading = TOOL, long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) allowance: Option<f64>,

@@ -46,6 +46,7 @@ pub(super) fn over(first: JobOptions, second: JobOptions) -> JobOptions {
         holder_clearance: first.holder_clearance.or(second.holder_clearance),
         rest_of: first.rest_of.or(second.rest_of),
         allowance: first.allowance.or(second.allowance),
+        rest_above: first.rest_above.or(second.rest_above),
         stock_above: first.stock_above.or(second.stock_above),
         pencil: first.pencil || second.pencil,
         scallop: first.scallop.or(second.scallop),

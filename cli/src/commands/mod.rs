@@ -34,6 +34,7 @@ mod report;
 mod request;
 mod sample;
 mod simulate;
+mod stages;
 mod stream;
 mod subject;
 mod sweep;

@@ -14,7 +14,7 @@ use toml::{Table, Value};
 use super::job_file::{self, JOB_TOML};
 use super::plan::{Done, finish};
 use super::request::Request;
-use super::{Context, plan_summary, say_axes};
+use super::{Context, plan_summary, say_axes, stages};
 use crate::args::{JobOptions, PlanArgs, StrategyName, sides};
 use crate::console::Console;
 use crate::failure::Failure;
@@ -182,8 +182,9 @@ pub(super) fn run(context: &Context, model: &Path, source: Source, out: &Path) -
     folder.text(JOB_TOML, &text(&job)?)?;
 
     console.stage("verifying");
+    let states = stages::of(&planned);
     let verified = planned.verify_into(folder, console)?;
-    finish(context, verified, out)
+    finish(context, verified, &states, out)
 }
 
 /// The operations of a job file as they are planned.

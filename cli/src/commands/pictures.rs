@@ -18,6 +18,7 @@ use claymill_viewer::{
 use rayon::prelude::*;
 
 use super::finished::title;
+use super::stages::{self, StockState};
 use crate::args::ShowName;
 use crate::console::{Console, counted};
 use crate::failure::{Failure, advice_on};
@@ -237,7 +238,12 @@ pub(crate) struct Sights {
 }
 
 /// Takes all pictures of a job: previews as files in `folder`, and what the report shows.
-pub(crate) fn take(console: &Console, finished: &Finished<'_>, folder: &Path) -> Result<Sights, Failure> {
+pub(super) fn take(
+    console: &Console,
+    finished: &Finished<'_>,
+    states: &[StockState],
+    folder: &Path,
+) -> Result<Sights, Failure> {
     let Finished { model, job, region_of_face, program, .. } = *finished;
     let cut = cut_faces(job);
     let tolerance_mm = finished.regions.tolerance_mm;
@@ -261,7 +267,12 @@ pub(crate) fn take(console: &Console, finished: &Finished<'_>, folder: &Path) ->
         let space = scope.spawn(|| browser_glb(&input));
         let renderer = renderer(console);
         let shots = match &renderer {
-            Some(renderer) => album.save_previews(console, renderer, finished, &axes, folder)?,
+            Some(renderer) => {
+                let mut shots = album.save_previews(console, renderer, finished, &axes, folder)?;
+                let of_stock = (model, &*title(job));
+                shots.extend(stages::save(console, renderer, states, of_stock, &axes, folder)?);
+                shots
+            }
             None => Vec::new(),
         };
         let sheets = album.sheets(console, renderer.as_ref(), finished, &axes)?;

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::job_file::{self, JOB_TOML};
 use super::request::Request;
+use super::stages::StockState;
 use super::{Context, left_out, operations, pictures, plan_summary, report, say_axes, verify};
 use crate::args::PlanArgs;
 use crate::console::{Console, counted, peak_memory_mb};
@@ -83,17 +84,22 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     let plan = planned.plan();
     verify::expect(console, plan.program.moves.len(), plan.totals.passes, faces);
     let verified = planned.verify_into(folder, console)?;
-    finish(context, verified, out)
+    finish(context, verified, &[], out)
 }
 
 /// Verdict, pictures and report of a job that was verified; then its folder is put into place.
-pub(super) fn finish(context: &Context, mut verified: Verified<'_>, out: &Path) -> Result<Done, Failure> {
+pub(super) fn finish(
+    context: &Context,
+    mut verified: Verified<'_>,
+    states: &[StockState],
+    out: &Path,
+) -> Result<Done, Failure> {
     let console = context.console;
     say_stick_outs(console, &verified);
     verify::say(context, &verified.results().verification);
 
     console.stage("pictures");
-    let sights = pictures::take(console, &verified.finished(), verified.path())?;
+    let sights = pictures::take(console, &verified.finished(), states, verified.path())?;
     verified.measured(console.finish(), peak_memory_mb());
     report::write(&verified.finished(), &sights, verified.path(), out)?;
     let Finished { region_of_face, .. } = verified.finished();

@@ -10,7 +10,7 @@ use claymill_viewer::{ReportError, ReportInput, write_report};
 
 use super::finished::{quoted, title};
 use super::job_file::JOB_TOML;
-use super::{Context, orientation, pictures, region_of_face};
+use super::{Context, orientation, pictures, region_of_face, stages};
 use crate::args::{AxisArgs, ReportArgs};
 use crate::failure::Failure;
 use crate::interrupt;
@@ -60,7 +60,8 @@ pub(crate) fn report(context: &Context, args: &ReportArgs) -> Result<ExitCode, F
         crests: &crests,
         orientation,
     };
-    let sights = pictures::take(context.console, &finished, renewal.path())?;
+    let states = stages::of_job(context.console, finished.model, finished.job, finished.program)?;
+    let sights = pictures::take(context.console, &finished, &states, renewal.path())?;
     write(&finished, &sights, renewal.path(), folder)?;
     renewal.finish()?;
     context.console.finish();

@@ -57,6 +57,7 @@ impl Request {
         job.obstacle_unit_mm = options.mesh_unit.unwrap_or(1.0);
         let passes = &mut job.passes;
         passes.rest_of = rest_of;
+        passes.rest_above_mm = options.rest_above;
         passes.stock_above_mm = options.stock_above.unwrap_or(0.0);
         passes.allowance_mm = options.allowance.unwrap_or(0.0);
         passes.strategy = strategy.into();

@@ -33,6 +33,7 @@ mod queue;
 #[path = "../../../controller/tests/it/records/mod.rs"]
 mod records;
 mod rest;
+mod rest_above;
 mod roadster;
 mod run;
 mod shank;

@@ -59,6 +59,12 @@ pub enum PlanError {
         /// The tool.
         tool: Tool,
     },
+    /// Rest by thickness, and nobody knows how thick the stock is.
+    #[error("what has more than {above_mm} mm of stock is to be cut, and the stock is not known")]
+    NoStock {
+        /// As asked for.
+        above_mm: f64,
+    },
     /// The end is not one that this is done with.
     #[error("{what} for ball ends only: {tool} cannot be planned with that way")]
     EndNotFor {
@@ -111,7 +117,7 @@ pub enum PlanError {
     #[error("no setup reaches any face that is to be cut")]
     NothingToCut,
     /// There is no rest.
-    #[error("the earlier tool could cut all that this one reaches")]
+    #[error("earlier operations left nothing that this tool reaches")]
     NoRest,
     /// The work was to end without a result.
     #[error(transparent)]

@@ -76,6 +76,7 @@ pub(crate) fn plan_crowded(
 ) -> Result<Plan, PlanError> {
     check_tools(&options.tool, options.rest_of.as_ref(), options.scallop_mm)?;
     check_end(options)?;
+    options.rest()?;
     if !obstacles.is_empty() && !options.tool.is_ball() {
         return Err(PlanError::EndNotFor { tool: options.tool, what: EndRefusal::Obstacles });
     }
@@ -162,6 +163,7 @@ fn lay(
         frames: &frames,
         balls: &balls,
         earlier: &earlier,
+        rest: options.rest()?,
         space: &space,
         free,
         scallop_mm: options.scallop_mm,
@@ -257,7 +259,8 @@ fn lay(
         );
     }
     if out.program.moves.is_empty() {
-        return Err(if earlier.is_empty() { PlanError::NothingToCut } else { PlanError::NoRest });
+        let is_rest = !earlier.is_empty() || options.rest_above_mm.is_some();
+        return Err(if is_rest { PlanError::NoRest } else { PlanError::NothingToCut });
     }
     out.add_up();
     let (area, faces) = account.faces(model, regions, free, bare);
@@ -337,7 +340,7 @@ impl<'a> View<'a> {
 /// Sides of the triangles on which it is decided what a setup cuts, mm.
 fn fineness_mm(options: &PlanOptions, area_mm2: f64) -> f64 {
     let radius_mm = options.tool.radius_mm();
-    if options.rest_of.is_some() {
+    if options.rest_of.is_some() || options.rest_above_mm.is_some() {
         return FINEST * radius_mm;
     }
     let step_mm = flat_mm(radius_mm, options.scallop_mm);

@@ -1,7 +1,10 @@
 //! What to cut and how.
 
+use std::sync::Arc;
+
 use claymill_contact::Frame;
 use claymill_nurbs::Point3;
+use claymill_stock::Stock;
 use claymill_toolpath::{
     Bounds, CHECK_CLEARANCE_MM, FreeSide, LinkStyle, MachineLimits, Tool, swollen_scallop_mm,
 };
@@ -10,6 +13,7 @@ use crate::pattern::strategy::Strategy;
 use crate::plan::error::{EndRefusal, PlanError};
 use crate::setup::assignment::MOST_SETUPS;
 use crate::setup::orientation::Orientation;
+use crate::setup::probe::Rest;
 
 /// By itself, rapids across keep at least this distance above everything within the tool's radius; rapids up and down
 /// end this far above the ball's location, mm.
@@ -27,6 +31,10 @@ pub struct PlanOptions {
     pub tool: Tool,
     /// A larger tool that has been over the model: only what it could not cut is cut.
     pub rest_of: Option<Tool>,
+    /// Only what has more stock than this above what these passes leave is cut, mm; everything if `None`.
+    pub rest_above_mm: Option<f64>,
+    /// The stock as earlier operations left it, which [`PlanOptions::rest_above_mm`] asks of.
+    pub in_process: Option<Arc<Stock>>,
     /// How much stock may stand above what these passes leave, mm: rapids keep out of it.
     pub stock_above_mm: f64,
     /// What is left on the surface, along its normal, mm: for roughing. Negative below it, by less than the ball's radius.
@@ -74,6 +82,8 @@ impl PlanOptions {
         PlanOptions {
             tool,
             rest_of: None,
+            rest_above_mm: None,
+            in_process: None,
             allowance_mm: 0.0,
             stock_above_mm: 0.0,
             scallop_mm,
@@ -110,10 +120,21 @@ impl PlanOptions {
         Ok(PlanOptions {
             tool: swollen(&self.tool)?,
             rest_of: self.rest_of.as_ref().map(swollen).transpose()?,
+            rest_above_mm: self.rest_above_mm.map(|mm| mm + allowance_mm),
             scallop_mm: swollen_scallop_mm(self.tool.radius_mm(), self.scallop_mm, allowance_mm),
             allowance_mm: 0.0,
             ..self.clone()
         })
+    }
+
+    /// The stock that is asked which places have something left, if some have not.
+    ///
+    /// # Errors
+    /// Nobody knows the stock.
+    pub(crate) fn rest(&self) -> Result<Option<Rest<'_>>, PlanError> {
+        let Some(above_mm) = self.rest_above_mm else { return Ok(None) };
+        let Some(stock) = self.in_process.as_deref() else { return Err(PlanError::NoStock { above_mm }) };
+        Ok(Some(Rest { stock, above_mm }))
     }
 
     /// The setups asked for, or the five usual ones.
@@ -163,7 +184,7 @@ pub fn check_end(options: &PlanOptions) -> Result<(), PlanError> {
     let refused = [
         (options.strategy != Strategy::Planar, EndRefusal::Strategy(options.strategy)),
         (options.pencil, EndRefusal::Pencil),
-        (options.rest_of.is_some(), EndRefusal::Rest),
+        (options.rest_of.is_some() || options.rest_above_mm.is_some(), EndRefusal::Rest),
         (options.allowance_mm != 0.0, EndRefusal::Allowance),
         (options.stock_above_mm != 0.0, EndRefusal::Stock),
         (!options.bounds.is_none(), EndRefusal::Bounds),

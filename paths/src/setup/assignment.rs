@@ -354,18 +354,21 @@ fn decide(seen: &Probed, leads: &[usize]) -> Assignment {
             // Places close by may be in bounds.
             near.into_iter().for_each(|(k, facing, _)| assignment.is_for(k, facing));
             assignment.out_of_bounds += share;
-        } else if (0..setups).any(|k| at(k, probe) == Seen::Tight) {
+        } else if let Some(done) = (0..setups).find_map(|k| match at(k, probe) {
+            Seen::Tight { done } => Some(done),
+            _ => None,
+        }) {
             assignment.tight += share;
-            finished = false;
+            finished &= done;
         } else {
             assignment.hidden += share;
         }
     }
     // What the earlier tool has finished in part, or ends in a corner, is cut as a whole: passes overlap.
     if finished {
-        let Assignment { hidden, out_of_bounds, .. } = assignment;
-        assignment =
-            Assignment { hidden, out_of_bounds, done: assignment.cut.iter().sum(), ..Assignment::default() };
+        let Assignment { hidden, out_of_bounds, tight, .. } = assignment;
+        let done = assignment.cut.iter().sum();
+        assignment = Assignment { hidden, out_of_bounds, tight, done, ..Assignment::default() };
     }
     assignment
 }

@@ -2,6 +2,7 @@
 
 use claymill_contact::{BallDrop, Blocked, Covering, FreeSides, Location};
 use claymill_nurbs::{Model, Point2, Point3, Vector3};
+use claymill_stock::Stock;
 
 use crate::containment::{Containment, On};
 use crate::setup::leaning::{LEAST_FACING, LEAST_SLANT, OVERHANGING};
@@ -59,7 +60,10 @@ pub(crate) enum Seen {
     /// Leans too far or faces away.
     Steep,
     /// The ball is held up by less than its radius, or by what is above it.
-    Tight,
+    Tight {
+        /// Nothing is left there that is worth cutting.
+        done: bool,
+    },
     /// Something else is in the way.
     Hidden,
     /// The material is on the side that faces the setup.
@@ -92,12 +96,28 @@ impl Seen {
     }
 }
 
+/// The stock as earlier operations left it, and the thickness from which on it is worth passes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rest<'a> {
+    pub(crate) stock: &'a Stock,
+    pub(crate) above_mm: f64,
+}
+
+impl Rest<'_> {
+    /// Whether there is no stock at this height over a place. Where nothing can be said there is some.
+    fn is_gone(&self, point: &Point3, normal: &Vector3) -> bool {
+        self.stock.thickness_along(&(point + normal * self.above_mm), normal).is_ok_and(|mm| mm <= 0.0)
+    }
+}
+
 /// What each of the setups sees.
 pub(crate) struct Views<'a> {
     pub(crate) frames: &'a [Frame],
     pub(crate) balls: &'a [BallDrop<'a>],
     /// The tool whose rest is cut, if any.
     pub(crate) earlier: &'a [BallDrop<'a>],
+    /// The stock that says where there is some left, if only that is cut.
+    pub(crate) rest: Option<Rest<'a>>,
     pub(crate) space: &'a Space<'a>,
     /// The sides that may be cut.
     pub(crate) free: FreeSides<'a>,
@@ -164,7 +184,7 @@ impl Place {
                     false => Seen::OutOfBounds,
                 }
             }
-            Some(Blocked::Near) => Seen::Tight,
+            Some(Blocked::Near) => Seen::Tight { done: false },
             Some(Blocked::Far) => Seen::Hidden,
         }
     }
@@ -205,7 +225,7 @@ impl Place {
                     containment.is_some_and(|containment| !containment.allows(&centre, &at, On::Pass));
                 return if is_kept_out { Seen::OutOfBounds } else { Seen::Wall { other_side, done: false } };
             }
-            seen = Seen::Tight;
+            seen = Seen::Tight { done: false };
         }
         seen
     }
@@ -223,9 +243,11 @@ fn beside_walls(place: &Place, views: &Views, seen: &mut [Seen]) {
             continue;
         }
         seen[k] = place.seen_beside(k, views, &views.balls[k], views.keeps[k].as_ref(), farther_mm);
-        if let Seen::Wall { done, .. } = &mut seen[k] {
+        if let Seen::Wall { done, other_side } = &mut seen[k] {
             let before = |ball| place.seen_beside(k, views, ball, None, farther_mm);
-            *done = views.earlier.get(k).is_some_and(|ball| matches!(before(ball), Seen::Wall { .. }));
+            let normal = if *other_side { -place.normal } else { place.normal };
+            *done = views.rest.is_some_and(|rest| rest.is_gone(&place.point, &normal))
+                || views.earlier.get(k).is_some_and(|ball| matches!(before(ball), Seen::Wall { .. }));
             return;
         }
     }
@@ -241,7 +263,9 @@ fn on_slants(place: &Place, views: &Views, allowed_mm: f64, seen: &mut [Seen]) {
         let here = place.seen_facing(frame, &views.balls[k], views.keeps[k].as_ref(), allowed_mm);
         if let Seen::Reached { in_bounds: true, .. } = here {
             let before = |ball| place.seen_facing(frame, ball, None, EARLIER_ALLOWED * allowed_mm);
-            let done = views.earlier.get(k).is_some_and(|ball| matches!(before(ball), Seen::Reached { .. }));
+            let done =
+                views.rest.is_some_and(|rest| rest.is_gone(&place.point, &(place.normal * facing.signum())))
+                    || views.earlier.get(k).is_some_and(|ball| matches!(before(ball), Seen::Reached { .. }));
             seen[k] = Seen::Slanting { facing, done };
         }
     }
@@ -311,7 +335,11 @@ impl Prober<'_> {
         let mut finished_from: Vec<Option<bool>> = vec![None; setups];
         for k in 0..setups {
             seen[k] = place.seen(&views.frames[k], &views.balls[k], views.keeps[k].as_ref(), allowed_mm);
-            let Seen::Reached { done, .. } = &mut seen[k] else { continue };
+            let Seen::Reached { done, facing, .. } = &mut seen[k] else { continue };
+            if views.rest.is_some_and(|rest| rest.is_gone(&place.point, &(normal * facing.signum()))) {
+                *done = true;
+                continue;
+            }
             let side = |k: usize| normal.dot(&views.frames[k].axis()) > 0.0;
             // Mostly the same setup tells.
             let mut setups = (k..setups).chain(0..k).filter(|&other| side(other) == side(k));
@@ -322,6 +350,17 @@ impl Prober<'_> {
             let is_wall = seen.iter().any(|s| matches!(s, Seen::Wall { .. }));
             if self.slants != Slants::Left && !is_wall {
                 on_slants(&place, views, allowed_mm, &mut seen);
+            }
+        }
+        let is_tight = seen.iter().any(|s| matches!(s, Seen::Tight { .. }));
+        if let Some(rest) = views.rest.filter(|_| is_tight) {
+            let mut sides = [(true, normal), (false, -normal)].into_iter();
+            let gone =
+                sides.all(|(along, n)| !views.free.allow(self.face, along) || rest.is_gone(&place.point, &n));
+            for s in &mut seen {
+                if let Seen::Tight { done } = s {
+                    *done = gone;
+                }
             }
         }
         if self.slants == Slants::Cut {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use claymill_nurbs::{Aabb, Point3};
+use claymill_nurbs::{Aabb, Point3, Vector3};
 use claymill_stock::{Family, Grid, Stock, StockError};
 
 use super::{block, bounds};
@@ -143,4 +143,30 @@ fn intervals_come_in_any_order_and_are_rounded_outwards() {
         assert!(matches!(Stock::from_rays(grid, |_| Some(vec![bad])), Err(StockError::Interval { .. })));
     }
     assert_eq!(Stock::from_rays(grid, |_| None), Err(StockError::Empty { pitch_mm: 1.0 }));
+}
+
+/// A square of 100 mm as two triangles, with a layer: a plate, half cylinders at its sides, quarter balls at its corners.
+#[test]
+fn a_layer_is_everything_within_its_thickness() {
+    let (thickness, side) = (10.0, 100.0);
+    let points = [[0.0, 0.0], [side, 0.0], [side, side], [0.0, side]].map(|[x, y]| Point3::new(x, y, 0.0));
+    let grid = Grid::over(&bounds([-12.0, -12.0, -12.0], [112.0, 112.0, 12.0]), 0.5).unwrap();
+    let layer = Stock::layer(grid, &points, &[[0, 1, 2], [0, 2, 3]], thickness).unwrap();
+    let volume = |t: f64| 2.0 * t * side * side + 2.0 * PI * t * t * side + 4.0 / 3.0 * PI * t.powi(3);
+    let largest = thickness.hypot(0.1 * thickness) + 1e-3;
+    for found in layer.volume().families_mm3 {
+        assert!(found > 0.999 * volume(thickness) && found < 1.001 * volume(largest), "{found}");
+    }
+    // No place within the thickness is without stock, and none beyond the largest has any.
+    for i in 0..40 {
+        let p = Point3::new(2.5 * f64::from(i) + 0.3, 97.0 - 2.3 * f64::from(i), 0.0);
+        for direction in [1.0, -1.0] {
+            let found = layer.thickness_along(&p, &Vector3::new(0.0, 0.0, direction)).unwrap();
+            assert!(found >= thickness && found <= largest, "{found} at {p}");
+        }
+    }
+    assert!(matches!(Stock::layer(grid, &points, &[[0, 1, 4]], 1.0), Err(StockError::NoVertex { .. })));
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(Stock::layer(grid, &points, &[[0, 1, 2]], bad), Err(StockError::Size { .. })));
+    }
 }

@@ -21,7 +21,7 @@ const DIRECTIONS: [(&str, &[&str]); 17] = [
     ("motion", &["nurbs"]),
     ("contact", &["nurbs", "toolpath"]),
     ("stock", &["nurbs", "toolpath"]),
-    ("paths", &["nurbs", "motion", "contact", "surface-merge", "toolpath"]),
+    ("paths", &["nurbs", "motion", "contact", "stock", "surface-merge", "toolpath"]),
     // Not `paths`: what is verified must not be computed by the code that is judged.
     ("verify", &["nurbs", "exchange", "toolpath"]),
     ("controller", &["nurbs", "motion", "toolpath"]),
@@ -34,6 +34,7 @@ const DIRECTIONS: [(&str, &[&str]); 17] = [
         &[
             "nurbs",
             "exchange",
+            "stock",
             "surface-merge",
             "tooling",
             "toolpath",

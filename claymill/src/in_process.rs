@@ -1,0 +1,155 @@
+//! The stock between the operations of a job, as it is followed while they are planned.
+//!
+//! ```text
+//!   stock ──── operation 1 ───► less ──── operation 2 ───► less …
+//!     │           its moves      │            its moves     │
+//!     ▼                          ▼                          ▼
+//!   pictures           what is left for operation 2   what is left for operation 3
+//! ```
+//!
+//! It decides where an operation is worth its passes, and what pictures show. The verifier has a stock of its own.
+
+use std::sync::Arc;
+
+use claymill_nurbs::{Aabb, FaceMesh, MeshOptions, Model, Point3, tessellate};
+use claymill_stock::{Chords, Grid, Stock, StockError, SurfaceMesh, Sweep, ToolBody, USUAL_BYTES};
+use claymill_toolpath::{Job as JobRecord, Monitor, MoveKind, Program, Stage, Stock as StockRecord, Tool};
+use rayon::prelude::*;
+
+use crate::error::Error;
+
+/// Rays along the longest side of the stock, where nothing finer is asked for.
+const USUAL_RAYS: f64 = 600.0;
+/// Rays along the longest side at most.
+const MOST_RAYS: f64 = 2000.0;
+/// Chords deviate from moves by so many pitches at most.
+const CHORD_PITCHES: f64 = 0.02;
+/// Faces are within this share of a layer's thickness of their triangles.
+const LAYER_DEVIATION: f64 = 0.004;
+/// Moves are cut so many at a time.
+const BATCH: usize = 20_000;
+
+/// The stock of a job after some of its operations.
+#[derive(Debug, Clone)]
+pub struct InProcessStock {
+    stock: Arc<Stock>,
+    chord_mm: f64,
+}
+
+impl InProcessStock {
+    /// The stock of a job before its first operation. Where operations cut only what stands above a thickness, `least_rest_mm` is
+    /// the smallest one.
+    ///
+    /// # Errors
+    /// It is empty, or too far out.
+    pub(crate) fn new(
+        record: &StockRecord,
+        model: &Model,
+        least_rest_mm: Option<f64>,
+    ) -> Result<Self, Error> {
+        let bounds = match *record {
+            StockRecord::Block { box_mm: [x0, y0, z0, x1, y1, z1] } => {
+                Aabb { min: Point3::new(x0, y0, z0), max: Point3::new(x1, y1, z1) }
+            }
+            StockRecord::Layer { thickness_mm } => {
+                let faces = model.faces.iter().fold(Aabb::empty(), |all, face| all.union(&face.bounds()));
+                faces.inflated(1.01 * thickness_mm)
+            }
+        };
+        let longest_mm = (bounds.max - bounds.min).amax();
+        let usual_mm = longest_mm / USUAL_RAYS;
+        let pitch_mm = least_rest_mm.map_or(usual_mm, |mm| mm.min(usual_mm)).max(longest_mm / MOST_RAYS);
+        let grid = match Grid::over(&bounds, pitch_mm) {
+            Err(StockError::TooFine { fitting_mm, .. }) => Grid::within(&bounds, fitting_mm, USUAL_BYTES)?,
+            other => other?,
+        };
+        let stock = match *record {
+            StockRecord::Block { .. } => Stock::block_in(grid, &bounds)?,
+            StockRecord::Layer { thickness_mm } => {
+                let (points, triangles) = triangles(model, LAYER_DEVIATION * thickness_mm);
+                Stock::layer(grid, &points, &triangles, thickness_mm)?
+            }
+        };
+        Ok(InProcessStock { stock: Arc::new(stock), chord_mm: CHORD_PITCHES * grid.pitch_mm() })
+    }
+
+    /// The stock of a job before its first operation, and after each, from its moves; nothing of a job without stock.
+    ///
+    /// # Errors
+    /// The stock is empty or too far out, a move is no curve, or the monitor ends it.
+    pub fn states_of(
+        model: &Model,
+        job: &JobRecord,
+        program: &Program,
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<Self>, Error> {
+        let Some(record) = &job.stock else { return Ok(Vec::new()) };
+        let mut state = InProcessStock::new(record, model, None)?;
+        let mut states = vec![state.clone()];
+        for (index, operation) in job.operations.iter().enumerate() {
+            if let Some(tool) = job.tools.iter().find(|tool| tool.id == operation.tool) {
+                state.cut(&program.of_operation(index), &tool.tool, monitor)?;
+            }
+            states.push(state.clone());
+        }
+        Ok(states)
+    }
+
+    /// Takes away what the moves of an operation cut. Rapids cut nothing.
+    ///
+    /// # Errors
+    /// A move is no curve, or the monitor ends it.
+    pub(crate) fn cut(&mut self, program: &Program, tool: &Tool, monitor: &dyn Monitor) -> Result<(), Error> {
+        let body = ToolBody::cutting(tool)?.offset(-self.chord_mm)?;
+        let stock = Arc::make_mut(&mut self.stock);
+        let cutting: Vec<_> = program.moves.iter().filter(|m| m.kind != MoveKind::Rapid).collect();
+        for (k, batch) in cutting.chunks(BATCH).enumerate() {
+            monitor.go_on().map_err(Error::Cancelled)?;
+            monitor.at(Stage::Stock, (k * BATCH) as f64 / cutting.len() as f64);
+            let sweeps = batch.par_iter().map(|m| {
+                let curve = m.curve().map_err(|_| StockError::NotFinite("a move"))?;
+                Chords::of(&curve, self.chord_mm)?.sweeps(&body, m.axis_start.into())
+            });
+            let sweeps: Vec<Sweep<'_>> = sweeps.collect::<Result<Vec<_>, _>>()?.concat();
+            stock.cut_all(&sweeps);
+        }
+        Ok(())
+    }
+
+    /// The material.
+    #[must_use]
+    pub fn stock(&self) -> &Arc<Stock> {
+        &self.stock
+    }
+
+    /// Its surface for a picture.
+    ///
+    /// # Errors
+    /// It has too many vertices.
+    pub fn surface(&self) -> Result<SurfaceMesh, Error> {
+        // Finer than the usual rays no picture needs it.
+        let counts = self.stock.grid().cells();
+        let most = counts.iter().copied().max().unwrap_or(1);
+        Ok(self.stock.surface((f64::from(most) / USUAL_RAYS).floor().max(1.0) as u32)?)
+    }
+
+    /// How much there is, mm³.
+    #[must_use]
+    pub fn volume_mm3(&self) -> f64 {
+        self.stock.volume().best_mm3()
+    }
+}
+
+/// All faces as triangles. A face that has none is not cut either.
+fn triangles(model: &Model, deviation_mm: f64) -> (Vec<Point3>, Vec<[u32; 3]>) {
+    let options = MeshOptions { deviation_mm, longest_edge_mm: f64::INFINITY };
+    let meshes: Vec<FaceMesh> =
+        model.faces.par_iter().map(|face| tessellate(face, &options).unwrap_or_default()).collect();
+    let (mut points, mut all) = (Vec::new(), Vec::new());
+    for mesh in meshes {
+        let first = points.len() as u32;
+        all.extend(mesh.triangles.iter().map(|t| t.map(|i| i + first)));
+        points.extend(mesh.points);
+    }
+    (points, all)
+}

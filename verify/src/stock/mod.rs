@@ -18,12 +18,14 @@
 
 mod body;
 mod check;
+mod discs;
 mod engagement;
 mod error;
 mod flatten;
 mod initial;
 mod judge;
 mod layer_stock;
+mod level_engagement;
 mod left;
 mod mesh_stock;
 mod options;
@@ -44,6 +46,9 @@ pub use engagement::Engagement;
 pub use error::{KeepGoing, StockError};
 pub use initial::{BoxInStock, InitialStock, Table};
 pub use judge::LeftBand;
+pub use level_engagement::{
+    ENGAGEMENT_BIN_DEG, ENGAGEMENT_BINS, LevelEngagement, LevelPose, level_engagement,
+};
 pub use left::{StockSample, Thickness};
 pub use options::StockOptions;
 pub use report::{EngagementAt, StockContact, StockHit, StockLeft, StockProof, StockReport, StockVolumes};

@@ -17,6 +17,9 @@ const BESIDE_MM: f64 = 1.5e-3;
 /// Borders shorter than this cut nothing that counts, mm.
 const SHORTEST_MM: f64 = 0.01;
 
+/// A part clears this share of the square of the tool's radius at least.
+const LEAST_SHARE: f64 = 2e-4;
+
 /// A part that is taken in a round.
 #[derive(Debug, Clone)]
 pub(crate) struct Front {
@@ -77,10 +80,9 @@ impl<'a> Ground<'a> {
 pub(crate) fn front(part: PlanarSet, ground: &Ground<'_>) -> Option<Front> {
     let cleared = part.dilated(ground.limit.radius_mm()).intersection(ground.uncut_set);
     let passes: Vec<Pass> = part.contours().iter().flat_map(|c| passes(c, ground)).collect();
-    if passes.is_empty() {
-        return None;
-    }
-    Some(Front { round: 0, cleared_mm2: cleared.area_mm2(), part, cleared, passes })
+    let cleared_mm2 = cleared.area_mm2();
+    let is_worth = cleared_mm2 > LEAST_SHARE * ground.limit.radius_mm().powi(2);
+    (is_worth && !passes.is_empty()).then(|| Front { round: 0, cleared_mm2, part, cleared, passes })
 }
 
 /// The stretches of a contour that are not on the border of what was reached.

@@ -6,6 +6,7 @@ mod engagement;
 mod error;
 mod fronts;
 mod leads;
+mod offset;
 mod order;
 mod outline;
 mod planar_set;

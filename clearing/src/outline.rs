@@ -95,6 +95,12 @@ impl Outline {
         self.of_box(low, high).map(|[a, b]| distance_from_segment(p, a, b)).fold(limit_mm, f64::min)
     }
 
+    /// Whether a contour is nearer than a distance.
+    pub(crate) fn is_within(&self, p: Place, mm: f64) -> bool {
+        let (low, high) = ([p[0] - mm, p[1] - mm], [p[0] + mm, p[1] + mm]);
+        self.of_box(low, high).any(|[a, b]| distance_from_segment(p, a, b) < mm)
+    }
+
     /// Whether a point is inside.
     pub(crate) fn contains(&self, p: Place) -> bool {
         let beyond = [self.low[0] + self.cell_mm * self.columns as f64, p[1]];

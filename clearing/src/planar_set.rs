@@ -9,14 +9,12 @@
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::core::single::SingleIntOverlay;
-use i_overlay::i_float::int::angle::Angle;
 use i_overlay::i_float::int::point::IntPoint;
-use i_overlay::mesh::int::arc::ArcOptions;
-use i_overlay::mesh::int::outline::offset::IntOutlineOffset;
-use i_overlay::mesh::int::style::{IntLineJoin, IntOutlineStyle};
+
+use crate::offset;
 
 /// Steps of the grid per mm.
-const STEPS_PER_MM: f64 = 1e5;
+pub(crate) const STEPS_PER_MM: f64 = 1e5;
 /// Nothing may lie further from the origin than this, mm: the integers of the grid have 32 bits.
 pub const FARTHEST_MM: f64 = 4500.0;
 /// Arcs become chords within this distance, mm.
@@ -26,7 +24,7 @@ const STRAIGHT_STEPS: f64 = 15.0;
 /// Vertices that may be left out one after the other.
 const LONGEST_RUN: usize = 64;
 
-type Contour = Vec<IntPoint<i32>>;
+pub(crate) type Contour = Vec<IntPoint<i32>>;
 
 /// A set of the plane: what lies left of its contours. Coordinates are mm.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -35,7 +33,7 @@ pub struct PlanarSet {
     parts: Vec<Vec<Contour>>,
 }
 
-fn on_grid([x, y]: [f64; 2]) -> IntPoint<i32> {
+pub(crate) fn on_grid([x, y]: [f64; 2]) -> IntPoint<i32> {
     let limit = FARTHEST_MM * STEPS_PER_MM;
     IntPoint::new(
         (x * STEPS_PER_MM).round().clamp(-limit, limit) as i32,
@@ -43,7 +41,7 @@ fn on_grid([x, y]: [f64; 2]) -> IntPoint<i32> {
     )
 }
 
-fn to_mm(p: IntPoint<i32>) -> [f64; 2] {
+pub(crate) fn to_mm(p: IntPoint<i32>) -> [f64; 2] {
     [f64::from(p.x) / STEPS_PER_MM, f64::from(p.y) / STEPS_PER_MM]
 }
 
@@ -102,14 +100,6 @@ impl PlanarSet {
         self.with(other, OverlayRule::Difference)
     }
 
-    fn offset(&self, mm: f64) -> Self {
-        let steps = (mm * STEPS_PER_MM).round() as i32;
-        let max_step = Angle::from_radians(chord_angle(mm.abs())).unwrap_or(ArcOptions::MAX_STEP);
-        let join = IntLineJoin::Round(ArcOptions { max_step, rotation_precision: 16 });
-        let style = IntOutlineStyle::new(steps).line_join(join);
-        PlanarSet { parts: self.parts.outline(&style).unwrap_or_default() }
-    }
-
     /// All that is within a distance of it, less a hair along arcs.
     #[must_use]
     pub fn dilated(&self, mm: f64) -> Self {
@@ -122,12 +112,55 @@ impl PlanarSet {
         self.offset(-(mm + CHORD_MM))
     }
 
+    /// Outlines and holes are offset one by one, as sets without holes.
+    fn offset(&self, mm: f64) -> Self {
+        let of_part = |part: &Vec<Contour>| {
+            let mut contours = part.iter();
+            let outline = PlanarSet { parts: contours.next().map_or_else(Vec::new, |c| offset::offset(c, mm)) };
+            contours.fold(outline, |set, hole| {
+                let hole: Contour = hole.iter().rev().copied().collect();
+                set.minus(&PlanarSet { parts: offset::offset(&hole, -mm) })
+            })
+        };
+        let parts: Vec<Self> = self.parts.iter().map(of_part).filter(|part| !part.is_empty()).collect();
+        match &parts[..] {
+            [one] => one.clone(),
+            _ if mm <= 0.0 => parts.iter().fold(PlanarSet::default(), Self::joined),
+            _ => {
+                let contours: Vec<Contour> = parts.into_iter().flat_map(|p| p.parts).flatten().collect();
+                let nothing: Vec<Contour> = Vec::new();
+                PlanarSet { parts: contours.overlay(&nothing, OverlayRule::Subject, FillRule::Positive) }
+            }
+        }
+    }
+
     /// The same without vertices that change it by less than a quarter of a micrometre.
     #[must_use]
     pub fn simplified(&self) -> Self {
-        let parts = self.parts.iter();
-        let parts = parts.map(|part| part.iter().map(simplified).filter(|c| c.len() > 2).collect());
-        PlanarSet { parts: parts.filter(|part: &Vec<Contour>| !part.is_empty()).collect() }
+        let contours: Vec<Contour> =
+            self.parts.iter().flatten().map(simplified).filter(|c| c.len() > 2).collect();
+        // Where two borders are beside each other they may cross now.
+        let nothing: Vec<Contour> = Vec::new();
+        PlanarSet { parts: contours.overlay(&nothing, OverlayRule::Subject, FillRule::Positive) }
+    }
+
+    /// Without parts and holes that are thinner than this on the mean, mm: noise of the grid.
+    pub(crate) fn without_slivers(&self, mm: f64) -> Self {
+        let is_thick = |c: &Contour| mean_width(c) > mm * STEPS_PER_MM;
+        let of_part = |part: &Vec<Contour>| -> Vec<Contour> {
+            if part.first().is_some_and(is_thick) {
+                part.iter().filter(|c| is_thick(c)).cloned().collect()
+            } else {
+                Vec::new()
+            }
+        };
+        PlanarSet { parts: self.parts.iter().map(of_part).filter(|part| !part.is_empty()).collect() }
+    }
+
+    /// Twice the area by the length of the border: the width of a long set, mm.
+    pub(crate) fn mean_width_mm(&self) -> f64 {
+        let border: f64 = self.parts.iter().flatten().map(length).sum();
+        2.0 * self.area_mm2() * STEPS_PER_MM / border.max(1.0)
     }
 
     /// Its connected parts.
@@ -145,13 +178,7 @@ impl PlanarSet {
     /// Its area, mm².
     #[must_use]
     pub fn area_mm2(&self) -> f64 {
-        let twice = |c: &Contour| -> i64 {
-            let cross = |(a, b): (&IntPoint<i32>, &IntPoint<i32>)| {
-                i64::from(a.x) * i64::from(b.y) - i64::from(b.x) * i64::from(a.y)
-            };
-            c.iter().zip(c.iter().cycle().skip(1)).map(cross).fold(0, i64::wrapping_add)
-        };
-        let twice = self.parts.iter().flatten().map(twice).fold(0, i64::wrapping_add);
+        let twice = self.parts.iter().flatten().map(twice_area).fold(0, i64::wrapping_add);
         0.5 * twice as f64 / (STEPS_PER_MM * STEPS_PER_MM)
     }
 
@@ -176,6 +203,24 @@ impl PlanarSet {
     }
 }
 
+fn twice_area(c: &Contour) -> i64 {
+    let cross = |(a, b): (&IntPoint<i32>, &IntPoint<i32>)| {
+        i64::from(a.x) * i64::from(b.y) - i64::from(b.x) * i64::from(a.y)
+    };
+    c.iter().zip(c.iter().cycle().skip(1)).map(cross).fold(0, i64::wrapping_add)
+}
+
+fn length(c: &Contour) -> f64 {
+    let side = |(a, b): (&IntPoint<i32>, &IntPoint<i32>)| {
+        (f64::from(a.x) - f64::from(b.x)).hypot(f64::from(a.y) - f64::from(b.y))
+    };
+    c.iter().zip(c.iter().cycle().skip(1)).map(side).sum()
+}
+
+fn mean_width(c: &Contour) -> f64 {
+    twice_area(c).unsigned_abs() as f64 / length(c).max(1.0)
+}
+
 /// The angle of a chord that is within [`CHORD_MM`] of an arc.
 pub(crate) fn chord_angle(radius_mm: f64) -> f64 {
     (2.0 * (1.0 - CHORD_MM / radius_mm.max(CHORD_MM)).acos()).clamp(0.01, 0.5)
@@ -187,8 +232,8 @@ fn simplified(contour: &Contour) -> Contour {
     let apart = |a: IntPoint<i32>, b: IntPoint<i32>, p: IntPoint<i32>| {
         let [ax, ay, px, py] = [b.x - a.x, b.y - a.y, p.x - a.x, p.y - a.y].map(f64::from);
         let length = ax.hypot(ay);
-        let along = if length > 0.0 { (ax * px + ay * py) / length } else { -1.0 };
-        if (0.0..=length).contains(&along) { (ax * py - ay * px).abs() / length } else { f64::INFINITY }
+        let share = if length > 0.0 { ((ax * px + ay * py) / (length * length)).clamp(0.0, 1.0) } else { 0.0 };
+        (px - share * ax).hypot(py - share * ay)
     };
     let mut kept: Contour = Vec::with_capacity(n);
     let (mut last, mut k) = (0, 0);

@@ -18,6 +18,7 @@ use claymill_toolpath::Monitor;
 use crate::engagement::EngagementLimit;
 use crate::error::ClearingError;
 use crate::fronts::{Front, Ground, front};
+use crate::outline::Outline;
 use crate::planar_set::{CHORD_MM, PlanarSet};
 
 /// Rounds of a clearing at most.
@@ -29,9 +30,15 @@ const RATIO: f64 = 0.5;
 /// The smallest circle, in tool radii: sharp corners of what the centre reaches are rounded by it.
 pub(crate) const SHARPEST: f64 = 1.0 / 64.0;
 /// What chords and fitted arcs may cut too much, mm.
-const MARGIN_MM: f64 = 0.004;
+const MARGIN_MM: f64 = 0.007;
 /// Parts that are thinner on the mean are noise of the grid, mm.
 const THINNEST_MM: f64 = 0.002;
+/// What a smaller circle adds to larger ones is wider than this on the mean, mm.
+const SLIVER_MM: f64 = 0.004;
+/// Middles of circles may be nearer to the uncut than they should by this, mm.
+const PINHOLE_MM: f64 = 0.004;
+/// Vertices of a part that are looked at.
+const LOOKED_AT: usize = 24;
 /// A part is taken in a round if it clears this share of what the best one clears by length of its pass.
 const WORTHWHILE: f64 = 0.6;
 
@@ -88,17 +95,21 @@ pub(crate) fn run(
             return Err(ClearingError::Rounds { rounds: MOST_ROUNDS });
         }
         let mut next = PlanarSet::default();
+        let uncut = Outline::new(&state.uncut);
         for circle in circles.iter_mut().filter(|c| !c.is_done) {
             let blocked = state.uncut.dilated(circle.clear_mm);
             let middles = circle.middles.minus(&blocked);
+            let middles = proven(&middles, &uncut, circle.clear_mm - PINHOLE_MM);
             if !middles.is_empty() {
-                next = next.union(&middles.dilated(circle.radius_mm));
+                // Where a smaller circle reaches as far as a larger one, slivers would be left between them.
+                let more = middles.dilated(circle.radius_mm).minus(&next).without_slivers(SLIVER_MM);
+                next = next.union(&more);
             }
         }
-        let parts = next.minus(&state.reached).parts();
+        let parts = next.minus(&state.reached).without_slivers(THINNEST_MM).parts();
         let ground = Ground::new(state, &next, limit);
         let parts: Vec<Front> =
-            parts.into_iter().filter(|p| is_thick(p)).filter_map(|p| front(p, &ground)).collect();
+            parts.into_iter().filter_map(|p| front(p, &ground)).collect();
         let best = parts.iter().map(Front::yield_mm).fold(0.0, f64::max);
         if best <= THINNEST_MM {
             return Ok(fronts);
@@ -109,8 +120,8 @@ pub(crate) fn run(
             part.round = state.rounds;
             fronts.push(part);
         }
-        state.reached = state.reached.simplified();
-        state.uncut = without_noise(&state.uncut.simplified());
+        state.reached = state.reached.simplified().without_slivers(THINNEST_MM);
+        state.uncut = state.uncut.simplified().without_slivers(THINNEST_MM);
         state.rounds += 1;
         for circle in circles.iter_mut().filter(|c| !c.is_done) {
             circle.is_done = !circle.covered.minus(&state.reached).parts().iter().any(is_thick);
@@ -118,19 +129,19 @@ pub(crate) fn run(
     }
 }
 
-/// Twice the area by the length of the border: the width of a long part.
-fn is_thick(part: &PlanarSet) -> bool {
-    part.area_mm2() > THINNEST_MM * THINNEST_MM && mean_width_mm(part) > THINNEST_MM
-}
-
-fn mean_width_mm(part: &PlanarSet) -> f64 {
-    let around = |c: &Vec<[f64; 2]>| -> f64 {
-        c.iter().zip(c.iter().cycle().skip(1)).map(|(a, b)| crate::outline::distance(*a, *b)).sum()
+/// The parts of which looked at vertices are as far from an outline as they should be. Where borders are noisy, what is grown by a
+/// large distance has pinholes, each of which would become a whole circle.
+fn proven(middles: &PlanarSet, uncut: &Outline, clear_mm: f64) -> PlanarSet {
+    let is_clear = |part: &PlanarSet| {
+        let contours = part.contours();
+        let Some(outline) = contours.first() else { return false };
+        let stride = outline.len().div_ceil(LOOKED_AT);
+        !outline.iter().step_by(stride).any(|&p| uncut.is_within(p, clear_mm))
     };
-    2.0 * part.area_mm2() / part.contours().iter().map(around).sum::<f64>().max(f64::MIN_POSITIVE)
+    let parts = middles.without_slivers(0.5 * THINNEST_MM).parts();
+    parts.iter().filter(|p| is_clear(p)).fold(PlanarSet::default(), PlanarSet::joined)
 }
 
-/// Without parts that are thinner than what counts as cut.
-fn without_noise(set: &PlanarSet) -> PlanarSet {
-    set.parts().iter().filter(|p| is_thick(p)).fold(PlanarSet::default(), |all, p| all.joined(p))
+fn is_thick(part: &PlanarSet) -> bool {
+    part.mean_width_mm() > THINNEST_MM
 }

@@ -6,9 +6,9 @@
 use crate::outline::{Place, distance, distance_from_segment};
 
 /// Vertices are this near to the line or arc that is put through them, mm.
-const VERTEX_MM: f64 = 1.2e-3;
+const VERTEX_MM: f64 = 1.3e-3;
 /// The middles of chords are this near to it on the inside, mm.
-const CHORD_MM: f64 = 2.4e-3;
+const CHORD_MM: f64 = 1.3e-3;
 /// Flatter arcs are lines, mm.
 const LARGEST_RADIUS_MM: f64 = 1e4;
 /// An arc goes around by this much at most, radians: two arcs make a circle.

@@ -5,7 +5,7 @@ use claymill_toolpath::Monitor;
 use crate::arcs::{PathPiece, pieces};
 use crate::engagement::EngagementLimit;
 use crate::error::{ClearingError, within};
-use crate::fronts::Pass;
+use crate::fronts::{Pass, without_steps};
 use crate::order::{end_of, order};
 use crate::outline::{Place, distance};
 use crate::planar_set::{CHORD_MM, FARTHEST_MM, PlanarSet};
@@ -152,7 +152,7 @@ fn stroke(pass: &Pass, is_linked: bool) -> Stroke {
         lead_in.push(PathPiece::anticlockwise(lead.from, on, lead.centre));
         lead_out.push(PathPiece::anticlockwise(on, lead.to, lead.centre));
     }
-    Stroke { approach, lead_in, cut: pieces(&pass.points), lead_out }
+    Stroke { approach, lead_in, cut: pieces(&without_steps(&pass.points)), lead_out }
 }
 
 /// A place of what the centre has not reached where most room is, if it is worth going there.

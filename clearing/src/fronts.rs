@@ -17,6 +17,8 @@ const BESIDE_MM: f64 = 1.5e-3;
 /// Borders shorter than this cut nothing that counts, mm.
 const SHORTEST_MM: f64 = 0.01;
 
+/// Points of a pass are this far apart, mm.
+const STEP_MM: f64 = 0.012;
 /// A part clears this share of the square of the tool's radius at least.
 const LEAST_SHARE: f64 = 2e-4;
 
@@ -117,6 +119,22 @@ fn passes(contour: &[Place], ground: &Ground<'_>) -> Vec<Pass> {
     }
     found.retain(|pass| pass.length_mm() >= SHORTEST_MM);
     found
+}
+
+/// Without points that are very close to the one before: steps where circles meet turn the tool without moving it.
+pub(crate) fn without_steps(points: &[Place]) -> Vec<Place> {
+    let mut kept: Vec<Place> = Vec::with_capacity(points.len());
+    for (k, &p) in points.iter().enumerate() {
+        let is_end = k == 0 || k + 1 == points.len();
+        let is_close = kept.last().is_some_and(|&last| distance(last, p) < STEP_MM);
+        if is_close && is_end && kept.len() > 1 {
+            kept.pop();
+        }
+        if is_end || !is_close {
+            kept.push(p);
+        }
+    }
+    kept
 }
 
 /// A whole contour, from where it is entered best.

@@ -21,7 +21,9 @@ use i_overlay::i_float::int::point::IntPoint;
 use crate::planar_set::{Contour, STEPS_PER_MM, chord_angle};
 
 /// Hollow corners that turn by less are parts of arcs, radians.
-const SMOOTH: f64 = 0.2;
+const SMOOTH: f64 = 0.3;
+/// Edges that bulge by less between two of them are left out, steps of the grid: twice the height of chords.
+const SKIPPED_STEPS: f64 = 220.0;
 
 /// What is within a distance of a set with an anticlockwise outline; further inside than it if it is negative.
 pub(crate) fn offset(outline: &Contour, mm: f64) -> Vec<Vec<Contour>> {
@@ -76,11 +78,12 @@ fn raw(outline: &Contour, mm: f64) -> Contour {
                 push(b, angle + 0.5 * turn, far / (0.5 * turn).cos());
                 continue;
             }
-            if are_long[0] {
+            let counts = [(a, b), (b, after)].map(|(p, q)| 0.25 * length(p, q) * turn.abs() > SKIPPED_STEPS);
+            if counts[0] {
                 push(b, angle, far);
             }
             push(b, angle + 0.5 * turn, far);
-            if are_long[1] {
+            if counts[1] {
                 push(b, next, far);
             }
             continue;

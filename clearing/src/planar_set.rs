@@ -20,7 +20,7 @@ pub const FARTHEST_MM: f64 = 4500.0;
 /// Arcs become chords within this distance, mm.
 pub(crate) const CHORD_MM: f64 = 1e-3;
 /// Vertices that are no further than this from the line past them are left out, steps of the grid.
-const STRAIGHT_STEPS: f64 = 15.0;
+const STRAIGHT_STEPS: f64 = 150.0;
 /// Vertices that may be left out one after the other.
 const LONGEST_RUN: usize = 64;
 

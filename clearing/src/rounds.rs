@@ -26,11 +26,13 @@ pub const MOST_ROUNDS: usize = 5_000;
 /// Circles of this many tool radii are as good as straight lines.
 const STRAIGHTEST: f64 = 64.0;
 /// Circles become smaller by this from one to the next.
-const RATIO: f64 = 0.5;
+const RATIO: f64 = 0.707;
+/// Circles that are looked at after the largest one that gains something: they round its fronts towards corners.
+const MORE_CIRCLES: usize = 3;
 /// The smallest circle, in tool radii: sharp corners of what the centre reaches are rounded by it.
 pub(crate) const SHARPEST: f64 = 1.0 / 64.0;
 /// What chords and fitted arcs may cut too much, mm.
-const MARGIN_MM: f64 = 0.007;
+const MARGIN_MM: f64 = 0.015;
 /// Parts that are thinner on the mean are noise of the grid, mm.
 const THINNEST_MM: f64 = 0.002;
 /// What a smaller circle adds to larger ones is wider than this on the mean, mm.
@@ -96,13 +98,20 @@ pub(crate) fn run(
         }
         let mut next = PlanarSet::default();
         let uncut = Outline::new(&state.uncut);
+        let mut tried = 0;
         for circle in circles.iter_mut().filter(|c| !c.is_done) {
+            if !next.is_empty() {
+                tried += 1;
+                if tried > MORE_CIRCLES {
+                    break;
+                }
+            }
             let blocked = state.uncut.dilated(circle.clear_mm);
             let middles = circle.middles.minus(&blocked);
             let middles = proven(&middles, &uncut, circle.clear_mm - PINHOLE_MM);
             if !middles.is_empty() {
                 // Where a smaller circle reaches as far as a larger one, slivers would be left between them.
-                let more = middles.dilated(circle.radius_mm).minus(&next).without_slivers(SLIVER_MM);
+                let more = middles.dilated(circle.radius_mm).minus(&state.reached).without_slivers(SLIVER_MM).minus(&next).without_slivers(SLIVER_MM);
                 next = next.union(&more);
             }
         }

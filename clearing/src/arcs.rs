@@ -74,8 +74,11 @@ impl PathPiece {
     pub fn circle(centre: [f64; 2], radius_mm: f64) -> [Self; 2] {
         let [right, left] = [radius_mm, -radius_mm].map(|r| [centre[0] + r, centre[1]]);
         let sweep = std::f64::consts::PI;
-        [(right, left), (left, right)]
-            .map(|(from, to)| PathPiece { from, to, arc: Some(ArcAbout { centre, sweep }) })
+        [(right, left), (left, right)].map(|(from, to)| PathPiece {
+            from,
+            to,
+            arc: Some(ArcAbout { centre, sweep }),
+        })
     }
 }
 

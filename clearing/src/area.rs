@@ -15,6 +15,8 @@ use crate::rounds::{SHARPEST, State, run};
 const MOST_ENTRIES: usize = 500;
 /// The radius of a helix is found to this share.
 const FITTED: f64 = 0.01;
+/// A way in has to gain this share of the square of the tool's radius.
+const WORTH_ENTERING: f64 = 0.01;
 /// What the first circle of an entry leaves uncut, mm.
 const ENTRY_MARGIN_MM: f64 = 2e-3;
 
@@ -90,6 +92,8 @@ pub struct Cleared {
     pub area_mm2: f64,
     /// Rounds that it took.
     pub rounds: usize,
+    /// Pockets into which there is no way.
+    pub refused: Vec<ClearingError>,
 }
 
 impl Cleared {
@@ -124,6 +128,7 @@ pub fn clear(area: &Area<'_>, monitor: &dyn Monitor) -> Result<Cleared, Clearing
         rounds: 0,
     };
     let mut strokes = Vec::new();
+    let (mut refused, mut closed) = (Vec::new(), PlanarSet::default());
     let mut at = [0.0, 0.0];
     for _ in 0..MOST_ENTRIES {
         let fronts = run(area.feasible, &mut state, &area.limit, monitor)?;
@@ -131,8 +136,16 @@ pub fn clear(area: &Area<'_>, monitor: &dyn Monitor) -> Result<Cleared, Clearing
             strokes.push(stroke(ordered.pass, ordered.is_linked && !strokes.is_empty()));
             at = end_of(ordered.pass);
         }
-        let Some((room, room_mm)) = next_room(area, &state) else { break };
-        let entry = enter(area, room, room_mm)?;
+        let Some(part) = next_room(area, &state, &closed) else { break };
+        let (room, room_mm) = widest(&part);
+        let entry = match enter(area, room, room_mm) {
+            Ok(entry) => entry,
+            Err(error) => {
+                refused.push(error);
+                closed = closed.union(&part.dilated(area.limit.radius_mm() * SHARPEST));
+                continue;
+            }
+        };
         let Approach::Helix { centre, radius_mm: helix_mm } = entry.approach else { break };
         let disc = PlanarSet::disc(centre, helix_mm.max(CHORD_MM)).intersection(area.feasible);
         let cleared = PlanarSet::disc(centre, helix_mm + radius_mm - ENTRY_MARGIN_MM);
@@ -141,7 +154,13 @@ pub fn clear(area: &Area<'_>, monitor: &dyn Monitor) -> Result<Cleared, Clearing
         at = entry.cut.last().map_or(centre, |piece| piece.to);
         strokes.push(entry);
     }
-    Ok(Cleared { strokes, area_mm2: wanted.area_mm2(), left: state.uncut, rounds: state.rounds })
+    match refused.first() {
+        Some(error) if strokes.is_empty() => Err(error.clone()),
+        _ => {
+            let (area_mm2, rounds) = (wanted.area_mm2(), state.rounds);
+            Ok(Cleared { strokes, area_mm2, left: state.uncut, rounds, refused })
+        }
+    }
 }
 
 fn stroke(pass: &Pass, is_linked: bool) -> Stroke {
@@ -155,22 +174,21 @@ fn stroke(pass: &Pass, is_linked: bool) -> Stroke {
     Stroke { approach, lead_in, cut: pieces(&without_steps(&pass.points)), lead_out }
 }
 
-/// A place of what the centre has not reached where most room is, if it is worth going there.
-fn next_room(area: &Area<'_>, state: &State) -> Option<(Place, f64)> {
+/// A part of what the centre has not reached, if it is worth going there: behind necks that are narrower than the smallest circle, or
+/// with no way in at all.
+fn next_room(area: &Area<'_>, state: &State, closed: &PlanarSet) -> Option<PlanarSet> {
     let radius_mm = area.limit.radius_mm();
-    // What lies behind necks that are narrower than the smallest circle, or has no way in at all.
-    let rest = area.feasible.minus(&state.reached.dilated(4.0 * CHORD_MM));
+    let rest = area.feasible.minus(&state.reached.dilated(4.0 * CHORD_MM)).minus(closed);
     let least_mm = SHARPEST * radius_mm;
-    let worth = |part: &PlanarSet| part.dilated(radius_mm).intersection(&state.uncut).area_mm2() > 0.01 * radius_mm * radius_mm;
-    rest.parts()
-        .iter()
-        .filter(|part| !part.eroded(least_mm).is_empty() && worth(part))
-        .map(|part| widest(part, radius_mm))
-        .next()
+    let cut_mm2 = |part: &PlanarSet| {
+        part.dilated(radius_mm).intersection(&state.uncut).area_mm2() / (radius_mm * radius_mm)
+    };
+    let is_worth = |part: &PlanarSet| !part.eroded(least_mm).is_empty() && cut_mm2(part) > WORTH_ENTERING;
+    rest.parts().into_iter().find(is_worth)
 }
 
-/// The middle of the largest disc in a set, about, and its radius; larger ones than a limit count as one as large.
-fn widest(set: &PlanarSet, _limit_mm: f64) -> (Place, f64) {
+/// The middle of the largest disc in a set, about, and its radius.
+fn widest(set: &PlanarSet) -> (Place, f64) {
     let [x0, y0, x1, y1] = set.bounds().unwrap_or([0.0; 4]);
     let (mut low, mut high) = (0.0, 0.5 * (x1 - x0).min(y1 - y0) + 1e-3);
     let mut centre = set.contours().first().map_or([x0, y0], |c| c[0]);
@@ -184,7 +202,8 @@ fn widest(set: &PlanarSet, _limit_mm: f64) -> (Place, f64) {
                 let sum = contour.iter().fold([0.0, 0.0], |s, p| [s[0] + p[0], s[1] + p[1]]);
                 let mean = [sum[0] / n, sum[1] / n];
                 // The mean of a bent sliver may lie outside of it.
-                let nearest = contour.iter().min_by(|a, b| distance(**a, mean).total_cmp(&distance(**b, mean)));
+                let nearest =
+                    contour.iter().min_by(|a, b| distance(**a, mean).total_cmp(&distance(**b, mean)));
                 centre = *nearest.unwrap_or(&contour[0]);
             }
             None => high = middle,

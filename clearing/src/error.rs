@@ -44,7 +44,9 @@ pub enum ClearingError {
         least_mm: f64,
     },
     /// A step down is deeper than the flutes are long.
-    #[error("steps of {step_mm} mm are deeper than the flutes are long ({flutes_mm} mm); take --step-down {flutes_mm} or less")]
+    #[error(
+        "steps of {step_mm} mm are deeper than the flutes are long ({flutes_mm} mm); take --step-down {flutes_mm} or less"
+    )]
     StepBelowFlutes {
         /// As asked for, mm.
         step_mm: f64,
@@ -77,11 +79,23 @@ pub enum ClearingError {
         /// The most that are allowed.
         rounds: usize,
     },
+    /// A level has too many cells.
+    #[error("a level needs more than {most} cells; take a larger tool or a smaller area")]
+    Cells {
+        /// The most that are allowed.
+        most: usize,
+    },
     /// Too large for the grid.
     #[error("coordinates reach to {reach_mm} mm, more than {limit} mm from the origin; is the unit right?", limit = crate::FARTHEST_MM)]
     TooFar {
         /// Largest coordinate, mm.
         reach_mm: f64,
+    },
+    /// A move is no curve.
+    #[error("a pass cannot be written: {what}")]
+    Curve {
+        /// What is wrong.
+        what: String,
     },
     /// Stopped by the monitor.
     #[error(transparent)]
@@ -90,5 +104,9 @@ pub enum ClearingError {
 
 /// A number between bounds, both included.
 pub(crate) fn within(what: &'static str, value: f64, low: f64, high: f64) -> Result<f64, ClearingError> {
-    if (low..=high).contains(&value) { Ok(value) } else { Err(ClearingError::Number { what, value, low, high }) }
+    if (low..=high).contains(&value) {
+        Ok(value)
+    } else {
+        Err(ClearingError::Number { what, value, low, high })
+    }
 }

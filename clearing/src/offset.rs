@@ -114,7 +114,8 @@ mod tests {
         };
         let mut set = PlanarSet::rectangle([-30.0, -30.0, 30.0, 30.0]);
         for k in 0..14 {
-            let disc = PlanarSet::disc([60.0 * random() - 30.0, 60.0 * random() - 30.0], 1.0 + 12.0 * random());
+            let disc =
+                PlanarSet::disc([60.0 * random() - 30.0, 60.0 * random() - 30.0], 1.0 + 12.0 * random());
             set = if k % 3 == 2 { set.union(&disc) } else { set.minus(&disc) };
         }
         set.simplified()
@@ -138,8 +139,16 @@ mod tests {
                         continue;
                     }
                     looked_at += 1;
-                    assert_eq!(grown.contains(p), inside || far < mm, "seed {seed}, grown by {mm}: {p:?} at {far}");
-                    assert_eq!(shrunk.contains(p), inside && far > mm, "seed {seed}, shrunk by {mm}: {p:?} at {far}");
+                    assert_eq!(
+                        grown.contains(p),
+                        inside || far < mm,
+                        "seed {seed}, grown by {mm}: {p:?} at {far}"
+                    );
+                    assert_eq!(
+                        shrunk.contains(p),
+                        inside && far > mm,
+                        "seed {seed}, shrunk by {mm}: {p:?} at {far}"
+                    );
                 }
             }
         }

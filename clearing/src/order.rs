@@ -102,10 +102,13 @@ fn nodes(fronts: &[Front], radius_mm: f64) -> Vec<Node<'_>> {
             }
         }
         samples.push(end_of(pass));
-        let bounds = pass.points.iter().chain(&samples).fold(
-            [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY],
-            |b, p| [b[0].min(p[0]), b[1].min(p[1]), b[2].max(p[0]), b[3].max(p[1])],
-        );
+        let bounds = pass
+            .points
+            .iter()
+            .chain(&samples)
+            .fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, p| {
+                [b[0].min(p[0]), b[1].min(p[1]), b[2].max(p[0]), b[3].max(p[1])]
+            });
         Node { pass, front, round: fronts[front].round, samples, bounds, waits_for: 0, frees: Vec::new() }
     })
     .collect()
@@ -117,7 +120,8 @@ fn wait(nodes: &mut [Node<'_>], radius_mm: f64) {
     let reach = 2.0 * radius_mm;
     // A long straight stretch has samples at its ends alone.
     let is_near = |a: &Node<'_>, b: &Node<'_>| {
-        let apart = (0..2).any(|k| a.bounds[k] > b.bounds[k + 2] + reach || b.bounds[k] > a.bounds[k + 2] + reach);
+        let apart =
+            (0..2).any(|k| a.bounds[k] > b.bounds[k + 2] + reach || b.bounds[k] > a.bounds[k + 2] + reach);
         !apart
             && a.samples.windows(2).any(|w| {
                 b.samples.windows(2).any(|v| {

@@ -156,9 +156,13 @@ mod tests {
         let frame =
             PlanarSet::rectangle([0.0, 0.0, 10.0, 10.0]).minus(&PlanarSet::rectangle([4.0, 4.0, 6.0, 6.0]));
         let outline = Outline::new(&frame);
-        for (p, inside) in
-            [([1.0, 1.0], true), ([5.0, 5.0], false), ([3.9, 5.0], true), ([-1.0, 5.0], false), ([11.0, 5.0], false)]
-        {
+        for (p, inside) in [
+            ([1.0, 1.0], true),
+            ([5.0, 5.0], false),
+            ([3.9, 5.0], true),
+            ([-1.0, 5.0], false),
+            ([11.0, 5.0], false),
+        ] {
             assert_eq!(outline.contains(p), inside, "{p:?}");
         }
         assert!((outline.distance([5.0, 4.5], 3.0) - 0.5).abs() < 1e-9);

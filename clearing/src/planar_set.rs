@@ -55,6 +55,14 @@ impl PlanarSet {
         PlanarSet { parts: contours.overlay(&nothing, OverlayRule::Subject, FillRule::EvenOdd) }
     }
 
+    /// What anticlockwise polygons enclose, which may touch and overlap.
+    pub(crate) fn of_disjoint(polygons: &[Vec<[f64; 2]>]) -> Self {
+        let contours: Vec<Contour> =
+            polygons.iter().map(|p| p.iter().copied().map(on_grid).collect()).collect();
+        let nothing: Vec<Contour> = Vec::new();
+        PlanarSet { parts: contours.overlay(&nothing, OverlayRule::Subject, FillRule::Positive) }
+    }
+
     /// A rectangle: xmin, ymin, xmax, ymax.
     #[must_use]
     pub fn rectangle([x0, y0, x1, y1]: [f64; 4]) -> Self {
@@ -116,7 +124,8 @@ impl PlanarSet {
     fn offset(&self, mm: f64) -> Self {
         let of_part = |part: &Vec<Contour>| {
             let mut contours = part.iter();
-            let outline = PlanarSet { parts: contours.next().map_or_else(Vec::new, |c| offset::offset(c, mm)) };
+            let outline =
+                PlanarSet { parts: contours.next().map_or_else(Vec::new, |c| offset::offset(c, mm)) };
             contours.fold(outline, |set, hole| {
                 let hole: Contour = hole.iter().rev().copied().collect();
                 set.minus(&PlanarSet { parts: offset::offset(&hole, -mm) })
@@ -232,7 +241,8 @@ fn simplified(contour: &Contour) -> Contour {
     let apart = |a: IntPoint<i32>, b: IntPoint<i32>, p: IntPoint<i32>| {
         let [ax, ay, px, py] = [b.x - a.x, b.y - a.y, p.x - a.x, p.y - a.y].map(f64::from);
         let length = ax.hypot(ay);
-        let share = if length > 0.0 { ((ax * px + ay * py) / (length * length)).clamp(0.0, 1.0) } else { 0.0 };
+        let share =
+            if length > 0.0 { ((ax * px + ay * py) / (length * length)).clamp(0.0, 1.0) } else { 0.0 };
         (px - share * ax).hypot(py - share * ay)
     };
     let mut kept: Contour = Vec::with_capacity(n);

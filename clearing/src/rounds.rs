@@ -111,14 +111,18 @@ pub(crate) fn run(
             let middles = proven(&middles, &uncut, circle.clear_mm - PINHOLE_MM);
             if !middles.is_empty() {
                 // Where a smaller circle reaches as far as a larger one, slivers would be left between them.
-                let more = middles.dilated(circle.radius_mm).minus(&state.reached).without_slivers(SLIVER_MM).minus(&next).without_slivers(SLIVER_MM);
+                let more = middles
+                    .dilated(circle.radius_mm)
+                    .minus(&state.reached)
+                    .without_slivers(SLIVER_MM)
+                    .minus(&next)
+                    .without_slivers(SLIVER_MM);
                 next = next.union(&more);
             }
         }
         let parts = next.minus(&state.reached).without_slivers(THINNEST_MM).parts();
         let ground = Ground::new(state, &next, limit);
-        let parts: Vec<Front> =
-            parts.into_iter().filter_map(|p| front(p, &ground)).collect();
+        let parts: Vec<Front> = parts.into_iter().filter_map(|p| front(p, &ground)).collect();
         let best = parts.iter().map(Front::yield_mm).fold(0.0, f64::max);
         if best <= THINNEST_MM {
             return Ok(fronts);

@@ -57,7 +57,8 @@ impl Discs {
                 if apart <= disc.radius - radius {
                     return Vec::new();
                 }
-                let cosine = (radius * radius + apart * apart - disc.radius * disc.radius) / (2.0 * radius * apart);
+                let cosine =
+                    (radius * radius + apart * apart - disc.radius * disc.radius) / (2.0 * radius * apart);
                 let half = cosine.clamp(-1.0, 1.0).acos().to_degrees();
                 let [hx, hy] = heading;
                 let middle = (hx * d[1] - hy * d[0]).atan2(hx * d[0] + hy * d[1]).to_degrees();

@@ -143,7 +143,8 @@ fn radius_at(tool: &ToolRecord, height: f64) -> f64 {
 
 /// The moves at one height, in the plane just above the lower end of the flank.
 fn on_level(stock: &InitialStock<'_>, ways: &[Way<'_>], z: f64) -> LevelEngagement {
-    let mut found = LevelEngagement { histogram_mm: vec![0.0; ENGAGEMENT_BINS], ..LevelEngagement::default() };
+    let mut found =
+        LevelEngagement { histogram_mm: vec![0.0; ENGAGEMENT_BINS], ..LevelEngagement::default() };
     let is_here = |w: &&Way<'_>| w.is_wanted && w.level.is_some_and(|l| (l - z).abs() <= LEVEL_MM);
     let corner = ways.iter().filter(is_here).map(|w| w.tool.tool.corner_radius_mm()).fold(0.0, f64::max);
     let Some(first) = ways.iter().find(is_here) else { return found };

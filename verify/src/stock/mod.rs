@@ -25,8 +25,8 @@ mod flatten;
 mod initial;
 mod judge;
 mod layer_stock;
-mod level_engagement;
 mod left;
+mod level_engagement;
 mod mesh_stock;
 mod options;
 mod piece;
@@ -46,10 +46,10 @@ pub use engagement::Engagement;
 pub use error::{KeepGoing, StockError};
 pub use initial::{BoxInStock, InitialStock, Table};
 pub use judge::LeftBand;
+pub use left::{StockSample, Thickness};
 pub use level_engagement::{
     ENGAGEMENT_BIN_DEG, ENGAGEMENT_BINS, LevelEngagement, LevelPose, level_engagement,
 };
-pub use left::{StockSample, Thickness};
 pub use options::StockOptions;
 pub use report::{EngagementAt, StockContact, StockHit, StockLeft, StockProof, StockReport, StockVolumes};
 pub use sweeps::Time;

@@ -9,7 +9,7 @@ use crate::fronts::{Pass, without_steps};
 use crate::order::{end_of, order};
 use crate::outline::{Place, distance};
 use crate::planar_set::{CHORD_MM, FARTHEST_MM, PlanarSet};
-use crate::rounds::{SHARPEST, State, run};
+use crate::rounds::{SHARPEST, STRAIGHTEST, State, run};
 
 /// Entries of a level at most.
 const MOST_ENTRIES: usize = 500;
@@ -114,7 +114,7 @@ pub fn clear(area: &Area<'_>, monitor: &dyn Monitor) -> Result<Cleared, Clearing
     within("radius of the helix, mm,", area.entry.helix_mm, 0.0, radius_mm)?;
     within("least radius of a helix, mm,", area.entry.least_helix_mm, 0.0, radius_mm)?;
     let reach_mm = [area.feasible, area.stock].into_iter().filter_map(PlanarSet::bounds).flatten();
-    let reach_mm = reach_mm.map(f64::abs).fold(0.0, f64::max) + 130.0 * radius_mm;
+    let reach_mm = reach_mm.map(f64::abs).fold(0.0, f64::max) + 1.1 * STRAIGHTEST * radius_mm;
     if reach_mm > FARTHEST_MM {
         return Err(ClearingError::TooFar { reach_mm });
     }

@@ -31,6 +31,11 @@ impl EngagementLimit {
         Ok(EngagementLimit { radius_mm, limit_deg })
     }
 
+    /// The same tool at a limit that is lower by so much.
+    pub(crate) fn reserved(&self, reserve_deg: f64) -> Self {
+        EngagementLimit { limit_deg: self.limit_deg - reserve_deg, ..*self }
+    }
+
     /// Radius of the tool, mm.
     #[must_use]
     pub fn radius_mm(&self) -> f64 {

@@ -20,7 +20,7 @@ const SHORTEST_MM: f64 = 0.01;
 /// Points of a pass are this far apart, mm.
 const STEP_MM: f64 = 0.012;
 /// A part clears this share of the square of the tool's radius at least.
-const LEAST_SHARE: f64 = 2e-4;
+const LEAST_SHARE: f64 = 5e-5;
 
 /// A part that is taken in a round.
 #[derive(Debug, Clone)]

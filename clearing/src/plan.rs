@@ -12,6 +12,7 @@ use crate::levels::{Depths, between_mm, flats_mm, standing_flats_mm};
 use crate::moves::{LevelFeeds, Pen};
 use crate::planar_set::PlanarSet;
 use crate::reach::Reach;
+use crate::rounds::STRAIGHTEST;
 
 /// The tool's centre may be this far outside of the stock, in radii.
 const OUTSIDE: f64 = 1.25;
@@ -172,16 +173,18 @@ fn levels(
         heights.par_iter().map(|&z| reach.region(z, monitor)).collect::<Result<_, _>>()?;
     let mut levels = Vec::new();
     let mut above = top_mm;
+    // Where the tool comes from outside, its circles need room there.
+    let air = reach.air(2.0 * STRAIGHTEST * radius_mm);
     for (&z, feasible) in heights.iter().zip(regions) {
         let between = band_mm.map_or_else(Vec::new, |band| between_mm(z, above, band));
         let mut floor = feasible.dilated(radius_mm);
-        levels.push(Level { z, above, feasible, stock: slice.clone() });
+        levels.push(Level { z, above, feasible: feasible.union(&air), stock: slice.clone() });
         for middle in between {
             monitor.go_on()?;
             let feasible = reach.region(middle, monitor)?;
             let stock = slice.minus(&floor);
             floor = floor.union(&feasible.dilated(radius_mm));
-            levels.push(Level { z: middle, above, feasible, stock });
+            levels.push(Level { z: middle, above, feasible: feasible.union(&air), stock });
         }
         above = z;
     }

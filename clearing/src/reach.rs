@@ -198,6 +198,15 @@ impl<'a> Reach<'a> {
         inside
     }
 
+    /// All around the square that is looked at, as far as this: nothing is there.
+    #[must_use]
+    pub(crate) fn air(&self, far_mm: f64) -> PlanarSet {
+        let [x, y] = self.low;
+        let inner = [x, y, x + self.side_mm, y + self.side_mm];
+        let outer = [x - far_mm, y - far_mm, inner[2] + far_mm, inner[3] + far_mm];
+        PlanarSet::rectangle(outer).minus(&PlanarSet::rectangle(inner))
+    }
+
     /// The height at which the tip rests over a place; `None` where nothing is below.
     #[must_use]
     pub fn rest_mm(&self, [x, y]: [f64; 2]) -> Option<f64> {

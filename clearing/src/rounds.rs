@@ -24,13 +24,15 @@ use crate::planar_set::{CHORD_MM, PlanarSet};
 /// Rounds of a clearing at most.
 pub const MOST_ROUNDS: usize = 5_000;
 /// Circles of this many tool radii are as good as straight lines.
-const STRAIGHTEST: f64 = 64.0;
+pub(crate) const STRAIGHTEST: f64 = 32.0;
 /// Circles become smaller by this from one to the next.
 const RATIO: f64 = 0.707;
 /// Circles that are looked at after the largest one that gains something: they round its fronts towards corners.
 const MORE_CIRCLES: usize = 3;
 /// The smallest circle, in tool radii: sharp corners of what the centre reaches are rounded by it.
-pub(crate) const SHARPEST: f64 = 1.0 / 64.0;
+pub(crate) const SHARPEST: f64 = 1.0 / 160.0;
+/// Noise of borders on the grid and the fit of arcs raise the engagement by up to this: fronts are laid for less, degrees.
+const RESERVE_DEG: f64 = 1.0;
 /// What chords and fitted arcs may cut too much, mm.
 const MARGIN_MM: f64 = 0.015;
 /// Parts that are thinner on the mean are noise of the grid, mm.
@@ -71,10 +73,11 @@ fn circles(feasible: &PlanarSet, limit: &EngagementLimit) -> Vec<Circle> {
     let mut circles = Vec::new();
     let mut rho = STRAIGHTEST * radius_mm;
     while rho > 0.99 * SHARPEST * radius_mm {
-        let middles = feasible.eroded(rho);
+        // By exactly this: what sticks out by a chord is cut off below.
+        let middles = feasible.eroded(rho - CHORD_MM);
         if !middles.is_empty() {
-            let clear_mm = limit.cleared_radius_mm(rho) + MARGIN_MM + CHORD_MM;
-            let covered = middles.dilated(rho);
+            let clear_mm = limit.reserved(RESERVE_DEG).cleared_radius_mm(rho) + MARGIN_MM + CHORD_MM;
+            let covered = middles.dilated(rho).intersection(feasible);
             circles.push(Circle { radius_mm: rho, clear_mm, middles, covered, is_done: false });
         }
         rho *= RATIO;
@@ -113,6 +116,7 @@ pub(crate) fn run(
                 // Where a smaller circle reaches as far as a larger one, slivers would be left between them.
                 let more = middles
                     .dilated(circle.radius_mm)
+                    .intersection(feasible)
                     .minus(&state.reached)
                     .without_slivers(SLIVER_MM)
                     .minus(&next)

@@ -75,8 +75,8 @@ fn a_square_pocket() {
 
 #[test]
 fn a_pocket_with_an_island() {
-    let outer = PlanarSet::rectangle([0.0, 0.0, 50.0, 40.0]);
-    holds("island", &outer.minus(&PlanarSet::disc([25.0, 20.0], 6.0)), 0.65);
+    let outer = PlanarSet::rectangle([0.0, 0.0, 40.0, 32.0]);
+    holds("island", &outer.minus(&PlanarSet::disc([20.0, 16.0], 5.0)), 0.65);
 }
 
 #[test]
@@ -100,7 +100,7 @@ fn pockets_without_room_are_named() {
     let nothing = PlanarSet::rectangle([0.0, 0.0, 5.0, 30.0]).eroded(RADIUS_MM);
     let area = Area { feasible: &nothing, stock: &stock, limit, entry: Entry::usual(RADIUS_MM) };
     assert!(matches!(clear(&area, &()), Err(ClearingError::NoRoom { .. })));
-    let slot = PlanarSet::rectangle([0.0, 0.0, 0.5, 20.0]);
+    let slot = PlanarSet::rectangle([0.0, 0.0, 0.5, 3.0]);
     let area = Area { feasible: &slot, ..area };
     assert!(matches!(clear(&area, &()), Err(ClearingError::NoEntry { .. })));
     let area = Area { entry: Entry { may_plunge: true, ..area.entry }, ..area };

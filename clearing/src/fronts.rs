@@ -84,7 +84,7 @@ pub(crate) fn front(part: PlanarSet, ground: &Ground<'_>) -> Option<Front> {
     let passes: Vec<Pass> = part.contours().iter().flat_map(|c| passes(c, ground)).collect();
     let cleared_mm2 = cleared.area_mm2();
     let is_worth = cleared_mm2 > LEAST_SHARE * ground.limit.radius_mm().powi(2);
-    (is_worth && !passes.is_empty()).then(|| Front { round: 0, cleared_mm2, part, cleared, passes })
+    (is_worth && !passes.is_empty()).then_some(Front { round: 0, cleared_mm2, part, cleared, passes })
 }
 
 /// The stretches of a contour that are not on the border of what was reached.

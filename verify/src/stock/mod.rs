@@ -18,6 +18,7 @@
 
 mod body;
 mod check;
+mod discs;
 mod engagement;
 mod error;
 mod flatten;
@@ -25,6 +26,7 @@ mod initial;
 mod judge;
 mod layer_stock;
 mod left;
+mod level_engagement;
 mod mesh_stock;
 mod options;
 mod piece;
@@ -45,6 +47,9 @@ pub use error::{KeepGoing, StockError};
 pub use initial::{BoxInStock, InitialStock, Table};
 pub use judge::LeftBand;
 pub use left::{StockSample, Thickness};
+pub use level_engagement::{
+    ENGAGEMENT_BIN_DEG, ENGAGEMENT_BINS, LevelEngagement, LevelPose, level_engagement,
+};
 pub use options::StockOptions;
 pub use report::{EngagementAt, StockContact, StockHit, StockLeft, StockProof, StockReport, StockVolumes};
 pub use sweeps::Time;

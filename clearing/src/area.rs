@@ -1,0 +1,228 @@
+//! One level cleared: where the tool gets in, rounds, and the strokes in order.
+
+use claymill_toolpath::Monitor;
+
+use crate::arcs::{PathPiece, pieces};
+use crate::engagement::EngagementLimit;
+use crate::error::{ClearingError, within};
+use crate::fronts::{Pass, without_steps};
+use crate::order::{end_of, order};
+use crate::outline::{Place, distance};
+use crate::planar_set::{CHORD_MM, FARTHEST_MM, PlanarSet};
+use crate::rounds::{SHARPEST, STRAIGHTEST, State, run};
+
+/// Entries of a level at most.
+const MOST_ENTRIES: usize = 500;
+/// The radius of a helix is found to this share.
+const FITTED: f64 = 0.01;
+/// A way in has to gain this share of the square of the tool's radius.
+const WORTH_ENTERING: f64 = 0.01;
+/// What the first circle of an entry leaves uncut, mm.
+const ENTRY_MARGIN_MM: f64 = 2e-3;
+
+/// How a tool may get into a pocket that has no way in from outside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Entry {
+    /// Radius of the helix of the tool's centre where there is room, mm.
+    pub helix_mm: f64,
+    /// The least radius that leaves no core, mm.
+    pub least_helix_mm: f64,
+    /// Whether it may go straight down where not even that has room.
+    pub may_plunge: bool,
+}
+
+impl Entry {
+    /// The usual one of a tool: a helix as wide as the tool, and no plunging.
+    #[must_use]
+    pub fn usual(radius_mm: f64) -> Self {
+        Entry { helix_mm: 0.9 * radius_mm, least_helix_mm: 0.25 * radius_mm, may_plunge: false }
+    }
+}
+
+/// A level that is to be cleared.
+#[derive(Debug, Clone, Copy)]
+pub struct Area<'a> {
+    /// Where the tool's centre may be.
+    pub feasible: &'a PlanarSet,
+    /// Where there is stock.
+    pub stock: &'a PlanarSet,
+    /// The limit of engagement.
+    pub limit: EngagementLimit,
+    /// The way in.
+    pub entry: Entry,
+}
+
+/// How the tool comes to a stroke.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Approach {
+    /// Straight along from the stroke before, over ground that is cleared.
+    Along,
+    /// From above, where nothing is left.
+    Over,
+    /// Down on a helix, or straight down if its radius is 0.
+    Helix {
+        /// Its middle, mm.
+        centre: [f64; 2],
+        /// Its radius, mm.
+        radius_mm: f64,
+    },
+}
+
+/// A stroke: the tool comes, cuts along a pass and leaves it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stroke {
+    /// How the tool comes to its start.
+    pub approach: Approach,
+    /// The way into a closed pass.
+    pub lead_in: Vec<PathPiece>,
+    /// The pass.
+    pub cut: Vec<PathPiece>,
+    /// The way out of it.
+    pub lead_out: Vec<PathPiece>,
+}
+
+/// A level that is cleared.
+#[derive(Debug, Clone)]
+pub struct Cleared {
+    /// In machining order.
+    pub strokes: Vec<Stroke>,
+    /// What the tool would reach and does not cut.
+    pub left: PlanarSet,
+    /// Area that was to be cut, mm².
+    pub area_mm2: f64,
+    /// Rounds that it took.
+    pub rounds: usize,
+    /// Pockets into which there is no way.
+    pub refused: Vec<ClearingError>,
+}
+
+impl Cleared {
+    /// Length of all that cuts, mm: passes and ways in, without entries.
+    #[must_use]
+    pub fn cut_length_mm(&self) -> f64 {
+        let passes = self.strokes.iter().filter(|s| !matches!(s.approach, Approach::Helix { .. }));
+        passes.flat_map(|s| s.lead_in.iter().chain(&s.cut)).map(PathPiece::length_mm).sum()
+    }
+}
+
+/// Clears a level at an engagement that nowhere exceeds the limit, entries aside.
+///
+/// # Errors
+/// The tool fits nowhere or gets in nowhere, the level is too large or takes too many rounds, or the monitor ends it.
+pub fn clear(area: &Area<'_>, monitor: &dyn Monitor) -> Result<Cleared, ClearingError> {
+    let radius_mm = area.limit.radius_mm();
+    within("radius of the helix, mm,", area.entry.helix_mm, 0.0, radius_mm)?;
+    within("least radius of a helix, mm,", area.entry.least_helix_mm, 0.0, radius_mm)?;
+    let reach_mm = [area.feasible, area.stock].into_iter().filter_map(PlanarSet::bounds).flatten();
+    let reach_mm = reach_mm.map(f64::abs).fold(0.0, f64::max) + 1.1 * STRAIGHTEST * radius_mm;
+    if reach_mm > FARTHEST_MM {
+        return Err(ClearingError::TooFar { reach_mm });
+    }
+    if area.feasible.is_empty() {
+        return Err(ClearingError::NoRoom { radius_mm, place: "on the level".into() });
+    }
+    let wanted = area.feasible.dilated(radius_mm).intersection(area.stock);
+    let mut state = State {
+        reached: area.feasible.minus(&wanted.dilated(radius_mm + 2.0 * CHORD_MM)),
+        uncut: wanted.clone(),
+        rounds: 0,
+    };
+    let mut strokes = Vec::new();
+    let (mut refused, mut closed) = (Vec::new(), PlanarSet::default());
+    let mut at = [0.0, 0.0];
+    for _ in 0..MOST_ENTRIES {
+        let fronts = run(area.feasible, &mut state, &area.limit, monitor)?;
+        for ordered in order(&fronts, &state.reached, radius_mm, at) {
+            strokes.push(stroke(ordered.pass, ordered.is_linked && !strokes.is_empty()));
+            at = end_of(ordered.pass);
+        }
+        let Some(part) = next_room(area, &state, &closed) else { break };
+        let (room, room_mm) = widest(&part);
+        let entry = match enter(area, room, room_mm) {
+            Ok(entry) => entry,
+            Err(error) => {
+                refused.push(error);
+                closed = closed.union(&part.dilated(area.limit.radius_mm() * SHARPEST));
+                continue;
+            }
+        };
+        let Approach::Helix { centre, radius_mm: helix_mm } = entry.approach else { break };
+        let disc = PlanarSet::disc(centre, helix_mm.max(CHORD_MM)).intersection(area.feasible);
+        let cleared = PlanarSet::disc(centre, helix_mm + radius_mm - ENTRY_MARGIN_MM);
+        state.reached = state.reached.union(&disc);
+        state.uncut = state.uncut.minus(&cleared);
+        at = entry.cut.last().map_or(centre, |piece| piece.to);
+        strokes.push(entry);
+    }
+    match refused.first() {
+        Some(error) if strokes.is_empty() => Err(error.clone()),
+        _ => {
+            let (area_mm2, rounds) = (wanted.area_mm2(), state.rounds);
+            Ok(Cleared { strokes, area_mm2, left: state.uncut, rounds, refused })
+        }
+    }
+}
+
+fn stroke(pass: &Pass, is_linked: bool) -> Stroke {
+    let approach = if is_linked { Approach::Along } else { Approach::Over };
+    let (mut lead_in, mut lead_out) = (Vec::new(), Vec::new());
+    if let Some(lead) = pass.lead {
+        let on = pass.points[0];
+        lead_in.push(PathPiece::anticlockwise(lead.from, on, lead.centre));
+        lead_out.push(PathPiece::anticlockwise(on, lead.to, lead.centre));
+    }
+    Stroke { approach, lead_in, cut: pieces(&without_steps(&pass.points)), lead_out }
+}
+
+/// A part of what the centre has not reached, if it is worth going there: behind necks that are narrower than the smallest circle, or
+/// with no way in at all.
+fn next_room(area: &Area<'_>, state: &State, closed: &PlanarSet) -> Option<PlanarSet> {
+    let radius_mm = area.limit.radius_mm();
+    let rest = area.feasible.minus(&state.reached.dilated(4.0 * CHORD_MM)).minus(closed);
+    let least_mm = SHARPEST * radius_mm;
+    let cut_mm2 = |part: &PlanarSet| {
+        part.dilated(radius_mm).intersection(&state.uncut).area_mm2() / (radius_mm * radius_mm)
+    };
+    let is_worth = |part: &PlanarSet| !part.eroded(least_mm).is_empty() && cut_mm2(part) > WORTH_ENTERING;
+    rest.parts().into_iter().find(is_worth)
+}
+
+/// The middle of the largest disc in a set, about, and its radius.
+fn widest(set: &PlanarSet) -> (Place, f64) {
+    let [x0, y0, x1, y1] = set.bounds().unwrap_or([0.0; 4]);
+    let (mut low, mut high) = (0.0, 0.5 * (x1 - x0).min(y1 - y0) + 1e-3);
+    let mut centre = set.contours().first().map_or([x0, y0], |c| c[0]);
+    while high - low > FITTED * high && high > 1e-3 {
+        let middle = 0.5 * (low + high);
+        let inner = set.eroded(middle);
+        match inner.contours().first() {
+            Some(contour) => {
+                low = middle;
+                let n = contour.len() as f64;
+                let sum = contour.iter().fold([0.0, 0.0], |s, p| [s[0] + p[0], s[1] + p[1]]);
+                let mean = [sum[0] / n, sum[1] / n];
+                // The mean of a bent sliver may lie outside of it.
+                let nearest =
+                    contour.iter().min_by(|a, b| distance(**a, mean).total_cmp(&distance(**b, mean)));
+                centre = *nearest.unwrap_or(&contour[0]);
+            }
+            None => high = middle,
+        }
+    }
+    (centre, low)
+}
+
+fn enter(area: &Area<'_>, centre: Place, room_mm: f64) -> Result<Stroke, ClearingError> {
+    let entry = &area.entry;
+    let helix_mm = room_mm.min(entry.helix_mm);
+    let radius_mm = if helix_mm >= entry.least_helix_mm {
+        helix_mm
+    } else if entry.may_plunge {
+        0.0
+    } else {
+        return Err(ClearingError::NoEntry { at_mm: centre, room_mm, least_mm: entry.least_helix_mm });
+    };
+    let cut = if radius_mm > 0.0 { PathPiece::circle(centre, radius_mm).to_vec() } else { Vec::new() };
+    let approach = Approach::Helix { centre, radius_mm };
+    Ok(Stroke { approach, lead_in: Vec::new(), cut, lead_out: Vec::new() })
+}

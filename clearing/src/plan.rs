@@ -1,0 +1,226 @@
+//! A block roughed by levels: regions, levels, strokes, moves.
+
+use claymill_contact::{Covering, Frame};
+use claymill_nurbs::{Aabb, Model, Point3};
+use claymill_toolpath::{Monitor, Move, Stage, Tool};
+use rayon::prelude::*;
+
+use crate::area::{Area, Cleared, Entry, clear};
+use crate::engagement::EngagementLimit;
+use crate::error::ClearingError;
+use crate::levels::{Depths, between_mm, flats_mm, standing_flats_mm};
+use crate::moves::{LevelFeeds, Pen};
+use crate::planar_set::PlanarSet;
+use crate::reach::Reach;
+use crate::rounds::STRAIGHTEST;
+
+/// The tool's centre may be this far outside of the stock, in radii.
+const OUTSIDE: f64 = 1.25;
+/// Rapids are this far above everything, mm.
+const CLEARANCE_MM: f64 = 5.0;
+/// Levels that would cut less than this share of a tool's disc are left out.
+const LEAST_CUT: f64 = 0.02;
+/// A part that is larger than the stock by less fits, mm.
+const SLACK_MM: f64 = 1e-6;
+
+/// How a block is roughed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LevelOptions {
+    /// What is left along the faces' normals, mm.
+    pub allowance_mm: f64,
+    /// Largest depth of a level, mm.
+    pub step_mm: f64,
+    /// Largest engagement, degrees.
+    pub engagement_deg: f64,
+    /// Stairs over slopes are no thicker than this, mm; `None` leaves them.
+    pub band_mm: Option<f64>,
+    /// Ways into pockets.
+    pub entry: Entry,
+    /// Feeds.
+    pub feeds: LevelFeeds,
+}
+
+/// What was found of a level.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LevelFound {
+    /// Its height in the setup, mm.
+    pub z_mm: f64,
+    /// Area that was cut, mm².
+    pub area_mm2: f64,
+    /// What the tool would reach and does not cut, mm².
+    pub left_mm2: f64,
+    /// Length of what cuts, mm.
+    pub cut_length_mm: f64,
+    /// Rounds that it took.
+    pub rounds: usize,
+    /// Pockets into which there is no way.
+    pub refused: Vec<String>,
+}
+
+/// A block roughed by levels.
+#[derive(Debug, Clone)]
+pub struct LevelPlan {
+    /// In machining order, model coordinates.
+    pub moves: Vec<Move>,
+    /// Levels in machining order.
+    pub levels: Vec<LevelFound>,
+    /// Height of rapids in the setup, mm.
+    pub clearance_mm: f64,
+}
+
+/// A level before it is cleared.
+struct Level {
+    z: f64,
+    above: f64,
+    feasible: PlanarSet,
+    stock: PlanarSet,
+}
+
+/// Plans a roughing by levels of a model in a block, given by its box in model coordinates.
+///
+/// # Errors
+/// A number makes no sense, the block does not hold the model, the tool fits nowhere, or the monitor ends it.
+pub fn plan_levels(
+    model: &Model,
+    covering: &Covering,
+    frame: &Frame,
+    tool: &Tool,
+    block: &Aabb,
+    options: &LevelOptions,
+    monitor: &dyn Monitor,
+) -> Result<LevelPlan, ClearingError> {
+    let radius_mm = tool.radius_mm();
+    let corner_mm = tool.corner_radius_mm();
+    let deep_mm = options.step_mm.min(corner_mm);
+    // A level lower than the corner is high is cut by a narrower disc.
+    let narrow_mm = corner_mm - (corner_mm * corner_mm - (corner_mm - deep_mm).powi(2)).max(0.0).sqrt();
+    let limit = EngagementLimit::new(radius_mm - narrow_mm, options.engagement_deg)?;
+    let part = model.faces.iter().map(|f| f.bounds()).reduce(|a, b| a.union(&b));
+    let Some(part) = part else {
+        return Err(ClearingError::NoRoom { radius_mm, place: "on no face".into() });
+    };
+    let holds =
+        (0..3).all(|k| block.min[k] <= part.min[k] + SLACK_MM && block.max[k] >= part.max[k] - SLACK_MM);
+    if !holds {
+        return Err(ClearingError::StockTooSmall { stock_mm: block.corners(), part_mm: part.corners() });
+    }
+    let [stock_box, part_box] = [block, &part].map(|b| in_setup(b, frame));
+    let flutes_mm = tool.flute_length_mm.unwrap_or(f64::INFINITY);
+    let depths = Depths {
+        top_mm: stock_box.max.z,
+        bottom_mm: part_box.min.z.max(stock_box.min.z),
+        step_mm: options.step_mm,
+        flutes_mm,
+    };
+    depths.levels_mm(&[])?;
+    let outside_mm = OUTSIDE * radius_mm;
+    let around = [
+        stock_box.min.x - outside_mm,
+        stock_box.min.y - outside_mm,
+        stock_box.max.x + outside_mm,
+        stock_box.max.y + outside_mm,
+    ];
+    let reach = Reach::new(model, covering, frame, tool, options.allowance_mm, around)?;
+    let flats = flats_mm(model, frame, options.allowance_mm);
+    let flats = standing_flats_mm(&reach, &flats, radius_mm, monitor)?;
+    let heights = depths.levels_mm(&flats)?;
+    let slice = PlanarSet::rectangle([stock_box.min.x, stock_box.min.y, stock_box.max.x, stock_box.max.y]);
+    let levels =
+        levels(&reach, &heights, depths.top_mm, &slice, limit.radius_mm(), options.band_mm, monitor)?;
+    let cleared = cleared(&levels, limit, options.entry, monitor)?;
+    let clearance_mm = stock_box.max.z.max(part_box.max.z) + CLEARANCE_MM;
+    let mut pen = Pen::new(frame, options.feeds, clearance_mm);
+    let mut found = Vec::new();
+    for (level, cleared) in levels.iter().zip(&cleared) {
+        let Some(cleared) = cleared else { continue };
+        let written = pen.strokes(&cleared.strokes, level.z, level.above);
+        written.map_err(|e| ClearingError::Curve { what: e.to_string() })?;
+        found.push(LevelFound {
+            z_mm: level.z,
+            area_mm2: cleared.area_mm2,
+            left_mm2: cleared.left.area_mm2(),
+            cut_length_mm: cleared.cut_length_mm(),
+            rounds: cleared.rounds,
+            refused: cleared.refused.iter().map(ToString::to_string).collect(),
+        });
+    }
+    if found.is_empty() {
+        return Err(ClearingError::NoRoom { radius_mm, place: "in the stock".into() });
+    }
+    Ok(LevelPlan { moves: pen.moves, levels: found, clearance_mm })
+}
+
+fn in_setup(b: &Aabb, frame: &Frame) -> Aabb {
+    let corner = |k: usize| {
+        let of = |axis: usize| if k >> axis & 1 == 1 { b.max[axis] } else { b.min[axis] };
+        frame.to_setup(&Point3::new(of(0), of(1), of(2)))
+    };
+    let corners: [Point3; 8] = std::array::from_fn(corner);
+    Aabb::of(&corners)
+}
+
+/// Levels from the top down, each followed by thinner ones from the bottom up where stairs would be too thick.
+fn levels(
+    reach: &Reach<'_>,
+    heights: &[f64],
+    top_mm: f64,
+    slice: &PlanarSet,
+    radius_mm: f64,
+    band_mm: Option<f64>,
+    monitor: &dyn Monitor,
+) -> Result<Vec<Level>, ClearingError> {
+    let regions: Vec<PlanarSet> =
+        heights.par_iter().map(|&z| reach.region(z, monitor)).collect::<Result<_, _>>()?;
+    let mut levels = Vec::new();
+    let mut above = top_mm;
+    // Where the tool comes from outside, its circles need room there.
+    let air = reach.air(2.0 * STRAIGHTEST * radius_mm);
+    for (&z, feasible) in heights.iter().zip(regions) {
+        let between = band_mm.map_or_else(Vec::new, |band| between_mm(z, above, band));
+        let mut floor = feasible.dilated(radius_mm);
+        levels.push(Level { z, above, feasible: feasible.union(&air), stock: slice.clone() });
+        for middle in between {
+            monitor.go_on()?;
+            let feasible = reach.region(middle, monitor)?;
+            let stock = slice.minus(&floor);
+            floor = floor.union(&feasible.dilated(radius_mm));
+            levels.push(Level { z: middle, above, feasible: feasible.union(&air), stock });
+        }
+        above = z;
+    }
+    Ok(levels)
+}
+
+/// Clears levels side by side; `None` where there is nothing to do.
+fn cleared(
+    levels: &[Level],
+    limit: EngagementLimit,
+    entry: Entry,
+    monitor: &dyn Monitor,
+) -> Result<Vec<Option<Cleared>>, ClearingError> {
+    let least_mm2 = LEAST_CUT * std::f64::consts::PI * limit.radius_mm().powi(2);
+    let done = std::sync::atomic::AtomicUsize::new(0);
+    let one = |level: &Level| {
+        let cut = level.feasible.dilated(limit.radius_mm()).intersection(&level.stock);
+        let cleared = if cut.area_mm2() < least_mm2 {
+            None
+        } else {
+            let area = Area { feasible: &level.feasible, stock: &level.stock, limit, entry };
+            match clear(&area, monitor) {
+                Ok(cleared) => Some(cleared),
+                Err(error @ ClearingError::NoEntry { .. }) => Some(Cleared {
+                    strokes: Vec::new(),
+                    area_mm2: cut.area_mm2(),
+                    left: cut,
+                    rounds: 0,
+                    refused: vec![error],
+                }),
+                Err(error) => return Err(error),
+            }
+        };
+        let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+        monitor.at(Stage::Paths, count as f64 / levels.len() as f64);
+        Ok(cleared)
+    };
+    levels.par_iter().map(one).collect()
+}

@@ -1,0 +1,215 @@
+//! Where a tool's centre may be on a level: the region in which nothing holds the tool above it, complete.
+//!
+//! ```text
+//!    ┌───────┬───┬─┬─┐   A tool that is wider by half the diagonal of a cell and gets down in its middle gets down with its own
+//!    │  in   │ in├─┼─┤   size everywhere in the cell; one that is narrower by as much and is held up is held up everywhere.
+//!    │       ├─┬─┼─┼─┤   Only other cells are divided, down to a sixteenth of the tool's radius. There the border is
+//!    ├───┬───┤ │o│u│t│   bisected on the sides of the cells.
+//!    └───┴───┴─┴─┴─┴─┘
+//! ```
+//!
+//! What is wider than the smallest cell is not missed.
+
+use claymill_contact::{BallDrop, Covering, Frame};
+use claymill_nurbs::Model;
+use claymill_toolpath::{End, Monitor, Tool};
+use rayon::prelude::*;
+
+use crate::error::{ClearingError, within};
+use crate::outline::Place;
+use crate::planar_set::PlanarSet;
+
+/// Cells are not divided below this share of the tool's radius.
+const SMALLEST_CELL: f64 = 1.0 / 16.0;
+/// Borders are bisected so often on the side of a cell.
+const BISECTIONS: usize = 16;
+/// Cells are divided so often at most.
+const MOST_DEPTHS: usize = 16;
+/// Cells of a level at most.
+const MOST_CELLS: usize = 4_000_000;
+
+/// A model as a tool with an allowance sees it, ready to be asked for its levels.
+#[derive(Debug)]
+pub struct Reach<'a> {
+    own: BallDrop<'a>,
+    /// Wider and narrower tools by the depth of the cells.
+    around: Vec<[Option<BallDrop<'a>>; 2]>,
+    corner_mm: f64,
+    allowance_mm: f64,
+    /// Lower corner and side of the square that is looked at.
+    low: Place,
+    side_mm: f64,
+}
+
+/// A square cell by its depth and place.
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    depth: usize,
+    at: [u32; 2],
+}
+
+/// A disc of `disc_mm` swollen by `corner_mm`: flat, bull-nosed or ball.
+fn end_of(disc_mm: f64, corner_mm: f64) -> Option<Tool> {
+    const LEAST_MM: f64 = 1e-6;
+    let end = if corner_mm <= LEAST_MM {
+        (disc_mm > LEAST_MM).then_some(End::Flat { radius_mm: disc_mm })
+    } else if disc_mm <= LEAST_MM {
+        Some(End::Ball { radius_mm: corner_mm })
+    } else {
+        Some(End::Bull { radius_mm: disc_mm + corner_mm, corner_radius_mm: corner_mm })
+    };
+    end.map(Tool::of)
+}
+
+impl<'a> Reach<'a> {
+    /// Looks at a covered model from a setup, with a tool that leaves an allowance along the normals. `within_mm` is where its centre
+    /// may be: xmin, ymin, xmax, ymax of the setup.
+    ///
+    /// # Errors
+    /// A number is no size.
+    pub fn new(
+        model: &Model,
+        covering: &'a Covering,
+        frame: &Frame,
+        tool: &Tool,
+        allowance_mm: f64,
+        within_mm: [f64; 4],
+    ) -> Result<Self, ClearingError> {
+        within("allowance, mm,", allowance_mm, 0.0, 100.0)?;
+        let [x0, y0, x1, y1] = within_mm;
+        let wide_mm = within("width of the area, mm,", x1 - x0, 1e-3, crate::FARTHEST_MM)?;
+        let high_mm = within("height of the area, mm,", y1 - y0, 1e-3, crate::FARTHEST_MM)?;
+        let (radius_mm, corner_mm) = (tool.radius_mm(), tool.corner_radius_mm());
+        let (disc_mm, swollen_mm) = (radius_mm - corner_mm, corner_mm + allowance_mm);
+        let of = |disc_mm: f64, corner_mm: f64| {
+            end_of(disc_mm, corner_mm).map(|tool| BallDrop::of_tool(model, covering, frame, &tool))
+        };
+        let own = of(disc_mm, swollen_mm).ok_or(ClearingError::Radius { radius_mm })?;
+        let smallest_mm = SMALLEST_CELL * radius_mm;
+        let depths = ((wide_mm.max(high_mm) / smallest_mm).log2().ceil().max(1.0) as usize).min(MOST_DEPTHS);
+        let side_mm = smallest_mm * f64::from(1_u32 << depths);
+        let around = (0..=depths)
+            .map(|depth| {
+                let half_mm = 0.5 * side_mm / f64::from(1_u32 << depth) * std::f64::consts::SQRT_2;
+                let narrow = if disc_mm >= half_mm {
+                    of(disc_mm - half_mm, swollen_mm)
+                } else {
+                    of(0.0, (swollen_mm - (half_mm - disc_mm)).max(0.0))
+                };
+                // Cells much larger than the tool are divided anyway.
+                if half_mm > 8.0 * radius_mm {
+                    [None, None]
+                } else {
+                    [of(disc_mm + half_mm, swollen_mm), narrow]
+                }
+            })
+            .collect();
+        Ok(Reach { own, around, corner_mm, allowance_mm, low: [x0, y0], side_mm })
+    }
+
+    /// Whether the tool's tip gets down to a height (setup coordinates, mm).
+    #[must_use]
+    pub fn is_free(&self, [x, y]: [f64; 2], z: f64) -> bool {
+        !self.own.is_blocked_at(x, y, z + self.corner_mm)
+    }
+
+    /// The allowance, mm.
+    #[must_use]
+    pub fn allowance_mm(&self) -> f64 {
+        self.allowance_mm
+    }
+
+    fn corner(&self, cell: Cell, [i, j]: [u32; 2]) -> Place {
+        let size = self.side_mm / f64::from(1_u32 << cell.depth);
+        [self.low[0] + size * f64::from(cell.at[0] + i), self.low[1] + size * f64::from(cell.at[1] + j)]
+    }
+
+    /// The region of a level: where the tip gets down to a height.
+    ///
+    /// # Errors
+    /// Too many cells, or the monitor ends it.
+    pub fn region(&self, z: f64, monitor: &dyn Monitor) -> Result<PlanarSet, ClearingError> {
+        let mut cells = vec![Cell { depth: 0, at: [0, 0] }];
+        let mut polygons: Vec<Vec<Place>> = Vec::new();
+        let mut count = 0;
+        while !cells.is_empty() {
+            monitor.go_on()?;
+            count += cells.len();
+            if count > MOST_CELLS {
+                return Err(ClearingError::Cells { most: MOST_CELLS });
+            }
+            let found: Vec<(Vec<Cell>, Option<Vec<Place>>)> =
+                cells.par_iter().map(|cell| self.look(*cell, z)).collect();
+            cells = Vec::new();
+            for (divided, polygon) in found {
+                cells.extend(divided);
+                polygons.extend(polygon);
+            }
+        }
+        Ok(PlanarSet::of_disjoint(&polygons).simplified())
+    }
+
+    /// What is to be divided of a cell, and what is in the region.
+    fn look(&self, cell: Cell, z: f64) -> (Vec<Cell>, Option<Vec<Place>>) {
+        let height = z + self.corner_mm;
+        let [a, c] = [[0, 0], [1, 1]].map(|at| self.corner(cell, at));
+        let middle = [0.5 * (a[0] + c[0]), 0.5 * (a[1] + c[1])];
+        let corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|at| self.corner(cell, at));
+        let Some([wide, narrow]) = self.around.get(cell.depth) else { return (Vec::new(), None) };
+        if wide.as_ref().is_some_and(|w| !w.is_blocked_at(middle[0], middle[1], height)) {
+            return (Vec::new(), Some(corners.to_vec()));
+        }
+        if narrow.as_ref().is_some_and(|n| n.is_blocked_at(middle[0], middle[1], height)) {
+            return (Vec::new(), None);
+        }
+        if cell.depth + 1 < self.around.len() {
+            let quarter = |at: [u32; 2]| Cell {
+                depth: cell.depth + 1,
+                at: [2 * cell.at[0] + at[0], 2 * cell.at[1] + at[1]],
+            };
+            return ([[0, 0], [1, 0], [0, 1], [1, 1]].map(quarter).to_vec(), None);
+        }
+        (Vec::new(), self.cut(corners, z))
+    }
+
+    /// The part of a smallest cell that is in the region, by its corners.
+    fn cut(&self, corners: [Place; 4], z: f64) -> Option<Vec<Place>> {
+        let free = corners.map(|p| self.is_free(p, z));
+        let mut polygon = Vec::new();
+        for k in 0..4 {
+            let next = (k + 1) % 4;
+            if free[k] {
+                polygon.push(corners[k]);
+            }
+            if free[k] != free[next] {
+                let (inside, outside) = if free[k] { (k, next) } else { (next, k) };
+                polygon.push(self.border(corners[inside], corners[outside], z));
+            }
+        }
+        (polygon.len() > 2).then_some(polygon)
+    }
+
+    /// Where the border is between a free place and another, on the free side.
+    fn border(&self, mut inside: Place, mut outside: Place, z: f64) -> Place {
+        for _ in 0..BISECTIONS {
+            let middle = [0.5 * (inside[0] + outside[0]), 0.5 * (inside[1] + outside[1])];
+            if self.is_free(middle, z) { inside = middle } else { outside = middle }
+        }
+        inside
+    }
+
+    /// All around the square that is looked at, as far as this: nothing is there.
+    #[must_use]
+    pub(crate) fn air(&self, far_mm: f64) -> PlanarSet {
+        let [x, y] = self.low;
+        let inner = [x, y, x + self.side_mm, y + self.side_mm];
+        let outer = [x - far_mm, y - far_mm, inner[2] + far_mm, inner[3] + far_mm];
+        PlanarSet::rectangle(outer).minus(&PlanarSet::rectangle(inner))
+    }
+
+    /// The height at which the tip rests over a place; `None` where nothing is below.
+    #[must_use]
+    pub fn rest_mm(&self, [x, y]: [f64; 2]) -> Option<f64> {
+        self.own.drop(x, y).map(|rest| rest.centre.z - self.corner_mm)
+    }
+}

@@ -1,0 +1,164 @@
+//! Constant engagement: what the tool may reach next, round after round, without cutting at more than a limit.
+//!
+//! ```text
+//!   F  where the tool's centre may be       D  what is uncut       A  what the centre has reached
+//!
+//!   A circle of radius ρ in F, around whose middle nothing is uncut within √(ρ² + R² + 2ρR cos α), may be run along: the
+//!   tool cuts at α at most. Every round takes all such circles, of all radii:
+//!
+//!        A' = A ∪ ⋃ (F eroded by ρ − D dilated by √(ρ² + R² + 2ρR cos α)) dilated by ρ        D' = D − A' dilated by R
+//! ```
+//!
+//! The border of `A'` that is not one of `A` is the next pass. Each of its points lies on such a circle inside of `A'`, and the
+//! pass is nowhere bent away from the wall more sharply than that circle. Large circles make long fronts; where only small
+//! ones fit, in channels and corners, the passes are the loops of trochoids and bites that shrink by themselves.
+
+use claymill_toolpath::Monitor;
+
+use crate::engagement::EngagementLimit;
+use crate::error::ClearingError;
+use crate::fronts::{Front, Ground, front};
+use crate::outline::Outline;
+use crate::planar_set::{CHORD_MM, PlanarSet};
+
+/// Rounds of a clearing at most.
+pub const MOST_ROUNDS: usize = 5_000;
+/// Circles of this many tool radii are as good as straight lines.
+pub(crate) const STRAIGHTEST: f64 = 32.0;
+/// Circles become smaller by this from one to the next.
+const RATIO: f64 = 0.707;
+/// Circles that are looked at after the largest one that gains something: they round its fronts towards corners.
+const MORE_CIRCLES: usize = 3;
+/// The smallest circle, in tool radii: sharp corners of what the centre reaches are rounded by it.
+pub(crate) const SHARPEST: f64 = 1.0 / 160.0;
+/// Noise of borders on the grid and the fit of arcs raise the engagement by up to this: fronts are laid for less, degrees.
+const RESERVE_DEG: f64 = 1.0;
+/// What chords and fitted arcs may cut too much, mm.
+const MARGIN_MM: f64 = 0.015;
+/// Parts that are thinner on the mean are noise of the grid, mm.
+const THINNEST_MM: f64 = 0.002;
+/// What a smaller circle adds to larger ones is wider than this on the mean, mm.
+const SLIVER_MM: f64 = 0.004;
+/// Middles of circles may be nearer to the uncut than they should by this, mm.
+const PINHOLE_MM: f64 = 0.004;
+/// Vertices of a part that are looked at.
+const LOOKED_AT: usize = 24;
+/// A part is taken in a round if it clears this share of what the best one clears by length of its pass.
+const WORTHWHILE: f64 = 0.6;
+
+/// One circle, with where its middle may be.
+struct Circle {
+    radius_mm: f64,
+    /// The uncut is this far from its middle at least, mm.
+    clear_mm: f64,
+    middles: PlanarSet,
+    /// All that such circles cover.
+    covered: PlanarSet,
+    is_done: bool,
+}
+
+/// What rounds start from and what they have come to.
+#[derive(Debug, Clone)]
+pub(crate) struct State {
+    /// What the centre has reached.
+    pub(crate) reached: PlanarSet,
+    /// What is uncut.
+    pub(crate) uncut: PlanarSet,
+    /// Rounds so far.
+    pub(crate) rounds: usize,
+}
+
+fn circles(feasible: &PlanarSet, limit: &EngagementLimit) -> Vec<Circle> {
+    let radius_mm = limit.radius_mm();
+    let mut circles = Vec::new();
+    let mut rho = STRAIGHTEST * radius_mm;
+    while rho > 0.99 * SHARPEST * radius_mm {
+        // By exactly this: what sticks out by a chord is cut off below.
+        let middles = feasible.eroded(rho - CHORD_MM);
+        if !middles.is_empty() {
+            let clear_mm = limit.reserved(RESERVE_DEG).cleared_radius_mm(rho) + MARGIN_MM + CHORD_MM;
+            let covered = middles.dilated(rho).intersection(feasible);
+            circles.push(Circle { radius_mm: rho, clear_mm, middles, covered, is_done: false });
+        }
+        rho *= RATIO;
+    }
+    circles
+}
+
+/// Rounds until nothing is gained.
+pub(crate) fn run(
+    feasible: &PlanarSet,
+    state: &mut State,
+    limit: &EngagementLimit,
+    monitor: &dyn Monitor,
+) -> Result<Vec<Front>, ClearingError> {
+    let mut fronts = Vec::new();
+    let mut circles = circles(feasible, limit);
+    loop {
+        monitor.go_on()?;
+        if state.rounds >= MOST_ROUNDS {
+            return Err(ClearingError::Rounds { rounds: MOST_ROUNDS });
+        }
+        let mut next = PlanarSet::default();
+        let uncut = Outline::new(&state.uncut);
+        let mut tried = 0;
+        for circle in circles.iter_mut().filter(|c| !c.is_done) {
+            if !next.is_empty() {
+                tried += 1;
+                if tried > MORE_CIRCLES {
+                    break;
+                }
+            }
+            let blocked = state.uncut.dilated(circle.clear_mm);
+            let middles = circle.middles.minus(&blocked);
+            let middles = proven(&middles, &uncut, circle.clear_mm - PINHOLE_MM);
+            if !middles.is_empty() {
+                // Where a smaller circle reaches as far as a larger one, slivers would be left between them.
+                let more = middles
+                    .dilated(circle.radius_mm)
+                    .intersection(feasible)
+                    .minus(&state.reached)
+                    .without_slivers(SLIVER_MM)
+                    .minus(&next)
+                    .without_slivers(SLIVER_MM);
+                next = next.union(&more);
+            }
+        }
+        let parts = next.minus(&state.reached).without_slivers(THINNEST_MM).parts();
+        let ground = Ground::new(state, &next, limit);
+        let parts: Vec<Front> = parts.into_iter().filter_map(|p| front(p, &ground)).collect();
+        let best = parts.iter().map(Front::yield_mm).fold(0.0, f64::max);
+        if best <= THINNEST_MM {
+            return Ok(fronts);
+        }
+        for mut part in parts.into_iter().filter(|p| p.yield_mm() >= WORTHWHILE * best) {
+            state.reached = state.reached.union(&part.part);
+            state.uncut = state.uncut.minus(&part.cleared);
+            part.round = state.rounds;
+            fronts.push(part);
+        }
+        state.reached = state.reached.simplified().without_slivers(THINNEST_MM);
+        state.uncut = state.uncut.simplified().without_slivers(THINNEST_MM);
+        state.rounds += 1;
+        for circle in circles.iter_mut().filter(|c| !c.is_done) {
+            circle.is_done = !circle.covered.minus(&state.reached).parts().iter().any(is_thick);
+        }
+    }
+}
+
+/// The parts of which looked at vertices are as far from an outline as they should be. Where borders are noisy, what is grown by a
+/// large distance has pinholes, each of which would become a whole circle.
+fn proven(middles: &PlanarSet, uncut: &Outline, clear_mm: f64) -> PlanarSet {
+    let is_clear = |part: &PlanarSet| {
+        let contours = part.contours();
+        let Some(outline) = contours.first() else { return false };
+        let stride = outline.len().div_ceil(LOOKED_AT);
+        !outline.iter().step_by(stride).any(|&p| uncut.is_within(p, clear_mm))
+    };
+    let parts = middles.without_slivers(0.5 * THINNEST_MM).parts();
+    parts.iter().filter(|p| is_clear(p)).fold(PlanarSet::default(), PlanarSet::joined)
+}
+
+fn is_thick(part: &PlanarSet) -> bool {
+    part.mean_width_mm() > THINNEST_MM
+}

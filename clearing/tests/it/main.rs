@@ -1,0 +1,5 @@
+//! Clearing, judged by the verifier's own meter and by closed forms.
+
+mod pockets;
+mod regions;
+mod whole;

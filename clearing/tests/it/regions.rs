@@ -1,0 +1,68 @@
+//! Regions of levels against closed forms.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use claymill_clearing::Reach;
+use claymill_contact::{CONTACT_EPSILON_MM, Covering};
+use claymill_nurbs::analytic::{Frame as Placement, sphere};
+use claymill_nurbs::{Face, Model, Point3, Source, SurfaceKind, Vector3};
+
+use crate::pockets::top;
+
+pub(crate) fn ball_part(radius_mm: f64, latitudes: (f64, f64)) -> Model {
+    let at = Placement::new(Point3::origin(), Vector3::z(), Vector3::x()).expect("a placement");
+    let surface = sphere(&at, radius_mm, (0.0, TAU), latitudes).expect("a sphere");
+    let face = Face {
+        surface,
+        loops: Vec::new(),
+        reversed: false,
+        kind: SurfaceKind::Nurbs,
+        source: Source::default(),
+    };
+    Model { faces: vec![face], ..Model::default() }
+}
+
+/// The radius of the border about the axis, on the mean and its largest deviation.
+fn border(model: &Model, tool: &str, [z, allowance]: [f64; 2], within: [f64; 2]) -> [f64; 2] {
+    let tool = tool.parse().expect("a tool");
+    let covering = Covering::new(model, &[false], model.faces[0].area_mm2(), 5.0).expect("covered");
+    let around = [-60.0, -60.0, 60.0, 60.0];
+    let reach = Reach::new(model, &covering, &top(), &tool, allowance, around).expect("a reach");
+    let region = reach.region(z, &()).expect("a region");
+    let radii: Vec<f64> = region
+        .contours()
+        .iter()
+        .flatten()
+        .map(|[x, y]| x.hypot(*y))
+        .filter(|r| (within[0]..within[1]).contains(r))
+        .collect();
+    assert!(radii.len() > 100, "{}", radii.len());
+    let mean = radii.iter().sum::<f64>() / radii.len() as f64;
+    [mean, radii.iter().map(|r| (r - mean).abs()).fold(0.0, f64::max)]
+}
+
+fn is_near([mean, spread]: [f64; 2], wanted: f64) {
+    // Heights of contacts are known to this, and these borders move by less than their height.
+    assert!(
+        (mean - wanted).abs() < CONTACT_EPSILON_MM && spread < 5e-5,
+        "{mean} ± {spread} instead of {wanted}"
+    );
+}
+
+#[test]
+fn a_dome() {
+    let dome = ball_part(50.0, (0.0, FRAC_PI_2));
+    let around = [30.0, 56.0];
+    // Cylindrical allowance: a wider tool that stays higher.
+    is_near(border(&dome, "flat:5.5", [29.5, 0.0], around), 45.870_162_249);
+    is_near(border(&dome, "flat:5", [30.0, 0.5], around), 45.623_269_194);
+    is_near(border(&dome, "ball:5", [30.0, 0.5], around), 43.072_613_109);
+    is_near(border(&dome, "bull:5:1", [30.0, 0.5], around), 45.124_810_030);
+}
+
+#[test]
+fn a_bowl() {
+    let bowl = ball_part(50.0, (-FRAC_PI_2, 0.0));
+    is_near(border(&bowl, "ball:5", [-25.0, 0.5], [30.0, 42.0]), 39.752_358_421);
+    is_near(border(&bowl, "flat:5", [-20.0, 0.5], [30.0, 42.0]), 40.279_686_395);
+}

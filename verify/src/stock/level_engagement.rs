@@ -1,0 +1,303 @@
+//! The engagement of every cutting move of levels: how far around the tool cuts, at every place of every move.
+//!
+//! ```text
+//!          feed →           In the plane of a level everything that was cut is a union of discs, one every few hundredths of a
+//!      ○○○○○○○○○○           millimetre of the way. The front half of the tool's circle, less the arcs inside of earlier
+//!     ○○○○○○○○(   )═        discs, less what was never stock, is what it cuts with now (closed forms; discs instead of
+//!      ○○○○○○○○○○           sweeps make it larger by less than 0.1 µm of depth).
+//! ```
+//!
+//! Moves whose height changes are entries. They cut as they must, are counted apart, and only clear.
+
+use std::collections::BTreeMap;
+
+use claymill_nurbs::{Point3, Vector3};
+use claymill_toolpath::{Move, MoveKind, ToolRecord};
+use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::discs::Discs;
+use super::error::{KeepGoing, StockError};
+use super::flatten::{Chord, flatten};
+use super::initial::InitialStock;
+use crate::report::Place;
+
+/// Width of a bin of the histogram, degrees.
+pub const ENGAGEMENT_BIN_DEG: f64 = 5.0;
+/// Bins of the histogram, the last with all that is more.
+pub const ENGAGEMENT_BINS: usize = 36;
+/// Curves become chords within this distance, mm.
+const CHORD_MM: f64 = 2e-4;
+/// Discs leave cusps between them that are no higher than this, mm.
+const CUSP_MM: f64 = 1e-4;
+/// The engagement is measured this often at least, in radii of the tool.
+const SPACING: f64 = 0.03;
+/// Planes are this much above the lower end of the flank, mm.
+const ABOVE_MM: f64 = 0.005;
+/// Heights that differ by less are one level, mm.
+const LEVEL_MM: f64 = 1e-3;
+/// A move whose height changes by more is an entry, mm.
+const LEVEL_MOVE_MM: f64 = 2e-4;
+/// Ends of what was never stock are found to this, degrees.
+const END_DEG: f64 = 0.01;
+/// Arcs are looked at this often for what was never stock, degrees.
+const SCAN_DEG: f64 = 1.0;
+
+/// The engagement of the level moves of a program.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LevelEngagement {
+    /// Length of level moves that was looked at, mm.
+    pub length_mm: f64,
+    /// Length by engagement: bins of 5°, the first with all that cuts nothing.
+    pub histogram_mm: Vec<f64>,
+    /// The largest engagement, degrees, and where.
+    pub largest: Option<LevelPose>,
+    /// Moves whose height changes and that cut: entries.
+    pub entries: u64,
+    /// Levels.
+    pub levels: u64,
+}
+
+/// An engagement at a place.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LevelPose {
+    /// Sum of the engaged angles, degrees.
+    pub angle_deg: f64,
+    /// The tip, with move and parameter.
+    pub at: Place,
+}
+
+/// A cutting move with its chords and tool.
+struct Way<'a> {
+    of: &'a Move,
+    chords: Vec<Chord>,
+    tool: &'a ToolRecord,
+    /// Height of the tip, mm; `None` of an entry.
+    level: Option<f64>,
+    is_wanted: bool,
+}
+
+/// Measures the engagement along the wanted ones of all moves that stay on a level: cuts, level lead-ins and links. The axis is that of each move; what is
+/// cut along other axes is not taken off.
+///
+/// # Errors
+/// A move is not a curve or names a tool that is not given; stopped.
+pub fn level_engagement(
+    stock: &InitialStock<'_>,
+    moves: &[Move],
+    tools: &[ToolRecord],
+    is_wanted: &(dyn Fn(&Move) -> bool + Sync),
+    keep_going: KeepGoing<'_>,
+) -> Result<LevelEngagement, StockError> {
+    let mut by_axis: BTreeMap<[i64; 3], Vec<Way<'_>>> = BTreeMap::new();
+    for m in moves.iter().filter(|m| m.kind != MoveKind::Rapid && m.axis_start == m.axis_end) {
+        let unknown = || StockError::UnknownTool { seq: m.seq, tool: m.tool.clone() };
+        let tool = tools.iter().find(|t| t.id == m.tool).ok_or_else(unknown)?;
+        let axis = Vector3::from(m.axis_start);
+        let heights = m.points.iter().map(|p| Vector3::from(*p).dot(&axis));
+        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), z| (l.min(z), h.max(z)));
+        let level = (high - low <= LEVEL_MOVE_MM).then_some(low);
+        let chords = flatten(m, CHORD_MM, 1.0)?.chords;
+        let key = m.axis_start.map(|c| (c * 1e9).round() as i64);
+        by_axis.entry(key).or_default().push(Way { of: m, chords, tool, level, is_wanted: is_wanted(m) });
+    }
+    let mut all = LevelEngagement { histogram_mm: vec![0.0; ENGAGEMENT_BINS], ..LevelEngagement::default() };
+    for ways in by_axis.into_values() {
+        let mut levels: Vec<f64> = ways.iter().filter(|w| w.is_wanted).filter_map(|w| w.level).collect();
+        levels.sort_unstable_by(f64::total_cmp);
+        levels.dedup_by(|a, b| (*a - *b).abs() <= LEVEL_MM);
+        all.entries += ways.iter().filter(|w| w.is_wanted && w.level.is_none()).count() as u64;
+        all.levels += levels.len() as u64;
+        let found: Vec<LevelEngagement> = levels
+            .par_iter()
+            .map(|&z| if keep_going() { Ok(on_level(stock, &ways, z)) } else { Err(StockError::Stopped) })
+            .collect::<Result<_, _>>()?;
+        found.into_iter().for_each(|one| all.add(one));
+    }
+    Ok(all)
+}
+
+impl LevelEngagement {
+    fn add(&mut self, other: Self) {
+        self.length_mm += other.length_mm;
+        self.histogram_mm.iter_mut().zip(other.histogram_mm).for_each(|(a, b)| *a += b);
+        let size = |pose: &Option<LevelPose>| pose.as_ref().map_or(0.0, |p| p.angle_deg);
+        if size(&other.largest) > size(&self.largest) {
+            self.largest = other.largest;
+        }
+    }
+}
+
+/// Radius of a tool at a height above its tip, mm; 0 where it is not.
+fn radius_at(tool: &ToolRecord, height: f64) -> f64 {
+    let (radius, corner) = (tool.tool.radius_mm(), tool.tool.corner_radius_mm());
+    if height < 0.0 {
+        0.0
+    } else if height >= corner {
+        radius
+    } else {
+        radius - corner + (corner * corner - (corner - height).powi(2)).sqrt()
+    }
+}
+
+/// The moves at one height, in the plane just above the lower end of the flank.
+fn on_level(stock: &InitialStock<'_>, ways: &[Way<'_>], z: f64) -> LevelEngagement {
+    let mut found =
+        LevelEngagement { histogram_mm: vec![0.0; ENGAGEMENT_BINS], ..LevelEngagement::default() };
+    let is_here = |w: &&Way<'_>| w.is_wanted && w.level.is_some_and(|l| (l - z).abs() <= LEVEL_MM);
+    let corner = ways.iter().filter(is_here).map(|w| w.tool.tool.corner_radius_mm()).fold(0.0, f64::max);
+    let Some(first) = ways.iter().find(is_here) else { return found };
+    let axis = Vector3::from(first.of.axis_start);
+    let x = axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();
+    let y = axis.cross(&x);
+    let plane = z + corner + ABOVE_MM;
+    let flat = |p: &Point3| [p.coords.dot(&x), p.coords.dot(&y)];
+    let solid = |[u, v]: [f64; 2]| Point3::from(x * u + y * v + axis * plane);
+    let mut discs = Discs::new(ways.iter().map(|w| w.tool.tool.radius_mm()).fold(0.1, f64::max));
+    for way in ways {
+        let is_measured = is_here(&way);
+        let radius = radius_at(way.tool, plane - z);
+        let step = (8.0 * way.tool.tool.radius_mm() * CUSP_MM).sqrt();
+        let mut since = f64::INFINITY;
+        for (k, chord) in way.chords.iter().enumerate() {
+            let [a, b] = chord.tips;
+            let length = (b - a).norm();
+            let count = (length / step).ceil().max(1.0) as usize;
+            let heading = (b - a).try_normalize(1e-12).map(|d| [d.dot(&x), d.dot(&y)]);
+            for i in 0..count {
+                let s = (i as f64 + 0.5) / count as f64;
+                let tip = a + (b - a) * s;
+                since += length / count as f64;
+                let is_last = k + 1 == way.chords.len() && i + 1 == count;
+                if let Some(heading) = heading.filter(|_| is_measured && radius > 0.0)
+                    && (since >= SPACING * radius || is_last)
+                {
+                    let here = flat(&tip);
+                    let arcs = less_stock(discs.uncovered(here, heading, radius), |deg| {
+                        let (sine, cosine) = f64::to_radians(deg).sin_cos();
+                        let [hx, hy] = heading;
+                        let d = [cosine * hx - sine * hy, sine * hx + cosine * hy];
+                        stock.contains(&solid([here[0] + radius * d[0], here[1] + radius * d[1]]))
+                    });
+                    let angle_deg: f64 = arcs.iter().map(|[a, b]| b - a).sum();
+                    let weight = if since.is_finite() { since } else { length / count as f64 };
+                    found.take(angle_deg, weight, || {
+                        let [from, to] = chord.parameters;
+                        Place {
+                            point_mm: tip.into(),
+                            move_seq: Some(way.of.seq),
+                            parameter: Some(from + s * (to - from)),
+                            face: None,
+                            entity: None,
+                        }
+                    });
+                    since = 0.0;
+                }
+                discs.push(flat(&tip), radius_at(way.tool, plane - tip.coords.dot(&axis)));
+            }
+        }
+        if let Some(chord) = way.chords.last() {
+            let tip = chord.tips[1];
+            discs.push(flat(&tip), radius_at(way.tool, plane - tip.coords.dot(&axis)));
+        }
+    }
+    found
+}
+
+impl LevelEngagement {
+    fn take(&mut self, angle_deg: f64, length_mm: f64, at: impl FnOnce() -> Place) {
+        self.length_mm += length_mm;
+        let bin = if angle_deg > 0.0 { (angle_deg / ENGAGEMENT_BIN_DEG) as usize } else { 0 };
+        self.histogram_mm[bin.min(ENGAGEMENT_BINS - 1)] += length_mm;
+        if angle_deg > self.largest.as_ref().map_or(0.0, |l| l.angle_deg) {
+            self.largest = Some(LevelPose { angle_deg, at: at() });
+        }
+    }
+}
+
+/// Arcs without what was never stock.
+fn less_stock(arcs: Vec<[f64; 2]>, is_stock: impl Fn(f64) -> bool) -> Vec<[f64; 2]> {
+    let mut left = Vec::new();
+    for arc in arcs {
+        let count = ((arc[1] - arc[0]) / SCAN_DEG).ceil().max(1.0) as usize;
+        let angle = |k: usize| arc[0] + (arc[1] - arc[0]) * k as f64 / count as f64;
+        let inside: Vec<bool> = (0..=count).map(|k| is_stock(angle(k))).collect();
+        let end = |mut yes: f64, mut no: f64| {
+            while (yes - no).abs() > END_DEG {
+                let middle = 0.5 * (yes + no);
+                if is_stock(middle) { yes = middle } else { no = middle }
+            }
+            0.5 * (yes + no)
+        };
+        let mut from = inside[0].then_some(arc[0]);
+        for k in 1..=count {
+            match (inside[k - 1], inside[k]) {
+                (false, true) => from = Some(end(angle(k), angle(k - 1))),
+                (true, false) => left.extend(from.take().map(|f| [f, end(angle(k - 1), angle(k))])),
+                _ => {}
+            }
+        }
+        left.extend(from.map(|f| [f, arc[1]]));
+    }
+    left
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tool() -> ToolRecord {
+        ToolRecord {
+            id: "T1".into(),
+            tool: "flat:5".parse().expect("a flat end"),
+            holder: None,
+            setup_stick_out_mm: BTreeMap::new(),
+        }
+    }
+
+    fn straight(a: [f64; 2], b: [f64; 2]) -> Move {
+        let [a, b] = [a, b].map(|[x, y]| Point3::new(x, y, 10.0));
+        Move { tool: "T1".into(), ..Move::straight(MoveKind::Cut, a, b, Vector3::z(), 1000.0) }
+    }
+
+    fn block() -> InitialStock<'static> {
+        InitialStock::block(Point3::origin(), Point3::new(100.0, 60.0, 20.0)).expect("a block")
+    }
+
+    #[test]
+    fn a_straight_pass_has_the_angle_of_its_step_over() {
+        // Radius 5, step-over 1: 36.87°; the material is on the right.
+        let moves = [straight([-10.0, 56.0], [110.0, 56.0]), straight([110.0, 50.0], [-10.0, 50.0])];
+        let all = level_engagement(&block(), &moves[..1], &[tool()], &|_| true, &|| true).expect("measured");
+        // From the edge of the block: 9 mm deep.
+        let wanted = 90.0 + (0.8_f64).asin().to_degrees();
+        let found = all.largest.expect("it cuts").angle_deg;
+        assert!((found - wanted).abs() < 0.1, "{found} {wanted}");
+        let both = level_engagement(&block(), &moves, &[tool()], &|_| true, &|| true).expect("measured");
+        assert!((both.length_mm - 240.0).abs() < 1.0);
+    }
+
+    #[test]
+    fn loops_cut_at_most_beside_their_front() {
+        // Loops of radius 4 with a tool of radius 5, moved on by 1 mm: 54.900° (B4 of the reference cases).
+        let slot = straight([-10.0, 30.0], [30.0, 30.0]);
+        let mut moves = vec![slot];
+        let corner = |x: f64, k: usize| {
+            let angle = std::f64::consts::TAU * k as f64 / 1440.0;
+            [x + 4.0 * angle.sin(), 30.0 - 4.0 * angle.cos()]
+        };
+        for loop_of in 0..30 {
+            let x = 12.0 + f64::from(loop_of);
+            moves.extend((0..720).map(|k| straight(corner(x, k), corner(x, k + 1))));
+        }
+        for (k, m) in moves.iter_mut().enumerate() {
+            m.seq = k as u64;
+        }
+        // The first loops come out of the slot.
+        let late = |m: &Move| m.seq > 20 * 720;
+        let all = level_engagement(&block(), &moves, &[tool()], &late, &|| true).expect("measured");
+        let found = all.largest.expect("it cuts").angle_deg;
+        assert!((found - 54.900_367_805).abs() < 0.1, "{found}");
+    }
+}

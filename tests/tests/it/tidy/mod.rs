@@ -12,7 +12,7 @@ const LONGEST: usize = 600;
 const LARGEST_CIRCLE: usize = 3;
 /// The crates, each with those of the workspace that it may build on. Anything else is a new direction: decide, then
 /// write it here and in `ARCHITECTURE.md`.
-const DIRECTIONS: [(&str, &[&str]); 17] = [
+const DIRECTIONS: [(&str, &[&str]); 18] = [
     ("nurbs", &[]),
     ("exchange", &["nurbs"]),
     ("surface-merge", &["nurbs"]),
@@ -21,6 +21,7 @@ const DIRECTIONS: [(&str, &[&str]); 17] = [
     ("motion", &["nurbs"]),
     ("contact", &["nurbs", "toolpath"]),
     ("stock", &["nurbs", "toolpath"]),
+    ("reach", &["nurbs", "contact", "toolpath"]),
     ("paths", &["nurbs", "motion", "contact", "surface-merge", "toolpath"]),
     // Not `paths`: what is verified must not be computed by the code that is judged.
     ("verify", &["nurbs", "exchange", "toolpath"]),
@@ -37,6 +38,7 @@ const DIRECTIONS: [(&str, &[&str]); 17] = [
             "surface-merge",
             "tooling",
             "toolpath",
+            "reach",
             "paths",
             "verify",
             "controller",
@@ -52,6 +54,7 @@ const DIRECTIONS: [(&str, &[&str]); 17] = [
             "surface-merge",
             "tooling",
             "toolpath",
+            "reach",
             "paths",
             "verify",
             "controller",

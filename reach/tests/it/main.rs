@@ -1,0 +1,6 @@
+//! Reach on shapes that can be worked out by hand, and on real models.
+
+mod models;
+mod references;
+mod shapes;
+mod sight;

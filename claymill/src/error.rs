@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use claymill_controller::PostError;
 use claymill_exchange::{MeshError, ReadError};
 use claymill_paths::{EndRefusal, ParallelAxes, PlanError};
+use claymill_reach::ReachError;
 use claymill_surface_merge::MergeError;
 use claymill_tooling::ToolingError;
 use claymill_toolpath::{Cancelled, FolderError, Standing};
@@ -14,6 +15,7 @@ use thiserror::Error as ThisError;
 use crate::job_error::JobError;
 use crate::material::MaterialError;
 use crate::merging::WishError;
+use crate::prototype::PrototypeError;
 use crate::select::SelectError;
 
 /// Why a step of a job failed.
@@ -57,6 +59,12 @@ pub enum Error {
     /// A step ended without a result because its [`Monitor`](crate::Monitor) wanted it to.
     #[error(transparent)]
     Cancelled(Cancelled),
+    /// It cannot be found what directions reach.
+    #[error(transparent)]
+    Reach(ReachError),
+    /// A part cannot be made from a bar on a rotary axis.
+    #[error(transparent)]
+    Prototype(Box<PrototypeError>),
     /// No plan can be made.
     #[error(transparent)]
     Plan(PlanError),
@@ -89,6 +97,15 @@ impl From<PlanError> for Error {
     }
 }
 
+impl From<ReachError> for Error {
+    fn from(error: ReachError) -> Self {
+        match error {
+            ReachError::Cancelled(cancelled) => Error::Cancelled(cancelled),
+            error => Error::Reach(error),
+        }
+    }
+}
+
 impl From<VerifyError> for Error {
     fn from(error: VerifyError) -> Self {
         match error {
@@ -114,6 +131,8 @@ impl Error {
             Error::Tooling(e) => e.advice().to_owned(),
             Error::Choice { advice, .. } => advice.clone(),
             Error::Cancelled(_) => "Nothing was left behind.".to_owned(),
+            Error::Reach(e) => of_reach(e).to_owned(),
+            Error::Prototype(e) => e.advice().to_owned(),
             Error::Plan(e) => of_planning(e).to_owned(),
             Error::Folder(e) => e.advice().to_owned(),
             Error::Verify(e) => e.advice(),
@@ -159,6 +178,17 @@ fn of_planning(error: &PlanError) -> &'static str {
         PlanError::NothingToCut => "Look at what is left out, and at the axes.",
         PlanError::Cancelled(_) => "Plan the job again.",
         PlanError::NoRest => "There is nothing to do: no valley is tighter than the earlier tool.",
+    }
+}
+
+fn of_reach(error: &ReachError) -> &'static str {
+    match error {
+        ReachError::Face { .. } => "Leave the face out, or mend it in the CAD system.",
+        ReachError::Nothing => "Look at what is left out, and at the axes.",
+        ReachError::Direction(_) => "Give a direction that is not zero, from the tip to the holder.",
+        ReachError::NoDirection { .. } => "Let the head tilt farther.",
+        ReachError::Number { .. } => "Choose a number in the range.",
+        ReachError::Cancelled(_) => "Nothing was left behind.",
     }
 }
 

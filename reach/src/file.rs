@@ -18,6 +18,8 @@ pub const REACH_FORMAT_VERSION: u32 = 1;
 pub struct ReachFile {
     /// [`REACH_FORMAT_VERSION`].
     pub format_version: u32,
+    /// What wrote the file.
+    pub generator: String,
     /// The model's file.
     pub model: String,
     /// The tool, as on the command line.
@@ -144,6 +146,7 @@ impl ReachFile {
         });
         ReachFile {
             format_version: REACH_FORMAT_VERSION,
+            generator: concat!("claymill ", env!("CARGO_PKG_VERSION")).to_owned(),
             model: name.to_owned(),
             tool: reacher.tool.to_string(),
             steepest_deg: reacher.steepest_deg,

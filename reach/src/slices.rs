@@ -25,6 +25,8 @@ const OFF_MM: f64 = 1e-3;
 const APART_DEG: f64 = 0.05;
 /// So many rays are asked where triangles do not decide, at most.
 const MOST_RAYS: usize = 4_000;
+/// Places along each side of a section at which room is looked for.
+const ROOM_GRID: usize = 48;
 /// Ends of arcs are halved to this, degrees.
 const END_DEG: f64 = 0.004;
 /// Normals of a surface differ from that of its triangle by so many deviations over the shortest side.
@@ -89,6 +91,42 @@ impl<'a> Slices<'a> {
         let points: Vec<[f64; 2]> = self.triangles.iter().flat_map(|(t, _)| t.map(|p| [p.x, p.y])).collect();
         let (middle, radius) = crate::bar::smallest_circle(&points);
         (2.0 * (radius + deviation), middle)
+    }
+
+    /// The largest circle inside of the section at a height, by its middle and radius: found on a grid of places, so it may
+    /// be a little larger. `None` where nothing is cut.
+    #[must_use]
+    pub fn room_at(&self, height_mm: f64) -> Option<([f64; 2], f64)> {
+        let mut segments: Vec<[[f64; 2]; 2]> = Vec::new();
+        let from = Point3::new(0.0, 0.0, height_mm);
+        let meets = |b: &Aabb| b.min[2] <= height_mm && height_mm <= b.max[2];
+        self.tree.visit(
+            |boxes| boxes.each(meets),
+            |item| {
+                segments.extend(self.triangles.get(item).and_then(|(t, _)| section(t, &from)));
+                ControlFlow::Continue(())
+            },
+        );
+        let ends = || segments.iter().flatten();
+        let range = |k: usize| {
+            ends().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], p| [a.min(p[k]), b.max(p[k])])
+        };
+        let [x, y] = [range(0), range(1)];
+        let at = |[a, b]: [f64; 2], i: usize| a + (b - a) * (i as f64 + 0.5) / ROOM_GRID as f64;
+        let places = (0..ROOM_GRID).flat_map(|i| (0..ROOM_GRID).map(move |j| (i, j)));
+        let room = |(i, j): (usize, usize)| {
+            let p = [at(x, i), at(y, j)];
+            // Inside where a line to one side crosses the section an odd number of times.
+            let crosses = |[a, b]: &[[f64; 2]; 2]| {
+                (a[1] > p[1]) != (b[1] > p[1]) && p[0] < a[0] + (p[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
+            };
+            let is_inside = segments.iter().filter(|s| crosses(s)).count() % 2 == 1;
+            let moved = |q: [f64; 2]| [q[0] - p[0], q[1] - p[1]];
+            let nearest = segments.iter().map(|[a, b]| distance_of_segment(moved(*a), moved(*b)));
+            is_inside.then(|| (p, nearest.fold(f64::INFINITY, f64::min)))
+        };
+        let best = places.filter_map(room).max_by(|a, b| a.1.total_cmp(&b.1));
+        best.filter(|(_, radius)| radius.is_finite() && *radius > 0.0)
     }
 
     /// How far the part goes along the axis, mm.
@@ -195,6 +233,18 @@ struct Hidden {
 
 /// What a triangle hides in the plane of a place, seen from there.
 fn hidden_by(corners: &[Point3; 3], deviation_mm: f64, from: &Point3) -> Option<Hidden> {
+    let [a, b] = section(corners, from)?;
+    let [first, second] = [a, b].map(|p: [f64; 2]| p[1].atan2(p[0]).to_degrees());
+    let turn = (second - first + 540.0).rem_euclid(360.0) - 180.0;
+    let from_deg = if turn >= 0.0 { first } else { second };
+    let nearest = distance_of_segment(a, b);
+    let aside_mm = aside_mm(corners, deviation_mm);
+    let off = if nearest > aside_mm { (aside_mm / nearest).asin().to_degrees() } else { 180.0 };
+    Some(Hidden { arc: Arc { from_deg: from_deg.rem_euclid(360.0), span_deg: turn.abs() }, off_deg: off })
+}
+
+/// The section of a triangle with the plane of a place, seen from there.
+fn section(corners: &[Point3; 3], from: &Point3) -> Option<[[f64; 2]; 2]> {
     let above = corners.map(|p| p.z - from.z);
     let mut ends: Vec<[f64; 2]> = Vec::with_capacity(3);
     for k in 0..3 {
@@ -205,14 +255,7 @@ fn hidden_by(corners: &[Point3; 3], deviation_mm: f64, from: &Point3) -> Option<
             ends.push([at.x - from.x, at.y - from.y]);
         }
     }
-    let [a, b] = <[[f64; 2]; 2]>::try_from(ends).ok()?;
-    let [first, second] = [a, b].map(|p: [f64; 2]| p[1].atan2(p[0]).to_degrees());
-    let turn = (second - first + 540.0).rem_euclid(360.0) - 180.0;
-    let from_deg = if turn >= 0.0 { first } else { second };
-    let nearest = distance_of_segment(a, b);
-    let aside_mm = aside_mm(corners, deviation_mm);
-    let off = if nearest > aside_mm { (aside_mm / nearest).asin().to_degrees() } else { 180.0 };
-    Some(Hidden { arc: Arc { from_deg: from_deg.rem_euclid(360.0), span_deg: turn.abs() }, off_deg: off })
+    <[[f64; 2]; 2]>::try_from(ends).ok()
 }
 
 /// How far the section of the surface may be from that of its triangle: the flatter both lie in the plane, the farther.

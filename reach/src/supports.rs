@@ -148,11 +148,10 @@ impl Shaft {
         (moved[2].abs(), [first, second])
     }
 
-    /// The largest stress in the supports, N/mm², where a force acts at the part's radius: twist and bending together (von
-    /// Mises), with all of the torque in either of them.
+    /// The largest stress in the supports, N/mm², under a force and a torque in N·mm: twist and bending together (von Mises),
+    /// with all of the torque in either of them.
     #[must_use]
-    pub fn stress_mpa(&self, force_n: f64) -> f64 {
-        let torque = force_n * self.part_radius_mm;
+    pub fn stress_mpa(&self, force_n: f64, torque: f64) -> f64 {
         let radii = [self.first_mm, self.second_mm];
         let at = |share: f64| {
             let (_, moments) = self.bent(force_n, share);
@@ -176,7 +175,9 @@ const LEAST_SHARE: f64 = 1e-3;
 pub struct Load {
     /// Cutting force across the axis, N.
     pub force_n: f64,
-    /// The part's tolerance, mm: twist at the part's radius, and bending, use half of it at most.
+    /// How far from the axis it acts, mm.
+    pub lever_mm: f64,
+    /// The part's tolerance, mm: twist at the lever, and bending, use half of it at most.
     pub tolerance_mm: f64,
 }
 
@@ -238,6 +239,7 @@ pub fn supports(shaft: &Shaft, load: &Load, most_mm: f64) -> Result<Shaft, Suppo
         ("the part's length", shaft.part_mm),
         ("the part's radius", shaft.part_radius_mm),
         ("the force", load.force_n),
+        ("the lever", load.lever_mm),
         ("the tolerance", load.tolerance_mm),
         ("the room for a support", most_mm),
     ] {
@@ -248,18 +250,19 @@ pub fn supports(shaft: &Shaft, load: &Load, most_mm: f64) -> Result<Shaft, Suppo
     let of_radius = |r: f64| Shaft { first_mm: r, second_mm: r, ..*shaft };
     let allowed_mpa = STRESS_SHARE * shaft.stiffness.strength_mpa;
     let off_mm = |shaft: &Shaft| {
-        let twist = shaft.twist_deg(load.force_n * shaft.part_radius_mm).to_radians();
-        (shaft.part_radius_mm * twist.min(0.5 * PI).sin()).max(shaft.deflection_mm(load.force_n))
+        let twist = shaft.twist_deg(load.force_n * load.lever_mm).to_radians();
+        (load.lever_mm * twist.min(0.5 * PI).sin()).max(shaft.deflection_mm(load.force_n))
     };
     let holds = |shaft: &Shaft| {
-        off_mm(shaft) <= 0.5 * load.tolerance_mm && shaft.stress_mpa(load.force_n) <= allowed_mpa
+        off_mm(shaft) <= 0.5 * load.tolerance_mm
+            && shaft.stress_mpa(load.force_n, load.force_n * load.lever_mm) <= allowed_mpa
     };
     let steps = (most_mm / STEP_MM).floor().max(1.0) as u64;
     let radius = |k: u64| (k as f64 * STEP_MM).min(most_mm);
     let thickest = of_radius(radius(steps));
     if !holds(&thickest) {
         let (radius_mm, force_n) = (thickest.first_mm, load.force_n);
-        let stress_mpa = thickest.stress_mpa(force_n);
+        let stress_mpa = thickest.stress_mpa(force_n, force_n * load.lever_mm);
         if stress_mpa > allowed_mpa {
             return Err(SupportError::Breaks { radius_mm, stress_mpa, force_n, allowed_mpa });
         }
@@ -395,20 +398,20 @@ mod tests {
 
     #[test]
     fn supports_are_the_thinnest_that_hold() {
-        let load = Load { force_n: 500.0, tolerance_mm: 0.1524 };
+        let load = Load { force_n: 500.0, lever_mm: 63.5, tolerance_mm: 0.1524 };
         let found = supports(&iron(1.0, 1.0), &load, 40.0).unwrap();
         let off = |shaft: &Shaft| {
             let twist = shaft.twist_deg(500.0 * 63.5).to_radians();
             (63.5 * twist.sin()).max(shaft.deflection_mm(500.0))
         };
-        assert!(off(&found) <= 0.0762 && found.stress_mpa(500.0) <= 155.0);
+        assert!(off(&found) <= 0.0762 && found.stress_mpa(500.0, 500.0 * 63.5) <= 155.0);
         let thinner = iron(found.first_mm - STEP_MM, found.second_mm - STEP_MM);
-        assert!(off(&thinner) > 0.0762 || thinner.stress_mpa(500.0) > 155.0, "{found:?}");
+        assert!(off(&thinner) > 0.0762 || thinner.stress_mpa(500.0, 500.0 * 63.5) > 155.0, "{found:?}");
     }
 
     #[test]
     fn what_would_break_or_give_way_is_refused_by_name() {
-        let load = Load { force_n: 500.0, tolerance_mm: 0.1524 };
+        let load = Load { force_n: 500.0, lever_mm: 63.5, tolerance_mm: 0.1524 };
         assert!(matches!(supports(&iron(1.0, 1.0), &load, 3.0), Err(SupportError::Breaks { .. })));
         let soft = Load { tolerance_mm: 1e-6, ..load };
         assert!(matches!(supports(&iron(1.0, 1.0), &soft, 40.0), Err(SupportError::Weak { .. })));

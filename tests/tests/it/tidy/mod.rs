@@ -38,6 +38,7 @@ const DIRECTIONS: [(&str, &[&str]); 18] = [
             "surface-merge",
             "tooling",
             "toolpath",
+            "contact",
             "reach",
             "paths",
             "verify",

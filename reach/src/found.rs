@@ -22,6 +22,8 @@ use crate::samples::{Sample, samples, spacing_mm};
 
 /// A wall that leans over by no more than this is upright (`n·d`).
 const UPRIGHT: f64 = 2e-3;
+/// Walls are reached down to so many tool radii below where the tool rests over them, as the planner cuts them.
+const DEEPEST_RADII: f64 = 20.0;
 /// Beside a wall the tool keeps this away from it, mm.
 const BESIDE_MM: f64 = 2e-3;
 
@@ -224,6 +226,10 @@ impl<'a> Pose<'a> {
         let (end, radius_mm) = (ball.end(), ball.radius_mm());
         let middle = if end.is_ball() { point + n * end.radius_mm() } else { point + end.to_middle(&n) };
         let touch = Location::touching(middle, n, sample.face, sample.uv.into());
+        let deepest = point.z + (1.0 + DEEPEST_RADII) * radius_mm;
+        if is_wall && ball.is_blocked_at(point.x, point.y, deepest) {
+            return Seen::Hidden;
+        }
         let by_mm = if is_wall { self.allowed_mm } else { self.allowed_mm / facing };
         match ball.blocked_from(&touch, by_mm, radius_mm) {
             None if ball.is_in_material_above(&middle) => Seen::Hidden,

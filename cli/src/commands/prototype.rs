@@ -13,7 +13,7 @@ use claymill_controller::Dialect;
 use claymill_exchange::write_step;
 use claymill_paths::{Axis, Strategy};
 use claymill_tooling::{ReadOptions, read_library};
-use claymill_toolpath::{FolderWriter, Holder, Kind, Tool};
+use claymill_toolpath::{Bounds, FolderWriter, Holder, Kind, Tool};
 
 use super::post::machine;
 use super::{Context, left_out, plan, plan_summary, request, verify};
@@ -66,15 +66,19 @@ pub(crate) fn prototype_command(context: &Context, args: &PrototypeArgs) -> Resu
         exit = passes(context, (&held, &job_folder), &found, &asked, args.scallop)?;
         if let Some(machine) = &machine {
             let program = args.out.join(PROGRAM);
-            let cleared = JobFolder::open(&job_folder)?.cleared()?;
-            let totals = cleared.post(Dialect::LinuxCnc29, machine, &program)?;
-            let _ = writeln!(
-                sheet,
-                "\nProgram: `{PROGRAM}`, {} of {}.",
-                counted(totals.files.len(), "file"),
-                machine.name
-            );
-            context.console.say(program.display());
+            // The sheet is of use even where the job did not pass: it says why there is no program.
+            match JobFolder::open(&job_folder)?.cleared() {
+                Ok(cleared) => {
+                    let totals = cleared.post(Dialect::LinuxCnc29, machine, &program)?;
+                    let files = counted(totals.files.len(), "file");
+                    let _ = writeln!(sheet, "\nProgram: `{PROGRAM}`, {files} for {}.", machine.name);
+                    context.console.say(program.display());
+                }
+                Err(refusal) => {
+                    let _ = writeln!(sheet, "\nNo program: {refusal}.");
+                    context.console.say(format!("no program: {refusal}"));
+                }
+            }
         }
     }
     let path = args.out.join(SHEET);
@@ -106,6 +110,10 @@ fn passes(
         .axes("+z".parse()?, "+x".parse()?)
         .setups(found.setups());
     job.holder.clone_from(&asked.reach.holder);
+    // Beyond its supports the bar goes on: the tool stays between both ends of it.
+    let (thick_mm, far_mm) = (asked.reach.tool.widest_mm(), Bounds::FAR_MM);
+    let x = [thick_mm - found.length_mm, -thick_mm];
+    job.passes.bounds.centre_within_mm = Some([x[0], -far_mm, -far_mm, x[1], far_mm, far_mm]);
     console.stage("planning");
     let prepared = job.prepare(&file)?;
     let planned = prepared.plan(console)?;

@@ -136,7 +136,7 @@ fn print(found: &ReachFound, loaded: &ModelFile) {
     );
     let chosen = record.chosen.len() - record.forced;
     if record.is_optimal {
-        outln!("proven: no {} reach these {}", below(chosen), counted(record.places.len(), "place"));
+        outln!("proven: {} these {}", below(chosen), counted(record.places.len(), "place"));
     } else {
         outln!("at least {} are needed; {chosen} were found", record.least);
     }
@@ -165,11 +165,13 @@ fn print(found: &ReachFound, loaded: &ModelFile) {
     }
 }
 
-/// One fewer, in words.
+/// What one fewer do not do, in words.
 fn below(count: usize) -> String {
     match count {
-        0 | 1 => "choice without any does".to_owned(),
-        count => format!("{} directions", count - 1),
+        0 => "none is needed besides the forced ones to reach".to_owned(),
+        1 => "one is needed to reach".to_owned(),
+        2 => "no single direction reaches".to_owned(),
+        count => format!("no {} directions reach", count - 1),
     }
 }
 

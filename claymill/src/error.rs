@@ -15,7 +15,7 @@ use thiserror::Error as ThisError;
 use crate::job_error::JobError;
 use crate::material::MaterialError;
 use crate::merging::WishError;
-use crate::prototype::PrototypeError;
+use crate::prototype_error::PrototypeError;
 use crate::select::SelectError;
 
 /// Why a step of a job failed.
@@ -102,6 +102,15 @@ impl From<ReachError> for Error {
         match error {
             ReachError::Cancelled(cancelled) => Error::Cancelled(cancelled),
             error => Error::Reach(error),
+        }
+    }
+}
+
+impl From<PrototypeError> for Error {
+    fn from(error: PrototypeError) -> Self {
+        match error {
+            PrototypeError::Reach(e) => e.into(),
+            error => Error::Prototype(Box::new(error)),
         }
     }
 }

@@ -59,6 +59,7 @@ mod operations;
 mod planned;
 mod prepared;
 mod prototype;
+mod prototype_error;
 mod reach;
 mod record;
 mod select;
@@ -99,7 +100,8 @@ pub use operations::{OperationJob, PlannedOperations};
 pub use planned::{Planned, left_out_faces};
 pub use prepared::{ObstacleFile, Prepared, orientation};
 #[doc(hidden)]
-pub use prototype::{Prototype, PrototypeAsked, PrototypeError, SupportPlace, prototype};
+pub use prototype::{Prototype, PrototypeAsked, SupportPlace, prototype};
+pub use prototype_error::PrototypeError;
 pub use reach::{DirectionsFrom, ReachAsked, ReachFound, USUAL_SHARE, find_reach};
 pub use record::name;
 pub use select::{SelectError, named_faces};

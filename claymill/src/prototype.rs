@@ -129,8 +129,9 @@ pub fn prototype(
     let faces: Vec<Face> = (file.model().faces.par_iter())
         .map(|face| Face { surface: face.surface.mapped(to_machine), ..face.clone() })
         .collect();
-    let mut model = Model { faces, ..file.model().clone() };
-    let moved = Part { model: &model, ..whole };
+    let bare = Model { faces, ..file.model().clone() };
+    let mut model = bare.clone();
+    let moved = Part { model: &bare, ..whole };
     let along_x = Frame::new("bar", X, Axis { index: 1, negative: false }).map_err(ReachError::from)?;
     let slices = Slices::new(&moved, &along_x, DEVIATION_SHARE * axis.length_mm, 90.0)?;
     let [low, high] = slices.along_mm();
@@ -181,15 +182,21 @@ pub fn prototype(
     let name = file.path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let found = of_part((&held, &name), orientation, &reach, monitor)?;
     let left = found.reach.unreached();
-    // What is too tight for the tool is left for a smaller one; what nothing sees cannot be made.
-    let is_unseen = |seen: Seen| matches!(seen, Seen::Away | Seen::Hidden | Seen::Steep);
+    // What the tool does not get to is left for a smaller one; what no line of sight gets to cannot be made.
     let covers_end = |face: usize| {
         let bounds = model.faces[face].bounds();
         places.iter().any(|place| touches(&bounds, place))
     };
-    let unseen: Vec<&(usize, f64, Seen)> =
-        left.iter().filter(|(face, _, seen)| is_unseen(*seen) && !covers_end(*face)).collect();
-    let unseen_mm2: f64 = unseen.iter().map(|(_, mm2, _)| mm2).sum();
+    let left_over =
+        found.reach.samples.iter().zip(&found.reach.best).filter(|(_, seen)| **seen != Seen::Reached);
+    let mut unseen: Vec<(usize, f64)> = Vec::new();
+    for (sample, _) in left_over.filter(|(s, _)| !covers_end(s.face) && slices.arcs(s).is_empty()) {
+        match unseen.last_mut() {
+            Some((face, mm2)) if *face == sample.face => *mm2 += sample.area_mm2,
+            _ => unseen.push((sample.face, sample.area_mm2)),
+        }
+    }
+    let unseen_mm2: f64 = unseen.iter().map(|(_, mm2)| mm2).sum();
     let whole_mm2: f64 = file.face_area_mm2.iter().sum();
     if unseen_mm2 > UNSEEN_SHARE * whole_mm2 {
         let entity = |face: usize| (face, file.model().faces[face].source.entity.clone());

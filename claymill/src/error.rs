@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use claymill_controller::PostError;
 use claymill_exchange::{MeshError, ReadError};
 use claymill_paths::{EndRefusal, ParallelAxes, PlanError};
+use claymill_reach::ReachError;
 use claymill_stock::StockError;
 use claymill_surface_merge::MergeError;
 use claymill_tooling::ToolingError;
@@ -15,6 +16,7 @@ use thiserror::Error as ThisError;
 use crate::job_error::JobError;
 use crate::material::MaterialError;
 use crate::merging::WishError;
+use crate::prototype_error::PrototypeError;
 use crate::select::SelectError;
 
 /// Why a step of a job failed.
@@ -58,6 +60,12 @@ pub enum Error {
     /// A step ended without a result because its [`Monitor`](crate::Monitor) wanted it to.
     #[error(transparent)]
     Cancelled(Cancelled),
+    /// It cannot be found what directions reach.
+    #[error(transparent)]
+    Reach(ReachError),
+    /// A part cannot be made from a bar on a rotary axis.
+    #[error(transparent)]
+    Prototype(Box<PrototypeError>),
     /// No plan can be made.
     #[error(transparent)]
     Plan(PlanError),
@@ -93,6 +101,24 @@ impl From<PlanError> for Error {
     }
 }
 
+impl From<ReachError> for Error {
+    fn from(error: ReachError) -> Self {
+        match error {
+            ReachError::Cancelled(cancelled) => Error::Cancelled(cancelled),
+            error => Error::Reach(error),
+        }
+    }
+}
+
+impl From<PrototypeError> for Error {
+    fn from(error: PrototypeError) -> Self {
+        match error {
+            PrototypeError::Reach(e) => e.into(),
+            error => Error::Prototype(Box::new(error)),
+        }
+    }
+}
+
 impl From<VerifyError> for Error {
     fn from(error: VerifyError) -> Self {
         match error {
@@ -121,6 +147,8 @@ impl Error {
             Error::Tooling(e) => e.advice().to_owned(),
             Error::Choice { advice, .. } => advice.clone(),
             Error::Cancelled(_) => "Nothing was left behind.".to_owned(),
+            Error::Reach(e) => of_reach(e).to_owned(),
+            Error::Prototype(e) => e.advice().to_owned(),
             Error::Plan(e) => of_planning(e).to_owned(),
             Error::Folder(e) => e.advice().to_owned(),
             Error::Verify(e) => e.advice(),
@@ -169,6 +197,17 @@ fn of_planning(error: &PlanError) -> &'static str {
         PlanError::NoStock { .. } => {
             "Give the job its stock: only an operation of a job with stock knows what is left."
         }
+    }
+}
+
+fn of_reach(error: &ReachError) -> &'static str {
+    match error {
+        ReachError::Face { .. } => "Leave the face out, or mend it in the CAD system.",
+        ReachError::Nothing => "Look at what is left out, and at the axes.",
+        ReachError::Direction(_) => "Give a direction that is not zero, from the tip to the holder.",
+        ReachError::NoDirection { .. } => "Let the head tilt farther.",
+        ReachError::Number { .. } => "Choose a number in the range.",
+        ReachError::Cancelled(_) => "Nothing was left behind.",
     }
 }
 

@@ -14,6 +14,9 @@ use crate::limits::{
 };
 use crate::merging::Merging;
 
+/// Written instead of the names of setups: the fewest that reach all that can be reached.
+pub const AUTO_SETUPS: &str = "auto";
+
 /// A job as it is asked for. [`Job::new`] fills in what is usual.
 ///
 /// All fields may be set; what none of a machine, a tool or a file can mean is refused before the model is looked at.
@@ -195,7 +198,8 @@ impl Job {
         if (0.0..LOWEST_SCALLOP_MM).contains(&passes.scallop_mm) {
             return Err(JobError::Scallop { scallop_mm: passes.scallop_mm }.into());
         }
-        for text in &self.setups {
+        // Which setups `auto` means is known when the model is.
+        for text in self.setups.iter().filter(|text| *text != AUTO_SETUPS) {
             // Any orientation will do to see whether there is such a setup.
             self.passes.orientation.setup(text).map_err(JobError::Setup)?;
         }

@@ -4,15 +4,16 @@ use std::path::PathBuf;
 
 use claymill_exchange::{ObstacleMesh, read_mesh};
 use claymill_paths::{Axis, Frame, Orientation, OrientationGuess, PlanOptions};
-use claymill_toolpath::{Bounds, sha256_of};
+use claymill_toolpath::{Bounds, Contain, sha256_of};
 
 use crate::error::Error;
-use crate::job::Job;
+use crate::job::{AUTO_SETUPS, Job};
 use crate::job_error::JobError;
 use crate::material::free_sides;
 use crate::merged::{Merged, merge};
 use crate::merging::Merging;
 use crate::model_file::ModelFile;
+use crate::reach::{ReachAsked, find_reach};
 use crate::select;
 
 /// A job with what the model makes of it: all that is known before it is planned.
@@ -51,9 +52,32 @@ pub fn orientation(
     Ok(Orientation::guess(file.model(), &file.face_area_mm2, up, front)?)
 }
 
-/// The setups that were asked for; none if all five usual ones may be used.
-fn chosen_setups(orientation: Orientation, asked: &[String]) -> Result<Vec<Frame>, Error> {
-    asked.iter().map(|text| Ok(orientation.setup(text).map_err(JobError::Setup)?)).collect()
+/// The setups that were asked for; none if all five usual ones may be used. `auto` stands for the fewest that reach what
+/// those of a head over the upper half reach, besides the others.
+fn chosen_setups(
+    job: &Job,
+    (file, merged): (&ModelFile, &Merged),
+    orientation: Orientation,
+) -> Result<Vec<Frame>, Error> {
+    let frame =
+        |text: &String| -> Result<Frame, Error> { Ok(orientation.setup(text).map_err(JobError::Setup)?) };
+    let (auto, named): (Vec<&String>, Vec<&String>) =
+        job.setups.iter().partition(|text| *text == AUTO_SETUPS);
+    let mut frames = named.into_iter().map(frame).collect::<Result<Vec<Frame>, Error>>()?;
+    if !auto.is_empty() {
+        let forced = frames.iter().map(|f| f.axis().into()).collect();
+        // Holders whose stick-out follows from the paths are in nobody's way.
+        let holder = if job.least_stick_out { None } else { job.holder.clone() };
+        let asked = ReachAsked { holder, forced, ..ReachAsked::of(*job.tool()) };
+        let found = find_reach(file, merged, orientation, &asked, &())?;
+        let texts = found.setups(orientation).into_iter().skip(frames.len());
+        let more = texts.map(|text| frame(&text)).collect::<Result<Vec<Frame>, Error>>()?;
+        if job.passes.bounds.contain != Contain::Contact && more.iter().any(Frame::is_tilted) {
+            return Err(JobError::TiltedContainment.into());
+        }
+        frames.extend(more);
+    }
+    Ok(frames)
 }
 
 fn read_obstacles(job: &Job) -> Result<Vec<ObstacleFile>, Error> {
@@ -128,7 +152,7 @@ impl<'m> Prepared<'m> {
                 ..bounds.clone()
             },
             orientation: orientation.orientation,
-            setups: chosen_setups(orientation.orientation, &job.setups)?,
+            setups: chosen_setups(job, (file, &merged), orientation.orientation)?,
             ..job.passes.clone()
         };
         let job = job.clone();

@@ -276,7 +276,7 @@ impl From<claymill::Error> for Failure {
                 Failure::problem(error, advice)
             }
             E::Post(e) => e.into(),
-            E::Tooling(_) | E::Stock(_) | E::Choice { .. } => {
+            E::Tooling(_) | E::Stock(_) | E::Choice { .. } | E::Reach(_) | E::Prototype(_) => {
                 let advice = error.advice();
                 Failure::problem(error, advice)
             }

@@ -66,6 +66,8 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Demo(args) => commands::demo(&context, args),
         Command::Inspect(args) => commands::inspect(&context, args),
         Command::Drop(args) => commands::drop(&context, args),
+        Command::Prototype(args) => commands::prototype_command(&context, args),
+        Command::Reach(args) => commands::reach(&context, args),
         Command::Merge(args) => commands::merge(&context, args),
         Command::Plan(args) => commands::plan(&context, args),
         Command::Compare(args) => commands::compare(&context, args),

@@ -4,7 +4,7 @@
 use std::sync::OnceLock;
 
 use claymill_nurbs::{Aabb, Curve2, Domain, FaceId, Leaves, Model, NurbsSurface, Point2, Point3};
-use claymill_toolpath::Tool;
+use claymill_toolpath::{Holder, Tool};
 use rayon::prelude::*;
 
 use crate::Frame;
@@ -165,6 +165,18 @@ impl<'a> BallDrop<'a> {
         let of_end = (!end.is_ball()).then(|| Body::end(tool));
         let bodies = of_end.map_or_else(Vec::new, |own| [own].into_iter().chain(sides.clone()).collect());
         BallDrop { sides, end, bodies, widest_mm: tool.widest_mm(), ..ball }
+    }
+
+    /// The same with a holder above the tool, which must touch nothing either.
+    #[must_use]
+    pub fn with_holder(mut self, holder: &Holder) -> Self {
+        let above = Body::of_holder(holder, self.widest_mm);
+        self.widest_mm = above.iter().map(|body| body.widest).fold(self.widest_mm, f64::max);
+        if !self.end.is_ball() {
+            self.bodies.extend(&above);
+        }
+        self.sides.extend(above);
+        self
     }
 
     /// The tool's end.

@@ -22,6 +22,18 @@ Examples:
   claymill drop body.igs --tool ball:10 --at 1200,-300,0
   claymill drop body.igs --tool bull:5:1 --at 1200,-300,0 -o drop.png";
 
+pub(super) const REACH: &str = "\
+Examples:
+  claymill reach body.igs --tool ball:10 --tilt-limit 60 -o reach.json
+  claymill reach part.stp --tool flat:5 --axis auto --forced 0 --forced 180
+  claymill reach part.stp --tool flat:5 --tilt-limit 180 --picture reach.png";
+
+pub(super) const PROTOTYPE: &str = "\
+Examples:
+  claymill prototype part.stp --stock auto --material delrin --tool ball:3 -o out/part
+  claymill prototype part.stp --stock round:60 --machine linuxcnc-a-axis.toml -o out/part
+  claymill prototype part.stp --axis x --forced 0 --forced 180 --no-passes -o out/part";
+
 pub(super) const MERGE: &str = "\
 Examples:
   claymill merge body.igs -o out/regions

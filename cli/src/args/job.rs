@@ -158,7 +158,8 @@ pub(crate) struct JobOptions {
     /// Leave these out; same forms as --only.
     #[arg(help_heading = CHOICE, long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) skip: Vec<String>,
-    /// Setups that may be used: `top`, `left`, `right`, `front`, `rear`, `bottom` [default: all but bottom].
+    /// Setups that may be used: `top`, `left`, `right`, `front`, `rear`, `bottom` [default: all but bottom]; or
+    /// `auto`: the fewest that reach what a head over the upper half reaches, besides the others that are named.
     #[arg(help_heading = SETUP, long, value_name = "NAME", value_delimiter = ',')]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) setups: Vec<String>,

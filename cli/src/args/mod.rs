@@ -8,6 +8,8 @@ mod machine;
 mod model;
 mod paths;
 mod process;
+mod prototype;
+mod reach;
 mod result;
 mod shell;
 mod tools;
@@ -21,6 +23,8 @@ pub(crate) use job::{
 };
 pub(crate) use machine::{ControlArgs, OrderArgs, PlaceArgs, PostArgs, SimulateArgs, StreamArgs};
 pub(crate) use model::{DemoArgs, DropArgs, InspectArgs, MergeArgs, SampleArgs};
+pub(crate) use prototype::PrototypeArgs;
+pub(crate) use reach::ReachArgs;
 pub(crate) use result::{AnimateArgs, PathColour, RenderArgs, ReportArgs, ShowName, VerifyArgs, ViewArgs};
 pub(crate) use shell::{CompletionsArgs, ManArgs};
 pub(crate) use tools::{TableUnit, ToolsArgs};
@@ -72,12 +76,18 @@ pub(crate) enum Command {
     /// Lower a tool of any kind on a model: where it comes to rest, on what, and what is proven of that.
     #[command(after_help = examples::DROP)]
     Drop(DropArgs),
+    /// What directions of the tool reach of a model, the fewest that reach all that can be reached, and the proof.
+    #[command(after_help = examples::REACH)]
+    Reach(ReachArgs),
     /// Find the joints between faces and sew smooth ones into regions.
     #[command(after_help = examples::MERGE)]
     Merge(MergeArgs),
     /// The main job: regions, setups, tool paths, verification, pictures, report.
     #[command(after_help = examples::PLAN)]
     Plan(PlanArgs),
+    /// A part from a bar on a rotary axis: axis, angles, supports, passes and a setup sheet, or why it cannot be made so.
+    #[command(after_help = examples::PROTOTYPE)]
+    Prototype(PrototypeArgs),
     /// The same job by several strategies, scallop heights and tools, side by side.
     #[command(after_help = examples::COMPARE)]
     Compare(CompareArgs),
@@ -135,6 +145,7 @@ impl Command {
         !matches!(
             self,
             Command::Drop(DropArgs { out: None, .. })
+                | Command::Reach(ReachArgs { picture: None, .. })
                 | Command::Verify(_)
                 | Command::Post(_)
                 | Command::Simulate(_)

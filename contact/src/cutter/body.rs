@@ -2,7 +2,7 @@
 //! segments and triangles: closed forms, except for one angle on segments.
 
 use claymill_nurbs::{Point3, Vector3};
-use claymill_toolpath::Tool;
+use claymill_toolpath::{Holder, Tool};
 
 /// A convex body of revolution about the tool axis, without end upwards.
 ///
@@ -48,16 +48,31 @@ impl Body {
     /// What stands out above the end: a taper, and a shank that is thicker than the flutes below it. What is thinner is in
     /// their shadow.
     pub(crate) fn sides(tool: &Tool) -> Vec<Self> {
-        let mut widest = tool.radius_mm();
+        Self::standing_out(tool.radius_mm(), &tool.sides())
+    }
+
+    /// What stands out of the sections of a holder, above a tool that is as wide as this.
+    pub(crate) fn of_holder(holder: &Holder, widest_mm: f64) -> Vec<Self> {
+        let mut height = holder.stick_out_mm;
+        let frusta = holder.sections.iter().map(|section| {
+            let low = [height, 0.5 * section.lower_diameter_mm];
+            height += section.length_mm;
+            [low, [height, 0.5 * section.upper_diameter_mm]]
+        });
+        Self::standing_out(widest_mm, &frusta.collect::<Vec<_>>())
+    }
+
+    /// Of frusta above each other, each by height and radius at both ends, what is wider than all below.
+    fn standing_out(mut widest: f64, frusta: &[[[f64; 2]; 2]]) -> Vec<Self> {
         let mut bodies = Vec::new();
-        for [[height, flat], [top, radius]] in tool.sides() {
+        for &[[height, flat], [top, radius]] in frusta {
             if radius > flat {
                 let slope = (top - height) / (radius - flat);
                 bodies.push(Body { height, flat, corner: 0.0, slope, widest: radius });
             } else if flat > widest {
                 bodies.push(Body { height, flat, corner: 0.0, slope: f64::INFINITY, widest: flat });
             }
-            widest = widest.max(radius);
+            widest = widest.max(radius).max(flat);
         }
         bodies
     }

@@ -12,7 +12,7 @@ const LONGEST: usize = 600;
 const LARGEST_CIRCLE: usize = 3;
 /// The crates, each with those of the workspace that it may build on. Anything else is a new direction: decide, then
 /// write it here and in `ARCHITECTURE.md`.
-const DIRECTIONS: [(&str, &[&str]); 18] = [
+const DIRECTIONS: [(&str, &[&str]); 19] = [
     ("nurbs", &[]),
     ("exchange", &["nurbs"]),
     ("surface-merge", &["nurbs"]),
@@ -22,6 +22,7 @@ const DIRECTIONS: [(&str, &[&str]); 18] = [
     ("contact", &["nurbs", "toolpath"]),
     ("stock", &["nurbs", "toolpath"]),
     ("clearing", &["nurbs", "contact", "toolpath"]),
+    ("reach", &["nurbs", "contact", "toolpath"]),
     ("paths", &["nurbs", "motion", "contact", "stock", "surface-merge", "toolpath"]),
     // Not `paths`: what is verified must not be computed by the code that is judged.
     ("verify", &["nurbs", "exchange", "toolpath"]),
@@ -39,6 +40,8 @@ const DIRECTIONS: [(&str, &[&str]); 18] = [
             "surface-merge",
             "tooling",
             "toolpath",
+            "contact",
+            "reach",
             "paths",
             "verify",
             "controller",
@@ -54,6 +57,7 @@ const DIRECTIONS: [(&str, &[&str]); 18] = [
             "surface-merge",
             "tooling",
             "toolpath",
+            "reach",
             "paths",
             "verify",
             "controller",

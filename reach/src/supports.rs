@@ -106,46 +106,37 @@ impl Shaft {
             (self.part_mm * (1.0 - share), part),
             (self.support_mm, inertia(self.second_mm)),
         ];
-        // Three places between the pieces give way and tilt; the chucks do not.
-        let mut stiffness = SMatrix::<f64, 10, 10>::zeros();
-        for (k, (length, inertia)) in pieces.into_iter().enumerate() {
-            let e = self.stiffness.young_mpa * inertia / length.powi(3);
-            let l = length;
-            let of_piece = SMatrix::<f64, 4, 4>::new(
-                12.0,
-                6.0 * l,
-                -12.0,
-                6.0 * l,
-                6.0 * l,
-                4.0 * l * l,
-                -6.0 * l,
-                2.0 * l * l,
-                -12.0,
-                -6.0 * l,
-                12.0,
-                -6.0 * l,
-                6.0 * l,
-                2.0 * l * l,
-                -6.0 * l,
-                4.0 * l * l,
-            ) * e;
-            let mut place = stiffness.fixed_view_mut::<4, 4>(2 * k, 2 * k);
-            place += of_piece;
+        // Unknown is how far the end of each of the first three pieces gives way and tilts against its beginning: the stiff
+        // part, which mostly goes along with thin supports, then costs no digits. The last piece ends in a chuck.
+        let tips = pieces.map(|(l, inertia)| {
+            let e = self.stiffness.young_mpa * inertia / l.powi(3);
+            SMatrix::<f64, 2, 2>::new(12.0, -6.0 * l, -6.0 * l, 4.0 * l * l) * e
+        });
+        let [(l0, _), (l1, _), (l2, _), (l3, _)] = pieces;
+        // Of the last piece against its beginning, from these six.
+        let last = -SMatrix::<f64, 2, 6>::from_rows(&[
+            [1.0, l1 + l2 + l3, 1.0, l2 + l3, 1.0, l3].into(),
+            [0.0, 1.0, 0.0, 1.0, 0.0, 1.0].into(),
+        ]);
+        let mut stiffness = last.transpose() * tips[3] * last;
+        for (k, tip) in tips.iter().take(3).enumerate() {
+            let mut place = stiffness.fixed_view_mut::<2, 2>(2 * k, 2 * k);
+            place += tip;
         }
-        let free: SMatrix<f64, 6, 6> = stiffness.fixed_view::<6, 6>(2, 2).into_owned();
-        let mut force = SVector::<f64, 6>::zeros();
-        force[2] = force_n;
-        let Some(moved) = free.lu().solve(&force) else { return (f64::INFINITY, [f64::INFINITY; 2]) };
-        let mut all = SVector::<f64, 10>::zeros();
-        all.fixed_view_mut::<6, 1>(2, 0).copy_from(&moved);
-        let reactions = stiffness * all;
+        let at_force = SVector::<f64, 6>::from([1.0, l1, 1.0, 0.0, 0.0, 0.0]);
+        let Some(solver) = stiffness.cholesky() else { return (f64::INFINITY, [f64::INFINITY; 2]) };
+        let moved = solver.solve(&(at_force * force_n));
+        let first_tip = tips[0] * moved.fixed_rows::<2>(0);
+        let second_tip = tips[3] * (last * moved);
+        // What the chucks hold against.
+        let reactions = [[-first_tip[0], -first_tip[1] - first_tip[0] * l0], [second_tip[0], second_tip[1]]];
         // Force and moment of each chuck; along a support the moment changes by force times length.
         let moments = |force: f64, moment: f64, sign: f64| {
             moment.abs().max((sign * force * self.support_mm - moment).abs())
         };
-        let first = moments(reactions[0], reactions[1], 1.0);
-        let second = moments(reactions[8], reactions[9], -1.0);
-        (moved[2].abs(), [first, second])
+        let first = moments(reactions[0][0], reactions[0][1], 1.0);
+        let second = moments(reactions[1][0], reactions[1][1], -1.0);
+        (at_force.dot(&moved).abs(), [first, second])
     }
 
     /// The largest stress in the supports, N/mm², under a force and a torque in N·mm: twist and bending together (von Mises),

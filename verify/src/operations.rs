@@ -1,5 +1,7 @@
 //! A job with operations: each is verified by itself, with its own tool and allowance, and all verdicts make one.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use claymill_nurbs::{MeshOptions, Model, Point3, Vector3};
 use claymill_toolpath::{Cancelled, Job, LATEST_FORMAT_VERSION, Monitor, MoveKind, Program, Stage, Stock};
 
@@ -74,7 +76,13 @@ pub(crate) fn measure(
         Some(check) => Some(check),
         None => job.stock.as_ref().map(followed).transpose()?,
     };
-    let keep_going = || monitor.go_on().is_ok();
+    // It is asked before each move.
+    let (asked, moves) = (AtomicUsize::new(0), program.moves.len().max(1));
+    let keep_going = || {
+        let share = asked.fetch_add(1, Ordering::Relaxed) as f64 / moves as f64;
+        monitor.at(Stage::Stock, share.min(1.0));
+        monitor.go_on().is_ok()
+    };
     let report = |check: StockCheck<'_>| check.report(None, &keep_going).map_err(of_stock);
     let stock = check.map(report).transpose()?;
     let verdict = joined(job, program, &all, stock.as_ref());

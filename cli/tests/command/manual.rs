@@ -6,9 +6,28 @@ use std::process::{Command, Stdio};
 use crate::run::run;
 use crate::scratch;
 
-const COMMANDS: [&str; 19] = [
-    "demo", "inspect", "drop", "merge", "plan", "compare", "verify", "post", "simulate", "stream", "control",
-    "order", "render", "view", "animate", "report", "sample", "schema", "tools",
+const COMMANDS: [&str; 21] = [
+    "demo",
+    "inspect",
+    "drop",
+    "merge",
+    "plan",
+    "compare",
+    "verify",
+    "post",
+    "simulate",
+    "stream",
+    "control",
+    "order",
+    "render",
+    "view",
+    "animate",
+    "report",
+    "sample",
+    "schema",
+    "tools",
+    "reach",
+    "prototype",
 ];
 
 #[test]

@@ -85,7 +85,7 @@ fn only_what_is_left_is_cut_again() {
     std::fs::write(out.join("job.json"), all).unwrap();
     let found = run_without_adapter(folder.path(), ["verify", "out"]);
     assert_eq!(found.code, Some(3), "{found:?}");
-    assert!(found.stdout.contains("within reach of the tool were left"), "{found:?}");
+    assert!(found.stderr.contains("within reach of the tool"), "{found:?}");
 }
 
 #[test]

@@ -13,7 +13,7 @@ use super::initial::InitialStock;
 use super::left::{Thickness, thickness};
 use super::options::StockOptions;
 use super::piece::Sweep;
-use super::proof::depth;
+use super::proof::{Wanted, depth};
 use super::report::{StockHit, StockProof, StockVolumes};
 use super::sweeps::{Moved, Step, Sweeps, Time, moved};
 use super::tool_bodies::{ToolBody, ToolPart, bodies_of};
@@ -163,7 +163,7 @@ impl<'a> StockCheck<'a> {
     /// # Errors
     /// No such move.
     pub fn rapid_is_clear(&self, of_move: usize, time: Time) -> Result<StockProof, StockError> {
-        self.clear_of_all(of_move, time, self.options.most_boxes)
+        self.clear_of_all(of_move, time, (self.options.most_boxes, Wanted::Size))
     }
 
     /// The same within a bound on boxes.
@@ -171,9 +171,9 @@ impl<'a> StockCheck<'a> {
         &self,
         of_move: usize,
         time: Time,
-        boxes: u64,
+        effort: (u64, Wanted),
     ) -> Result<StockProof, StockError> {
-        self.prove(of_move, boxes, |_| true, |_| time)
+        self.prove(of_move, effort, |_| true, |_| time)
     }
 
     /// Whether shank and holder keep clear of stock on a move that cuts: of what is there after the flutes have passed.
@@ -187,13 +187,18 @@ impl<'a> StockCheck<'a> {
     /// The same within a bound on boxes.
     pub(super) fn body_clear(&self, of_move: usize, boxes: u64) -> Result<StockProof, StockError> {
         let first = self.time_of(of_move)?;
-        self.prove(of_move, boxes, |part| part != ToolPart::Flutes, |chord| first + chord as Time + 1)
+        self.prove(
+            of_move,
+            (boxes, Wanted::Size),
+            |part| part != ToolPart::Flutes,
+            |chord| first + chord as Time + 1,
+        )
     }
 
     fn prove(
         &self,
         of_move: usize,
-        boxes: u64,
+        (boxes, asked): (u64, Wanted),
         wanted: impl Fn(ToolPart) -> bool,
         time_of_chord: impl Fn(usize) -> Time,
     ) -> Result<StockProof, StockError> {
@@ -205,8 +210,11 @@ impl<'a> StockCheck<'a> {
         let mut left = boxes;
         let (mut hit, mut open): (Option<StockHit>, Option<StockHit>) = (None, None);
         for (k, chord) in flat.chords.iter().enumerate() {
+            if asked == Wanted::Presence && hit.is_some() {
+                break;
+            }
             for Moved { part, sweep, .. } in moved(flat, chord, bodies, false).filter(|m| wanted(m.part)) {
-                let limits = self.options.limits(left.max(1));
+                let limits = self.options.limits(left.max(1), asked);
                 let found = depth(&sweep, time_of_chord(k), &self.sweeps, &self.stock, &limits);
                 left = left.saturating_sub(found.boxes);
                 let is_hit = found.found_mm > limits.radius_mm;

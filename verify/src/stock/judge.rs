@@ -10,6 +10,7 @@ use super::check::StockCheck;
 use super::engagement::Engagement;
 use super::error::{KeepGoing, StockError, sized};
 use super::left::{StockSample, Thickness};
+use super::proof::Wanted;
 use super::report::{EngagementAt, StockContact, StockLeft, StockProof, StockReport};
 use super::sweeps::Time;
 use crate::report::Place;
@@ -140,9 +141,16 @@ impl StockCheck<'_> {
                     return Err(StockError::Stopped);
                 }
                 let kind = self.moves[k].kind;
-                let is_to_be_clear = matches!(kind, MoveKind::Rapid | MoveKind::Link | MoveKind::LeadIn);
-                let clear =
-                    if is_to_be_clear { Some(self.clear_of_all(k, self.time_of(k)?, boxes)?) } else { None };
+                // Links and lead-ins may cut, and mostly do: how deep is not worth the search.
+                let wanted = match kind {
+                    MoveKind::Rapid => Some(Wanted::Size),
+                    MoveKind::Link | MoveKind::LeadIn => Some(Wanted::Presence),
+                    MoveKind::Cut | MoveKind::LeadOut => None,
+                };
+                let clear = match wanted {
+                    Some(wanted) => Some(self.clear_of_all(k, self.time_of(k)?, (boxes, wanted))?),
+                    None => None,
+                };
                 let body = if kind == MoveKind::Rapid { None } else { Some(self.body_clear(k, boxes)?) };
                 Ok(Proofs { clear, body })
             })

@@ -50,7 +50,8 @@ pub struct StockContact {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StockHit {
     /// Diameter of the largest ball of stock found that one body of the tool (end, flutes, a section of the holder) holds at one time
-    /// or in one plunge, mm: the thickness of what is in the way. 0 where none was found and some cannot be ruled out.
+    /// or in one plunge, mm: the thickness of what is in the way. 0 where none was found and some cannot be ruled out. Of links and
+    /// lead-ins, which may cut, only some ball is looked for.
     pub size_mm: f64,
     /// No such ball is larger, mm.
     pub size_at_most_mm: f64,

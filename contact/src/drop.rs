@@ -168,13 +168,10 @@ impl<'a> BallDrop<'a> {
     }
 
     /// The same with a holder above the tool, which must touch nothing either.
-    #[must_use]
     pub fn with_holder(mut self, holder: &Holder) -> Self {
         let above = Body::of_holder(holder, self.widest_mm);
         self.widest_mm = above.iter().map(|body| body.widest).fold(self.widest_mm, f64::max);
-        if !self.end.is_ball() {
-            self.bodies.extend(&above);
-        }
+        self.bodies.extend(above.iter().filter(|_| !self.end.is_ball()));
         self.sides.extend(above);
         self
     }

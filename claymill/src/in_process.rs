@@ -12,7 +12,7 @@
 use std::sync::Arc;
 
 use claymill_nurbs::{Aabb, FaceMesh, MeshOptions, Model, Point3, tessellate};
-use claymill_stock::{Chords, Grid, Stock, StockError, SurfaceMesh, Sweep, ToolBody, USUAL_BYTES};
+use claymill_stock::{Chords, Grid, Stock, StockError, SurfaceMesh, Sweep, ToolBody};
 use claymill_toolpath::{Job as JobRecord, Monitor, MoveKind, Program, Stage, Stock as StockRecord, Tool};
 use rayon::prelude::*;
 
@@ -60,7 +60,7 @@ impl InProcessStock {
         let usual_mm = longest_mm / USUAL_RAYS;
         let pitch_mm = least_rest_mm.map_or(usual_mm, |mm| mm.min(usual_mm)).max(longest_mm / MOST_RAYS);
         let grid = match Grid::over(&bounds, pitch_mm) {
-            Err(StockError::TooFine { fitting_mm, .. }) => Grid::within(&bounds, fitting_mm, USUAL_BYTES)?,
+            Err(StockError::TooFine { fitting_mm, .. }) => Grid::over(&bounds, fitting_mm)?,
             other => other?,
         };
         let stock = match *record {
@@ -84,7 +84,8 @@ impl InProcessStock {
         monitor: &dyn Monitor,
     ) -> Result<Vec<Self>, Error> {
         let Some(record) = &job.stock else { return Ok(Vec::new()) };
-        let mut state = InProcessStock::new(record, model, None)?;
+        let least_rest_mm = job.operations.iter().filter_map(|o| o.request.rest_above_mm).reduce(f64::min);
+        let mut state = InProcessStock::new(record, model, least_rest_mm)?;
         let mut states = vec![state.clone()];
         for (index, operation) in job.operations.iter().enumerate() {
             if let Some(tool) = job.tools.iter().find(|tool| tool.id == operation.tool) {

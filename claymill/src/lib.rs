@@ -101,10 +101,10 @@ pub use model_file::{ModelFile, read};
 pub use operations::{OperationJob, PlannedOperations};
 pub use planned::{Planned, left_out_faces};
 pub use prepared::{ObstacleFile, Prepared, orientation};
-#[doc(hidden)]
 pub use prototype::{Prototype, PrototypeAsked, SupportPlace, prototype};
 pub use prototype_error::PrototypeError;
 pub use reach::{DirectionsFrom, ReachAsked, ReachFound, USUAL_SHARE, find_reach};
+#[doc(hidden)]
 pub use record::name;
 pub use select::{SelectError, named_faces};
 pub use verified::{Finished, Results, StickOut, Verified, seconds_of_moves};

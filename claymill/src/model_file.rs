@@ -38,6 +38,12 @@ pub fn read(path: impl AsRef<Path>) -> Result<ModelFile, Error> {
 }
 
 impl ModelFile {
+    /// The file's name, without its folder.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
+    }
+
     /// The faces.
     #[must_use]
     pub fn model(&self) -> &Model {

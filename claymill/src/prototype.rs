@@ -10,17 +10,18 @@
 use claymill_contact::{Axis, Frame};
 use claymill_nurbs::analytic::{Frame as Placement, cylinder};
 use claymill_nurbs::{Aabb, Face, Model, Point3, Source, SurfaceKind, Vector3};
-use claymill_paths::Orientation;
+use claymill_paths::{Orientation, open_borders};
 use claymill_reach::{
-    AxisView, Load, Part, ReachError, Seen, Shaft, Slices, Stiffness, axis_views, best_axis, supports,
+    AxisView, Load, Part, ReachError, Sample, Seen, Shaft, Slices, Stiffness, axis_views, best_axis, supports,
 };
 use claymill_toolpath::{FreeSide, Monitor};
 use rayon::prelude::*;
 
+use crate::material::free_sides;
 use crate::merged::Merged;
 use crate::model_file::ModelFile;
 use crate::prototype_error::PrototypeError;
-use crate::reach::{DirectionsFrom, ReachAsked, ReachFound, of_part, open_borders, part};
+use crate::reach::{DirectionsFrom, ReachAsked, ReachFound, of_part, part};
 
 /// What is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -95,13 +96,13 @@ const Z: Axis = Axis { index: 2, negative: false };
 pub fn prototype(
     file: &ModelFile,
     merged: &Merged,
-    free: &[FreeSide],
     asked: &PrototypeAsked,
     monitor: &dyn Monitor,
 ) -> Result<Prototype, PrototypeError> {
     let excluded = vec![false; file.model().faces.len()];
+    let free = free_sides(&merged.record.sheets, file.model().faces.len());
     let open = open_borders(&merged.found);
-    let whole = part(file, free, &open, &excluded);
+    let whole = part(file, &free, &open, &excluded);
     let axes = match asked.reach.from {
         DirectionsFrom::Rotary(axis) => axis_views(&whole, &[axis], monitor)?,
         _ => axis_views(&whole, &[0, 1, 2].map(|index| Axis { index, negative: false }), monitor)?,
@@ -111,12 +112,58 @@ pub fn prototype(
     if bar_mm < axis.bar_mm {
         return Err(PrototypeError::Thin { axis: axis.axis, needed_mm: axis.bar_mm, bar_mm });
     }
-    // The machine's frame: axes exchanged, and moved once the supports' length is known.
     let support_mm = BEYOND_TOOL * 2.0 * asked.reach.tool.widest_mm();
     let length_mm = axis.length_mm + 2.0 * support_mm;
     if length_mm > asked.longest_mm {
         return Err(PrototypeError::Long { length_mm, longest_mm: asked.longest_mm });
     }
+    let mut model = in_machine(file.model(), &axis, support_mm)?;
+    let own = model.faces.len();
+    let bare = model.clone();
+    let moved = Part { model: &bare, ..whole };
+    let along_x = Frame::new("bar", X, Axis { index: 1, negative: false }).map_err(ReachError::from)?;
+    let slices = Slices::new(&moved, &along_x, DEVIATION_SHARE * axis.length_mm, 90.0)?;
+    let (shaft, places) = held_by(&slices, &axis, support_mm, asked)?;
+
+    // Angles for the part with its supports, which stand in the way and are cut like it.
+    let mut sides = free.clone();
+    let mut areas = file.face_area_mm2.clone();
+    for (k, place) in places.iter().enumerate() {
+        let face = support_face(place, k)?;
+        sides.push(outside_of(&face, place));
+        areas.push(face.area_mm2());
+        model.faces.push(face);
+    }
+    let excluded: Vec<bool> = (0..model.faces.len()).map(|face| face >= own).collect();
+    let held =
+        Part { model: &model, face_area_mm2: &areas, free_sides: &sides, open: &open, excluded: &excluded };
+    let orientation = Orientation { up: Z, front: X };
+    let reach = ReachAsked { from: DirectionsFrom::Rotary(X), forced: Vec::new(), ..asked.reach.clone() };
+    let name = file.name();
+    let found = of_part((&held, &name), orientation, &reach, monitor)?;
+    let left = found.reach.unreached();
+    // What the tool does not get to is left for a smaller one; what no line of sight gets to cannot be made.
+    let covers_end = |face: usize| {
+        let bounds = model.faces[face].bounds();
+        places.iter().any(|place| touches(&bounds, place))
+    };
+    let is_unseen = |sample: &Sample| !covers_end(sample.face) && slices.arcs(sample).is_empty();
+    let unseen = by_face(found.reach.unreached_samples().filter(|sample| is_unseen(sample)));
+    let unseen_mm2: f64 = unseen.iter().map(|(_, mm2)| mm2).sum();
+    let whole_mm2: f64 = file.face_area_mm2.iter().sum();
+    if unseen_mm2 > UNSEEN_SHARE * whole_mm2 {
+        let entity = |face: usize| (face, file.model().faces[face].source.entity.clone());
+        return Err(PrototypeError::Unseen {
+            axis: axis.axis,
+            share_percent: 100.0 * unseen_mm2 / whole_mm2,
+            faces: unseen.iter().map(|(face, ..)| entity(*face)).collect(),
+        });
+    }
+    Ok(Prototype { axes, axis, bar_mm, length_mm, found, shaft, supports: places, model, left })
+}
+
+/// The part in the machine's frame: its axis becomes x, and it ends where the support to the right begins.
+fn in_machine(model: &Model, axis: &AxisView, support_mm: f64) -> Result<Model, PrototypeError> {
     let other = Axis { index: (axis.axis.index + 1) % 3, negative: false };
     let turn = Frame::new("bar", axis.axis, other).map_err(ReachError::from)?;
     // The frame's z is the axis: that becomes the machine's x.
@@ -126,14 +173,18 @@ pub fn prototype(
         let q = turn.to_setup(&p);
         Point3::new(q.z - right, q.x - middle.x, q.y - middle.y)
     };
-    let faces: Vec<Face> = (file.model().faces.par_iter())
-        .map(|face| Face { surface: face.surface.mapped(to_machine), ..face.clone() })
-        .collect();
-    let bare = Model { faces, ..file.model().clone() };
-    let mut model = bare.clone();
-    let moved = Part { model: &bare, ..whole };
-    let along_x = Frame::new("bar", X, Axis { index: 1, negative: false }).map_err(ReachError::from)?;
-    let slices = Slices::new(&moved, &along_x, DEVIATION_SHARE * axis.length_mm, 90.0)?;
+    let faces = model.faces.par_iter();
+    let faces = faces.map(|face| Face { surface: face.surface.mapped(to_machine), ..face.clone() }).collect();
+    Ok(Model { faces, ..model.clone() })
+}
+
+/// Supports at both ends of a part: their sizes and places.
+fn held_by(
+    slices: &Slices,
+    axis: &AxisView,
+    support_mm: f64,
+    asked: &PrototypeAsked,
+) -> Result<(Shaft, [SupportPlace; 2]), PrototypeError> {
     let [low, high] = slices.along_mm();
     let depth_mm = DEPTH_SHARE * axis.length_mm;
     let place = |at_mm: f64, outward: f64| {
@@ -161,52 +212,19 @@ pub fn prototype(
         radius_mm: shaft.first_mm,
         ends_mm: [at_mm - outward * depth_mm, at_mm + outward * support_mm],
     };
-    let places = [support(first.0, high, 1.0), support(second.0, low, -1.0)];
+    Ok((shaft, [support(first.0, high, 1.0), support(second.0, low, -1.0)]))
+}
 
-    // Angles for the part with its supports, which stand in the way and are cut like it.
-    let own = model.faces.len();
-    let mut sides = free.to_vec();
-    sides.resize(own, FreeSide::Both);
-    let mut areas = file.face_area_mm2.clone();
-    for (k, place) in places.iter().enumerate() {
-        let face = support_face(place, k)?;
-        sides.push(outside_of(&face, place));
-        areas.push(face.area_mm2());
-        model.faces.push(face);
-    }
-    let excluded: Vec<bool> = (0..model.faces.len()).map(|face| face >= own).collect();
-    let held =
-        Part { model: &model, face_area_mm2: &areas, free_sides: &sides, open: &open, excluded: &excluded };
-    let orientation = Orientation { up: Z, front: X };
-    let reach = ReachAsked { from: DirectionsFrom::Rotary(X), forced: Vec::new(), ..asked.reach.clone() };
-    let name = file.path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let found = of_part((&held, &name), orientation, &reach, monitor)?;
-    let left = found.reach.unreached();
-    // What the tool does not get to is left for a smaller one; what no line of sight gets to cannot be made.
-    let covers_end = |face: usize| {
-        let bounds = model.faces[face].bounds();
-        places.iter().any(|place| touches(&bounds, place))
-    };
-    let left_over =
-        found.reach.samples.iter().zip(&found.reach.best).filter(|(_, seen)| **seen != Seen::Reached);
-    let mut unseen: Vec<(usize, f64)> = Vec::new();
-    for (sample, _) in left_over.filter(|(s, _)| !covers_end(s.face) && slices.arcs(s).is_empty()) {
-        match unseen.last_mut() {
+/// Area of samples, which come face by face, by face.
+fn by_face<'a>(samples: impl Iterator<Item = &'a Sample>) -> Vec<(usize, f64)> {
+    let mut found: Vec<(usize, f64)> = Vec::new();
+    for sample in samples {
+        match found.last_mut() {
             Some((face, mm2)) if *face == sample.face => *mm2 += sample.area_mm2,
-            _ => unseen.push((sample.face, sample.area_mm2)),
+            _ => found.push((sample.face, sample.area_mm2)),
         }
     }
-    let unseen_mm2: f64 = unseen.iter().map(|(_, mm2)| mm2).sum();
-    let whole_mm2: f64 = file.face_area_mm2.iter().sum();
-    if unseen_mm2 > UNSEEN_SHARE * whole_mm2 {
-        let entity = |face: usize| (face, file.model().faces[face].source.entity.clone());
-        return Err(PrototypeError::Unseen {
-            axis: axis.axis,
-            share_percent: 100.0 * unseen_mm2 / whole_mm2,
-            faces: unseen.iter().map(|(face, ..)| entity(*face)).collect(),
-        });
-    }
-    Ok(Prototype { axes, axis, bar_mm, length_mm, found, shaft, supports: places, model, left })
+    found
 }
 
 /// Whether a support begins in a face's box.

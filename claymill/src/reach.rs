@@ -1,12 +1,11 @@
 //! What directions reach of a model, and the fewest that reach all that can be reached.
 
 use claymill_contact::OpenStretch;
-use claymill_paths::{Axis, Orientation};
+use claymill_paths::{Axis, Orientation, open_borders};
 use claymill_reach::{
     AxisView, Cover, Direction, Gain, Origin, Part, Reach, ReachError, ReachFile, Reacher, at_angle,
     axis_views, best_axis, choose, circle, gains, sphere,
 };
-use claymill_surface_merge::{EdgeStretch, Merge};
 use claymill_toolpath::{FreeSide, Holder, Monitor, Tool};
 
 use crate::error::Error;
@@ -99,7 +98,7 @@ pub fn find_reach(
 ) -> Result<ReachFound, Error> {
     let free = free_sides(&merged.record.sheets, file.model().faces.len());
     let excluded = vec![false; file.model().faces.len()];
-    let name = file.path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let name = file.name();
     let open = open_borders(&merged.found);
     let part = part(file, &free, &open, &excluded);
     Ok(of_part((&part, &name), orientation, asked, monitor)?)
@@ -113,15 +112,6 @@ pub(crate) fn part<'a>(
     excluded: &'a [bool],
 ) -> Part<'a> {
     Part { model: file.model(), face_area_mm2: &file.face_area_mm2, free_sides, open, excluded }
-}
-
-/// Borders that no other face shares.
-pub(crate) fn open_borders(merged: &Merge) -> Vec<OpenStretch> {
-    let open = merged.naked.iter().map(|naked| {
-        let EdgeStretch { face, loop_index, edge_index, from, to } = naked.stretch;
-        OpenStretch { face, loop_index, edge_index, range: [from, to], length_mm: naked.length_mm }
-    });
-    open.collect()
 }
 
 pub(crate) fn of_part(

@@ -49,18 +49,18 @@ impl PlanarSet {
     /// What polygons enclose an odd number of times. Coordinates beyond [`FARTHEST_MM`] are moved there.
     #[must_use]
     pub fn of_polygons(polygons: &[Vec<[f64; 2]>]) -> Self {
-        let contours: Vec<Contour> =
-            polygons.iter().map(|p| p.iter().copied().map(on_grid).collect()).collect();
-        let nothing: Vec<Contour> = Vec::new();
-        PlanarSet { parts: contours.overlay(&nothing, OverlayRule::Subject, FillRule::EvenOdd) }
+        Self::of_contours(&contours(polygons), FillRule::EvenOdd)
     }
 
     /// What anticlockwise polygons enclose, which may touch and overlap.
     pub(crate) fn of_disjoint(polygons: &[Vec<[f64; 2]>]) -> Self {
-        let contours: Vec<Contour> =
-            polygons.iter().map(|p| p.iter().copied().map(on_grid).collect()).collect();
-        let nothing: Vec<Contour> = Vec::new();
-        PlanarSet { parts: contours.overlay(&nothing, OverlayRule::Subject, FillRule::Positive) }
+        Self::of_contours(&contours(polygons), FillRule::Positive)
+    }
+
+    /// What contours enclose by a rule, which may cross.
+    fn of_contours(contours: &[Contour], rule: FillRule) -> Self {
+        let nothing: &[Contour] = &[];
+        PlanarSet { parts: contours.overlay(nothing, OverlayRule::Subject, rule) }
     }
 
     /// A rectangle: xmin, ymin, xmax, ymax.
@@ -137,8 +137,7 @@ impl PlanarSet {
             _ if mm <= 0.0 => parts.iter().fold(PlanarSet::default(), Self::joined),
             _ => {
                 let contours: Vec<Contour> = parts.into_iter().flat_map(|p| p.parts).flatten().collect();
-                let nothing: Vec<Contour> = Vec::new();
-                PlanarSet { parts: contours.overlay(&nothing, OverlayRule::Subject, FillRule::Positive) }
+                Self::of_contours(&contours, FillRule::Positive)
             }
         }
     }
@@ -149,8 +148,7 @@ impl PlanarSet {
         let contours: Vec<Contour> =
             self.parts.iter().flatten().map(simplified).filter(|c| c.len() > 2).collect();
         // Where two borders are beside each other they may cross now.
-        let nothing: Vec<Contour> = Vec::new();
-        PlanarSet { parts: contours.overlay(&nothing, OverlayRule::Subject, FillRule::Positive) }
+        Self::of_contours(&contours, FillRule::Positive)
     }
 
     /// Without parts and holes that are thinner than this on the mean, mm: noise of the grid.
@@ -210,6 +208,10 @@ impl PlanarSet {
     pub fn vertex_count(&self) -> usize {
         self.parts.iter().flatten().map(Vec::len).sum()
     }
+}
+
+fn contours(polygons: &[Vec<[f64; 2]>]) -> Vec<Contour> {
+    polygons.iter().map(|p| p.iter().copied().map(on_grid).collect()).collect()
 }
 
 fn twice_area(c: &Contour) -> i64 {

@@ -45,7 +45,7 @@ pub use plan::obstacles::plan_around;
 pub use plan::options::{CLEARANCE_MM, Feeds, PlanOptions, STEEP_DEG, check_end, check_tools};
 pub use plan::plan;
 pub use plan::planned::Plan;
-pub use plan::regions::Regions;
+pub use plan::regions::{Regions, open_borders};
 pub use program::TOOL_ID;
 pub use program::kinematics::times_s;
 pub use setup::orientation::{Orientation, OrientationGuess, SetupError};

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use claymill_toolpath::round_to_written;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -120,10 +121,10 @@ impl ReachFile {
             rows.iter().enumerate().map(|(place, &row)| (row, place)).collect();
         let places = rows.iter().map(|&row| {
             let sample = &reach.samples[row];
-            let at = sample.point.coords.map(written).into();
+            let at = sample.point.coords.map(round_to_written).into();
             PlaceRecord { face: sample.face, at, from: of_row[row].iter().collect() }
         });
-        let reached_mm2 = |columns: &[usize]| written(reach.area_mm2(&reach.table.covered(columns)));
+        let reached_mm2 = |columns: &[usize]| round_to_written(reach.area_mm2(&reach.table.covered(columns)));
         let direction = |(k, direction): (usize, &Direction)| DirectionRecord {
             axis: direction.frame.axis().map(|c| c + 0.0).into(),
             quaternion: direction.frame.quaternion(),
@@ -135,13 +136,13 @@ impl ReachFile {
         };
         let gain = |gain: &Gain| GainRecord {
             directions: gain.columns.clone(),
-            reached_mm2: written(gain.covered),
-            at_most_mm2: written(gain.at_most),
+            reached_mm2: round_to_written(gain.covered),
+            at_most_mm2: round_to_written(gain.at_most),
         };
         let unreached = reach.unreached().into_iter().map(|(face, area_mm2, seen)| UnreachedRecord {
             face,
             entity: part.model.faces[face].source.entity.clone(),
-            area_mm2: written(area_mm2),
+            area_mm2: round_to_written(area_mm2),
             seen,
         });
         ReachFile {
@@ -150,9 +151,9 @@ impl ReachFile {
             model: name.to_owned(),
             tool: reacher.tool.to_string(),
             steepest_deg: reacher.steepest_deg,
-            area_mm2: written(reach.whole_mm2()),
+            area_mm2: round_to_written(reach.whole_mm2()),
             samples: reach.samples.len(),
-            reachable_mm2: written(reach.area_mm2(&reach.table.coverable())),
+            reachable_mm2: round_to_written(reach.area_mm2(&reach.table.coverable())),
             reached_mm2: reached_mm2(&cover.columns),
             chosen: cover.columns.clone(),
             forced: cover.forced,
@@ -180,9 +181,4 @@ fn renumbered(proof: &Proof, place_of_row: &BTreeMap<usize, usize>) -> Proof {
             Proof::Branch { row: place(row), children: children.iter().map(child).collect() }
         }
     }
-}
-
-/// As files hold it: a tenth of a micrometre.
-fn written(value: f64) -> f64 {
-    (value * 1e4).round() / 1e4 + 0.0
 }

@@ -142,6 +142,12 @@ impl Reach {
         self.samples.iter().map(|s| s.area_mm2).sum()
     }
 
+    /// The samples that no direction reaches, face by face.
+    pub fn unreached_samples(&self) -> impl Iterator<Item = &Sample> {
+        let all = self.samples.iter().zip(&self.best);
+        all.filter(|(_, seen)| **seen != Seen::Reached).map(|(sample, _)| sample)
+    }
+
     /// Faces with area that no direction reaches: how much, and the most that any sees of it.
     #[must_use]
     pub fn unreached(&self) -> Vec<(FaceId, f64, Seen)> {

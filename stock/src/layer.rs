@@ -8,10 +8,11 @@
 //! ```
 
 use claymill_nurbs::{Point3, Vector3};
-use claymill_toolpath::{End, Tool};
+use claymill_toolpath::Tool;
 use rustc_hash::FxHashSet;
 
 use crate::grid::{Grid, QUANTUM_MM};
+use crate::intervals::subtract;
 use crate::{Stock, StockError, Sweep, ToolBody};
 
 /// Triangles are divided until their inradius is no more than this share of the thickness: so the layer is thicker than asked
@@ -37,13 +38,7 @@ impl Stock {
         }
         let fine_mm = FINE * thickness_mm;
         let radius_mm = thickness_mm.hypot(fine_mm) + 2.0 * QUANTUM_MM;
-        let tool = Tool {
-            end: End::Ball { radius_mm },
-            taper_deg: None,
-            flute_length_mm: None,
-            shank_diameter_mm: None,
-        };
-        let (ball, up) = (ToolBody::end(&tool)?, Vector3::z());
+        let (ball, up) = (ToolBody::end(&Tool::ball(radius_mm))?, Vector3::z());
         let tip = |p: &Point3| p - up * radius_mm;
         let mut capsules = Vec::new();
         let mut seen: FxHashSet<[u32; 2]> = FxHashSet::default();
@@ -65,21 +60,13 @@ impl Stock {
         let block = Stock::block_in(grid, &grid.bounds())?;
         let mut around = block.clone();
         around.cut_all(&capsules);
-        let pitch_mm = grid.pitch_mm();
         // What the capsules took is the layer.
         Stock::from_lists(grid, |ray| {
-            let [whole] = block.list(ray.family, ray.cell) else { return Ok(Vec::new()) };
-            let (mut layer, mut from) = (Vec::new(), whole[0]);
+            let mut layer = block.list(ray.family, ray.cell).to_vec();
             for rest in around.list(ray.family, ray.cell) {
-                layer.extend((from < rest[0]).then_some([from, rest[0]]));
-                from = rest[1];
+                subtract(&mut layer, rest[0], rest[1]);
             }
-            layer.extend((from < whole[1]).then_some([from, whole[1]]));
             Ok(layer)
-        })
-        .map_err(|error| match error {
-            StockError::Empty { .. } => StockError::Empty { pitch_mm },
-            other => other,
         })
     }
 }

@@ -77,9 +77,9 @@ pub(crate) fn measure(
         None => job.stock.as_ref().map(followed).transpose()?,
     };
     // It is asked before each move.
-    let (asked, moves) = (AtomicUsize::new(0), program.moves.len().max(1));
+    let (begun, moves) = (AtomicUsize::new(0), program.moves.len().max(1));
     let keep_going = || {
-        let share = asked.fetch_add(1, Ordering::Relaxed) as f64 / moves as f64;
+        let share = begun.fetch_add(1, Ordering::Relaxed) as f64 / moves as f64;
         monitor.at(Stage::Stock, share.min(1.0));
         monitor.go_on().is_ok()
     };

@@ -105,6 +105,17 @@ impl Scene {
         mesh.indices.extend(triangles.iter().flatten().map(|i| i + first));
     }
 
+    /// Adds triangles that have no faces behind them, of one colour a corner, with round edges.
+    pub fn add_solid(&mut self, points: &[Point3], triangles: &[[u32; 3]], colours: &[Rgb]) {
+        let normals = facet_normals(points, triangles);
+        let vertices = points.iter().zip(normals).zip(colours).map(|((p, n), c)| SurfaceVertex {
+            position: relative(p, &self.origin),
+            normal: [n.x as f32, n.y as f32, n.z as f32],
+            colour: [c[0], c[1], c[2], BOTH_SIDES],
+        });
+        self.add_triangles(&vertices.collect::<Vec<_>>(), triangles);
+    }
+
     fn add_borders(&mut self, view: &ModelView<'_>) {
         let layer = |kind, width_px, opacity| LineLayer { kind, width_px, opacity, ..LineLayer::default() };
         let (mut patch, mut region) =
@@ -199,7 +210,7 @@ pub(crate) fn face_vertices(
     origin: &Point3,
 ) -> Vec<SurfaceVertex> {
     let (mesh, surface) = (&view.meshes[f], &view.model.faces[f].surface);
-    let normals = facet_normals(mesh);
+    let normals = facet_normals(&mesh.points, &mesh.triangles);
     let outward = outward_on_rings(mesh);
     // Chords of two faces along one edge are apart by what both deviate at most: wider by that, no gap shows between them.
     let wider_mm = f64::from(mesh.deviation_mm.iter().copied().fold(0.0, f32::max)) + HAIR_MM;
@@ -253,10 +264,10 @@ fn outward_on_rings(mesh: &FaceMesh) -> Vec<Vector3> {
 }
 
 /// Area-weighted normals of the triangles around each vertex: for where the surface itself has none.
-fn facet_normals(mesh: &FaceMesh) -> Vec<Vector3> {
-    let mut normals = vec![Vector3::zeros(); mesh.points.len()];
-    for t in &mesh.triangles {
-        let [a, b, c] = t.map(|i| mesh.points[i as usize]);
+fn facet_normals(points: &[Point3], triangles: &[[u32; 3]]) -> Vec<Vector3> {
+    let mut normals = vec![Vector3::zeros(); points.len()];
+    for t in triangles {
+        let [a, b, c] = t.map(|i| points[i as usize]);
         let n = (b - a).cross(&(c - a));
         for &i in t {
             normals[i as usize] += n;

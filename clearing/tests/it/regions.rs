@@ -5,21 +5,15 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use claymill_clearing::Reach;
 use claymill_contact::{CONTACT_EPSILON_MM, Covering};
 use claymill_nurbs::analytic::{Frame as Placement, sphere};
-use claymill_nurbs::{Face, Model, Point3, Source, SurfaceKind, Vector3};
+use claymill_nurbs::{Model, Point3, Vector3};
+use claymill_tests::model_of;
 
 use crate::pockets::top;
 
 pub(crate) fn ball_part(radius_mm: f64, latitudes: (f64, f64)) -> Model {
     let at = Placement::new(Point3::origin(), Vector3::z(), Vector3::x()).expect("a placement");
     let surface = sphere(&at, radius_mm, (0.0, TAU), latitudes).expect("a sphere");
-    let face = Face {
-        surface,
-        loops: Vec::new(),
-        reversed: false,
-        kind: SurfaceKind::Nurbs,
-        source: Source::default(),
-    };
-    Model { faces: vec![face], ..Model::default() }
+    model_of([surface])
 }
 
 /// The radius of the border about the axis, on the mean and its largest deviation.

@@ -120,8 +120,7 @@ fn save_picture(
     let model = &loaded.import.model;
     let merged = claymill::merge(loaded, &Merging::default())?.found;
     let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm);
-    let title = args.model.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let mut scene = album.scene(&title, None, &[ShowName::Model, ShowName::Trims])?;
+    let mut scene = album.scene(&loaded.name(), None, &[ShowName::Model, ShowName::Trims])?;
     let record = ToolRecord {
         id: tool.to_string(),
         tool: *tool,

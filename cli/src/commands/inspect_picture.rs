@@ -52,8 +52,7 @@ pub(crate) fn save_picture(
     let model = &loaded.import.model;
     let album = pictures::Album::new(model, &merged.region_of_face, None, merged.tolerance.value_mm)
         .with_sides(sheets);
-    let title = args.model.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let mut scene = album.scene(&title, None, &[ShowName::Model, ShowName::Trims])?;
+    let mut scene = album.scene(&loaded.name(), None, &[ShowName::Model, ShowName::Trims])?;
     scene.caption[1] =
         format!("{}, {}", counted(model.faces.len(), "face"), counted(defects.len(), "defect"));
     for of_code in defects.chunk_by(|a, b| a.code == b.code) {

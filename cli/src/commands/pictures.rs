@@ -48,7 +48,7 @@ const SHOWN_ON_SHEETS: [&str; 2] = ["preview-top.png", "preview-side.png"];
 /// Size of the pictures on setup sheets, pixels.
 const SHEET_SIZE: [u32; 2] = [1280, 720];
 /// Letters of pictures that the report shows at a third of their size.
-const SHOWN_SMALL: f32 = 1.7;
+pub(super) const SHOWN_SMALL: f32 = 1.7;
 /// Drawn lines leave their curves by no more than this, mm.
 pub(crate) const CHORD_MM: f64 = 0.3;
 /// Layers that are surfaces.

@@ -5,10 +5,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use claymill::reaching::Stiffness;
-use claymill::{
-    DirectionsFrom, Job, JobFolder, Merging, ModelFile, Prototype, PrototypeAsked, ReachAsked, free_sides,
-    prototype,
-};
+use claymill::{Job, JobFolder, Merging, ModelFile, Prototype, PrototypeAsked, ReachAsked, prototype};
 use claymill_controller::Dialect;
 use claymill_exchange::write_step;
 use claymill_paths::{Axis, Strategy};
@@ -16,6 +13,7 @@ use claymill_tooling::{ReadOptions, read_library};
 use claymill_toolpath::{Bounds, FolderWriter, Holder, Kind, Tool};
 
 use super::post::machine;
+use super::reach::rotary;
 use super::{Context, left_out, plan, plan_summary, request, verify};
 use crate::args::PrototypeArgs;
 use crate::console::{counted, outln};
@@ -38,9 +36,8 @@ pub(crate) fn prototype_command(context: &Context, args: &PrototypeArgs) -> Resu
     context.console.stage("looking for material");
     let mut merged = claymill::merge(&loaded, &Merging::default())?;
     merged.find_sides(&loaded, Axis { index: 2, negative: false }.vector(), &[])?;
-    let free = free_sides(&merged.record.sheets, loaded.model().faces.len());
     context.console.stage("looking from all angles");
-    let found = prototype(&loaded, &merged, &free, &asked, context.console).map_err(claymill::Error::from)?;
+    let found = prototype(&loaded, &merged, &asked, context.console).map_err(claymill::Error::from)?;
     std::fs::create_dir_all(&args.out).map_err(|e| {
         Failure::problem(format!("{}: {e}", args.out.display()), crate::failure::advice_on(&e))
     })?;
@@ -145,12 +142,7 @@ fn asked(args: &PrototypeArgs) -> Result<PrototypeAsked, Failure> {
         Failure::usage(format!("`{}` is not a material whose stiffness is known", args.material), advice)
     })?;
     let (tool, holder) = tool(args)?;
-    let from = match args.axis.as_str() {
-        "auto" => DirectionsFrom::BestRotary,
-        text => DirectionsFrom::Rotary(
-            text.parse::<Axis>().map_err(|e| Failure::usage(e, "For example: --axis x, or --axis auto."))?,
-        ),
-    };
+    let from = rotary(&args.axis)?;
     for (what, value) in [
         ("the cutting force", args.cutting_force),
         ("the tolerance", args.tolerance),
@@ -199,9 +191,8 @@ fn tool(args: &PrototypeArgs) -> Result<(Tool, Option<Holder>), Failure> {
 /// What the one who sets up the machine needs.
 fn sheet(found: &Prototype, loaded: &ModelFile, args: &PrototypeArgs, asked: &PrototypeAsked) -> String {
     let mut text = String::new();
-    let name = args.part.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let record = &found.found.record;
-    let _ = writeln!(text, "# Setup sheet: {name}\n");
+    let _ = writeln!(text, "# Setup sheet: {}\n", loaded.name());
     let _ = writeln!(text, "| axis | seen | bar | length |\n|---|---|---|---|");
     for view in &found.axes {
         let chosen = if view.axis == found.axis.axis { ", chosen" } else { "" };

@@ -63,10 +63,7 @@ fn asked(args: &ReachArgs) -> Result<ReachAsked, Failure> {
     let holder = args.holder.as_deref().map(|text| request::holder(text, &tool)).transpose()?;
     let from = match args.axis.as_deref() {
         None => DirectionsFrom::Head(args.tilt_limit),
-        Some("auto") => DirectionsFrom::BestRotary,
-        Some(text) => DirectionsFrom::Rotary(
-            text.parse::<Axis>().map_err(|e| Failure::usage(e, "For example: --axis x, or --axis auto."))?,
-        ),
+        Some(text) => rotary(text)?,
     };
     let (mut forced, mut forced_deg) = (Vec::new(), Vec::new());
     for text in &args.forced {
@@ -90,6 +87,15 @@ fn asked(args: &ReachArgs) -> Result<ReachAsked, Failure> {
     let share = 0.01 * args.share;
     let steepest_deg = args.steepest;
     Ok(ReachAsked { tool, holder, steepest_deg, from, forced, forced_deg, share })
+}
+
+/// What a part is turned about.
+pub(super) fn rotary(text: &str) -> Result<DirectionsFrom, Failure> {
+    if text == "auto" {
+        return Ok(DirectionsFrom::BestRotary);
+    }
+    let axis = text.parse::<Axis>();
+    Ok(DirectionsFrom::Rotary(axis.map_err(|e| Failure::usage(e, "For example: --axis x, or --axis auto."))?))
 }
 
 fn print(found: &ReachFound, loaded: &ModelFile) {
@@ -200,8 +206,7 @@ fn save_picture(
     let model = loaded.model();
     let tolerance_mm = merged.found.tolerance.value_mm;
     let album = pictures::Album::new(model, &merged.found.region_of_face, None, tolerance_mm);
-    let title = args.model.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let mut scene = album.scene(&title, None, &[ShowName::Model, ShowName::Trims])?;
+    let mut scene = album.scene(&loaded.name(), None, &[ShowName::Model, ShowName::Trims])?;
     let record = &found.record;
     scene.caption[1] = format!(
         "{} reach {:.2} % of {:.4} m²",

@@ -3,15 +3,12 @@
 use std::path::Path;
 
 use claymill::{InProcessStock, PlannedOperations};
-use claymill_nurbs::{ClosestPoints, Model, Point3, Vector3};
+use claymill_nurbs::{ClosestPoints, Model, Point3};
 use claymill_toolpath::{Job, Program};
-use claymill_viewer::{
-    Axes, BOTH_SIDES, LegendEntry, Mark, PictureOptions, Renderer, ReportPicture, Rgb, Scene, SurfaceVertex,
-    View,
-};
+use claymill_viewer::{Axes, LegendEntry, Mark, PictureOptions, Renderer, ReportPicture, Rgb, Scene, View};
 use rayon::prelude::*;
 
-use super::pictures::options;
+use super::pictures::{SHOWN_SMALL, options};
 use crate::console::Console;
 use crate::failure::Failure;
 
@@ -23,8 +20,6 @@ const BANDS: [(f64, Rgb); 5] = [
     (20.0, [160, 112, 74]),
     (f64::INFINITY, [118, 84, 62]),
 ];
-/// Letters of pictures that the report shows at a third of their size.
-const LETTERING: f32 = 1.7;
 
 /// The stock of a job between two operations.
 pub(super) struct StockState {
@@ -76,7 +71,7 @@ pub(super) fn save(
         }
         scene.framed.clone_from(&framed);
         scene.caption = vec![title.to_owned(), format!("{words}: {:.1} l", state.volume_mm3() / 1e6)];
-        let options = PictureOptions { lettering: LETTERING, ..options(axes) };
+        let options = PictureOptions { lettering: SHOWN_SMALL, ..options(axes) };
         let png = renderer.render(&scene, &View::iso(axes), &options)?.save(&folder.join(file))?;
         let alt = format!("{words}, {title}, view iso");
         pictures.push(ReportPicture { caption: words, alt, png });
@@ -89,26 +84,13 @@ fn scene(state: &InProcessStock, closest: &ClosestPoints<'_>) -> Result<Scene, F
     let mesh = state.surface()?;
     let bounds = state.stock().grid().bounds();
     let mut scene = Scene::new(bounds.centre());
-    let mut normals = vec![Vector3::zeros(); mesh.points_mm.len()];
-    for t in &mesh.triangles {
-        let [a, b, c] = t.map(|i| mesh.points_mm[i as usize]);
-        let n = (b - a).cross(&(c - a));
-        t.iter().for_each(|&i| normals[i as usize] += n);
-    }
     let farthest_mm = bounds.diagonal();
-    let origin = scene.origin;
-    let vertex = |(p, n): (&Point3, &Vector3)| {
+    let colour = |p: &Point3| {
         let mm = closest.closest(p, farthest_mm).map_or(farthest_mm, |foot| foot.distance_mm);
-        let [r, g, b] = BANDS.iter().find(|(most, _)| mm <= *most).map_or(BANDS[4].1, |band| band.1);
-        let (q, n) = (p - origin, n.try_normalize(0.0).unwrap_or_default());
-        SurfaceVertex {
-            position: [q.x as f32, q.y as f32, q.z as f32],
-            normal: [n.x as f32, n.y as f32, n.z as f32],
-            colour: [r, g, b, BOTH_SIDES],
-        }
+        BANDS.iter().find(|(most, _)| mm <= *most).map_or(BANDS[4].1, |band| band.1)
     };
-    let vertices: Vec<SurfaceVertex> = mesh.points_mm.par_iter().zip(&normals).map(vertex).collect();
-    scene.add_triangles(&vertices, &mesh.triangles);
+    let colours: Vec<Rgb> = mesh.points_mm.par_iter().map(colour).collect();
+    scene.add_solid(&mesh.points_mm, &mesh.triangles, &colours);
     let mut from_mm = 0.0;
     for (most_mm, colour) in BANDS {
         let text = match (from_mm, most_mm) {

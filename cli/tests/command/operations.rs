@@ -11,13 +11,13 @@ use claymill_toolpath::{OperationKind, Stock, read_job, read_moves};
 use crate::run::run_without_adapter;
 use crate::scratch;
 
-/// A plate of 120 × 70 mm with a wall 40 mm high across its end.
-fn model(folder: &Path) {
+/// A plate of 120 × 70 mm with a wall across its end, so high.
+pub(crate) fn plate_and_wall(folder: &Path, height_mm: f64) {
     let frame = |origin, z, x| Frame::new(origin, z, x).unwrap();
     let plate =
         plane_patch(&frame(Point3::origin(), Vector3::z(), Vector3::x()), (0.0, 120.0), (0.0, 70.0)).unwrap();
     let end = frame(Point3::new(120.0, 0.0, 0.0), -Vector3::x(), -Vector3::y());
-    let wall = plane_patch(&end, (-70.0, 0.0), (0.0, 40.0)).unwrap();
+    let wall = plane_patch(&end, (-70.0, 0.0), (0.0, height_mm)).unwrap();
     write_iges(&folder.join("model.igs"), &model_of(vec![plate, wall]), &[]).unwrap();
 }
 
@@ -37,7 +37,7 @@ const WHOLE: [&str; 11] = [
 
 /// The job of the model for clay, in the folder `out`.
 fn planned(folder: &Path) {
-    model(folder);
+    plate_and_wall(folder, 40.0);
     let made = run_without_adapter(folder, WHOLE.iter().chain(&["-o", "out"]));
     assert_eq!(made.code, Some(0), "{made:?}");
 }
@@ -124,7 +124,7 @@ fn planted_faults_in_operations_are_found() {
 #[test]
 fn what_makes_no_whole_job_is_named() {
     let folder = scratch();
-    model(folder.path());
+    plate_and_wall(folder.path(), 40.0);
     std::fs::write(folder.path().join("none.toml"), "operations = []\n").unwrap();
     std::fs::write(folder.path().join("odd.toml"), "[[operations]]\nname = \"a\"\nkind = \"polish\"\n")
         .unwrap();

@@ -2,24 +2,11 @@
 
 use std::path::Path;
 
-use claymill_exchange::write_iges;
-use claymill_nurbs::analytic::{Frame, plane_patch};
-use claymill_nurbs::{Point3, Vector3};
-use claymill_tests::model_of;
 use claymill_toolpath::{MoveKind, UncutReason, read_job, read_moves};
 
+use crate::operations::plate_and_wall;
 use crate::run::run_without_adapter;
 use crate::scratch;
-
-/// A plate of 120 × 70 mm with a wall 30 mm high across its end.
-fn model(folder: &Path) {
-    let frame = |origin, z, x| Frame::new(origin, z, x).unwrap();
-    let plate =
-        plane_patch(&frame(Point3::origin(), Vector3::z(), Vector3::x()), (0.0, 120.0), (0.0, 70.0)).unwrap();
-    let end = frame(Point3::new(120.0, 0.0, 0.0), -Vector3::x(), -Vector3::y());
-    let wall = plane_patch(&end, (-70.0, 0.0), (0.0, 30.0)).unwrap();
-    write_iges(&folder.join("model.igs"), &model_of(vec![plate, wall]), &[]).unwrap();
-}
 
 /// Roughing by a large ball, which leaves the corner, and by a small one where more than `rest_above` mm are left.
 fn job(rest_above: &str) -> String {
@@ -60,7 +47,7 @@ fn planned(folder: &Path, rest_above: &str) -> crate::run::Run {
 #[test]
 fn only_what_is_left_is_cut_again() {
     let folder = scratch();
-    model(folder.path());
+    plate_and_wall(folder.path(), 30.0);
     let made = planned(folder.path(), "1.0");
     assert_eq!(made.code, Some(0), "{made:?}");
     let out = folder.path().join("out");
@@ -91,7 +78,7 @@ fn only_what_is_left_is_cut_again() {
 #[test]
 fn where_nothing_is_left_the_operation_is_left_out() {
     let folder = scratch();
-    model(folder.path());
+    plate_and_wall(folder.path(), 30.0);
     let made = planned(folder.path(), "150.0");
     assert_eq!(made.code, Some(0), "{made:?}");
     assert!(made.stderr.contains("left out") || made.stdout.contains("left out"), "{made:?}");
@@ -101,7 +88,7 @@ fn where_nothing_is_left_the_operation_is_left_out() {
 #[test]
 fn a_thickness_that_is_none_is_refused() {
     let folder = scratch();
-    model(folder.path());
+    plate_and_wall(folder.path(), 30.0);
     for bad in ["0.0", "-1.0", "nan", "1e9"] {
         let made = planned(folder.path(), bad);
         assert_eq!(made.code, Some(2), "{bad}: {made:?}");

@@ -53,13 +53,7 @@ impl Body {
 
     /// What stands out of the sections of a holder, above a tool that is as wide as this.
     pub(crate) fn of_holder(holder: &Holder, widest_mm: f64) -> Vec<Self> {
-        let mut height = holder.stick_out_mm;
-        let frusta = holder.sections.iter().map(|section| {
-            let low = [height, 0.5 * section.lower_diameter_mm];
-            height += section.length_mm;
-            [low, [height, 0.5 * section.upper_diameter_mm]]
-        });
-        Self::standing_out(widest_mm, &frusta.collect::<Vec<_>>())
+        Self::standing_out(widest_mm, &holder.profile().collect::<Vec<_>>())
     }
 
     /// Of frusta above each other, each by height and radius at both ends, what is wider than all below.

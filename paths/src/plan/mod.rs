@@ -259,8 +259,7 @@ fn lay(
         );
     }
     if out.program.moves.is_empty() {
-        let is_rest = !earlier.is_empty() || options.rest_above_mm.is_some();
-        return Err(if is_rest { PlanError::NoRest } else { PlanError::NothingToCut });
+        return Err(if options.is_rest() { PlanError::NoRest } else { PlanError::NothingToCut });
     }
     out.add_up();
     let (area, faces) = account.faces(model, regions, free, bare);
@@ -340,7 +339,7 @@ impl<'a> View<'a> {
 /// Sides of the triangles on which it is decided what a setup cuts, mm.
 fn fineness_mm(options: &PlanOptions, area_mm2: f64) -> f64 {
     let radius_mm = options.tool.radius_mm();
-    if options.rest_of.is_some() || options.rest_above_mm.is_some() {
+    if options.is_rest() {
         return FINEST * radius_mm;
     }
     let step_mm = flat_mm(radius_mm, options.scallop_mm);

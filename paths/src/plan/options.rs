@@ -127,6 +127,11 @@ impl PlanOptions {
         })
     }
 
+    /// Whether only what earlier tools or operations left is cut.
+    pub(crate) fn is_rest(&self) -> bool {
+        self.rest_of.is_some() || self.rest_above_mm.is_some()
+    }
+
     /// The stock that is asked which places have something left, if some have not.
     ///
     /// # Errors
@@ -184,7 +189,7 @@ pub fn check_end(options: &PlanOptions) -> Result<(), PlanError> {
     let refused = [
         (options.strategy != Strategy::Planar, EndRefusal::Strategy(options.strategy)),
         (options.pencil, EndRefusal::Pencil),
-        (options.rest_of.is_some() || options.rest_above_mm.is_some(), EndRefusal::Rest),
+        (options.is_rest(), EndRefusal::Rest),
         (options.allowance_mm != 0.0, EndRefusal::Allowance),
         (options.stock_above_mm != 0.0, EndRefusal::Stock),
         (!options.bounds.is_none(), EndRefusal::Bounds),

@@ -17,7 +17,8 @@ pub struct Regions<'a> {
 }
 
 /// Stretches of borders beside which merging found no other face.
-pub(crate) fn open_borders(merged: &Merge) -> Vec<OpenStretch> {
+#[must_use]
+pub fn open_borders(merged: &Merge) -> Vec<OpenStretch> {
     let open = merged.naked.iter().map(|naked| {
         let EdgeStretch { face, loop_index, edge_index, from, to } = naked.stretch;
         OpenStretch { face, loop_index, edge_index, range: [from, to], length_mm: naked.length_mm }

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use claymill_nurbs::analytic::{Frame as Placement, plane_patch};
-use claymill_nurbs::{Face, Model, NurbsSurface, Point3, Source, SurfaceKind, Vector3};
+use claymill_nurbs::{Face, Model, NurbsSurface, Point3, Vector3};
 use claymill_reach::Part;
 use claymill_surface_merge::{MergeOptions, SheetOptions, merge, sheets};
+use claymill_tests::model_of;
 use claymill_toolpath::FreeSide;
 
 /// A model that owns what a [`Part`] refers to.
@@ -23,14 +24,7 @@ impl Shape {
 
     /// Whole surfaces, free on the side of `Su × Sv` where that is said of a place and its normal.
     pub(crate) fn free_where(surfaces: Vec<NurbsSurface>, is_free: impl Fn(Point3, Vector3) -> bool) -> Self {
-        let face = |surface| Face {
-            surface,
-            loops: Vec::new(),
-            reversed: false,
-            kind: SurfaceKind::Nurbs,
-            source: Source::default(),
-        };
-        let model = Model { faces: surfaces.into_iter().map(face).collect(), ..Model::default() };
+        let model = model_of(surfaces);
         let side = |f: &Face| {
             let ((u0, u1), (v0, v1)) = f.surface.domain();
             let (u, v) = (u0 + 0.37 * (u1 - u0), v0 + 0.41 * (v1 - v0));

@@ -13,7 +13,7 @@ use super::initial::InitialStock;
 use super::left::{Thickness, thickness};
 use super::options::StockOptions;
 use super::piece::Sweep;
-use super::proof::{Wanted, depth};
+use super::proof::{Sought, depth};
 use super::report::{StockHit, StockProof, StockVolumes};
 use super::sweeps::{Moved, Step, Sweeps, Time, moved};
 use super::tool_bodies::{ToolBody, ToolPart, bodies_of};
@@ -163,7 +163,7 @@ impl<'a> StockCheck<'a> {
     /// # Errors
     /// No such move.
     pub fn rapid_is_clear(&self, of_move: usize, time: Time) -> Result<StockProof, StockError> {
-        self.clear_of_all(of_move, time, (self.options.most_boxes, Wanted::Size))
+        self.clear_of_all(of_move, time, (self.options.most_boxes, Sought::Size))
     }
 
     /// The same within a bound on boxes.
@@ -171,7 +171,7 @@ impl<'a> StockCheck<'a> {
         &self,
         of_move: usize,
         time: Time,
-        effort: (u64, Wanted),
+        effort: (u64, Sought),
     ) -> Result<StockProof, StockError> {
         self.prove(of_move, effort, |_| true, |_| time)
     }
@@ -189,7 +189,7 @@ impl<'a> StockCheck<'a> {
         let first = self.time_of(of_move)?;
         self.prove(
             of_move,
-            (boxes, Wanted::Size),
+            (boxes, Sought::Size),
             |part| part != ToolPart::Flutes,
             |chord| first + chord as Time + 1,
         )
@@ -198,7 +198,7 @@ impl<'a> StockCheck<'a> {
     fn prove(
         &self,
         of_move: usize,
-        (boxes, asked): (u64, Wanted),
+        (boxes, sought): (u64, Sought),
         wanted: impl Fn(ToolPart) -> bool,
         time_of_chord: impl Fn(usize) -> Time,
     ) -> Result<StockProof, StockError> {
@@ -210,11 +210,11 @@ impl<'a> StockCheck<'a> {
         let mut left = boxes;
         let (mut hit, mut open): (Option<StockHit>, Option<StockHit>) = (None, None);
         for (k, chord) in flat.chords.iter().enumerate() {
-            if asked == Wanted::Presence && hit.is_some() {
+            if sought == Sought::Presence && hit.is_some() {
                 break;
             }
             for Moved { part, sweep, .. } in moved(flat, chord, bodies, false).filter(|m| wanted(m.part)) {
-                let limits = self.options.limits(left.max(1), asked);
+                let limits = self.options.limits(left.max(1), sought);
                 let found = depth(&sweep, time_of_chord(k), &self.sweeps, &self.stock, &limits);
                 left = left.saturating_sub(found.boxes);
                 let is_hit = found.found_mm > limits.radius_mm;

@@ -70,25 +70,35 @@ pub(super) fn engagement(
             && sweeps.cut_before(&q, pose.time).is_none()
     };
     let count = (360.0 / scan_deg).ceil() as usize;
-    let angle = |k: usize| -180.0 + 360.0 * k as f64 / count as f64;
-    let engaged: Vec<bool> = (0..=count).map(|k| is_engaged(angle(k))).collect();
+    let arcs_deg = arcs_where([-180.0, 180.0], count, END_DEG, is_engaged);
+    let angle_deg = arcs_deg.iter().map(|[a, b]| b - a).sum();
+    Some(Engagement { height_mm, radius_mm, angle_deg, arcs_deg })
+}
+
+/// The parts of an arc in which something holds, degrees: looked at in so many equal steps, and their ends bisected to `end_deg`.
+pub(super) fn arcs_where(
+    [from, to]: [f64; 2],
+    count: usize,
+    end_deg: f64,
+    holds: impl Fn(f64) -> bool,
+) -> Vec<[f64; 2]> {
+    let angle = |k: usize| from + (to - from) * k as f64 / count as f64;
+    let held: Vec<bool> = (0..=count).map(|k| holds(angle(k))).collect();
     let end = |mut yes: f64, mut no: f64| {
-        while (yes - no).abs() > END_DEG {
+        while (yes - no).abs() > end_deg {
             let middle = 0.5 * (yes + no);
-            if is_engaged(middle) { yes = middle } else { no = middle }
+            if holds(middle) { yes = middle } else { no = middle }
         }
         0.5 * (yes + no)
     };
-    let mut arcs_deg = Vec::new();
-    let mut from = engaged[0].then_some(-180.0);
+    let (mut arcs, mut begun) = (Vec::new(), held[0].then_some(from));
     for k in 1..=count {
-        match (engaged[k - 1], engaged[k]) {
-            (false, true) => from = Some(end(angle(k), angle(k - 1))),
-            (true, false) => arcs_deg.extend(from.take().map(|f| [f, end(angle(k - 1), angle(k))])),
+        match (held[k - 1], held[k]) {
+            (false, true) => begun = Some(end(angle(k), angle(k - 1))),
+            (true, false) => arcs.extend(begun.take().map(|b| [b, end(angle(k - 1), angle(k))])),
             _ => {}
         }
     }
-    arcs_deg.extend(from.map(|f| [f, 180.0]));
-    let angle_deg = arcs_deg.iter().map(|[a, b]: &[f64; 2]| b - a).sum();
-    Some(Engagement { height_mm, radius_mm, angle_deg, arcs_deg })
+    arcs.extend(begun.map(|b| [b, to]));
+    arcs
 }

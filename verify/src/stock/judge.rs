@@ -10,7 +10,7 @@ use super::check::StockCheck;
 use super::engagement::Engagement;
 use super::error::{KeepGoing, StockError, sized};
 use super::left::{StockSample, Thickness};
-use super::proof::Wanted;
+use super::proof::Sought;
 use super::report::{EngagementAt, StockContact, StockLeft, StockProof, StockReport};
 use super::sweeps::Time;
 use crate::report::Place;
@@ -142,13 +142,13 @@ impl StockCheck<'_> {
                 }
                 let kind = self.moves[k].kind;
                 // Links and lead-ins may cut, and mostly do: how deep is not worth the search.
-                let wanted = match kind {
-                    MoveKind::Rapid => Some(Wanted::Size),
-                    MoveKind::Link | MoveKind::LeadIn => Some(Wanted::Presence),
+                let sought = match kind {
+                    MoveKind::Rapid => Some(Sought::Size),
+                    MoveKind::Link | MoveKind::LeadIn => Some(Sought::Presence),
                     MoveKind::Cut | MoveKind::LeadOut => None,
                 };
-                let clear = match wanted {
-                    Some(wanted) => Some(self.clear_of_all(k, self.time_of(k)?, (boxes, wanted))?),
+                let clear = match sought {
+                    Some(sought) => Some(self.clear_of_all(k, self.time_of(k)?, (boxes, sought))?),
                     None => None,
                 };
                 let body = if kind == MoveKind::Rapid { None } else { Some(self.body_clear(k, boxes)?) };

@@ -1,7 +1,7 @@
 //! What the check of stock is asked for: accuracies, and bounds on its work.
 
 use super::error::{StockError, sized};
-use super::proof::{Limits, Wanted};
+use super::proof::{Limits, Sought};
 
 /// Accuracies of a check of stock, and bounds on its work.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,8 +56,8 @@ impl StockOptions {
         Ok(self)
     }
 
-    pub(super) fn limits(&self, most_boxes: u64, wanted: Wanted) -> Limits {
-        Limits { radius_mm: 0.5 * self.narrowest_mm, smallest_mm: self.smallest_box_mm, most_boxes, wanted }
+    pub(super) fn limits(&self, most_boxes: u64, sought: Sought) -> Limits {
+        Limits { radius_mm: 0.5 * self.narrowest_mm, smallest_mm: self.smallest_box_mm, most_boxes, sought }
     }
 
     /// Boxes for one of so many proofs.

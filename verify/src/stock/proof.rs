@@ -26,13 +26,13 @@ pub(super) struct Limits {
     pub(super) smallest_mm: f64,
     /// Boxes looked at.
     pub(super) most_boxes: u64,
-    /// What is wanted of it.
-    pub(super) wanted: Wanted,
+    /// What it is to say.
+    pub(super) sought: Sought,
 }
 
 /// What a proof is to say of stock in the way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Wanted {
+pub(super) enum Sought {
     /// How large it is.
     Size,
     /// That there is some.
@@ -144,7 +144,7 @@ impl Search<'_> {
             if next.bound <= passed_over {
                 break;
             }
-            if self.limits.wanted == Wanted::Presence && self.found.found_mm > self.limits.radius_mm {
+            if self.limits.sought == Sought::Presence && self.found.found_mm > self.limits.radius_mm {
                 self.leave(next.bound, &next.middle);
                 break;
             }

@@ -115,6 +115,8 @@ fn follow<'a>(
         chord_mm: STOCK_CHORD_MM,
         narrowest_mm: NARROWEST_MM,
         smallest_box_mm: SMALLEST_BOX_MM,
+        // Passes are linked along the surface, and enter through what they are to cut: what that takes away is among the volumes.
+        links_clear: false,
         volume_points: VOLUME_POINTS,
         engagement_poses: POSES,
         ..StockOptions::default()

@@ -6,6 +6,7 @@ use claymill_nurbs::{Aabb, Point3, Vector3};
 use claymill_toolpath::{Move, MoveKind, ToolRecord};
 use rayon::prelude::*;
 
+use super::cells::Cells;
 use super::engagement::{Engagement, Pose, engagement};
 use super::error::{KeepGoing, StockError};
 use super::flatten::{Chord, Flat, flatten};
@@ -13,7 +14,7 @@ use super::initial::InitialStock;
 use super::left::{Thickness, thickness};
 use super::options::StockOptions;
 use super::piece::Sweep;
-use super::proof::{Sought, depth};
+use super::proof::depth;
 use super::report::{StockHit, StockProof, StockVolumes};
 use super::sweeps::{Moved, Step, Sweeps, Time, moved};
 use super::tool_bodies::{ToolBody, ToolPart, bodies_of};
@@ -50,6 +51,7 @@ pub struct StockCheck<'a> {
     /// For every move the number of its tool's bodies.
     body_of_move: Vec<usize>,
     pub(super) sweeps: Sweeps,
+    cells: Cells,
     pub(super) options: StockOptions,
 }
 
@@ -119,7 +121,8 @@ impl<'a> StockCheck<'a> {
             .collect::<Result<Vec<_>, _>>()?;
         let of_moves: Vec<&[ToolBody]> = body_of_move.iter().map(|&k| &bodies[k][..]).collect();
         let sweeps = Sweeps::new(moves, &flats, &of_moves, keep_going)?;
-        Ok(StockCheck { stock, moves, flats, bodies, body_of_move, sweeps, options })
+        let cells = Cells::over(&stock.bounds());
+        Ok(StockCheck { stock, moves, flats, bodies, body_of_move, sweeps, cells, options })
     }
 
     /// The initial stock.
@@ -163,7 +166,7 @@ impl<'a> StockCheck<'a> {
     /// # Errors
     /// No such move.
     pub fn rapid_is_clear(&self, of_move: usize, time: Time) -> Result<StockProof, StockError> {
-        self.clear_of_all(of_move, time, (self.options.most_boxes, Sought::Size))
+        self.clear_of_all(of_move, time, self.options.most_boxes)
     }
 
     /// The same within a bound on boxes.
@@ -171,9 +174,9 @@ impl<'a> StockCheck<'a> {
         &self,
         of_move: usize,
         time: Time,
-        effort: (u64, Sought),
+        boxes: u64,
     ) -> Result<StockProof, StockError> {
-        self.prove(of_move, effort, |_| true, |_| time)
+        self.prove(of_move, boxes, |_| true, |_| time)
     }
 
     /// Whether shank and holder keep clear of stock on a move that cuts: of what is there after the flutes have passed.
@@ -187,18 +190,13 @@ impl<'a> StockCheck<'a> {
     /// The same within a bound on boxes.
     pub(super) fn body_clear(&self, of_move: usize, boxes: u64) -> Result<StockProof, StockError> {
         let first = self.time_of(of_move)?;
-        self.prove(
-            of_move,
-            (boxes, Sought::Size),
-            |part| part != ToolPart::Flutes,
-            |chord| first + chord as Time + 1,
-        )
+        self.prove(of_move, boxes, |part| part != ToolPart::Flutes, |chord| first + chord as Time + 1)
     }
 
     fn prove(
         &self,
         of_move: usize,
-        (boxes, sought): (u64, Sought),
+        boxes: u64,
         wanted: impl Fn(ToolPart) -> bool,
         time_of_chord: impl Fn(usize) -> Time,
     ) -> Result<StockProof, StockError> {
@@ -210,12 +208,13 @@ impl<'a> StockCheck<'a> {
         let mut left = boxes;
         let (mut hit, mut open): (Option<StockHit>, Option<StockHit>) = (None, None);
         for (k, chord) in flat.chords.iter().enumerate() {
-            if sought == Sought::Presence && hit.is_some() {
-                break;
-            }
             for Moved { part, sweep, .. } in moved(flat, chord, bodies, false).filter(|m| wanted(m.part)) {
-                let limits = self.options.limits(left.max(1), sought);
-                let found = depth(&sweep, time_of_chord(k), &self.sweeps, &self.stock, &limits);
+                let time = time_of_chord(k);
+                if self.cells.are_clear_of(&sweep, time, (&self.stock, &self.sweeps)) {
+                    continue;
+                }
+                let limits = self.options.limits(left.max(1));
+                let found = depth(&sweep, time, &self.sweeps, &self.stock, &limits);
                 left = left.saturating_sub(found.boxes);
                 let is_hit = found.found_mm > limits.radius_mm;
                 if !is_hit && found.bound_mm <= limits.radius_mm {

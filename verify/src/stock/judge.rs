@@ -10,7 +10,6 @@ use super::check::StockCheck;
 use super::engagement::Engagement;
 use super::error::{KeepGoing, StockError, sized};
 use super::left::{StockSample, Thickness};
-use super::proof::Sought;
 use super::report::{EngagementAt, StockContact, StockLeft, StockProof, StockReport};
 use super::sweeps::Time;
 use crate::report::Place;
@@ -141,16 +140,13 @@ impl StockCheck<'_> {
                     return Err(StockError::Stopped);
                 }
                 let kind = self.moves[k].kind;
-                // Links and lead-ins may cut, and mostly do: how deep is not worth the search.
-                let sought = match kind {
-                    MoveKind::Rapid => Some(Sought::Size),
-                    MoveKind::Link | MoveKind::LeadIn => Some(Sought::Presence),
-                    MoveKind::Cut | MoveKind::LeadOut => None,
+                let should_be_clear = match kind {
+                    MoveKind::Rapid => true,
+                    MoveKind::Link | MoveKind::LeadIn => self.options.links_clear,
+                    MoveKind::Cut | MoveKind::LeadOut => false,
                 };
-                let clear = match sought {
-                    Some(sought) => Some(self.clear_of_all(k, self.time_of(k)?, (boxes, sought))?),
-                    None => None,
-                };
+                let clear =
+                    should_be_clear.then(|| self.clear_of_all(k, self.time_of(k)?, boxes)).transpose()?;
                 let body = if kind == MoveKind::Rapid { None } else { Some(self.body_clear(k, boxes)?) };
                 Ok(Proofs { clear, body })
             })

@@ -17,6 +17,7 @@
 //! Nothing here is shared with what plans: the pieces come from written moves.
 
 mod body;
+mod cells;
 mod check;
 mod discs;
 mod engagement;

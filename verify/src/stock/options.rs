@@ -1,7 +1,7 @@
 //! What the check of stock is asked for: accuracies, and bounds on its work.
 
 use super::error::{StockError, sized};
-use super::proof::{Limits, Sought};
+use super::proof::Limits;
 
 /// Accuracies of a check of stock, and bounds on its work.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +21,9 @@ pub struct StockOptions {
     /// Boxes looked at for a whole report: every move that is to be proven has an equal share, if that is less than the bound for one
     /// move, but 200 at least.
     pub most_boxes_in_all: u64,
+    /// Whether a report is to prove links and lead-ins clear of stock, as rapids. It costs most of all where they run along what was
+    /// just cut.
+    pub links_clear: bool,
     /// Quasi-random points for volumes, in 16 independent sets.
     pub volume_points: u64,
     /// Poses at which the engagement is measured, spread evenly over what is cut.
@@ -36,6 +39,7 @@ impl Default for StockOptions {
             smallest_box_mm: 0.05,
             most_boxes: 200_000,
             most_boxes_in_all: 50_000_000,
+            links_clear: true,
             volume_points: 1 << 20,
             engagement_poses: 2000,
         }
@@ -56,8 +60,8 @@ impl StockOptions {
         Ok(self)
     }
 
-    pub(super) fn limits(&self, most_boxes: u64, sought: Sought) -> Limits {
-        Limits { radius_mm: 0.5 * self.narrowest_mm, smallest_mm: self.smallest_box_mm, most_boxes, sought }
+    pub(super) fn limits(&self, most_boxes: u64) -> Limits {
+        Limits { radius_mm: 0.5 * self.narrowest_mm, smallest_mm: self.smallest_box_mm, most_boxes }
     }
 
     /// Boxes for one of so many proofs.

@@ -26,17 +26,6 @@ pub(super) struct Limits {
     pub(super) smallest_mm: f64,
     /// Boxes looked at.
     pub(super) most_boxes: u64,
-    /// What it is to say.
-    pub(super) sought: Sought,
-}
-
-/// What a proof is to say of stock in the way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Sought {
-    /// How large it is.
-    Size,
-    /// That there is some.
-    Presence,
 }
 
 /// What is known of a sweep.
@@ -142,10 +131,6 @@ impl Search<'_> {
         while let Some(next) = open.pop() {
             let passed_over = self.passed_over();
             if next.bound <= passed_over {
-                break;
-            }
-            if self.limits.sought == Sought::Presence && self.found.found_mm > self.limits.radius_mm {
-                self.leave(next.bound, &next.middle);
                 break;
             }
             if self.found.boxes >= self.limits.most_boxes {

@@ -176,7 +176,19 @@ impl Sweeps {
 
     /// The earliest time before another at which a piece holds a point.
     pub(super) fn cut_before(&self, p: &Point3, before: Time) -> Option<Time> {
-        self.tree.earliest(p, before, |i| self.piece(i).holds(p))
+        self.tree.earliest(&Aabb { min: *p, max: *p }, before, |i| self.piece(i).holds(p))
+    }
+
+    /// The earliest time of a piece that holds a whole box; being convex it does if it holds the corners.
+    pub(super) fn held_at(&self, b: &Aabb) -> Option<Time> {
+        let corner = |n: usize| {
+            let side = |k: usize| if n >> k & 1 == 0 { b.min[k] } else { b.max[k] };
+            Point3::new(side(0), side(1), side(2))
+        };
+        self.tree.earliest(b, Time::MAX, |i| {
+            let piece = self.piece(i);
+            (0..8).all(|n| piece.holds(&corner(n)))
+        })
     }
 
     /// The least signed distance of a point from a piece before a time, at most the larger limit; one below the smaller will do.

@@ -180,19 +180,20 @@ impl Tree {
         }
     }
 
-    /// The smallest time before another of an item that holds a point.
+    /// The smallest time before another of an item that holds a box, or a point without size.
     pub(super) fn earliest(
         &self,
-        p: &Point3,
+        place: &Aabb,
         before: u32,
         mut holds: impl FnMut(usize) -> bool,
     ) -> Option<u32> {
         if self.items == 0 {
             return None;
         }
-        let sides = [0, 1, 2].map(|k| outward([p[k], p[k]]));
         // Boxes are rounded outwards, so that a box around the rounded point may stick out of them by a rounding only.
-        let place = [sides.map(|s| s[1]), sides.map(|s| s[0])];
+        let low = [0, 1, 2].map(|k| outward([place.min[k]; 2])[1]);
+        let high = [0, 1, 2].map(|k| outward([place.max[k]; 2])[0]);
+        let place = [low, high];
         let mut best = before;
         let mut open: Vec<(u32, u32, u32)> = Vec::with_capacity(64);
         open.push((0, self.levels.len() as u32 - 1, 0));

@@ -1,6 +1,7 @@
 //! The stock against closed forms, brute force and planted faults.
 
 mod cases;
+mod cells;
 mod engaged;
 mod faults;
 mod left;

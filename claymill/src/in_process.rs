@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use crate::error::Error;
 
 /// Rays along the longest side of the stock, where nothing finer is asked for.
-const USUAL_RAYS: f64 = 600.0;
+const USUAL_RAYS: f64 = 400.0;
 /// Rays along the longest side at most.
 const MOST_RAYS: f64 = 2000.0;
 /// Chords deviate from moves by so many pitches at most.

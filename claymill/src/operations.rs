@@ -1,5 +1,6 @@
 //! A job of several operations: planned one after the other on the same regions, written as one program, verified as one job.
 
+use claymill_paths::{InProcess, PlanOptions};
 use claymill_toolpath::{
     FolderWriter, Job as JobRecord, LATEST_FORMAT_VERSION, Monitor, Operation, OperationKind, Program, Setup,
     Stock, Totals,
@@ -61,7 +62,9 @@ impl<'m> PlannedOperations<'m> {
         let mut states: Vec<InProcessStock> = stock.as_ref().map(begin).transpose()?.into_iter().collect();
         for operation in operations {
             let mut prepared = regions.again(&operation.job)?;
-            prepared.options.in_process = states.last().map(|state| state.stock().clone());
+            let PlanOptions { tool, allowance_mm, .. } = prepared.options;
+            let stock = states.last().map(|state| state.stock().clone());
+            prepared.options.in_process = stock.map(|stock| InProcess { stock, tool, allowance_mm });
             match prepared.plan(monitor) {
                 Ok(plan) => {
                     if let Some(mut state) = states.last().cloned() {

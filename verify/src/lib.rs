@@ -72,6 +72,8 @@ use claymill_toolpath::{
     sha256_of,
 };
 
+use crate::reach::AskedOfStock;
+
 pub use crest_file::{CRESTS_FILE, read_crests, write_crests};
 pub use error::VerifyError;
 pub use holder::{HolderClearance, RegionStickOut, ShankContact};
@@ -114,7 +116,7 @@ pub fn verify_instead(
 ) -> Result<Verification, VerifyError> {
     let job = known_job(folder)?;
     let (model, options) = asked_of(folder, &job, options)?;
-    Ok(measure_all(&model, &job, (program, None, None), &options, monitor)?.0)
+    Ok(measure_all(&model, &job, (program, None, AskedOfStock::default()), &options, monitor)?.0)
 }
 
 /// The job, if its format is known; the other files are not looked at before.
@@ -178,14 +180,20 @@ pub fn verify_with_crests(
     if !job.operations.is_empty() {
         return operations::measure(model, job, program, options, monitor);
     }
-    measure_all(model, job, (program, Some(sequence::measure(job, program, 0)), None), options, monitor)
+    measure_all(
+        model,
+        job,
+        (program, Some(sequence::measure(job, program, 0)), AskedOfStock::default()),
+        options,
+        monitor,
+    )
 }
 
-/// The moves, what is known of their sequence, and where stock stands before them, if only that is to be cut.
+/// The moves, what is known of their sequence, and the stock that there is.
 fn measure_all(
     model: &Model,
     job: &Job,
-    (program, sequence, stands): (&Program, Option<Sequence>, Option<reach::Stands<'_>>),
+    (program, sequence, stock): (&Program, Option<Sequence>, AskedOfStock<'_>),
     options: &VerifyOptions,
     monitor: &dyn Monitor,
 ) -> Result<(Verification, Vec<CrestSample>), VerifyError> {
@@ -196,7 +204,7 @@ fn measure_all(
     let scene = &bench.scene;
     let swept = swept::Swept::new(&scene.tracks, scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &scene.obstacles.triangles);
-    let reach = reach::Reach::new(scene, &mesh, &bench.meshes).where_stock_stands(stands);
+    let reach = reach::Reach::new(scene, &mesh, &bench.meshes).in_stock(stock);
 
     let stage = |name| scene::Stage::begin(name, monitor);
     let (gouge, contact, touched, _) = contact::measure(scene, &reach, &stage(Stage::GougeAndContact))?;

@@ -7,10 +7,11 @@ use claymill_toolpath::{Cancelled, Job, LATEST_FORMAT_VERSION, Monitor, MoveKind
 
 use crate::error::VerifyError;
 use crate::options::VerifyOptions;
+use crate::reach::AskedOfStock;
 use crate::report::{CrestSample, OperationFound, Verification};
 use crate::stock::{InitialStock, StockCheck, StockError, StockHit, StockOptions, StockReport};
 use crate::verdict::{Finding, FindingCode, Severity, Verdict};
-use crate::{measure_all, reach, sequence};
+use crate::{measure_all, sequence};
 
 /// Curved moves become chords within this distance, for stock, mm.
 const STOCK_CHORD_MM: f64 = 0.01;
@@ -25,6 +26,9 @@ const VOLUME_POINTS: u64 = 1 << 17;
 /// Where only what has stock above a thickness is to be cut, places with less than so many times as much may be left: the planner
 /// knows the stock to a fraction of that thickness.
 const REST_LEEWAY: f64 = 1.5;
+/// Axes that differ by less are one; and setups have no more than so many.
+const SAME_AXIS: f64 = 1e-6;
+const MOST_AXES: usize = 64;
 /// Poses at which the engagement is measured.
 const POSES: u64 = 200;
 
@@ -49,7 +53,8 @@ pub(crate) fn measure(
     let mut first_seq = 0;
     let followed = |stock: &Stock| follow(model, job, program, stock, monitor);
     // The stock is large: where no operation asks of it, only when the others are done.
-    let asked = job.operations.iter().any(|o| o.request.rest_above_mm.is_some());
+    let has_shank = job.tools.iter().any(|t| t.holder.is_some() || t.tool.sides().len() > 1);
+    let asked = has_shank || job.operations.iter().any(|o| o.request.rest_above_mm.is_some());
     let early = job.stock.as_ref().filter(|_| asked).map(followed).transpose()?;
     for (index, operation) in job.operations.iter().enumerate() {
         let Some(part) = job.of_operation(index) else { continue };
@@ -57,13 +62,26 @@ pub(crate) fn measure(
         let sequence = sequence::measure(&part, &moves, first_seq);
         // All moves are there, one after the other: the next one is the operation's first.
         let begins = early.as_ref().and_then(|check| Some((check, check.time_of(first_seq as usize).ok()?)));
+        let ends = first_seq + moves.moves.len() as u64;
         let stands = begins.zip(operation.request.rest_above_mm).map(|((check, begins), above_mm)| {
             let height_mm = operation.request.allowance_mm + REST_LEEWAY * above_mm;
             move |p: &Point3, n: &Vector3| check.is_stock(&(p + n * height_mm), begins)
         });
-        let stands = stands.as_ref().map(|stands| stands as reach::Stands<'_>);
-        first_seq += moves.moves.len() as u64;
-        let (found, samples) = measure_all(model, &part, (&moves, Some(sequence), stands), options, monitor)?;
+        // What stands in the way when a setup is done was never taken out of it there.
+        let last_along = last_along(&moves, first_seq as usize);
+        let struck = early.as_ref().map(|check| {
+            let radius_mm = operation.request.tool.radius_mm();
+            move |centre: &Point3, axis: &Vector3| {
+                let last = last_along.iter().find(|(along, _)| (along - axis).norm() < SAME_AXIS);
+                last.is_some_and(|(_, last)| check.is_struck_at(*last, &(centre - axis * radius_mm), axis))
+            }
+        });
+        let stock = AskedOfStock {
+            stands: stands.as_ref().map(|stands| stands as _),
+            is_struck: struck.as_ref().map(|struck| struck as _),
+        };
+        first_seq = ends;
+        let (found, samples) = measure_all(model, &part, (&moves, Some(sequence), stock), options, monitor)?;
         if operation.kind.is_of_surface() {
             crests.extend(samples);
         }
@@ -89,6 +107,21 @@ pub(crate) fn measure(
     let found =
         Verification { format_version: LATEST_FORMAT_VERSION, verdict, stock, operations: all, ..found };
     Ok((found, crests))
+}
+
+/// The last move along each axis that a tool has, as its number in a program in which the moves begin with `first`.
+fn last_along(moves: &Program, first: usize) -> Vec<(Vector3, usize)> {
+    let mut last: Vec<(Vector3, usize)> = Vec::new();
+    for (index, m) in (first..).zip(&moves.moves) {
+        let axis = Vector3::from(m.axis_start);
+        match last.iter().position(|(along, _)| (along - axis).norm() < SAME_AXIS) {
+            Some(known) => last[known].1 = index,
+            // A tool that turns on its way has no axis that a setup has.
+            None if last.len() < MOST_AXES => last.push((axis, index)),
+            None => {}
+        }
+    }
+    last
 }
 
 /// The stock at all times of the whole program: by it one knows whether rapids, shanks and holders keep clear of what is there.

@@ -50,8 +50,17 @@ const NEAR_MATERIAL: f64 = 1.25;
 /// The room begins this far from the surface, mm.
 const OFF_SURFACE_MM: f64 = 0.01;
 
-/// Whether stock stands over a place, towards a unit normal.
-pub(crate) type Stands<'a> = &'a (dyn Fn(&Point3, &Vector3) -> bool + Sync);
+/// Whether something holds for a place and a direction.
+pub(crate) type Judged<'a> = &'a (dyn Fn(&Point3, &Vector3) -> bool + Sync);
+
+/// What is asked of the stock.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct AskedOfStock<'a> {
+    /// Whether stock stands over a place, towards a unit normal, that is worth cutting; where only that is to be cut.
+    pub(crate) stands: Option<Judged<'a>>,
+    /// Whether shank or holder run into it with the ball's centre in a place and the tool along an axis.
+    pub(crate) is_struck: Option<Judged<'a>>,
+}
 
 /// Judges whether the tool could have touched a point of the surface, from the model and the directions alone that it can be
 /// cut from, whether or not the job has setups there.
@@ -62,6 +71,7 @@ pub(crate) type Stands<'a> = &'a (dyn Fn(&Point3, &Vector3) -> bool + Sync);
 ///                                  another thickness enter nothing
 ///   material?     on its way up nothing is nearest to the ball on the side of its material
 ///   a wall?       n·axis ≈ 0       not too deep, no underside, no ceiling; no sink, so that nothing opposite is in the way
+///   stock?        shank and holder stand in none, where that is followed; else it is too tight
 ///   in bounds?    ball at q        boxes, faces cut, faces avoided and obstacles allow it; in no setup that it fits in: out of bounds
 ///   otherwise     seen at all?     the same with a thin pin at p: yes → too tight, no → hidden
 /// ```
@@ -75,8 +85,7 @@ pub(crate) struct Reach<'a> {
     earlier: Option<Tool>,
     /// What it may have left where it counts as having been, over the crests of its passes, mm.
     earlier_sink_mm: f64,
-    /// Whether stock stands over a place, towards a unit normal, that is worth cutting; where only that is to be cut.
-    stands: Option<Stands<'a>>,
+    stock: AskedOfStock<'a>,
     least_cosine: f64,
     /// The end, if it is no ball, and the faces that it is held against.
     end: Option<(EndBody, EndFaces<'a>)>,
@@ -98,7 +107,7 @@ impl<'a> Reach<'a> {
             tool: scene.job.request.tool,
             earlier: scene.job.request.rest_of,
             earlier_sink_mm: (scene.options.cut_limit - 1.0) * scene.scallop_mm(),
-            stands: None,
+            stock: AskedOfStock::default(),
             least_cosine: scene.options.steepest_deg.to_radians().cos(),
             end: end.map(|body| (body, EndFaces::new(scene.model, meshes))),
             up: axis(&scene.job.request.up),
@@ -106,9 +115,9 @@ impl<'a> Reach<'a> {
         }
     }
 
-    /// The same where only what has stock worth cutting is to be cut.
-    pub(crate) fn where_stock_stands(self, stands: Option<Stands<'a>>) -> Self {
-        Reach { stands, ..self }
+    /// The same with the stock that there is.
+    pub(crate) fn in_stock(self, stock: AskedOfStock<'a>) -> Self {
+        Reach { stock, ..self }
     }
 
     /// The view of one setup.
@@ -318,10 +327,13 @@ impl<'a> Reach<'a> {
                     continue;
                 }
                 let is_allowed = limits.is_none_or(|limits| limits.allow(setup, &ball, p, radius_mm));
-                if is_allowed && self.is_clear_of_obstacles(view, &ball, radius_mm) {
+                if !(is_allowed && self.is_clear_of_obstacles(view, &ball, radius_mm)) {
+                    fits = Some(SurfaceState::OutOfBounds);
+                } else if self.stock.is_struck.is_some_and(|is_struck| is_struck(&ball, axis)) {
+                    fits.get_or_insert(SurfaceState::TooTight);
+                } else {
                     return Some(SurfaceState::ReachableLeft);
                 }
-                fits = Some(SurfaceState::OutOfBounds);
             }
             fits
         };
@@ -334,7 +346,7 @@ impl<'a> Reach<'a> {
             Some(body) => self.end_fits(p, n, &body, sink_mm),
         };
         match own {
-            Some(SurfaceState::ReachableLeft) if self.stands.is_some_and(|stands| !stands(p, n)) => {
+            Some(SurfaceState::ReachableLeft) if self.stock.stands.is_some_and(|stands| !stands(p, n)) => {
                 return SurfaceState::EarlierTool;
             }
             Some(state) => return state,

@@ -19,6 +19,12 @@ const NOISE_SHARE: f64 = 2e-3;
 const FITS: f64 = 1e-3;
 /// A roughing step is no wider than this, in radii of the ball.
 const WIDEST_STEP: f64 = 1.6;
+/// What a larger ball leaves are strips along valleys. A pass there is so long on average, in radii of that ball, and takes so much
+/// longer than its length at full feed: lead-in, lead-out, the way to the next one, and slowing down at both ends.
+const REST_PASS_RADII: f64 = 1.4;
+const REST_PASS_S: f64 = 0.8;
+/// Every tool of a chain overlaps what is cut beside the strips by this share of their whole area.
+const REST_OVERLAP: f64 = 0.5;
 /// A tool change takes this long where the machine does not say, s.
 const CHANGE_S: f64 = 20.0;
 
@@ -176,13 +182,15 @@ impl Chooser<'_> {
         }
         let change_s = self.shop.machine.changer.change_s.unwrap_or(CHANGE_S);
         let smaller: Vec<LibraryTool> = balls.iter().skip(1).cloned().collect();
+        let pass_mm = REST_PASS_RADII * balls[0].tool.radius_mm();
         let rate = |tool: &LibraryTool| {
-            Spacing::ScallopMm(height_mm(tool)).step_mm(&tool.tool) * self.feed(stage, tool) / 60.0
+            let pass_s = pass_mm / (self.feed(stage, tool) / 60.0) + REST_PASS_S;
+            Spacing::ScallopMm(height_mm(tool)).step_mm(&tool.tool) * pass_mm / pass_s
         };
         let tools = smaller.iter().map(|tool| ChainTool {
             id: tool.id.clone(),
             mm2_per_s: rate(tool),
-            change_s,
+            change_s: change_s + REST_OVERLAP * rest_mm2 / rate(tool),
             wear: self.material.wear,
         });
         let patches: Vec<ReachPatch> =

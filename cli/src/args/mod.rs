@@ -23,6 +23,7 @@ pub(crate) use job::{
 };
 pub(crate) use machine::{ControlArgs, OrderArgs, PlaceArgs, PostArgs, SimulateArgs, StreamArgs};
 pub(crate) use model::{DemoArgs, DropArgs, InspectArgs, MergeArgs, SampleArgs};
+pub(crate) use process::ProcessArgs;
 pub(crate) use prototype::PrototypeArgs;
 pub(crate) use reach::ReachArgs;
 pub(crate) use result::{AnimateArgs, PathColour, RenderArgs, ReportArgs, ShowName, VerifyArgs, ViewArgs};

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use claymill_models::Flaw;
 
-use super::{AxisArgs, OneJob, PresetName};
+use super::{AxisArgs, OneJob, PresetName, ProcessArgs};
 use crate::merging::MergingArgs;
 
 #[derive(Debug, Args)]
@@ -40,9 +40,11 @@ pub(crate) struct DemoArgs {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// Scale of the vehicle: 0.4 is the two-fifths model that studios mill first. The tool of the demo is
-    /// ball:6 unless --tool names another one.
+    /// ball:6 unless --tool names another one, or --material a material that all operations are chosen for.
     #[arg(long, default_value_t = 0.4)]
     pub(crate) scale: f64,
+    #[command(flatten)]
+    pub(crate) process: ProcessArgs,
     #[command(flatten)]
     pub(crate) job: OneJob,
 }

@@ -2,9 +2,9 @@
 
 use std::process::ExitCode;
 
-use super::plan::run;
+use super::operations::{self, Source};
 use super::request::Request;
-use super::{Context, sample};
+use super::{Context, plan, sample};
 use crate::args::DemoArgs;
 use crate::failure::{Failure, PROBLEM};
 
@@ -19,9 +19,13 @@ pub(crate) fn demo(context: &Context, args: &DemoArgs) -> Result<ExitCode, Failu
     let mut job = args.job.options();
     job.axes.up.get_or_insert_with(|| "+z".to_owned());
     job.axes.length.get_or_insert_with(|| "-x".to_owned());
-    job.tool.get_or_insert_with(|| TOOL.to_owned());
-    let request = Request::new(&model, &job)?;
-    let done = run(context, &request, &args.out)?;
+    let done = if let Some(material) = &args.process.material {
+        let source = Source::for_material(material, &args.process, job)?;
+        operations::run(context, &model, source, &args.out)?
+    } else {
+        job.tool.get_or_insert_with(|| TOOL.to_owned());
+        plan::run(context, &Request::new(&model, &job)?, &args.out)?
+    };
 
     let equal = same_partition(&done.region_of_face, &planted.answers.region_of_face);
     context.console.say(format!(

@@ -15,7 +15,7 @@ use super::job_file::{self, JOB_TOML};
 use super::plan::{Done, finish};
 use super::request::Request;
 use super::{Context, plan_summary, say_axes, stages};
-use crate::args::{JobOptions, PlanArgs, StrategyName, sides};
+use crate::args::{JobOptions, PlanArgs, ProcessArgs, StrategyName, sides};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::{interrupt, material};
@@ -53,7 +53,8 @@ pub(super) struct Head {
 /// The job of operations that is asked for, if it is one.
 pub(super) fn asked(args: &PlanArgs) -> Result<Option<Source>, Failure> {
     if let Some(material) = &args.process.material {
-        return Ok(Some(Source::Chosen(Box::new(Chosen::new(args, material)?))));
+        let options = job_file::with(args.job.options(), args.job_file.as_deref())?;
+        return Source::for_material(material, &args.process, options).map(Some);
     }
     let Some(file) = args.job_file.as_deref() else { return Ok(None) };
     let text = job_file::read_text(file)?;
@@ -119,6 +120,17 @@ pub(super) enum Source {
     File(OperationsFile),
     /// They are chosen for a material.
     Chosen(Box<Chosen>),
+}
+
+impl Source {
+    /// Operations that are chosen for a material.
+    pub(super) fn for_material(
+        material: &str,
+        asked: &ProcessArgs,
+        options: JobOptions,
+    ) -> Result<Self, Failure> {
+        Ok(Source::Chosen(Box::new(Chosen::new(material, asked, options)?)))
+    }
 }
 
 /// What operations are chosen from.
@@ -204,9 +216,7 @@ fn requests(model: &Path, job: &OperationsFile) -> Result<Vec<OperationJob>, Fai
 
 impl Chosen {
     /// Reads tools, machine and profiles.
-    fn new(args: &PlanArgs, material: &str) -> Result<Self, Failure> {
-        let asked = &args.process;
-        let mut options = job_file::with(args.job.options(), args.job_file.as_deref())?;
+    fn new(material: &str, asked: &ProcessArgs, mut options: JobOptions) -> Result<Self, Failure> {
         let mut shop = Shop::shipped();
         if let Some(file) = &asked.tools {
             shop.library = read_library(file, &ReadOptions::default())?.library;

@@ -99,6 +99,10 @@ pub(super) fn say_plan(console: &Console, plan: &Plan) {
             ),
         );
     }
+    if plan.struck_passes > 0 {
+        let struck = plan.struck_passes;
+        console.say_long("", &format!("{struck} passes left out: on them the shank would run into stock"));
+    }
     if totals.lifted_locations > 0 {
         let lifted = totals.lifted_locations;
         console

@@ -1,5 +1,6 @@
 //! Pictures of the stock before the first operation and after each: what stands over the surface, by its thickness.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use claymill::{InProcessStock, PlannedOperations};
@@ -20,6 +21,9 @@ const BANDS: [(f64, Rgb); 5] = [
     (20.0, [160, 112, 74]),
     (f64::INFINITY, [118, 84, 62]),
 ];
+
+/// Beyond the last band but one all is alike, mm.
+const FARTHEST_MM: f64 = 20.5;
 
 /// The stock of a job between two operations.
 pub(super) struct StockState {
@@ -58,6 +62,8 @@ pub(super) fn save(
     let closest = ClosestPoints::new(model);
     // All pictures show the same place, the one that the whole stock takes.
     let mut framed = Vec::new();
+    // What an operation does not cut keeps its colour.
+    let mut known = HashMap::new();
     let mut pictures = Vec::new();
     for (k, StockState { after, state }) in states.iter().enumerate() {
         console.at("stock", k as f64 / states.len() as f64);
@@ -65,7 +71,7 @@ pub(super) fn save(
             None => ("Stock before the first operation".to_owned(), "stock-0.png".to_owned()),
             Some(name) => (format!("Stock after {name}"), format!("stock-{k}-{}.png", plain(name))),
         };
-        let mut scene = scene(state, &closest)?;
+        let mut scene = scene(state, &closest, &mut known)?;
         if framed.is_empty() {
             framed = scene.points().collect();
         }
@@ -80,16 +86,23 @@ pub(super) fn save(
 }
 
 /// The surface of the stock, coloured by its distance from the model.
-fn scene(state: &InProcessStock, closest: &ClosestPoints<'_>) -> Result<Scene, Failure> {
+fn scene(
+    state: &InProcessStock,
+    closest: &ClosestPoints<'_>,
+    known: &mut HashMap<[u64; 3], Rgb>,
+) -> Result<Scene, Failure> {
     let mesh = state.surface()?;
     let bounds = state.stock().grid().bounds();
     let mut scene = Scene::new(bounds.centre());
-    let farthest_mm = bounds.diagonal();
+    let key = |p: &Point3| [p.x, p.y, p.z].map(f64::to_bits);
     let colour = |p: &Point3| {
-        let mm = closest.closest(p, farthest_mm).map_or(farthest_mm, |foot| foot.distance_mm);
-        BANDS.iter().find(|(most, _)| mm <= *most).map_or(BANDS[4].1, |band| band.1)
+        known.get(&key(p)).copied().unwrap_or_else(|| {
+            let mm = closest.closest(p, FARTHEST_MM).map_or(f64::INFINITY, |foot| foot.distance_mm);
+            BANDS.iter().find(|(most, _)| mm <= *most).map_or(BANDS[4].1, |band| band.1)
+        })
     };
     let colours: Vec<Rgb> = mesh.points_mm.par_iter().map(colour).collect();
+    *known = mesh.points_mm.iter().map(key).zip(colours.iter().copied()).collect();
     scene.add_solid(&mesh.points_mm, &mesh.triangles, &colours);
     let mut from_mm = 0.0;
     for (most_mm, colour) in BANDS {

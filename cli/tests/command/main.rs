@@ -37,6 +37,7 @@ mod rest_above;
 mod roadster;
 mod run;
 mod shank;
+mod shank_in_stock;
 mod sides;
 mod standing;
 mod steep;

@@ -28,6 +28,7 @@ use crate::plan::planned::Plan;
 use crate::plan::regions::{Regions, open_borders};
 use crate::program::Output;
 use crate::program::account::Account;
+use crate::program::in_stock::leave_out_struck;
 use crate::program::part::Part;
 use crate::setup::assignment::{Assignments, assign};
 use crate::setup::claims::Claims;
@@ -247,17 +248,22 @@ fn lay(
     let parts = jobs.par_iter().with_max_len(1).map(part).collect::<Result<Vec<_>, Cancelled>>()?;
     let mut parts: Vec<(usize, usize, Part)> = parts.into_iter().flatten().collect();
     parts.sort_by_key(|&(index, region, _)| (index, region));
-    let mut out = Output::default();
-    let mut parts = parts.into_iter().peekable();
-    for context in &contexts {
-        let of_setup = std::iter::from_fn(|| parts.next_if(|(index, ..)| *index == context.index));
-        out.setup(
-            context,
-            &account,
-            of_setup.map(|(_, region, part)| (region, part)).collect(),
-            &options.machine,
-        );
+    let program = |parts: Vec<(usize, usize, Part)>| {
+        let mut out = Output::default();
+        let mut parts = parts.into_iter().peekable();
+        for context in &contexts {
+            let of_setup = std::iter::from_fn(|| parts.next_if(|(index, ..)| *index == context.index));
+            let of_setup = of_setup.map(|(_, region, part)| (region, part)).collect();
+            out.setup(context, &account, of_setup, &options.machine);
+        }
+        out
+    };
+    let mut struck_passes = 0;
+    if let Some(in_process) = &options.in_process {
+        let moves = |parts: &[(usize, usize, Part)]| program(parts.to_vec()).program.moves;
+        struck_passes = leave_out_struck(in_process, &contexts, &mut parts, moves, monitor)?;
     }
+    let mut out = program(parts);
     if out.program.moves.is_empty() {
         return Err(if options.is_rest() { PlanError::NoRest } else { PlanError::NothingToCut });
     }
@@ -285,6 +291,7 @@ fn lay(
         .map(|(name, value)| (name.to_owned(), value))
         .into(),
         left_out: Vec::new(),
+        struck_passes,
     })
 }
 

@@ -24,6 +24,17 @@ pub const CLEARANCE_MM: f64 = 5.0;
 /// surface flattens. In the middle neither has to be refined.
 pub const STEEP_DEG: f64 = 45.0;
 
+/// The stock between two operations, and the tool of the next one.
+#[derive(Debug, Clone)]
+pub struct InProcess {
+    /// What earlier operations left.
+    pub stock: Arc<Stock>,
+    /// The tool that goes into it.
+    pub tool: Tool,
+    /// What it leaves on the surface, mm.
+    pub allowance_mm: f64,
+}
+
 /// What to cut and how.
 #[derive(Debug, Clone)]
 pub struct PlanOptions {
@@ -33,8 +44,8 @@ pub struct PlanOptions {
     pub rest_of: Option<Tool>,
     /// Only what has more stock than this above what these passes leave is cut, mm; everything if `None`.
     pub rest_above_mm: Option<f64>,
-    /// The stock as earlier operations left it, which [`PlanOptions::rest_above_mm`] asks of.
-    pub in_process: Option<Arc<Stock>>,
+    /// The stock as earlier operations left it: [`PlanOptions::rest_above_mm`] asks of it, and the shank keeps out of it.
+    pub in_process: Option<InProcess>,
     /// How much stock may stand above what these passes leave, mm: rapids keep out of it.
     pub stock_above_mm: f64,
     /// What is left on the surface, along its normal, mm: for roughing. Negative below it, by less than the ball's radius.
@@ -138,8 +149,8 @@ impl PlanOptions {
     /// Nobody knows the stock.
     pub(crate) fn rest(&self) -> Result<Option<Rest<'_>>, PlanError> {
         let Some(above_mm) = self.rest_above_mm else { return Ok(None) };
-        let Some(stock) = self.in_process.as_deref() else { return Err(PlanError::NoStock { above_mm }) };
-        Ok(Some(Rest { stock, above_mm }))
+        let Some(in_process) = &self.in_process else { return Err(PlanError::NoStock { above_mm }) };
+        Ok(Some(Rest { stock: &in_process.stock, above_mm }))
     }
 
     /// The setups asked for, or the five usual ones.

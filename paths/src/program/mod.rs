@@ -1,6 +1,7 @@
 //! The program: setup by setup the parts with the ways between them, and what they come to.
 
 pub(crate) mod account;
+pub(crate) mod in_stock;
 pub(crate) mod kinematics;
 pub(crate) mod part;
 

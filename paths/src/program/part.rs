@@ -1,5 +1,7 @@
 //! The passes of one part: what one setup cuts of one region.
 
+use std::collections::BTreeSet;
+
 use claymill_nurbs::{Curve3, Point3};
 use claymill_toolpath::{Considered, LinkStyle, Move, MoveKind};
 use rayon::prelude::*;
@@ -37,9 +39,14 @@ pub(crate) struct Part {
     pub(crate) passes: u32,
     pub(crate) retracts: u32,
     pub(crate) proofs: Proofs,
+    /// What the moves are of.
+    laid: Vec<Pass>,
+    /// Passes to which no link may lead.
+    lifted_to: BTreeSet<u32>,
 }
 
 /// The curves of one pass, in order.
+#[derive(Debug, Clone)]
 struct Pass {
     curves: Vec<Curve3>,
     beside_walls: bool,
@@ -79,9 +86,40 @@ impl SetupContext<'_> {
             passes: passes.len() as u32,
             retracts: 0,
             proofs,
+            laid: passes,
+            lifted_to: BTreeSet::new(),
         };
-        self.link_passes(&passes, &mut part);
+        self.link_passes(&mut part);
         Some(part)
+    }
+
+    /// Links the passes of a part again, with some of them last or not at all, and without links that lead to some others.
+    pub(crate) fn link_again(
+        &self,
+        part: &mut Part,
+        struck: &BTreeSet<u32>,
+        links: &BTreeSet<u32>,
+        last: bool,
+    ) {
+        let lifted_to = &part.lifted_to | links;
+        let (mut laid, mut renumbered, mut postponed) = (Vec::new(), BTreeSet::new(), Vec::new());
+        for (number, pass) in (0..).zip(std::mem::take(&mut part.laid)) {
+            if struck.contains(&number) {
+                postponed.push(pass);
+                continue;
+            }
+            if lifted_to.contains(&number) {
+                renumbered.insert(laid.len() as u32);
+            }
+            laid.push(pass);
+        }
+        if last {
+            renumbered.extend((0..postponed.len()).map(|k| (laid.len() + k) as u32));
+            laid.extend(postponed);
+        }
+        (part.laid, part.lifted_to) = (laid, renumbered);
+        part.passes = part.laid.len() as u32;
+        self.link_passes(part);
     }
 
     /// The passes over a row, without what of them enters anything as written.
@@ -126,7 +164,9 @@ impl SetupContext<'_> {
         order(&ends, self.link).into_iter().filter_map(turned).collect()
     }
 
-    fn link_passes(&self, passes: &[Pass], part: &mut Part) {
+    fn link_passes(&self, part: &mut Part) {
+        let Part { laid: passes, lifted_to, .. } = &*part;
+        let (mut moves, mut retracts) = (Vec::new(), 0);
         let run_outs: Vec<[Option<Point3>; 2]> = passes
             .par_iter()
             .map(|pass| [pass.before(), pass.behind()].map(|end| self.extend_pass(end)))
@@ -141,6 +181,7 @@ impl SetupContext<'_> {
             let beside_walls = passes[k..k + 2].iter().any(|pass| pass.beside_walls);
             let in_the_open = run_outs[k][1].is_some() && run_outs[k + 1][0].is_some();
             let link = match () {
+                () if lifted_to.contains(&(k as u32 + 1)) => None,
                 () if in_the_open => self.link_in_the_open(from, to),
                 () if beside_walls => self.link_beside(from.at, to.at),
                 () => self.stay_down(from.at, to.at),
@@ -152,22 +193,23 @@ impl SetupContext<'_> {
         let (axis, feed) = (self.frame.axis(), self.feeds.cut_mm_per_min);
         for (k, pass) in passes.iter().enumerate() {
             let number = k as u32;
-            let first = part.moves.len();
-            if let Some((way, retracts)) = k.checked_sub(1).map(|before| &ways[before]) {
-                part.retracts += retracts;
-                part.moves.extend(way.iter().cloned());
+            let first = moves.len();
+            if let Some((way, lifts)) = k.checked_sub(1).map(|before| &ways[before]) {
+                retracts += lifts;
+                moves.extend(way.iter().cloned());
             }
             let [run_in, extend_pass] = run_outs[k];
             let run_in = run_in.map(|from| Move::straight(MoveKind::LeadIn, from, pass.start(), axis, feed));
             let extend_pass =
                 extend_pass.map(|to| Move::straight(MoveKind::LeadOut, pass.end(), to, axis, feed));
-            part.moves.extend(run_in);
-            part.moves.extend(pass.curves.iter().map(|curve| Move::along(MoveKind::Cut, curve, axis, feed)));
-            part.moves.extend(extend_pass);
-            for m in &mut part.moves[first..] {
+            moves.extend(run_in);
+            moves.extend(pass.curves.iter().map(|curve| Move::along(MoveKind::Cut, curve, axis, feed)));
+            moves.extend(extend_pass);
+            for m in &mut moves[first..] {
                 m.pass = number;
             }
         }
+        (part.moves, part.retracts) = (moves, retracts);
     }
 
     /// A link that keeps the ball on the model: the exact path over the straight line between the two ends,

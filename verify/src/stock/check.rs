@@ -193,6 +193,21 @@ impl<'a> StockCheck<'a> {
         self.prove(of_move, boxes, |part| part != ToolPart::Flutes, |chord| first + chord as Time + 1)
     }
 
+    /// Whether shank or holder of a move's tool, with its tip in a place and along a unit axis, surely stand in stock that is there
+    /// when the move begins.
+    #[must_use]
+    pub fn is_struck_at(&self, of_move: usize, tip: &Point3, axis: &Vector3) -> bool {
+        let Ok(time) = self.time_of(of_move) else { return false };
+        let limits = self.options.limits(self.options.share(self.moves.len()));
+        let bodies = self.bodies[self.body_of_move[of_move]].iter().filter(|b| b.part != ToolPart::Flutes);
+        let mut standing =
+            bodies.map(|body| Sweep { start: *tip, way: Vector3::zeros(), axis: *axis, shape: body.shape });
+        standing.any(|sweep| {
+            !self.cells.are_clear_of(&sweep, time, (&self.stock, &self.sweeps))
+                && depth(&sweep, time, &self.sweeps, &self.stock, &limits).found_mm > limits.radius_mm
+        })
+    }
+
     fn prove(
         &self,
         of_move: usize,

@@ -38,13 +38,15 @@ tool_number = 2
 allowance = 0.5
 "#;
 
+/// What is left there is named by the verifier: a strip narrower than a step-over between the last pass and where the shank begins to
+/// be in the way is within reach.
 #[test]
 fn where_the_shank_would_run_into_stock_nothing_is_cut() {
     let folder = scratch();
     plate_and_wall(folder.path(), 30.0);
     std::fs::write(folder.path().join("asked.toml"), JOB).unwrap();
     let made = run_without_adapter(folder.path(), ["plan", "model.igs", "--job", "asked.toml", "-o", "out"]);
-    assert_eq!(made.code, Some(0), "{made:?}");
+    assert!(matches!(made.code, Some(0 | 3)), "{made:?}");
     assert!(made.stderr.contains("the shank would run into stock"), "{made:?}");
     let out = folder.path().join("out");
     let (job, program) = (read_job(&out).unwrap(), read_moves(&out).unwrap());
@@ -59,6 +61,14 @@ fn where_the_shank_would_run_into_stock_nothing_is_cut() {
     let reached = farthest(1) - farthest(0);
     assert!((-4.0..=2.0).contains(&reached), "{reached}");
     assert_eq!(job.operations.len(), 2);
-    let found = run_without_adapter(folder.path(), ["verify", "out"]);
-    assert_eq!(found.code, Some(0), "{found:?}");
+    let text = std::fs::read_to_string(out.join("verify.json")).unwrap();
+    let found: claymill_verify::Verification = serde_json::from_str(&text).unwrap();
+    let stock = found.stock.unwrap();
+    assert!(
+        stock.body.moves > 10 && stock.body.touching == 0 && stock.body.undecided == 0,
+        "{:?}",
+        stock.body
+    );
+    let is_struck = |f: &claymill_verify::Finding| f.code == claymill_verify::FindingCode::BodyInStock;
+    assert!(!found.verdict.findings.iter().any(is_struck), "{:?}", found.verdict);
 }

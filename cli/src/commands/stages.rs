@@ -23,7 +23,7 @@ const BANDS: [(f64, Rgb); 5] = [
 ];
 
 /// Beyond the last band but one all is alike, mm.
-const FARTHEST_MM: f64 = 20.5;
+const FARTHEST_MM: f64 = BANDS[BANDS.len() - 2].0;
 
 /// The stock of a job between two operations.
 pub(super) struct StockState {

@@ -14,7 +14,7 @@ use super::initial::InitialStock;
 use super::left::{Thickness, thickness};
 use super::options::StockOptions;
 use super::piece::Sweep;
-use super::proof::depth;
+use super::proof::{Depth, Limits, depth};
 use super::report::{StockHit, StockProof, StockVolumes};
 use super::sweeps::{Moved, Step, Sweeps, Time, moved};
 use super::tool_bodies::{ToolBody, ToolPart, bodies_of};
@@ -202,10 +202,14 @@ impl<'a> StockCheck<'a> {
         let bodies = self.bodies[self.body_of_move[of_move]].iter().filter(|b| b.part != ToolPart::Flutes);
         let mut standing =
             bodies.map(|body| Sweep { start: *tip, way: Vector3::zeros(), axis: *axis, shape: body.shape });
-        standing.any(|sweep| {
-            !self.cells.are_clear_of(&sweep, time, (&self.stock, &self.sweeps))
-                && depth(&sweep, time, &self.sweeps, &self.stock, &limits).found_mm > limits.radius_mm
-        })
+        standing
+            .any(|sweep| self.entered(&sweep, time, &limits).is_some_and(|d| d.found_mm > limits.radius_mm))
+    }
+
+    /// How deep a sweep enters stock of a time; `None` where it is known to meet none.
+    fn entered(&self, sweep: &Sweep, time: Time, limits: &Limits) -> Option<Depth> {
+        let is_clear = self.cells.are_clear_of(sweep, time, (&self.stock, &self.sweeps));
+        (!is_clear).then(|| depth(sweep, time, &self.sweeps, &self.stock, limits))
     }
 
     fn prove(
@@ -224,12 +228,8 @@ impl<'a> StockCheck<'a> {
         let (mut hit, mut open): (Option<StockHit>, Option<StockHit>) = (None, None);
         for (k, chord) in flat.chords.iter().enumerate() {
             for Moved { part, sweep, .. } in moved(flat, chord, bodies, false).filter(|m| wanted(m.part)) {
-                let time = time_of_chord(k);
-                if self.cells.are_clear_of(&sweep, time, (&self.stock, &self.sweeps)) {
-                    continue;
-                }
                 let limits = self.options.limits(left.max(1));
-                let found = depth(&sweep, time, &self.sweeps, &self.stock, &limits);
+                let Some(found) = self.entered(&sweep, time_of_chord(k), &limits) else { continue };
                 left = left.saturating_sub(found.boxes);
                 let is_hit = found.found_mm > limits.radius_mm;
                 if !is_hit && found.bound_mm <= limits.radius_mm {

@@ -39,8 +39,9 @@ pub(crate) struct DemoArgs {
     /// Seed of the shuffle of patches.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Scale of the vehicle: 0.4 is the two-fifths model that studios mill first. The tool of the demo is
-    /// ball:6 unless --tool names another one, or --material a material that all operations are chosen for.
+    /// Scale of the vehicle: 0.4 is the two-fifths model that studios mill first. The demo mills it out of a
+    /// layer of clay in the operations that suit; --material names another material, --tool makes one
+    /// operation with this tool.
     #[arg(long, default_value_t = 0.4)]
     pub(crate) scale: f64,
     #[command(flatten)]

@@ -1,15 +1,15 @@
-//! `claymill demo`: the built-in vehicle, from the generated model to the finished job.
+//! `claymill demo`: the built-in vehicle, from the generated model to the finished job: rough, finish and rest out of a layer of clay.
 
 use std::process::ExitCode;
 
 use super::operations::{self, Source};
 use super::request::Request;
 use super::{Context, plan, sample};
-use crate::args::DemoArgs;
+use crate::args::{DemoArgs, StrategyName};
 use crate::failure::{Failure, PROBLEM};
 
-/// A ball that suits a two-fifths model.
-const TOOL: &str = "ball:6";
+/// What the vehicle is milled in where nothing else is asked for.
+const MATERIAL: &str = "clay";
 
 /// `claymill demo`.
 pub(crate) fn demo(context: &Context, args: &DemoArgs) -> Result<ExitCode, Failure> {
@@ -19,11 +19,14 @@ pub(crate) fn demo(context: &Context, args: &DemoArgs) -> Result<ExitCode, Failu
     let mut job = args.job.options();
     job.axes.up.get_or_insert_with(|| "+z".to_owned());
     job.axes.length.get_or_insert_with(|| "-x".to_owned());
-    let done = if let Some(material) = &args.process.material {
+    // A tool that is named makes one operation.
+    let material = args.process.material.as_deref().or(job.tool.is_none().then_some(MATERIAL));
+    let done = if let Some(material) = material {
+        // Rows run over the whole vehicle, and are the quickest to plan.
+        job.strategy.get_or_insert(StrategyName::Planar);
         let source = Source::for_material(material, &args.process, job)?;
         operations::run(context, &model, source, &args.out)?
     } else {
-        job.tool.get_or_insert_with(|| TOOL.to_owned());
         plan::run(context, &Request::new(&model, &job)?, &args.out)?
     };
 

@@ -38,16 +38,14 @@ tool_number = 2
 allowance = 0.5
 "#;
 
-/// What is left there is named by the verifier: a strip narrower than a step-over between the last pass and where the shank begins to
-/// be in the way is within reach.
+/// Up to where the shank begins to be in the way everything is cut: nothing within reach is left.
 #[test]
 fn where_the_shank_would_run_into_stock_nothing_is_cut() {
     let folder = scratch();
     plate_and_wall(folder.path(), 30.0);
     std::fs::write(folder.path().join("asked.toml"), JOB).unwrap();
     let made = run_without_adapter(folder.path(), ["plan", "model.igs", "--job", "asked.toml", "-o", "out"]);
-    assert!(matches!(made.code, Some(0 | 3)), "{made:?}");
-    assert!(made.stderr.contains("the shank would run into stock"), "{made:?}");
+    assert_eq!(made.code, Some(0), "{made:?}");
     let out = folder.path().join("out");
     let (job, program) = (read_job(&out).unwrap(), read_moves(&out).unwrap());
     let places = |op: u32| {

@@ -8,6 +8,7 @@
 
 pub(crate) mod clip;
 pub(crate) mod outline;
+pub(crate) mod room;
 
 use claymill_contact::{BallDrop, Covering};
 use claymill_nurbs::{Aabb, FaceId, Model, NurbsError, Point3};
@@ -15,6 +16,7 @@ use claymill_toolpath::{Bounds, Contain};
 
 use crate::Frame;
 use crate::containment::outline::Outline;
+use crate::containment::room::ShankRoom;
 use crate::plan::covered::Covered;
 
 /// So far inside of its bounds the tool is kept on passes, mm: written ones lie beside the exact ones by less, and a link from the
@@ -94,10 +96,13 @@ pub(crate) struct Containment<'a> {
     avoided: Option<[BallDrop<'a>; 2]>,
     /// The same on obstacles.
     obstacles: Option<[BallDrop<'a>; 2]>,
+    /// Where passes keep the shank clear of the stock.
+    room: Option<ShankRoom>,
 }
 
 impl<'a> Containment<'a> {
-    /// For a ball, with the faces to be avoided and the obstacles; `None` where it may be anywhere.
+    /// For a ball, with the faces to be avoided and the obstacles, and with the room that the shank has; `None` where it may be
+    /// anywhere.
     pub(crate) fn new(
         bounds: &Bounds,
         frame: &Frame,
@@ -105,13 +110,15 @@ impl<'a> Containment<'a> {
         covering: &Covering,
         excluded: &[bool],
         avoided: [Option<&'a Avoided>; 2],
+        room: Option<ShankRoom>,
     ) -> Option<Self> {
         let [avoided, obstacles] = avoided.map(|a| a.map(|a| a.balls(frame, radius_mm)));
         let is_free = bounds.within_mm.is_empty()
             && bounds.centre_within_mm.is_none()
             && bounds.contain == Contain::Contact
             && avoided.is_none()
-            && obstacles.is_none();
+            && obstacles.is_none()
+            && room.is_none();
         if is_free {
             return None;
         }
@@ -130,6 +137,7 @@ impl<'a> Containment<'a> {
                 .then(|| Outline::new(covering, excluded, frame, radius_mm)),
             avoided,
             obstacles,
+            room,
         })
     }
 
@@ -144,6 +152,7 @@ impl<'a> Containment<'a> {
             && self.is_near_block(centre, on.inside_mm())
             && self.is_away(centre, on)
             && self.outline.as_ref().is_none_or(is_over_cut)
+            && self.room.as_ref().filter(|_| on == On::Pass).is_none_or(|room| room.holds(centre))
     }
 
     /// Whether places close by, up to `near_mm` away, may be touched by a pass.

@@ -28,7 +28,7 @@ use crate::plan::planned::Plan;
 use crate::plan::regions::{Regions, open_borders};
 use crate::program::Output;
 use crate::program::account::Account;
-use crate::program::in_stock::leave_out_struck;
+use crate::program::in_stock::{Shank, leave_out_struck};
 use crate::program::part::Part;
 use crate::setup::assignment::{Assignments, assign};
 use crate::setup::claims::Claims;
@@ -152,13 +152,11 @@ fn lay(
     let avoided = avoid(&options.bounds.avoid, options.bounds.avoid_mm)?;
     let obstacle_mm = if obstacles.is_empty() { 0.0 } else { options.check_clearance_mm };
     let obstacles = avoid(if obstacle_mm > 0.0 { obstacles } else { &[] }, obstacle_mm)?;
-    let keeps: Vec<Option<Containment>> = frames
-        .par_iter()
-        .map(|f| {
-            let avoided = [avoided.as_ref(), obstacles.as_ref()];
-            Containment::new(&options.bounds, f, radius_mm, covering, regions.excluded, avoided)
-        })
-        .collect();
+    let kept_in = |f: &Frame, room| {
+        let avoided = [avoided.as_ref(), obstacles.as_ref()];
+        Containment::new(&options.bounds, f, radius_mm, covering, regions.excluded, avoided, room)
+    };
+    let keeps: Vec<Option<Containment>> = frames.par_iter().map(|f| kept_in(f, None)).collect();
     let views = Views {
         keeps: &keeps,
         frames: &frames,
@@ -237,16 +235,19 @@ fn lay(
         (0..frames.len()).flat_map(|index| (0..faces_of.len()).map(move |region| (index, region))).collect();
     jobs.retain(|job| area_mm2(job) > 0.0);
     jobs.sort_by(|a, b| area_mm2(b).total_cmp(&area_mm2(a)).then(a.cmp(b)));
-    let done = AtomicUsize::new(0);
-    let part = |job: &(usize, usize)| {
-        monitor.go_on()?;
-        monitor.at(Stage::Paths, done.fetch_add(1, Ordering::Relaxed) as f64 / jobs.len() as f64);
-        let &(index, region) = job;
-        let part = contexts[index].part(&faces_of[region], area_mm2(job), sweeps[region].as_ref());
-        Ok(part.map(|part| (index, region, part)))
+    let lay = |jobs: &[(usize, usize)], contexts: &[SetupContext]| {
+        let done = AtomicUsize::new(0);
+        let part = |job: &(usize, usize)| {
+            monitor.go_on()?;
+            monitor.at(Stage::Paths, done.fetch_add(1, Ordering::Relaxed) as f64 / jobs.len() as f64);
+            let &(index, region) = job;
+            let part = contexts[index].part(&faces_of[region], area_mm2(job), sweeps[region].as_ref());
+            Ok(part.map(|part| (index, region, part)))
+        };
+        let parts = jobs.par_iter().with_max_len(1).map(part).collect::<Result<Vec<_>, Cancelled>>()?;
+        Ok::<Vec<(usize, usize, Part)>, Cancelled>(parts.into_iter().flatten().collect())
     };
-    let parts = jobs.par_iter().with_max_len(1).map(part).collect::<Result<Vec<_>, Cancelled>>()?;
-    let mut parts: Vec<(usize, usize, Part)> = parts.into_iter().flatten().collect();
+    let mut parts = lay(&jobs, &contexts)?;
     parts.sort_by_key(|&(index, region, _)| (index, region));
     let program = |parts: Vec<(usize, usize, Part)>| {
         let mut out = Output::default();
@@ -259,9 +260,24 @@ fn lay(
         out
     };
     let mut struck_passes = 0;
-    if let Some(in_process) = &options.in_process {
+    if let Some(shank) = options.in_process.as_ref().and_then(Shank::of) {
         let moves = |parts: &[(usize, usize, Part)]| program(parts.to_vec()).program.moves;
-        struck_passes = leave_out_struck(in_process, &contexts, &mut parts, moves, monitor)?;
+        let mut left_out = leave_out_struck(&shank, &contexts, &mut parts, moves, monitor)?;
+        if left_out.count > 0 && options.tool.is_ball() {
+            // Up to where the shank stands clear.
+            let mut rooms = shank.rooms(moves(&parts), &frames, radius_mm, monitor)?;
+            let keeps: Vec<Option<Containment>> =
+                frames.iter().map(|f| kept_in(f, rooms.remove(f.name.as_str()))).collect();
+            let contexts: Vec<SetupContext> = (contexts.iter().zip(&keeps))
+                .map(|(context, kept)| SetupContext { containment: kept.as_ref(), ..*context })
+                .collect();
+            let again: Vec<(usize, usize)> = left_out.parts.iter().copied().collect();
+            parts.retain(|&(index, region, _)| !left_out.parts.contains(&(index, region)));
+            parts.extend(lay(&again, &contexts)?);
+            parts.sort_by_key(|&(index, region, _)| (index, region));
+            left_out = leave_out_struck(&shank, &contexts, &mut parts, moves, monitor)?;
+        }
+        struck_passes = left_out.count;
     }
     let mut out = program(parts);
     if out.program.moves.is_empty() {

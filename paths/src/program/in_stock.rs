@@ -7,13 +7,18 @@
 //!                            then they are left out. Such links lift over.
 //!        ╰──◡──╯
 //! ```
+//!
+//! A row is left out as a whole, and the next one is a step-over away. So a part of which passes are left out is laid again, up
+//! to where the shank stands clear when its setup is done ([`ShankRoom`]).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use claymill_stock::{Chords, Stock, StockError, Sweep, ToolBody};
 use claymill_toolpath::{Cancelled, Monitor, Move, MoveKind, raise_tips};
 use rayon::prelude::*;
 
+use crate::Frame;
+use crate::containment::room::ShankRoom;
 use crate::plan::options::InProcess;
 use crate::program::part::Part;
 use crate::setup::context::SetupContext;
@@ -27,18 +32,24 @@ const ROUNDS: usize = 4;
 /// So many moves are looked at side by side.
 const BATCH: usize = 512;
 
-/// Takes out of the parts of a program what the shank cannot follow into the stock; returns how many passes that were. `moves` are
-/// those of the program.
+/// Passes that were left out.
+#[derive(Debug, Default)]
+pub(crate) struct LeftOutPasses {
+    /// How many they are.
+    pub(crate) count: u32,
+    /// The parts they are of, by setup and region.
+    pub(crate) parts: BTreeSet<(usize, usize)>,
+}
+
+/// Takes out of the parts of a program what the shank cannot follow into the stock. `moves` are those of the program.
 pub(crate) fn leave_out_struck(
-    in_process: &InProcess,
+    shank: &Shank,
     contexts: &[SetupContext],
     parts: &mut [(usize, usize, Part)],
     moves: impl Fn(&[(usize, usize, Part)]) -> Vec<Move>,
     monitor: &dyn Monitor,
-) -> Result<u32, Cancelled> {
-    // A tool that has no body is refused elsewhere.
-    let Ok(Some(shank)) = Shank::new(in_process) else { return Ok(0) };
-    let mut left_out = 0;
+) -> Result<LeftOutPasses, Cancelled> {
+    let mut left_out = LeftOutPasses::default();
     for round in 0..ROUNDS {
         let struck = shank.struck(moves(parts), monitor)?;
         if struck.is_empty() {
@@ -53,7 +64,10 @@ pub(crate) fn leave_out_struck(
             if !(links.is_empty() && passes.is_empty()) {
                 // At first they come last: others may clear their way.
                 let last = round == 0;
-                left_out += if last { 0 } else { passes.len() as u32 };
+                if !(last || passes.is_empty()) {
+                    left_out.count += passes.len() as u32;
+                    left_out.parts.insert((*setup, *region));
+                }
                 context.link_again(part, &passes, &links, last);
             }
         }
@@ -71,7 +85,8 @@ struct Struck {
     on_a_link: bool,
 }
 
-struct Shank<'a> {
+/// What of a tool is above its flutes, and the stock that it comes into.
+pub(crate) struct Shank<'a> {
     stock: &'a Stock,
     cutting: ToolBody,
     above: ToolBody,
@@ -81,16 +96,17 @@ struct Shank<'a> {
 }
 
 impl<'a> Shank<'a> {
-    /// `None` for a tool of which only flutes are known.
-    fn new(in_process: &'a InProcess) -> Result<Option<Self>, StockError> {
+    /// `None` for a tool of which only flutes are known. One that has no body is refused elsewhere.
+    pub(crate) fn of(in_process: &'a InProcess) -> Option<Self> {
+        if in_process.tool.sides().len() < 2 { None } else { Shank::new(in_process).ok() }
+    }
+
+    fn new(in_process: &'a InProcess) -> Result<Self, StockError> {
         let InProcess { stock, tool, allowance_mm } = in_process;
         let chord_mm = CHORD_PITCHES * stock.grid().pitch_mm();
-        if tool.sides().len() < 2 {
-            return Ok(None);
-        }
         let cutting = ToolBody::cutting(tool)?.offset(-chord_mm)?;
         let above = ToolBody::above(tool, None)?.offset(chord_mm)?;
-        Ok(Some(Shank { stock, cutting, above, chord_mm, raised_mm: *allowance_mm }))
+        Ok(Shank { stock, cutting, above, chord_mm, raised_mm: *allowance_mm })
     }
 
     /// The moves on which it runs into stock, each cut before the next one is looked at.
@@ -123,6 +139,35 @@ impl<'a> Shank<'a> {
             stock.cut_all(&waiting);
         }
         Ok(struck)
+    }
+
+    /// Where the shank stands clear when setups are done, by their names; `radius_mm` is that of the tool as the moves are planned.
+    pub(crate) fn rooms(
+        &self,
+        mut moves: Vec<Move>,
+        frames: &[Frame],
+        radius_mm: f64,
+        monitor: &dyn Monitor,
+    ) -> Result<BTreeMap<String, ShankRoom>, Cancelled> {
+        let margin_mm = MARGIN_PITCHES * self.stock.grid().pitch_mm();
+        let Ok(above) = self.above.offset(margin_mm) else { return Ok(BTreeMap::new()) };
+        moves.retain(|m| m.kind != MoveKind::Rapid);
+        raise_tips(&mut moves, self.raised_mm);
+        let (mut stock, mut rooms) = (self.stock.clone(), BTreeMap::new());
+        for of_setup in moves.chunk_by(|a, b| a.setup == b.setup) {
+            for batch in of_setup.chunks(BATCH) {
+                monitor.go_on()?;
+                let all: Vec<Ways<'_>> = batch.par_iter().filter_map(|m| self.ways(m).ok()).collect();
+                stock.cut_all(&all.iter().flat_map(|ways| ways.cutting.iter().copied()).collect::<Vec<_>>());
+            }
+            let Some(frame) = frames.iter().find(|frame| frame.name.as_str() == of_setup[0].setup) else {
+                continue;
+            };
+            let tip_mm = radius_mm - self.raised_mm;
+            let room = ShankRoom::new(stock.clone(), above.clone(), *frame, tip_mm);
+            rooms.insert(of_setup[0].setup.clone(), room);
+        }
+        Ok(rooms)
     }
 
     fn ways(&self, m: &Move) -> Result<Ways<'_>, StockError> {

@@ -5,6 +5,8 @@ pub(crate) mod in_stock;
 pub(crate) mod kinematics;
 pub(crate) mod part;
 
+use std::collections::BTreeMap;
+
 use claymill_toolpath::{LengthByKind, MachineLimits, Move, Program, RegionTotals, Setup, Totals};
 
 use rayon::prelude::*;
@@ -35,34 +37,43 @@ impl Output {
         &mut self,
         context: &SetupContext,
         account: &Account,
-        parts: Vec<(usize, Part)>,
+        mut parts: Vec<(usize, Part)>,
         machine: &MachineLimits,
     ) {
         let name = context.frame.name.as_str();
         let first_move = self.program.moves.len();
         let first_region = self.regions.len();
-        let parts: Vec<(usize, Part)> = in_order(parts).filter(|(_, part)| !part.moves.is_empty()).collect();
-        let over = |w: &[(usize, Part)]| -> Vec<Move> {
-            let ends = w[0].1.moves.last().and_then(behind).zip(w[1].1.moves.first().and_then(before));
+        let take = |(region, part): &mut (usize, Part)| {
+            let [moves, late] = [&mut part.moves, &mut part.late_moves].map(std::mem::take);
+            ((*region, moves), (*region, late))
+        };
+        let (moves, late): (Vec<_>, Vec<_>) = parts.iter_mut().map(take).unzip();
+        let of: BTreeMap<usize, Part> = parts.into_iter().collect();
+        let parts: Vec<(usize, Vec<Move>)> = in_order(moves).chain(in_order(late)).collect();
+        let over = |w: &[(usize, Vec<Move>)]| -> Vec<Move> {
+            let ends = w[0].1.last().and_then(behind).zip(w[1].1.first().and_then(before));
             ends.map_or_else(Vec::new, |(from, to)| context.lift_over(from, to))
         };
-        let approach =
-            parts.first().and_then(|(_, part)| Some(context.approach(before(part.moves.first()?)?)));
+        let approach = parts.first().and_then(|(_, moves)| Some(context.approach(before(moves.first()?)?)));
         let ways: Vec<Vec<Move>> =
             approach.into_iter().chain(parts.par_windows(2).map(over).collect::<Vec<_>>()).collect();
-        for (k, ((region, part), way)) in parts.into_iter().zip(ways).enumerate() {
-            let retracts = part.retracts + u32::from(k > 0);
-            let moves = way.into_iter().chain(part.moves);
-            self.program.moves.extend(moves.map(|m| Move { region, ..m }));
+        for (k, ((region, moves), way)) in parts.into_iter().zip(ways).enumerate() {
+            self.program.moves.extend(way.into_iter().chain(moves).map(|m| Move { region, ..m }));
+            let retracts = u32::from(k > 0);
+            if let Some(totals) = self.regions[first_region..].iter_mut().find(|r| r.region == region) {
+                totals.retracts += retracts;
+                continue;
+            }
+            let part = &of[&region];
             self.regions.push(RegionTotals {
                 region,
                 setup: name.to_owned(),
                 strategy: part.strategy.to_string(),
-                considered: part.considered,
+                considered: part.considered.clone(),
                 area_mm2: account.region_setup_mm2[region][context.index],
                 pass_direction: part.along.map(|along| along.direction(&context.frame).into()),
                 passes: part.passes,
-                retracts,
+                retracts: part.retracts + retracts,
                 length: LengthByKind::default(),
                 control_points: 0,
                 time_s: 0.0,
@@ -127,14 +138,13 @@ fn behind(last: &Move) -> Option<End> {
     Some(End::behind(&last.curve().ok()?))
 }
 
-/// The regions in an order with short ways between them.
-fn in_order(parts: Vec<(usize, Part)>) -> impl Iterator<Item = (usize, Part)> {
+/// The moves of regions, where there are any, in an order with short ways between them.
+fn in_order(mut parts: Vec<(usize, Vec<Move>)>) -> impl Iterator<Item = (usize, Vec<Move>)> {
+    parts.retain(|(_, moves)| !moves.is_empty());
     let ends: Vec<Ends> = parts
         .iter()
-        .filter_map(|(_, part)| {
-            Some(Ends { start: part.moves.first()?.start(), end: part.moves.last()?.end() })
-        })
+        .filter_map(|(_, moves)| Some(Ends { start: moves.first()?.start(), end: moves.last()?.end() }))
         .collect();
-    let mut parts: Vec<Option<(usize, Part)>> = parts.into_iter().map(Some).collect();
+    let mut parts: Vec<Option<(usize, Vec<Move>)>> = parts.into_iter().map(Some).collect();
     order_parts(&ends).into_iter().filter_map(move |k| parts[k].take())
 }

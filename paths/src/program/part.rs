@@ -32,6 +32,8 @@ const TINY_MM: f64 = 0.05;
 #[derive(Debug, Clone)]
 pub(crate) struct Part {
     pub(crate) moves: Vec<Move>,
+    /// Those of its passes that come when all other passes of the setup are done.
+    pub(crate) late_moves: Vec<Move>,
     pub(crate) strategy: Strategy,
     pub(crate) considered: Vec<Considered>,
     /// Direction of straight rows.
@@ -41,6 +43,8 @@ pub(crate) struct Part {
     pub(crate) proofs: Proofs,
     /// What the moves are of.
     laid: Vec<Pass>,
+    /// The first of the late ones among them.
+    late_from: usize,
     /// Passes to which no link may lead.
     lifted_to: BTreeSet<u32>,
 }
@@ -80,12 +84,14 @@ impl SetupContext<'_> {
         proofs += [of_walls].into_iter().chain(chosen.iter().map(|(layout, _)| layout.proofs)).sum();
         let mut part = Part {
             moves: Vec::new(),
+            late_moves: Vec::new(),
             strategy,
             considered: chosen.map_or_else(Vec::new, |(_, considered)| considered),
             along,
             passes: passes.len() as u32,
             retracts: 0,
             proofs,
+            late_from: passes.len(),
             laid: passes,
             lifted_to: BTreeSet::new(),
         };
@@ -93,33 +99,46 @@ impl SetupContext<'_> {
         Some(part)
     }
 
-    /// Links the passes of a part again, with some of them last or not at all, and without links that lead to some others.
+    /// Links the passes of a part again, without some of them, or with these late, and without links that lead to some others.
     pub(crate) fn link_again(
         &self,
         part: &mut Part,
         struck: &BTreeSet<u32>,
         links: &BTreeSet<u32>,
-        last: bool,
+        are_late: bool,
     ) {
         let lifted_to = &part.lifted_to | links;
-        let (mut laid, mut renumbered, mut postponed) = (Vec::new(), BTreeSet::new(), Vec::new());
-        for (number, pass) in (0..).zip(std::mem::take(&mut part.laid)) {
-            if struck.contains(&number) {
-                postponed.push(pass);
-                continue;
+        let (mut laid, mut late, mut renumbered) = (Vec::new(), Vec::new(), BTreeSet::new());
+        let late_from = part.late_from;
+        for (number, mut pass) in std::mem::take(&mut part.laid).into_iter().enumerate() {
+            if !struck.contains(&(number as u32)) {
+                if number >= late_from {
+                    late.push(pass);
+                    continue;
+                }
+                if lifted_to.contains(&(number as u32)) {
+                    renumbered.insert(laid.len() as u32);
+                }
+                laid.push(pass);
+            } else if are_late {
+                // On its way down the flutes clear a way for the shank.
+                if self.link == LinkStyle::Zigzag
+                    && self.height_mm(&pass.start()) < self.height_mm(&pass.end())
+                {
+                    pass.reverse();
+                }
+                late.push(pass);
             }
-            if lifted_to.contains(&number) {
-                renumbered.insert(laid.len() as u32);
-            }
-            laid.push(pass);
         }
-        if last {
-            renumbered.extend((0..postponed.len()).map(|k| (laid.len() + k) as u32));
-            laid.extend(postponed);
-        }
+        part.late_from = laid.len();
+        laid.extend(late);
         (part.laid, part.lifted_to) = (laid, renumbered);
         part.passes = part.laid.len() as u32;
         self.link_passes(part);
+    }
+
+    fn height_mm(&self, place: &Point3) -> f64 {
+        self.frame.to_setup(place).z
     }
 
     /// The passes over a row, without what of them enters anything as written.
@@ -165,8 +184,9 @@ impl SetupContext<'_> {
     }
 
     fn link_passes(&self, part: &mut Part) {
-        let Part { laid: passes, lifted_to, .. } = &*part;
-        let (mut moves, mut retracts) = (Vec::new(), 0);
+        let Part { laid: passes, lifted_to, late_from, .. } = &*part;
+        let late_from = *late_from;
+        let (mut moves, mut late_moves, mut retracts) = (Vec::new(), Vec::new(), 0);
         let run_outs: Vec<[Option<Point3>; 2]> = passes
             .par_iter()
             .map(|pass| [pass.before(), pass.behind()].map(|end| self.extend_pass(end)))
@@ -181,7 +201,7 @@ impl SetupContext<'_> {
             let beside_walls = passes[k..k + 2].iter().any(|pass| pass.beside_walls);
             let in_the_open = run_outs[k][1].is_some() && run_outs[k + 1][0].is_some();
             let link = match () {
-                () if lifted_to.contains(&(k as u32 + 1)) => None,
+                () if k + 1 > late_from || lifted_to.contains(&(k as u32 + 1)) => None,
                 () if in_the_open => self.link_in_the_open(from, to),
                 () if beside_walls => self.link_beside(from.at, to.at),
                 () => self.stay_down(from.at, to.at),
@@ -193,8 +213,10 @@ impl SetupContext<'_> {
         let (axis, feed) = (self.frame.axis(), self.feeds.cut_mm_per_min);
         for (k, pass) in passes.iter().enumerate() {
             let number = k as u32;
+            let moves = if k < late_from { &mut moves } else { &mut late_moves };
             let first = moves.len();
-            if let Some((way, lifts)) = k.checked_sub(1).map(|before| &ways[before]) {
+            let is_first = k == 0 || k == late_from;
+            if let Some((way, lifts)) = k.checked_sub(1).filter(|_| !is_first).map(|before| &ways[before]) {
                 retracts += lifts;
                 moves.extend(way.iter().cloned());
             }
@@ -209,7 +231,7 @@ impl SetupContext<'_> {
                 m.pass = number;
             }
         }
-        (part.moves, part.retracts) = (moves, retracts);
+        (part.moves, part.late_moves, part.retracts) = (moves, late_moves, retracts);
     }
 
     /// A link that keeps the ball on the model: the exact path over the straight line between the two ends,

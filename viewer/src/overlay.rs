@@ -77,7 +77,8 @@ fn caption(
     let sizes = letters.map(|letter| {
         let width = |(i, text): (usize, &String)| text_width(text, look(i, letter).0);
         let widest = lines.iter().enumerate().map(width).fold(0.0, f32::max);
-        [widest, lines.len() as f32 * LINE * letter]
+        // What stands beside it keeps away by a letter.
+        [widest + letter, lines.len() as f32 * LINE * letter]
     });
     let (stand, [left, top]) = match place {
         Some(stand) => (*stand, page.place_again(stand, &sizes, layout.border)),

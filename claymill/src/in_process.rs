@@ -12,11 +12,12 @@
 use std::sync::Arc;
 
 use claymill_nurbs::{Aabb, FaceMesh, MeshOptions, Model, Point3, tessellate};
-use claymill_stock::{Chords, Grid, Stock, StockError, SurfaceMesh, Sweep, ToolBody};
+use claymill_stock::{Chords, Family, Grid, Stock, StockError, SurfaceMesh, Sweep, ToolBody};
 use claymill_toolpath::{Job as JobRecord, Monitor, MoveKind, Program, Stage, Stock as StockRecord, Tool};
 use rayon::prelude::*;
 
 use crate::error::Error;
+use crate::job_error::JobError;
 
 /// Rays along the longest side of the stock, where nothing finer is asked for.
 const USUAL_RAYS: f64 = 400.0;
@@ -48,12 +49,13 @@ impl InProcessStock {
         least_rest_mm: Option<f64>,
     ) -> Result<Self, Error> {
         let bounds = match *record {
-            StockRecord::Block { box_mm: [x0, y0, z0, x1, y1, z1] } => {
-                Aabb { min: Point3::new(x0, y0, z0), max: Point3::new(x1, y1, z1) }
-            }
             StockRecord::Layer { thickness_mm } => {
                 let faces = model.faces.iter().fold(Aabb::empty(), |all, face| all.union(&face.bounds()));
                 faces.inflated(1.01 * thickness_mm)
+            }
+            StockRecord::Block { .. } | StockRecord::Bar { .. } => {
+                let [x0, y0, z0, x1, y1, z1] = record.box_mm().unwrap_or_default();
+                Aabb { min: Point3::new(x0, y0, z0), max: Point3::new(x1, y1, z1) }
             }
         };
         let longest_mm = (bounds.max - bounds.min).amax();
@@ -65,6 +67,11 @@ impl InProcessStock {
         };
         let stock = match *record {
             StockRecord::Block { .. } => Stock::block_in(grid, &bounds)?,
+            StockRecord::Bar { from_mm, to_mm, diameter_mm } => {
+                let along = record.bar_axis().ok_or(JobError::Bar { from_mm, to_mm })?;
+                let length_mm = to_mm[along] - from_mm[along];
+                Stock::cylinder_in(grid, Family::ALL[along], from_mm.into(), 0.5 * diameter_mm, length_mm)?
+            }
             StockRecord::Layer { thickness_mm } => {
                 let (points, triangles) = triangles(model, LAYER_DEVIATION * thickness_mm);
                 Stock::layer(grid, &points, &triangles, thickness_mm)?
@@ -142,7 +149,7 @@ impl InProcessStock {
 }
 
 /// All faces as triangles. A face that has none is not cut either.
-fn triangles(model: &Model, deviation_mm: f64) -> (Vec<Point3>, Vec<[u32; 3]>) {
+pub(crate) fn triangles(model: &Model, deviation_mm: f64) -> (Vec<Point3>, Vec<[u32; 3]>) {
     let options = MeshOptions { deviation_mm, longest_edge_mm: f64::INFINITY };
     let meshes: Vec<FaceMesh> =
         model.faces.par_iter().map(|face| tessellate(face, &options).unwrap_or_default()).collect();

@@ -92,6 +92,9 @@ pub enum JobError {
         "rapids cannot keep {clearance_mm} mm: it is between {LEAST_RAPID_MM} and {LARGEST_CLEARANCE_MM}"
     )]
     RapidClearance { clearance_mm: f64 },
+    /// A bar that lies along no axis.
+    #[error("a bar from {from_mm:?} to {to_mm:?} does not ascend along one axis")]
+    Bar { from_mm: [f64; 3], to_mm: [f64; 3] },
 }
 
 impl JobError {
@@ -124,6 +127,7 @@ impl JobError {
             JobError::EmptyBox { .. } => "The first corner of a box has the smaller coordinates.",
             JobError::HolderClearance { .. } | JobError::ObstacleClearance { .. } => "Usually it is 1 mm.",
             JobError::RapidClearance { .. } => "Usually it is 5 mm.",
+            JobError::Bar { .. } => "Its ends differ in one coordinate; the first one is the lower end.",
         }
     }
 }

@@ -184,7 +184,11 @@ impl From<claymill::JobError> for Failure {
                 "Setups are top, left, right, front, rear and bottom, for example --setups top,bottom; others have a \
                  direction from tip to holder, for example --setup roof:0,-0.5,1."
             }
-            E::TiltedContainment | E::Operations { .. } | E::TwiceNamed { .. } | E::OneNumber { .. } => {
+            E::TiltedContainment
+            | E::Operations { .. }
+            | E::TwiceNamed { .. }
+            | E::OneNumber { .. }
+            | E::Bar { .. } => {
                 let advice = error.advice();
                 return Failure::problem(&error, advice);
             }

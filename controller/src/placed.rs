@@ -135,12 +135,12 @@ impl Upright {
                 low = low.map(|c| c - thickness_mm);
                 high = high.map(|c| c + thickness_mm);
             }
-            Some(Stock::Block { box_mm }) => {
-                let [from, to] = split(box_mm);
-                low = [0, 1, 2].map(|i| low[i].min(from[i]));
-                high = [0, 1, 2].map(|i| high[i].max(to[i]));
-            }
-            None => {}
+            _ => {}
+        }
+        if let Some(box_mm) = job.job.stock.as_ref().and_then(Stock::box_mm) {
+            let [from, to] = split(box_mm);
+            low = [0, 1, 2].map(|i| low[i].min(from[i]));
+            high = [0, 1, 2].map(|i| high[i].max(to[i]));
         }
         let corners = (0..8)
             .map(|i| {

@@ -74,12 +74,29 @@ impl Stock {
             bounds.max[axis] += radius_mm;
         }
         bounds.max[k] += length_mm;
-        let grid = Grid::over(&bounds, pitch_mm)?;
+        Stock::cylinder_in(Grid::over(&bounds, pitch_mm)?, along, base, radius_mm, length_mm)
+    }
+
+    /// The same on a grid that there is.
+    ///
+    /// # Errors
+    /// As [`Stock::cylinder`].
+    pub fn cylinder_in(
+        grid: Grid,
+        along: Family,
+        base: Point3,
+        radius_mm: f64,
+        length_mm: f64,
+    ) -> Result<Self, StockError> {
+        if radius_mm.is_nan() || radius_mm <= 0.0 {
+            return Err(StockError::Radius(radius_mm));
+        }
+        let k = along.index();
+        let ends_mm = [base[k], base[k] + length_mm];
         Stock::from_rays(grid, |ray| {
             if ray.family == along {
                 let [x, y] = [0, 1].map(|i| ray.across_mm[i] - base[ray.family.across()[i]]);
-                return (x * x + y * y <= radius_mm * radius_mm)
-                    .then(|| vec![[bounds.min[k], bounds.max[k]]]);
+                return (x * x + y * y <= radius_mm * radius_mm).then(|| vec![ends_mm]);
             }
             // Of the two axes across the ray, one runs along the cylinder and one across it.
             let [a, b] = ray.family.across();
@@ -87,7 +104,8 @@ impl Stock {
             let (along_mm, beside_mm) = if a == k { (at_a, at_b - base[b]) } else { (at_b, at_a - base[a]) };
             let square = radius_mm * radius_mm - beside_mm * beside_mm;
             let (half, middle) = (square.max(0.0).sqrt(), base[ray.family.index()]);
-            (square > 0.0 && along_mm < bounds.max[k]).then(|| vec![[middle - half, middle + half]])
+            (square > 0.0 && (ends_mm[0]..ends_mm[1]).contains(&along_mm))
+                .then(|| vec![[middle - half, middle + half]])
         })
     }
 

@@ -143,6 +143,10 @@ fn follow<'a>(
         Stock::Block { box_mm: [x0, y0, z0, x1, y1, z1] } => {
             InitialStock::block(Point3::new(x0, y0, z0), Point3::new(x1, y1, z1))?
         }
+        Stock::Bar { from_mm, to_mm, diameter_mm } => {
+            let (from, to) = (Point3::from(from_mm), Point3::from(to_mm));
+            InitialStock::cylinder(from, to - from, 0.5 * diameter_mm, (to - from).norm())?
+        }
     };
     let options = StockOptions {
         chord_mm: STOCK_CHORD_MM,

@@ -32,9 +32,24 @@ pub(crate) fn allowances_mm(thickest_mm: f64, allowance_mm: f64, depth_mm: f64) 
 
 /// How far the stock's outside lies from the surface at most, mm.
 pub(crate) fn thickest_mm(stock: &Stock, model: &Model) -> f64 {
-    let box_mm = match stock {
-        Stock::Layer { thickness_mm } => return *thickness_mm,
-        Stock::Block { box_mm } => *box_mm,
+    let box_mm = match (stock, stock.box_mm()) {
+        (Stock::Layer { thickness_mm }, _) => return *thickness_mm,
+        (_, box_mm) => box_mm.unwrap_or_default(),
+    };
+    let bar = match *stock {
+        Stock::Bar { from_mm, diameter_mm, .. } => stock.bar_axis().map(|k| (k, from_mm, 0.5 * diameter_mm)),
+        _ => None,
+    };
+    // On the box around a bar towards its axis.
+    let onto_bar = |mut p: Point3| {
+        if let Some((k, middle, radius_mm)) = bar {
+            let across = [(k + 1) % 3, (k + 2) % 3];
+            let out_mm = across.iter().map(|&a| p[a] - middle[a]).fold(0.0, f64::hypot);
+            across
+                .into_iter()
+                .for_each(|a| p[a] = middle[a] + (p[a] - middle[a]) * (radius_mm / out_mm).min(1.0));
+        }
+        p
     };
     let [low, high] = [[0, 1, 2], [3, 4, 5]].map(|side| Point3::from(side.map(|k| box_mm[k])));
     let closest = ClosestPoints::new(model);
@@ -53,8 +68,8 @@ pub(crate) fn thickest_mm(stock: &Stock, model: &Model) -> f64 {
         })
     };
     let all: Vec<Point3> = (0..3).flat_map(of_side).collect();
-    all.par_iter()
-        .filter_map(|p| closest.closest(p, farthest))
+    all.into_par_iter()
+        .filter_map(|p| closest.closest(&onto_bar(p), farthest))
         .map(|foot| foot.distance_mm)
         .reduce(|| 0.0, f64::max)
 }

@@ -22,6 +22,7 @@ use claymill_tooling::{
 use claymill_toolpath::{LinkStyle, Monitor, OperationKind, Stock, Tool};
 
 use crate::error::Error;
+use crate::in_process::triangles;
 use crate::prepared::Prepared;
 
 /// What a job is chosen from.
@@ -55,6 +56,9 @@ pub enum StockWish {
     BlockAround(f64),
     /// A block: xmin, ymin, zmin, xmax, ymax, zmax.
     Block([f64; 6]),
+    /// A round bar about the middle of the model, as long as this is: its diameter, mm, and the axis along which it lies, 0 to 2 for
+    /// x to z; that along which the model is longest if `None`.
+    Round(f64, Option<usize>),
 }
 
 /// Operations in order.
@@ -132,7 +136,11 @@ pub fn choose(
     let process = shop.profiles.choose(&facts).map_err(failed)?;
     let process = shop.profiles.resolve(process, &material.name, &BTreeMap::new())?;
     let bounds = prepared.file.bounds;
-    let stock = stock::stock(wish, material, &bounds)?;
+    let points = match wish.stock {
+        Some(StockWish::Round(..)) => triangles(prepared.file.model(), stock::BAR_DEVIATION_MM).0,
+        _ => Vec::new(),
+    };
+    let stock = stock::stock(wish, material, (&bounds, &points))?;
     let thickest_mm = layers::thickest_mm(&stock, prepared.file.model());
     facts.insert("stock.thickness_mm", Fact::Number(thickest_mm));
     facts.insert("part.height_mm", Fact::Number((bounds.max - bounds.min).z));

@@ -1,23 +1,31 @@
 //! The stock of a job: as it is asked for, or as usual for the material.
 
-use claymill_nurbs::Aabb;
+use claymill_nurbs::{Aabb, Point3};
 use claymill_tooling::Material;
 use claymill_toolpath::Stock;
 
 use crate::choice::{StockWish, Wish};
 use crate::error::Error;
 
-/// The stock, which has to hold the model.
+/// Whether a bar holds the model is asked of points within this of its faces, mm.
+pub(super) const BAR_DEVIATION_MM: f64 = 0.01;
+
+/// The stock, which has to hold the model, of which box and points on its faces are given.
 ///
 /// # Errors
 /// It does not, or no layer is as thick.
-pub(super) fn stock(wish: &Wish, material: &Material, bounds: &Aabb) -> Result<Stock, Error> {
+pub(super) fn stock(
+    wish: &Wish,
+    material: &Material,
+    (bounds, points): (&Aabb, &[Point3]),
+) -> Result<Stock, Error> {
     let layer_mm =
         material.layer_mm.map(|[low, _]| low.max(material.armature_mm.map_or(low, |[low, _]| low)));
     let chosen = match (&wish.stock, layer_mm) {
         (Some(StockWish::Layer(mm)), _) => Stock::Layer { thickness_mm: *mm },
         (Some(StockWish::BlockAround(mm)), _) => block_around(bounds, *mm),
         (Some(StockWish::Block(box_mm)), _) => Stock::Block { box_mm: *box_mm },
+        (Some(StockWish::Round(diameter_mm, axis)), _) => bar_around(bounds, *diameter_mm, *axis),
         (None, Some(mm)) => Stock::Layer { thickness_mm: mm },
         (None, None) => block_around(bounds, 0.0),
     };
@@ -40,6 +48,19 @@ pub(super) fn stock(wish: &Wish, material: &Material, bounds: &Aabb) -> Result<S
                 "Take a larger block, or let it follow the model: --stock block:5.",
             )
         }
+        Stock::Bar { from_mm, diameter_mm, .. } => {
+            let along = chosen.bar_axis().unwrap_or(0);
+            let across = [(along + 1) % 3, (along + 2) % 3];
+            let out_mm = |p: &Point3| across.iter().map(|&k| p[k] - from_mm[k]).fold(0.0, f64::hypot);
+            let needed_mm = 2.0 * points.iter().map(out_mm).fold(0.0, f64::max);
+            if needed_mm <= *diameter_mm {
+                return Ok(chosen);
+            }
+            wrong(
+                format!("a bar of {diameter_mm} mm does not hold the model, which needs {needed_mm:.3} mm"),
+                "Take a thicker bar, or one along another axis: --stock round:60:x.",
+            )
+        }
         Stock::Layer { .. } => Ok(chosen),
     }
 }
@@ -48,4 +69,13 @@ pub(super) fn stock(wish: &Wish, material: &Material, bounds: &Aabb) -> Result<S
 fn block_around(bounds: &Aabb, margin_mm: f64) -> Stock {
     let [low, high] = [(bounds.min, -margin_mm), (bounds.max, margin_mm)].map(|(p, mm)| p.map(|c| c + mm));
     Stock::Block { box_mm: [low.x, low.y, low.z, high.x, high.y, high.z] }
+}
+
+/// A bar about the middle of a model's box, as long as that is.
+fn bar_around(bounds: &Aabb, diameter_mm: f64, axis: Option<usize>) -> Stock {
+    let size = bounds.max - bounds.min;
+    let along = axis.unwrap_or_else(|| size.imax());
+    let middle = nalgebra::center(&bounds.min, &bounds.max);
+    let end = |at_mm: f64| std::array::from_fn(|k| if k == along { at_mm } else { middle[k] });
+    Stock::Bar { from_mm: end(bounds.min[along]), to_mm: end(bounds.max[along]), diameter_mm }
 }

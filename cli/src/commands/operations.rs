@@ -255,6 +255,9 @@ impl Chosen {
         console.say(match &choice.stock {
             Stock::Layer { thickness_mm } => format!("stock     a layer of {thickness_mm} mm on all faces"),
             Stock::Block { box_mm } => format!("stock     a block, {box_mm:.1?} mm"),
+            Stock::Bar { from_mm, to_mm, diameter_mm } => {
+                format!("stock     a round bar of {diameter_mm} mm, from {from_mm:.1?} to {to_mm:.1?} mm")
+            }
         });
         for operation in &choice.operations {
             console.say_long(&operation.name, &operation.reason);
@@ -298,12 +301,17 @@ fn stock(text: &str) -> Result<StockWish, Failure> {
     let wrong = || {
         Failure::usage(
             format!("`{text}` is not a stock"),
-            "For example: --stock layer:25, --stock block:10, or --stock -100,-50,0:100,50,80.",
+            "For example: --stock layer:25, --stock block:10, --stock round:60:x, or --stock -100,-50,0:100,50,80.",
         )
     };
     let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(wrong);
     match text.split_once(':') {
         Some(("layer", mm)) => Ok(StockWish::Layer(number(mm)?)),
+        Some(("round", bar)) => {
+            let (mm, axis) = bar.split_once(':').map_or((bar, None), |(mm, axis)| (mm, Some(axis)));
+            let axis = axis.map(|name| ["x", "y", "z"].iter().position(|a| *a == name).ok_or_else(wrong));
+            Ok(StockWish::Round(number(mm)?, axis.transpose()?))
+        }
         Some(("block", mm)) => Ok(StockWish::BlockAround(number(mm)?)),
         Some(_) => Ok(StockWish::Block(sides(text).map_err(|_| wrong())?)),
         None if text == "block" => Ok(StockWish::BlockAround(0.0)),

@@ -180,6 +180,20 @@ fn stock_words(stock: &Stock) -> String {
             y1 - y0,
             z1 - z0
         ),
+        Stock::Bar { from_mm, to_mm, diameter_mm } => {
+            let axis = stock.bar_axis().unwrap_or(0);
+            let [y, z] = [(axis + 1) % 3, (axis + 2) % 3].map(|k| ["x", "y", "z"][k]).map(str::to_owned);
+            let name = ["x", "y", "z"][axis];
+            let at = [(axis + 1) % 3, (axis + 2) % 3].map(|k| from_mm[k]);
+            format!(
+                "a round bar of {diameter_mm} x {} mm along {name}, in the model from {name} {} to {name} {} about {y} {}, {z} {}",
+                to_mm[axis] - from_mm[axis],
+                from_mm[axis],
+                to_mm[axis],
+                at[0],
+                at[1]
+            )
+        }
     }
 }
 

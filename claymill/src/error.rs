@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use claymill_clearing::ClearingError;
 use claymill_controller::PostError;
 use claymill_exchange::{MeshError, ReadError};
 use claymill_paths::{EndRefusal, ParallelAxes, PlanError};
@@ -69,6 +70,9 @@ pub enum Error {
     /// No plan can be made.
     #[error(transparent)]
     Plan(PlanError),
+    /// A stock cannot be roughed by levels.
+    #[error("levels: {0}")]
+    Clearing(ClearingError),
     /// The stock cannot be followed.
     #[error("the stock: {0}")]
     Stock(#[from] StockError),
@@ -97,6 +101,15 @@ impl From<PlanError> for Error {
         match error {
             PlanError::Cancelled(cancelled) => Error::Cancelled(cancelled),
             error => Error::Plan(error),
+        }
+    }
+}
+
+impl From<ClearingError> for Error {
+    fn from(error: ClearingError) -> Self {
+        match error {
+            ClearingError::Cancelled(cancelled) => Error::Cancelled(cancelled),
+            error => Error::Clearing(error),
         }
     }
 }
@@ -150,6 +163,12 @@ impl Error {
             Error::Reach(e) => of_reach(e).to_owned(),
             Error::Prototype(e) => e.advice().to_owned(),
             Error::Plan(e) => of_planning(e).to_owned(),
+            Error::Clearing(ClearingError::StockTooSmall { .. }) => {
+                "Take a larger block, or let it follow the model: --stock block:5.".to_owned()
+            }
+            Error::Clearing(_) => {
+                "Change the tool, the step-down or the engagement of the levels.".to_owned()
+            }
             Error::Folder(e) => e.advice().to_owned(),
             Error::Verify(e) => e.advice(),
             Error::NotCleared { standing: Standing::NotPassed { .. }, .. } => {

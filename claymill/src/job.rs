@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use claymill_controller::Machine;
 use claymill_paths::{Axis, Feeds, Orientation, PlanOptions, Strategy, TOOL_ID, check_end, check_tools};
-use claymill_toolpath::{Bounds, Contain, HOLDER_CLEARANCE_MM, Holder, Tool};
+use claymill_toolpath::{Bounds, Contain, HOLDER_CLEARANCE_MM, Holder, Levels, Tool};
 
 use crate::error::Error;
 use crate::job_error::JobError;
+use crate::levels;
 use crate::limits::{
     LARGEST_CLEARANCE_MM, LARGEST_FEED_MM_PER_MIN, LARGEST_MARGIN_MM, LARGEST_TOOL, LEAST_RAPID_MM,
     LOWEST_SCALLOP_MM, MOST_LINES, STEEP_LIMITS_DEG,
@@ -25,6 +26,8 @@ pub struct Job {
     /// How passes are laid. `orientation`, `setups`, `free_sides` and `bounds.avoid` follow from the model and the fields below, whatever
     /// is set here.
     pub passes: PlanOptions,
+    /// Levels that rough the stock, instead of passes over the surface: in a job of operations, which knows its stock.
+    pub levels: Option<Levels>,
     /// How faces become regions. Ball radius and feed are those of the job.
     pub merging: Merging,
     /// Model axis that points up; guessed if `None`.
@@ -67,6 +70,7 @@ impl Job {
         let orientation = Orientation { up: up_z, front: front_minus_y };
         Job {
             passes: PlanOptions::new(tool, scallop_mm, orientation),
+            levels: None,
             merging: Merging::default(),
             up: None,
             front: None,
@@ -204,7 +208,13 @@ impl Job {
             self.passes.orientation.setup(text).map_err(JobError::Setup)?;
         }
         check_tools(&passes.tool, passes.rest_of.as_ref(), passes.scallop_mm)?;
-        check_end(passes)?;
+        match &self.levels {
+            Some(asked) => levels::check(asked, passes)?,
+            None => check_end(passes)?,
+        }
+        if self.levels.is_some() && !self.obstacles.is_empty() {
+            return Err(JobError::NotByLevels { what: "obstacles" }.into());
+        }
         if passes.bounds.contain != Contain::Contact && self.setups.iter().any(|text| text.contains(':')) {
             return Err(JobError::TiltedContainment.into());
         }

@@ -1,5 +1,6 @@
 //! Why a job cannot be meant as it is asked for, with advice.
 
+use claymill_clearing::{LARGEST_LIMIT_DEG, LEAST_LIMIT_DEG};
 use claymill_paths::SetupError;
 use thiserror::Error;
 
@@ -29,6 +30,24 @@ pub enum JobError {
         "a rest above {above_mm} mm of stock: the thickness must be above 0, and no more than {LARGEST_CLEARANCE_MM} mm"
     )]
     RestAbove { above_mm: f64 },
+    /// Nobody knows what there is to be cut.
+    #[error("levels rough a stock, and this job has none")]
+    LevelsWithoutStock,
+    /// A slot, or no cut at all.
+    #[error("an engagement of {engagement_deg}° is not between {LEAST_LIMIT_DEG}° and {LARGEST_LIMIT_DEG}°")]
+    Engagement { engagement_deg: f64 },
+    /// No level is as deep.
+    #[error("a step-down of {step_down_mm} mm is not above 0")]
+    StepDown { step_down_mm: f64 },
+    /// Above its flutes a tool does not cut.
+    #[error("a step-down of {step_down_mm} mm is deeper than the flutes are long, {flutes_mm} mm")]
+    StepBelowFlutes { step_down_mm: f64, flutes_mm: f64 },
+    /// Stairs have a height.
+    #[error("a band of {band_mm} mm is not above 0")]
+    Band { band_mm: f64 },
+    /// What only passes over the surface know.
+    #[error("{what}: an operation that roughs by levels has none of these")]
+    NotByLevels { what: &'static str },
     /// A job has operations, and not too many.
     #[error("a job has from 1 to {most} operations")]
     Operations { most: usize },
@@ -107,6 +126,14 @@ impl JobError {
             JobError::RestAbove { .. } => {
                 "For example 1, for what stands a millimetre above what the operation leaves."
             }
+            JobError::LevelsWithoutStock => {
+                "Give the job file operations and a [stock], or --material and --stock."
+            }
+            JobError::Engagement { .. } => "Usually it is 40 to 90 degrees.",
+            JobError::StepDown { .. } => "Usually it is one or two diameters of the tool.",
+            JobError::StepBelowFlutes { .. } => "Take a lower step_down, or a tool with longer flutes.",
+            JobError::Band { .. } => "Usually it is a tenth of the step-down.",
+            JobError::NotByLevels { .. } => "Leave that out, or rough by layers: cut = \"layers\".",
             JobError::Operations { .. } => "Add an operation, or split the job.",
             JobError::TwiceNamed { .. } => "Give each operation a name of its own.",
             JobError::OneNumber { .. } => "Give each tool a number of its own: tool_number in the job file.",

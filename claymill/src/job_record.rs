@@ -71,6 +71,7 @@ fn request(planned: &Planned<'_>, out: &Path) -> Request {
         allowance_mm: options.allowance_mm,
         rest_above_mm: options.rest_above_mm,
         stock_above_mm: options.stock_above_mm,
+        levels: job.levels,
         lines: options.lines,
         guides: options.guides.iter().map(|at| (*at).into()).collect(),
         pencil: options.pencil,

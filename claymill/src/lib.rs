@@ -51,6 +51,7 @@ mod job;
 mod job_error;
 mod job_folder;
 mod job_record;
+mod levels;
 mod limits;
 mod material;
 mod merged;
@@ -83,8 +84,8 @@ pub use claymill_nurbs::{Model, Point3, Vector3};
 pub use claymill_paths::{Axis, Feeds, Orientation, PlanOptions, Strategy};
 pub use claymill_surface_merge::{MergeOptions, Preset};
 pub use claymill_toolpath::{
-    Cancelled, FolderWriter, Holder, Monitor, Move, MoveKind, OperationKind, Program, Stage, Standing, Stock,
-    Tool,
+    Cancelled, FolderWriter, Holder, Levels, Monitor, Move, MoveKind, OperationKind, Program, Stage,
+    Standing, Stock, Tool,
 };
 pub use claymill_verify::{Verdict, Verification};
 

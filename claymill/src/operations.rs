@@ -1,5 +1,6 @@
 //! A job of several operations: planned one after the other on the same regions, written as one program, verified as one job.
 
+use claymill_clearing::ClearingError;
 use claymill_paths::{InProcess, PlanOptions};
 use claymill_toolpath::{
     FolderWriter, Job as JobRecord, LATEST_FORMAT_VERSION, Monitor, Operation, OperationKind, Program, Setup,
@@ -50,7 +51,7 @@ impl<'m> PlannedOperations<'m> {
     /// There are none or too many, two have one name or different tools one number, or one cannot be planned.
     pub fn new(
         regions: &Prepared<'m>,
-        stock: Option<Stock>,
+        record: Option<Stock>,
         operations: &[OperationJob],
         monitor: &dyn Monitor,
         mut planned: impl FnMut(&OperationJob, Result<&Planned<'m>, &Error>),
@@ -59,13 +60,18 @@ impl<'m> PlannedOperations<'m> {
         let (mut done, mut nothing) = (Vec::new(), None);
         let least_rest_mm = operations.iter().filter_map(|o| o.job.passes.rest_above_mm).reduce(f64::min);
         let begin = |stock| InProcessStock::new(stock, regions.file.model(), least_rest_mm);
-        let mut states: Vec<InProcessStock> = stock.as_ref().map(begin).transpose()?.into_iter().collect();
+        let mut states: Vec<InProcessStock> = record.as_ref().map(begin).transpose()?.into_iter().collect();
         for operation in operations {
             let mut prepared = regions.again(&operation.job)?;
             let PlanOptions { tool, allowance_mm, .. } = prepared.options;
             let stock = states.last().map(|state| state.stock().clone());
             prepared.options.in_process = stock.map(|stock| InProcess { stock, tool, allowance_mm });
-            match prepared.plan(monitor) {
+            let followed = record.as_ref().zip(states.last());
+            let plan = match (operation.job.levels, followed) {
+                (Some(levels), Some(of)) => prepared.plan_by_levels(levels, of, states.len() == 1, monitor),
+                _ => prepared.plan(monitor),
+            };
+            match plan {
                 Ok(plan) => {
                     if let Some(mut state) = states.last().cloned() {
                         state.cut(&plan.plan.program, operation.job.tool(), monitor)?;
@@ -83,7 +89,7 @@ impl<'m> PlannedOperations<'m> {
         }
         match nothing {
             Some(error) if done.is_empty() => Err(error),
-            _ => Ok(PlannedOperations { stock, states, planned: done }),
+            _ => Ok(PlannedOperations { stock: record, states, planned: done }),
         }
     }
 
@@ -184,7 +190,8 @@ fn together<'a>(setups: impl Iterator<Item = &'a Setup>) -> Vec<Setup> {
 /// Whether an operation has nothing to do, which is no fault.
 fn is_idle(error: &Error) -> bool {
     use claymill_paths::PlanError;
-    matches!(error, Error::Plan(PlanError::NothingToCut | PlanError::NoRest))
+    let is_done = matches!(error, Error::Plan(PlanError::NothingToCut | PlanError::NoRest));
+    is_done || matches!(error, Error::Clearing(ClearingError::NoRoom { .. }))
 }
 
 fn check(operations: &[OperationJob]) -> Result<(), Error> {

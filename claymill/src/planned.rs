@@ -6,6 +6,7 @@ use claymill_toolpath::{LeftOutFace, Monitor, RegionsFile};
 
 use crate::error::Error;
 use crate::job::Job;
+use crate::job_error::JobError;
 use crate::model_file::ModelFile;
 use crate::prepared::Prepared;
 
@@ -32,6 +33,9 @@ impl<'m> Prepared<'m> {
     /// # Errors
     /// The tool does not fit the model, or there is nothing to cut.
     pub fn plan(self, monitor: &dyn Monitor) -> Result<Planned<'m>, Error> {
+        if self.job.levels.is_some() {
+            return Err(JobError::LevelsWithoutStock.into());
+        }
         let regions = Regions {
             merged: &self.merged.found,
             of_face: &self.merged.found.region_of_face,
@@ -47,7 +51,7 @@ impl<'m> Prepared<'m> {
 }
 
 impl<'m> Planned<'m> {
-    fn new(mut prepared: Prepared<'m>, mut plan: Plan) -> Self {
+    pub(crate) fn new(mut prepared: Prepared<'m>, mut plan: Plan) -> Self {
         let records = &mut prepared.merged.record.regions;
         for (record, areas) in records.iter_mut().zip(&plan.region_setup_area_mm2) {
             record.setup_area_mm2.clone_from(areas);

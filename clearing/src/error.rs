@@ -45,7 +45,7 @@ pub enum ClearingError {
     },
     /// A step down is deeper than the flutes are long.
     #[error(
-        "steps of {step_mm} mm are deeper than the flutes are long ({flutes_mm} mm); take --step-down {flutes_mm} or less"
+        "steps of {step_mm} mm are deeper than the flutes are long ({flutes_mm} mm); take a step-down of {flutes_mm} mm or less"
     )]
     StepBelowFlutes {
         /// As asked for, mm.

@@ -39,6 +39,7 @@ mod plan;
 mod planar_set;
 mod reach;
 mod rounds;
+mod stairs;
 
 pub use arcs::{ArcAbout, PathPiece};
 pub use area::{Approach, Area, Cleared, Entry, Stroke, clear};
@@ -49,7 +50,7 @@ pub use engagement::{
 pub use error::ClearingError;
 pub use levels::{Depths, MOST_LEVELS, between_mm, flats_mm, left_mm3, standing_flats_mm};
 pub use moves::{LevelFeeds, level_moves};
-pub use plan::{LevelFound, LevelOptions, LevelPlan, plan_levels};
+pub use plan::{LevelFound, LevelOptions, LevelPlan, Workpiece, plan_levels};
 pub use planar_set::{FARTHEST_MM, PlanarSet};
 pub use reach::Reach;
 pub use rounds::MOST_ROUNDS;

@@ -27,9 +27,9 @@ const MOST_TURNS: f64 = 500.0;
 /// Feeds, mm/min, and how steeply the tool may go down.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LevelFeeds {
-    /// Along passes.
+    /// Along passes and links.
     pub cut_mm_per_min: f64,
-    /// Down, and along links.
+    /// Down, and along leads.
     pub lead_mm_per_min: f64,
     /// Rapid rate.
     pub rapid_mm_per_min: f64,
@@ -71,9 +71,9 @@ impl<'a> Pen<'a> {
 
     fn feed(&self, kind: MoveKind) -> f64 {
         match kind {
-            MoveKind::Cut => self.feeds.cut_mm_per_min,
+            MoveKind::Cut | MoveKind::Link => self.feeds.cut_mm_per_min,
             MoveKind::Rapid => self.feeds.rapid_mm_per_min,
-            MoveKind::LeadIn | MoveKind::LeadOut | MoveKind::Link => self.feeds.lead_mm_per_min,
+            MoveKind::LeadIn | MoveKind::LeadOut => self.feeds.lead_mm_per_min,
         }
     }
 

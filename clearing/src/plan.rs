@@ -8,11 +8,11 @@ use rayon::prelude::*;
 use crate::area::{Area, Cleared, Entry, clear};
 use crate::engagement::EngagementLimit;
 use crate::error::ClearingError;
-use crate::levels::{Depths, between_mm, flats_mm, standing_flats_mm};
+use crate::levels::{Depths, flats_mm, standing_flats_mm};
 use crate::moves::{LevelFeeds, Pen};
 use crate::planar_set::PlanarSet;
 use crate::reach::Reach;
-use crate::rounds::STRAIGHTEST;
+use crate::stairs::{Level, Slabs};
 
 /// The tool's centre may be this far outside of the stock, in radii.
 const OUTSIDE: f64 = 1.25;
@@ -68,15 +68,23 @@ pub struct LevelPlan {
     pub clearance_mm: f64,
 }
 
-/// A level before it is cleared.
-struct Level {
-    z: f64,
-    above: f64,
-    feasible: PlanarSet,
-    stock: PlanarSet,
+/// What a part is cut from, in model coordinates.
+#[derive(Clone, Copy)]
+pub struct Workpiece<'a> {
+    /// Box of the stock, mm.
+    pub block: Aabb,
+    /// Where stock is between two heights of the setup, mm; no less than there is. All of the block where nothing is known.
+    pub left: Option<&'a (dyn Fn([f64; 2]) -> PlanarSet + Sync)>,
 }
 
-/// Plans a roughing by levels of a model in a block, given by its box in model coordinates.
+/// A level that was cleared, if there was enough to do.
+struct Done {
+    cleared: Option<Cleared>,
+    /// Whether something is there to be cut.
+    is_stock: bool,
+}
+
+/// Plans a roughing by levels of a model in a workpiece.
 ///
 /// # Errors
 /// A number makes no sense, the block does not hold the model, the tool fits nowhere, or the monitor ends it.
@@ -85,16 +93,13 @@ pub fn plan_levels(
     covering: &Covering,
     frame: &Frame,
     tool: &Tool,
-    block: &Aabb,
+    piece: &Workpiece<'_>,
     options: &LevelOptions,
     monitor: &dyn Monitor,
 ) -> Result<LevelPlan, ClearingError> {
     let radius_mm = tool.radius_mm();
-    let corner_mm = tool.corner_radius_mm();
-    let deep_mm = options.step_mm.min(corner_mm);
-    // A level lower than the corner is high is cut by a narrower disc.
-    let narrow_mm = corner_mm - (corner_mm * corner_mm - (corner_mm - deep_mm).powi(2)).max(0.0).sqrt();
-    let limit = EngagementLimit::new(radius_mm - narrow_mm, options.engagement_deg)?;
+    let block = &piece.block;
+    limit_at(tool, options.step_mm, options.engagement_deg)?;
     let part = model.faces.iter().map(|f| f.bounds()).reduce(|a, b| a.union(&b));
     let Some(part) = part else {
         return Err(ClearingError::NoRoom { radius_mm, place: "on no face".into() });
@@ -125,15 +130,22 @@ pub fn plan_levels(
     let flats = standing_flats_mm(&reach, &flats, radius_mm, monitor)?;
     let heights = depths.levels_mm(&flats)?;
     let slice = PlanarSet::rectangle([stock_box.min.x, stock_box.min.y, stock_box.max.x, stock_box.max.y]);
-    let levels =
-        levels(&reach, &heights, depths.top_mm, &slice, limit.radius_mm(), options.band_mm, monitor)?;
-    let cleared = cleared(&levels, limit, options.entry, monitor)?;
+    let whole = |_: [f64; 2]| slice.clone();
+    let slabs =
+        Slabs { reach: &reach, stock: piece.left.unwrap_or(&whole), radius_mm, band_mm: options.band_mm };
+    let levels = slabs.levels(&heights, depths.top_mm, monitor)?;
+    let done = cleared(&levels, tool, options, monitor)?;
     let clearance_mm = stock_box.max.z.max(part_box.max.z) + CLEARANCE_MM;
     let mut pen = Pen::new(frame, options.feeds, clearance_mm);
     let mut found = Vec::new();
-    for (level, cleared) in levels.iter().zip(&cleared) {
-        let Some(cleared) = cleared else { continue };
-        let written = pen.strokes(&cleared.strokes, level.z, level.above);
+    // Rapids end above what was left for too little as well.
+    let mut left_above_mm = f64::NEG_INFINITY;
+    for (level, Done { cleared, is_stock }) in levels.iter().zip(&done) {
+        let Some(cleared) = cleared else {
+            left_above_mm = if *is_stock { left_above_mm.max(level.above) } else { left_above_mm };
+            continue;
+        };
+        let written = pen.strokes(&cleared.strokes, level.z, level.above.max(left_above_mm));
         written.map_err(|e| ClearingError::Curve { what: e.to_string() })?;
         found.push(LevelFound {
             z_mm: level.z,
@@ -144,10 +156,18 @@ pub fn plan_levels(
             refused: cleared.refused.iter().map(ToString::to_string).collect(),
         });
     }
-    if found.is_empty() {
+    if pen.moves.is_empty() {
         return Err(ClearingError::NoRoom { radius_mm, place: "in the stock".into() });
     }
     Ok(LevelPlan { moves: pen.moves, levels: found, clearance_mm })
+}
+
+/// The limit of a tool that cuts a level of a depth: one that is lower than the corner is high is cut by a narrower disc.
+fn limit_at(tool: &Tool, depth_mm: f64, engagement_deg: f64) -> Result<EngagementLimit, ClearingError> {
+    let (radius_mm, corner_mm) = (tool.radius_mm(), tool.corner_radius_mm());
+    let deep_mm = depth_mm.min(corner_mm);
+    let narrow_mm = corner_mm - (corner_mm * corner_mm - (corner_mm - deep_mm).powi(2)).max(0.0).sqrt();
+    EngagementLimit::new(radius_mm - narrow_mm, engagement_deg)
 }
 
 fn in_setup(b: &Aabb, frame: &Frame) -> Aabb {
@@ -159,53 +179,23 @@ fn in_setup(b: &Aabb, frame: &Frame) -> Aabb {
     Aabb::of(&corners)
 }
 
-/// Levels from the top down, each followed by thinner ones from the bottom up where stairs would be too thick.
-fn levels(
-    reach: &Reach<'_>,
-    heights: &[f64],
-    top_mm: f64,
-    slice: &PlanarSet,
-    radius_mm: f64,
-    band_mm: Option<f64>,
-    monitor: &dyn Monitor,
-) -> Result<Vec<Level>, ClearingError> {
-    let regions: Vec<PlanarSet> =
-        heights.par_iter().map(|&z| reach.region(z, monitor)).collect::<Result<_, _>>()?;
-    let mut levels = Vec::new();
-    let mut above = top_mm;
-    // Where the tool comes from outside, its circles need room there.
-    let air = reach.air(2.0 * STRAIGHTEST * radius_mm);
-    for (&z, feasible) in heights.iter().zip(regions) {
-        let between = band_mm.map_or_else(Vec::new, |band| between_mm(z, above, band));
-        let mut floor = feasible.dilated(radius_mm);
-        levels.push(Level { z, above, feasible: feasible.union(&air), stock: slice.clone() });
-        for middle in between {
-            monitor.go_on()?;
-            let feasible = reach.region(middle, monitor)?;
-            let stock = slice.minus(&floor);
-            floor = floor.union(&feasible.dilated(radius_mm));
-            levels.push(Level { z: middle, above, feasible: feasible.union(&air), stock });
-        }
-        above = z;
-    }
-    Ok(levels)
-}
-
-/// Clears levels side by side; `None` where there is nothing to do.
+/// Clears levels side by side.
 fn cleared(
     levels: &[Level],
-    limit: EngagementLimit,
-    entry: Entry,
+    tool: &Tool,
+    options: &LevelOptions,
     monitor: &dyn Monitor,
-) -> Result<Vec<Option<Cleared>>, ClearingError> {
-    let least_mm2 = LEAST_CUT * std::f64::consts::PI * limit.radius_mm().powi(2);
+) -> Result<Vec<Done>, ClearingError> {
+    let least_mm2 = LEAST_CUT * std::f64::consts::PI * tool.radius_mm().powi(2);
     let done = std::sync::atomic::AtomicUsize::new(0);
     let one = |level: &Level| {
+        let limit = limit_at(tool, level.above - level.z, options.engagement_deg)?;
         let cut = level.feasible.dilated(limit.radius_mm()).intersection(&level.stock);
+        let is_stock = !cut.is_empty();
         let cleared = if cut.area_mm2() < least_mm2 {
             None
         } else {
-            let area = Area { feasible: &level.feasible, stock: &level.stock, limit, entry };
+            let area = Area { feasible: &level.feasible, stock: &level.stock, limit, entry: options.entry };
             match clear(&area, monitor) {
                 Ok(cleared) => Some(cleared),
                 Err(error @ ClearingError::NoEntry { .. }) => Some(Cleared {
@@ -220,7 +210,7 @@ fn cleared(
         };
         let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
         monitor.at(Stage::Paths, count as f64 / levels.len() as f64);
-        Ok(cleared)
+        Ok(Done { cleared, is_stock })
     };
     levels.par_iter().map(one).collect()
 }

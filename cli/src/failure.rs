@@ -188,11 +188,19 @@ impl From<claymill::JobError> for Failure {
             | E::Operations { .. }
             | E::TwiceNamed { .. }
             | E::OneNumber { .. }
-            | E::Bar { .. } => {
+            | E::Bar { .. }
+            | E::LevelsWithoutStock
+            | E::NotByLevels { .. } => {
                 let advice = error.advice();
                 return Failure::problem(&error, advice);
             }
             E::RestAbove { .. } => "For example, in the job file: rest_above = 1.0.",
+            E::Engagement { .. } => "For example, in the job file: engagement = 50.0.",
+            E::StepDown { .. } => "For example, in the job file: step_down = 8.0.",
+            E::StepBelowFlutes { .. } => {
+                "Take a lower step_down in the job file, or a tool with longer flutes."
+            }
+            E::Band { .. } => "For example, in the job file: band = 1.0.",
             E::StockAbove { .. } => "For example: --stock-above 25.",
             E::Allowance { .. } => {
                 "For example: --allowance 3 for roughing, or --allowance -0.1 below the surface."
@@ -280,7 +288,12 @@ impl From<claymill::Error> for Failure {
                 Failure::problem(error, advice)
             }
             E::Post(e) => e.into(),
-            E::Tooling(_) | E::Stock(_) | E::Choice { .. } | E::Reach(_) | E::Prototype(_) => {
+            E::Tooling(_)
+            | E::Clearing(_)
+            | E::Stock(_)
+            | E::Choice { .. }
+            | E::Reach(_)
+            | E::Prototype(_) => {
                 let advice = error.advice();
                 Failure::problem(error, advice)
             }

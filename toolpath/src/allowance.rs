@@ -18,16 +18,24 @@ use crate::moves::{Move, round_to_written};
 use crate::tool::{End, Tool};
 
 impl Tool {
-    /// The tool that touches the surface where this one leaves an allowance, along the normal, with the same centre of the ball.
-    /// `None` where nothing is left of the ball, or the end is no ball.
+    /// The tool that touches the surface where this one leaves an allowance, along the normal, with the same centre of the ball, or
+    /// of the corner: the corner of a flat or bull-nosed end grows with it. `None` where nothing is left of a ball or a corner.
     #[must_use]
     pub fn swollen(&self, allowance_mm: f64) -> Option<Tool> {
-        let End::Ball { radius_mm } = self.end else { return None };
-        let radius_mm = radius_mm + allowance_mm;
-        (radius_mm.is_finite() && radius_mm > 0.0).then(|| Tool {
-            end: End::Ball { radius_mm },
+        let radius_mm = self.radius_mm() + allowance_mm;
+        let corner_radius_mm = self.corner_radius_mm() + allowance_mm;
+        let end = match self.end {
+            End::Ball { .. } => End::Ball { radius_mm },
+            End::Flat { .. } if corner_radius_mm == 0.0 => End::Flat { radius_mm },
+            End::Flat { .. } | End::Bull { .. } => End::Bull { radius_mm, corner_radius_mm },
+        };
+        let is_left = corner_radius_mm > 0.0 || matches!(end, End::Flat { .. });
+        (radius_mm.is_finite() && radius_mm > 0.0 && is_left).then(|| Tool {
+            end,
             taper_deg: self.taper_deg,
-            flute_length_mm: self.flute_length_mm.map(|mm| (mm + allowance_mm).max(radius_mm * (1.0 + 1e-9))),
+            flute_length_mm: self
+                .flute_length_mm
+                .map(|mm| (mm + allowance_mm).max(corner_radius_mm * (1.0 + 1e-9))),
             shank_diameter_mm: self.shank_diameter_mm.map(|mm| (mm + 2.0 * allowance_mm).max(radius_mm)),
         })
     }
@@ -78,6 +86,17 @@ mod tests {
         assert_eq!(larger.radius_mm(), 7.0);
         assert_eq!((larger.flute_length_mm, larger.shank_diameter_mm), (Some(32.0), Some(20.0)));
         assert!(tool.swollen(-5.0).is_none());
-        assert!("flat:5".parse::<Tool>().unwrap().swollen(1.0).is_none());
+    }
+
+    #[test]
+    fn the_corner_of_another_end_grows_by_the_allowance() {
+        let swollen = |text: &str, mm: f64| text.parse::<Tool>().unwrap().swollen(mm).map(|t| t.to_string());
+        assert_eq!(swollen("flat:5", 0.5).as_deref(), Some("bull:5.5:0.5"));
+        assert_eq!(
+            swollen("bull:5:1,length:20,shank:10", 0.5).as_deref(),
+            Some("bull:5.5:1.5,length:20.5,shank:11")
+        );
+        assert_eq!(swollen("flat:5", 0.0).as_deref(), Some("flat:5"));
+        assert_eq!((swollen("flat:5", -0.5), swollen("bull:5:1", -1.0)), (None, None));
     }
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Bounds, FilePlace, FreeSide, Holder, MoveKind, Operation, Stock, Tool, find_file};
+use crate::{Bounds, FilePlace, FreeSide, Holder, Levels, MoveKind, Operation, Stock, Tool, find_file};
 
 /// Version of the job folder's format; raised when a reader of the old one would misread the new one.
 pub const FORMAT_VERSION: u32 = 1;
@@ -130,6 +130,9 @@ pub struct Request {
     /// How much stock may stand above what it leaves, mm: rapids keep out of it.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub stock_above_mm: f64,
+    /// Levels, where the stock was to be roughed by these instead of passes over the surface.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub levels: Option<Levels>,
     /// Scallop height, mm.
     pub scallop_mm: f64,
     /// Strategy.
@@ -407,6 +410,8 @@ pub enum UncutReason {
     OutOfBounds,
     /// The face could not be covered with triangles; the box around it is kept clear.
     NotCovered,
+    /// Levels rough the stock and cut no surface: what they leave is measured as stock.
+    Roughed,
 }
 
 /// Where the model's area went: `cut + Σ uncut = total`.

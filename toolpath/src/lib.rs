@@ -33,6 +33,7 @@ mod holder;
 mod io_advice;
 mod job;
 mod largest;
+mod levels;
 mod machine_parts;
 mod manifest;
 mod monitor;
@@ -64,6 +65,7 @@ pub use job::{
     LATEST_FORMAT_VERSION, LeftOutFace, LengthByKind, LinkStyle, MachineLimits, ModelFacts, Obstacle,
     RegionTotals, Request, Setup, Skipped, StageTiming, ToolRecord, Totals, UncutReason,
 };
+pub use levels::Levels;
 pub use machine_parts::{Changer, RotaryAxis};
 pub use manifest::{MANIFEST_FILE, is_whole};
 pub use monitor::{Cancelled, Monitor, Stage};

@@ -75,7 +75,7 @@ fn difference(planner: &Area, measured: &BTreeMap<SurfaceState, f64>) -> BTreeMa
             UncutReason::Excluded => SurfaceState::Excluded,
             UncutReason::EarlierTool => SurfaceState::EarlierTool,
             UncutReason::OutOfBounds => SurfaceState::OutOfBounds,
-            UncutReason::NotCovered => SurfaceState::NotMeasured,
+            UncutReason::NotCovered | UncutReason::Roughed => SurfaceState::NotMeasured,
         };
         *result.entry(state).or_insert(0.0) += area;
     }

@@ -44,6 +44,7 @@ mod drop;
 mod end;
 mod error;
 mod holder;
+mod levels;
 mod limits;
 mod mesh;
 mod obstacles;
@@ -77,6 +78,7 @@ use crate::reach::AskedOfStock;
 pub use crest_file::{CRESTS_FILE, read_crests, write_crests};
 pub use error::VerifyError;
 pub use holder::{HolderClearance, RegionStickOut, ShankContact};
+pub use levels::LevelsFound;
 pub use options::{SCALLOP_BAR, USUAL_RADIUS_MM, USUAL_SCALLOP_MM, VerifyOptions};
 pub use report::{
     AreaAt, BallShare, BoundsKept, Contact, Coverage, CrestSample, Crests, FaceCoverage, Fault, Gouge,
@@ -224,15 +226,15 @@ fn measure_all(
         options,
         &verdict::Measured {
             gouge: &gouge,
-            contact: &contact,
+            contact: Some(&contact),
             sequence: sequence.as_ref(),
             rapids: &rapids,
             obstacles: obstacles.as_ref(),
             bounds: bounds.as_ref(),
             shank: &shank,
             holder: holder.as_ref(),
-            scallop: &scallop,
-            coverage: &coverage,
+            scallop: Some(&scallop),
+            coverage: Some(&coverage),
             sides: sides.as_ref(),
         },
     );

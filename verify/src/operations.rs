@@ -1,15 +1,19 @@
 //! A job with operations: each is verified by itself, with its own tool and allowance, and all verdicts make one.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use claymill_nurbs::{MeshOptions, Model, Point3, Vector3};
-use claymill_toolpath::{Cancelled, Job, LATEST_FORMAT_VERSION, Monitor, MoveKind, Program, Stage, Stock};
+use claymill_toolpath::{
+    Cancelled, Job, LATEST_FORMAT_VERSION, Levels, Monitor, Move, MoveKind, Program, Stage, Stock,
+};
 
 use crate::error::VerifyError;
+use crate::levels::{self, LevelsFound};
 use crate::options::VerifyOptions;
 use crate::reach::AskedOfStock;
 use crate::report::{CrestSample, OperationFound, Verification};
-use crate::stock::{InitialStock, StockCheck, StockError, StockHit, StockOptions, StockReport};
+use crate::stock::{InitialStock, StockCheck, StockError, StockHit, StockOptions, StockReport, StockSample};
 use crate::verdict::{Finding, FindingCode, Severity, Verdict};
 use crate::{measure_all, sequence};
 
@@ -54,7 +58,8 @@ pub(crate) fn measure(
     let followed = |stock: &Stock| follow(model, job, program, stock, monitor);
     // The stock is large: where no operation asks of it, only when the others are done.
     let has_shank = job.tools.iter().any(|t| t.holder.is_some() || t.tool.sides().len() > 1);
-    let asked = has_shank || job.operations.iter().any(|o| o.request.rest_above_mm.is_some());
+    let asked = has_shank
+        || job.operations.iter().any(|o| o.request.rest_above_mm.is_some() || o.request.levels.is_some());
     let early = job.stock.as_ref().filter(|_| asked).map(followed).transpose()?;
     for (index, operation) in job.operations.iter().enumerate() {
         let Some(part) = job.of_operation(index) else { continue };
@@ -63,6 +68,24 @@ pub(crate) fn measure(
         // All moves are there, one after the other: the next one is the operation's first.
         let begins = early.as_ref().and_then(|check| Some((check, check.time_of(first_seq as usize).ok()?)));
         let ends = first_seq + moves.moves.len() as u64;
+        if let Some(levels) = operation.request.levels {
+            let range = first_seq as usize..ends as usize;
+            first_seq = ends;
+            let (mut found, samples) =
+                levels::measure_moves(model, &part, (&moves, sequence), options, monitor)?;
+            let checked = early.as_ref().filter(|_| is_in_order(program, index, &range));
+            let check = |whole| {
+                of_levels((model, job), program, (&part, levels), range.clone(), whole, &samples, monitor)
+            };
+            let levels = checked.map(check).transpose()?;
+            let more = match &levels {
+                Some(levels) => levels::findings(levels),
+                None => vec![levels::unmeasured()],
+            };
+            found.verdict.findings.extend(more);
+            all.push(OperationFound { name: operation.name.clone(), kind: operation.kind, found, levels });
+            continue;
+        }
         let stands = begins.zip(operation.request.rest_above_mm).map(|((check, begins), above_mm)| {
             let height_mm = operation.request.allowance_mm + REST_LEEWAY * above_mm;
             move |p: &Point3, n: &Vector3| check.is_stock(&(p + n * height_mm), begins)
@@ -85,7 +108,7 @@ pub(crate) fn measure(
         if operation.kind.is_of_surface() {
             crests.extend(samples);
         }
-        all.push(OperationFound { name: operation.name.clone(), kind: operation.kind, found });
+        all.push(OperationFound { name: operation.name.clone(), kind: operation.kind, found, levels: None });
     }
     let main = job.main_operation().and_then(|main| all.get(main)).map(|main| main.found.clone());
     let found =
@@ -107,6 +130,31 @@ pub(crate) fn measure(
     let found =
         Verification { format_version: LATEST_FORMAT_VERSION, verdict, stock, operations: all, ..found };
     Ok((found, crests))
+}
+
+/// Whether the moves of a program in a range are those of an operation, each with the number of its place.
+fn is_in_order(program: &Program, operation: usize, range: &Range<usize>) -> bool {
+    let of_range = program.moves.get(range.clone());
+    let is_own = |(k, m): (usize, &Move)| m.seq == k as u64 && m.op == Some(operation as u32);
+    of_range.is_some_and(|moves| range.clone().zip(moves).all(is_own))
+}
+
+/// What levels do to the stock.
+fn of_levels(
+    (model, job): (&Model, &Job),
+    program: &Program,
+    part: (&Job, Levels),
+    range: Range<usize>,
+    whole: &StockCheck<'_>,
+    samples: &[StockSample],
+    monitor: &dyn Monitor,
+) -> Result<LevelsFound, VerifyError> {
+    let keep_going = || monitor.go_on().is_ok();
+    let stock = job.stock.as_ref().map(|stock| initial(model, stock)).transpose()?;
+    let Some(stock) = stock else { return Err(StockError::NoMove(range.start).into()) };
+    let until = &program.moves[..range.end];
+    let until = StockCheck::new(stock, until, &job.tools, &stock_options(), &keep_going).map_err(of_stock)?;
+    levels::measure_stock(part, program, range, [whole, &until], samples, &keep_going).map_err(of_stock)
 }
 
 /// The last move along each axis that a tool has, as its number in a program in which the moves begin with `first`.
@@ -133,7 +181,14 @@ fn follow<'a>(
     monitor: &dyn Monitor,
 ) -> Result<StockCheck<'a>, VerifyError> {
     monitor.at(Stage::Stock, 0.0);
-    let initial = match *stock {
+    let keep_going = || monitor.go_on().is_ok();
+    let initial = initial(model, stock)?;
+    StockCheck::new(initial, &program.moves, &job.tools, &stock_options(), &keep_going).map_err(of_stock)
+}
+
+/// The stock of a job before its first move.
+fn initial<'a>(model: &'a Model, stock: &Stock) -> Result<InitialStock<'a>, VerifyError> {
+    Ok(match *stock {
         Stock::Layer { thickness_mm } => InitialStock::layer(
             model,
             thickness_mm,
@@ -147,8 +202,11 @@ fn follow<'a>(
             let (from, to) = (Point3::from(from_mm), Point3::from(to_mm));
             InitialStock::cylinder(from, to - from, 0.5 * diameter_mm, (to - from).norm())?
         }
-    };
-    let options = StockOptions {
+    })
+}
+
+fn stock_options() -> StockOptions {
+    StockOptions {
         chord_mm: STOCK_CHORD_MM,
         narrowest_mm: NARROWEST_MM,
         smallest_box_mm: SMALLEST_BOX_MM,
@@ -157,9 +215,7 @@ fn follow<'a>(
         volume_points: VOLUME_POINTS,
         engagement_poses: POSES,
         ..StockOptions::default()
-    };
-    let keep_going = || monitor.go_on().is_ok();
-    StockCheck::new(initial, &program.moves, &job.tools, &options, &keep_going).map_err(of_stock)
+    }
 }
 
 fn of_stock(error: StockError) -> VerifyError {

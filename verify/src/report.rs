@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::stock::StockReport;
-use crate::{HolderClearance, ShankContact, Verdict};
+use crate::{HolderClearance, LevelsFound, ShankContact, Verdict};
 
 /// `verify.json`: what was measured on the written moves and the model, and what follows from it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -72,6 +72,9 @@ pub struct OperationFound {
     pub kind: OperationKind,
     /// What was found, as of a job by itself.
     pub found: Verification,
+    /// What was found of levels, where it roughs by these.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub levels: Option<LevelsFound>,
 }
 
 /// Cuts from the side of the material.
@@ -282,7 +285,7 @@ pub struct Scallop {
 }
 
 /// Heights of scallop crests above the exact surface, weighted by length.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Crests {
     /// Crests that were measured.
     pub samples: u64,

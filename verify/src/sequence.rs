@@ -30,7 +30,7 @@ pub(crate) fn measure(job: &Job, program: &Program, first_seq: u64) -> Sequence 
         match last.filter(|before| before.setup == m.setup) {
             Some(before) => {
                 joined(before, m, &mut found);
-                ordered(before, m, &mut found);
+                ordered(job, before, m, &mut found);
             }
             None => {
                 if let Some(before) = last {
@@ -109,11 +109,13 @@ fn joined(before: &Move, m: &Move, found: &mut Sequence) {
     }
 }
 
-/// Which kinds may follow which. A pass is begun and left by leads or links; only leads turn into rapids and back.
-fn ordered(before: &Move, m: &Move, found: &mut Sequence) {
+/// Which kinds may follow which. A pass is begun and left by leads or links; only leads turn into rapids and back. On a level an entry
+/// ends on ground that it cleared itself, from where the tool goes on as from a pass.
+fn ordered(job: &Job, before: &Move, m: &Move, found: &mut Sequence) {
     use MoveKind::{Cut, LeadIn, LeadOut, Link, Rapid};
     let follows = match before.kind {
         Rapid => matches!(m.kind, Rapid | LeadIn),
+        LeadIn if job.request.levels.is_some() => m.kind != Rapid,
         LeadIn => matches!(m.kind, LeadIn | Cut),
         Cut => matches!(m.kind, Cut | Link | LeadOut),
         Link => matches!(m.kind, Link | Cut | LeadIn),

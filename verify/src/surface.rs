@@ -131,7 +131,7 @@ pub(crate) fn uncovered_faces(job: &Job) -> impl Iterator<Item = FaceId> {
 
 /// Parameters of `count` points, one for each equal part of the face's area in the order of the mesh's
 /// triangles, scattered inside by a low-discrepancy sequence.
-fn spread(face: &Face, mesh: &FaceMesh, count: usize) -> Vec<Point2> {
+pub(crate) fn spread(face: &Face, mesh: &FaceMesh, count: usize) -> Vec<Point2> {
     let corners = |t: &[u32; 3]| t.map(|i| i as usize);
     let area = |t: &[u32; 3]| {
         let [a, b, c] = corners(t).map(|i| mesh.points[i]);

@@ -91,6 +91,12 @@ pub enum FindingCode {
     RapidUndecided,
     /// Shank or holder run through stock.
     BodyInStock,
+    /// The tool cuts along a larger angle than was allowed.
+    Engagement,
+    /// A straight link or lead-in of levels runs through stock.
+    LinkInStock,
+    /// Levels leave more stock than the band over what the tool reaches.
+    StockLeft,
     /// Scallop crests are higher than the bar.
     Scallop,
     /// Area that the tool reaches was left.
@@ -117,15 +123,16 @@ pub enum Severity {
 
 pub(crate) struct Measured<'a> {
     pub(crate) gouge: &'a Gouge,
-    pub(crate) contact: &'a Contact,
+    /// What surfaces are judged by: none of levels, which cut none.
+    pub(crate) contact: Option<&'a Contact>,
     pub(crate) sequence: Option<&'a Sequence>,
     pub(crate) rapids: &'a Rapids,
     pub(crate) obstacles: Option<&'a Obstacles>,
     pub(crate) bounds: Option<&'a BoundsKept>,
     pub(crate) shank: &'a ShankContact,
     pub(crate) holder: Option<&'a HolderClearance>,
-    pub(crate) scallop: &'a Scallop,
-    pub(crate) coverage: &'a Coverage,
+    pub(crate) scallop: Option<&'a Scallop>,
+    pub(crate) coverage: Option<&'a Coverage>,
     pub(crate) sides: Option<&'a SidesKept>,
 }
 
@@ -147,25 +154,8 @@ pub(crate) fn conclude(job: &Job, options: &VerifyOptions, m: &Measured<'_>) -> 
         );
         find(Code::Gouge, Error, text, &m.gouge.deepest_at);
     }
-    if m.contact.excess_max_mm > options.excess_limit_mm {
-        let text = format!(
-            "a pass runs {:.2} µm above its face; of the contact are {}",
-            um(m.contact.excess_max_mm),
-            m.contact.within_limits()
-        );
-        find(Code::Excess, Error, text, &m.contact.excess_max_at);
-    }
-    if m.contact.edge_excess_max_mm > options.excess_limit_mm {
-        let text = format!(
-            "a pass runs {:.2} µm off the rim of a face that it rolls over, the bar is {:.1} µm",
-            um(m.contact.edge_excess_max_mm),
-            um(options.excess_limit_mm)
-        );
-        find(Code::Rim, Error, text, &m.contact.edge_excess_max_at);
-    }
-    if m.contact.in_air_share > 0.0 {
-        let text = format!("{:.3} % of the cutting length touches no face", 100.0 * m.contact.in_air_share);
-        find(Code::InAir, Warning, text, &None);
+    if let Some(contact) = m.contact {
+        contact_findings(contact, options, &mut find);
     }
     if let Some(sequence) = m.sequence {
         sequence_findings(sequence, &mut find);
@@ -203,18 +193,47 @@ pub(crate) fn conclude(job: &Job, options: &VerifyOptions, m: &Measured<'_>) -> 
     if let Some(holder) = m.holder {
         holder_findings(holder, &mut find);
     }
-    let crests = &m.scallop.crests;
     let bar = options.scallop_limit * job.request.scallop_mm;
-    if crests.p99_mm > bar {
+    if let Some(crests) = m.scallop.map(|s| &s.crests).filter(|crests| crests.p99_mm > bar) {
         let text = format!(
             "the 99th percentile of the scallop crests is {:.4} mm, the bar is {bar:.4} mm",
             crests.p99_mm
         );
         find(Code::Scallop, Error, text, &crests.max_at);
     }
-    coverage_findings(job, m.coverage, &mut find);
+    if let Some(coverage) = m.coverage {
+        coverage_findings(job, coverage, &mut find);
+    }
     findings.sort_by_key(|f| f.severity);
     Verdict { passed: findings.iter().all(|f| f.severity != Error), findings }
+}
+
+fn contact_findings(
+    contact: &Contact,
+    options: &VerifyOptions,
+    find: &mut impl FnMut(FindingCode, Severity, String, &Option<Place>),
+) {
+    let um = |mm: f64| mm * 1e3;
+    if contact.excess_max_mm > options.excess_limit_mm {
+        let text = format!(
+            "a pass runs {:.2} µm above its face; of the contact are {}",
+            um(contact.excess_max_mm),
+            contact.within_limits()
+        );
+        find(FindingCode::Excess, Severity::Error, text, &contact.excess_max_at);
+    }
+    if contact.edge_excess_max_mm > options.excess_limit_mm {
+        let text = format!(
+            "a pass runs {:.2} µm off the rim of a face that it rolls over, the bar is {:.1} µm",
+            um(contact.edge_excess_max_mm),
+            um(options.excess_limit_mm)
+        );
+        find(FindingCode::Rim, Severity::Error, text, &contact.edge_excess_max_at);
+    }
+    if contact.in_air_share > 0.0 {
+        let text = format!("{:.3} % of the cutting length touches no face", 100.0 * contact.in_air_share);
+        find(FindingCode::InAir, Severity::Warning, text, &None);
+    }
 }
 
 fn sequence_findings(

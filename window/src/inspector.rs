@@ -76,6 +76,7 @@ fn surface_facts(ui: &mut Ui, s: &SurfaceFacts) {
             claymill_toolpath::UncutReason::Excluded => "Left out",
             claymill_toolpath::UncutReason::EarlierTool => "Earlier tool",
             claymill_toolpath::UncutReason::OutOfBounds => "Out of bounds",
+            claymill_toolpath::UncutReason::Roughed => "Roughed by levels",
             claymill_toolpath::UncutReason::NotCovered => "Not triangulated",
         };
         fact(ui, why, &facts::area(*area));

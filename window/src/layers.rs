@@ -243,7 +243,8 @@ fn coverage_colours(shown: &JobToShow) -> Vec<Rgb> {
                 UncutReason::Excluded
                 | UncutReason::EarlierTool
                 | UncutReason::OutOfBounds
-                | UncutReason::NotCovered,
+                | UncutReason::NotCovered
+                | UncutReason::Roughed,
             ) => EXCLUDED,
             Some(UncutReason::Hidden) | None => HIDDEN,
         };

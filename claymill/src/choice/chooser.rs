@@ -1,14 +1,15 @@
 //! Stages of a process made operations, one after the other, while what stands above the surface is followed.
 
+use claymill_nurbs::Aabb;
 use claymill_paths::Strategy;
 use claymill_tooling::{
-    ChainTool, Engagement, Fact, Facts, LibraryTool, Material, ReachModel, ReachPatch, Spacing, Stage,
-    StageKind, StrategyName, ToolChoice, Way, tool_chain,
+    ChainTool, CutPattern, Engagement, Fact, Facts, LibraryTool, Material, ReachModel, ReachPatch, Spacing,
+    Stage, StageKind, StrategyName, ToolChoice, Way, tool_chain,
 };
 use claymill_toolpath::{LinkStyle, OperationKind, Stock};
 
 use crate::choice::fits::Sample;
-use crate::choice::{ChosenOperation, Shop, layers};
+use crate::choice::{ChosenOperation, Shop, layers, levels};
 use crate::error::Error;
 
 /// The finishing tool leaves no more than this share of the area that any tool reaches.
@@ -33,6 +34,7 @@ pub(super) struct Chooser<'a> {
     pub(super) material: &'a Material,
     pub(super) facts: Facts,
     pub(super) stock: &'a Stock,
+    pub(super) part: Aabb,
     /// What stands above the surface at first, mm.
     pub(super) thickest_mm: f64,
     /// The same after the operations so far, where the balls fit.
@@ -63,6 +65,9 @@ impl Chooser<'_> {
             ));
             return Ok(());
         }
+        if kind == StageKind::Rough && stage.cut.as_ref().is_some_and(|cut| cut.value == CutPattern::Levels) {
+            return self.by_levels(stage);
+        }
         let tool = self.largest(stage)?;
         let radius_mm = tool.tool.radius_mm();
         let step_mm = stage.spacing.value.step_mm(&tool.tool).min(WIDEST_STEP * radius_mm);
@@ -92,6 +97,28 @@ impl Chooser<'_> {
             self.left_mm = left_mm + cusp_mm;
         }
         self.facts.insert("stock.varies_mm", Fact::Number(cusp_mm));
+        Ok(())
+    }
+
+    /// Roughing by levels, which leave the allowance and no more than a band above it where the tool gets to.
+    fn by_levels(&mut self, stage: &Stage) -> Result<(), Error> {
+        let found = levels::tool(&self.shop.library.tools, stage, radii(stage), &self.part);
+        let tool = found.ok_or_else(|| no_tool(stage, self.material))?;
+        let asked = levels::asked(stage, &tool, self.material);
+        let reason = format!(
+            "{:.1} mm are above the surface at most: {} takes levels of {} mm at an engagement of {}°, as {} says",
+            self.left_mm,
+            tool.name,
+            asked.step_down_mm,
+            asked.engagement_deg,
+            stage.cut.as_ref().map_or_else(String::new, |cut| cut.from.to_string())
+        );
+        let scallop_mm = round_up(asked.band_mm);
+        let whole =
+            self.operation(stage, OperationKind::Rough, stage.kind.name().into(), &tool, scallop_mm, reason);
+        self.operations.push(ChosenOperation { levels: Some(asked), ..whole });
+        self.left_mm = stage.allowance_mm.value + asked.band_mm;
+        self.facts.insert("stock.varies_mm", Fact::Number(asked.band_mm));
         Ok(())
     }
 
@@ -248,6 +275,7 @@ impl Chooser<'_> {
             tool: tool.clone(),
             tool_number: tool.number.unwrap_or(place.unwrap_or(0) as u32 + 1),
             rest_of: None,
+            levels: None,
             allowance_mm,
             scallop_mm,
             strategy: strategy(stage.strategy.value),

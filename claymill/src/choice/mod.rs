@@ -2,7 +2,8 @@
 //!
 //! ```text
 //!   material ─ process ─► stages ─┐
-//!   stock ──────────────► layers ─┤   rough …  the largest ball of its range, in layers down to the allowance
+//!   stock ──────────────► layers ─┤   rough …  the largest ball of its range, in layers down to the allowance; or an end mill, in
+//!                         levels  │            levels
 //!   tools ──────────────► balls ──┼─► finish   the largest ball that leaves less than 3 % of what any one reaches
 //!   model ─► balls that fit where ┘   rest …   the cheapest chain of smaller balls for what is left
 //! ```
@@ -10,6 +11,7 @@
 mod chooser;
 mod fits;
 mod layers;
+mod levels;
 mod stock;
 
 use std::collections::BTreeMap;
@@ -19,7 +21,7 @@ use claymill_paths::Strategy;
 use claymill_tooling::{
     Fact, Facts, Library, LibraryTool, MachineShape, Process, Profiles, StageKind, ToolingError,
 };
-use claymill_toolpath::{LinkStyle, Monitor, OperationKind, Stock, Tool};
+use claymill_toolpath::{Levels, LinkStyle, Monitor, OperationKind, Stock, Tool};
 
 use crate::error::Error;
 use crate::in_process::triangles;
@@ -89,6 +91,8 @@ pub struct ChosenOperation {
     pub tool_number: u32,
     /// The tool before it, if it cuts that one's rest.
     pub rest_of: Option<Tool>,
+    /// Levels, where it roughs by these.
+    pub levels: Option<Levels>,
     /// What it leaves, mm.
     pub allowance_mm: f64,
     /// Scallop height, mm.
@@ -149,6 +153,7 @@ pub fn choose(
         material,
         facts,
         stock: &stock,
+        part: bounds,
         thickest_mm,
         left_mm: thickest_mm,
         operations: Vec::new(),

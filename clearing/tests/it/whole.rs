@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
-use claymill_clearing::{ClearingError, Entry, LevelOptions, LevelPlan, plan_levels};
+use claymill_clearing::{ClearingError, Entry, LevelOptions, LevelPlan, Workpiece, plan_levels};
 use claymill_contact::Covering;
 use claymill_nurbs::{Aabb, Point3};
 use claymill_toolpath::{Move, MoveKind, ToolRecord};
@@ -33,7 +33,8 @@ fn planned(tool: &str, block: &Aabb, options: &LevelOptions) -> Result<LevelPlan
     let dome = ball_part(12.0, (0.0, FRAC_PI_2));
     let covering = Covering::new(&dome, &[false], dome.faces[0].area_mm2(), 4.0).expect("covered");
     let tool = tool.parse().expect("a tool");
-    plan_levels(&dome, &covering, &top(), &tool, block, options, &())
+    let piece = Workpiece { block: *block, left: None };
+    plan_levels(&dome, &covering, &top(), &tool, &piece, options, &())
 }
 
 #[test]

@@ -116,6 +116,19 @@ pub(crate) struct JobOptions {
     /// stock.
     #[arg(skip)]
     pub(crate) rest_above: Option<f64>,
+    /// How an operation that roughs a stock takes it away: in layers over the surface, or by levels [default: layers]. In a job of
+    /// operations, like the three below.
+    #[arg(skip)]
+    pub(crate) cut: Option<CutName>,
+    /// Largest depth of a level, mm [default: the tool's diameter].
+    #[arg(skip)]
+    pub(crate) step_down: Option<f64>,
+    /// Largest angle about the tool along which levels cut, degrees [default: 60].
+    #[arg(skip)]
+    pub(crate) engagement: Option<f64>,
+    /// Stairs that levels leave over slopes are no higher than this, mm [default: a tenth of the step-down].
+    #[arg(skip)]
+    pub(crate) band: Option<f64>,
     /// Leave this much on the surface, along its normal, mm, as roughing does; negative to cut below it [default: 0].
     #[arg(help_heading = TOOL, long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) allowance: Option<f64>,
@@ -265,6 +278,16 @@ pub(crate) enum StrategyName {
     Isoparametric,
     /// For each region whatever costs least of planar, flow, scallop and isoparametric.
     Auto,
+}
+
+/// How a stock is roughed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum CutName {
+    /// Offsets of the surface.
+    Layers,
+    /// Heights, one after the other.
+    Levels,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]

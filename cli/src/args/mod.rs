@@ -19,7 +19,7 @@ use clap::{Parser, Subcommand};
 pub(crate) use bounds::{BoundsArgs, sides};
 pub(crate) use clearances::check_clearance;
 pub(crate) use job::{
-    AxisArgs, CompareArgs, JobOptions, LinkName, OneJob, PlanArgs, PresetName, StrategyName,
+    AxisArgs, CompareArgs, CutName, JobOptions, LinkName, OneJob, PlanArgs, PresetName, StrategyName,
 };
 pub(crate) use machine::{ControlArgs, OrderArgs, PlaceArgs, PostArgs, SimulateArgs, StreamArgs};
 pub(crate) use model::{DemoArgs, DropArgs, InspectArgs, MergeArgs, SampleArgs};

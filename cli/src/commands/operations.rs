@@ -15,7 +15,7 @@ use super::job_file::{self, JOB_TOML};
 use super::plan::{Done, finish};
 use super::request::Request;
 use super::{Context, plan_summary, say_axes, stages};
-use crate::args::{JobOptions, PlanArgs, ProcessArgs, StrategyName, sides};
+use crate::args::{CutName, JobOptions, PlanArgs, ProcessArgs, StrategyName, sides};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::{interrupt, material};
@@ -174,14 +174,16 @@ pub(super) fn run(context: &Context, model: &Path, source: Source, out: &Path) -
     let operations = requests(model, &job)?;
     let told = |operation: &OperationJob, plan: Result<&claymill::Planned<'_>, &claymill::Error>| {
         let passes = &operation.job.passes;
+        let how = match operation.job.levels {
+            Some(levels) => format!(
+                "levels of {} mm at {}°, stairs of {:.2} mm",
+                levels.step_down_mm, levels.engagement_deg, levels.band_mm
+            ),
+            None => format!("scallop {} mm, {}", passes.scallop_mm, passes.strategy),
+        };
         console.say(format!(
-            "operation {} ({}): {}, allowance {} mm, scallop {} mm, {}",
-            operation.name,
-            operation.kind,
-            passes.tool,
-            passes.allowance_mm,
-            passes.scallop_mm,
-            passes.strategy
+            "operation {} ({}): {}, allowance {} mm, {how}",
+            operation.name, operation.kind, passes.tool, passes.allowance_mm
         ));
         match plan {
             Ok(plan) => plan_summary::say_plan(console, plan.plan()),
@@ -289,6 +291,12 @@ impl Chosen {
         options.strategy = Some(options.strategy.unwrap_or(strategy_name(o.strategy)));
         options.link = Some(o.link.into());
         options.feed = options.feed.or(Some(o.feed_mm_per_min));
+        if let Some(levels) = o.levels {
+            options.cut = Some(CutName::Levels);
+            options.step_down = Some(levels.step_down_mm);
+            options.engagement = Some(levels.engagement_deg);
+            options.band = Some(levels.band_mm);
+        }
         options.stock_above = Some(o.stock_above_mm);
         options.bounds.centre_within =
             o.within_mm.map(|b| format!("{}:{}", corner(&b[..3]), corner(&b[3..])));

@@ -103,6 +103,9 @@ pub(super) fn say_plan(console: &Console, plan: &Plan) {
         let struck = plan.struck_passes;
         console.say_long("", &format!("{struck} passes left out: on them the shank would run into stock"));
     }
+    for note in &plan.notes {
+        console.say_long("", note);
+    }
     if totals.lifted_locations > 0 {
         let lifted = totals.lifted_locations;
         console

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use claymill::{Job, Preset};
 use claymill_controller::Machine;
 use claymill_paths::{CLEARANCE_MM, STEEP_DEG, Strategy};
-use claymill_toolpath::{HOLDER_CLEARANCE_MM, Holder, LinkStyle, Tool};
+use claymill_toolpath::{HOLDER_CLEARANCE_MM, Holder, Levels, LinkStyle, Tool};
 
 use super::told;
-use crate::args::{JobOptions, LinkName, PresetName, StrategyName};
+use crate::args::{CutName, JobOptions, LinkName, PresetName, StrategyName};
 use crate::failure::Failure;
 
 /// Written instead of a stick-out: the least that does.
@@ -16,6 +16,9 @@ pub(super) const LEAST: &str = "auto";
 /// Where nothing else is asked for.
 pub(super) const USUAL_TOOL: &str = "ball:10";
 pub(super) const USUAL_SCALLOP_MM: f64 = 0.1;
+/// Levels cut along this angle at most, degrees, and leave stairs of this share of their depth.
+const USUAL_ENGAGEMENT_DEG: f64 = 60.0;
+const USUAL_BAND: f64 = 0.1;
 
 /// A job with all defaults filled in.
 pub(crate) struct Request {
@@ -55,6 +58,7 @@ impl Request {
         job.material_side.clone_from(&options.material_side);
         job.obstacles.clone_from(&options.check);
         job.obstacle_unit_mm = options.mesh_unit.unwrap_or(1.0);
+        job.levels = levels(options, &tool)?;
         let passes = &mut job.passes;
         passes.rest_of = rest_of;
         passes.rest_above_mm = options.rest_above;
@@ -84,6 +88,28 @@ impl Request {
         }
         Ok(Request { model: model.to_owned(), options: options.clone(), strategy, preset, job })
     }
+}
+
+/// The levels that are asked for, with what is usual.
+fn levels(options: &JobOptions, tool: &Tool) -> Result<Option<Levels>, Failure> {
+    if options.cut != Some(CutName::Levels) {
+        let own =
+            [("step_down", options.step_down), ("engagement", options.engagement), ("band", options.band)];
+        return match own.into_iter().find(|(_, value)| value.is_some()) {
+            Some((name, _)) => Err(Failure::usage(
+                format!("`{name}` is for levels, and this operation has none"),
+                "Add cut = \"levels\" to the operation, or leave it out.",
+            )),
+            None => Ok(None),
+        };
+    }
+    let flutes_mm = tool.flute_length_mm.unwrap_or(f64::INFINITY);
+    let step_down_mm = options.step_down.unwrap_or_else(|| (2.0 * tool.radius_mm()).min(flutes_mm));
+    Ok(Some(Levels {
+        step_down_mm,
+        engagement_deg: options.engagement.unwrap_or(USUAL_ENGAGEMENT_DEG),
+        band_mm: options.band.unwrap_or(USUAL_BAND * step_down_mm),
+    }))
 }
 
 /// A feed that is asked for, and not only usual, is one that the machine has.

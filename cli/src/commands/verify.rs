@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use claymill_toolpath::{Holder, MoveKind, Renewal, VERIFY_FILE, read_job, write_whole};
 use claymill_verify::stock::{StockReport, VolumeEstimate};
 use claymill_verify::{
-    BallShare, BoundsKept, HolderClearance, Severity, TooTight, Verification, VerifyOptions,
+    BallShare, BoundsKept, HolderClearance, LevelsFound, Severity, TooTight, Verification, VerifyOptions,
 };
 
 use super::{Context, post, request};
@@ -201,6 +201,9 @@ pub(crate) fn say(context: &Context, found: &Verification) {
     if let Some(stock) = &found.stock {
         say_stock(console, stock);
     }
+    for (name, levels) in found.operations.iter().filter_map(|o| Some((&o.name, o.levels.as_ref()?))) {
+        console.say_long("", &say_levels(name, levels));
+    }
     if let Some(near) = &found.obstacles {
         let clearance =
             near.clearance_min_mm.map_or_else(|| "never near".to_owned(), |c| format!("{c:.4} mm"));
@@ -233,6 +236,19 @@ pub(crate) fn say(context: &Context, found: &Verification) {
     }
     let (tone, words) = if found.verdict.passed { (Tone::Good, "PASSED") } else { (Tone::Bad, "NOT PASSED") };
     console.say_verdict(tone, words);
+}
+
+/// How far around a tool cuts on levels, and what these leave.
+fn say_levels(name: &str, found: &LevelsFound) -> String {
+    let largest = found.engagement.largest.as_ref().map_or(0.0, |pose| pose.angle_deg);
+    let [low_mm, high_mm] = found.left.band_mm;
+    format!(
+        "{name}: engagement {largest:.1}° at most, {}° were allowed; of what the levels reach {:.2} % have {low_mm:.3} to \
+         {high_mm:.2} mm of stock, {:.2} % more",
+        found.asked.engagement_deg,
+        100.0 * found.left.within,
+        100.0 * found.left.above
+    )
 }
 
 /// What the whole program does to its stock.

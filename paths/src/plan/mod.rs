@@ -308,6 +308,7 @@ fn lay(
         .into(),
         left_out: Vec::new(),
         struck_passes,
+        notes: Vec::new(),
     })
 }
 

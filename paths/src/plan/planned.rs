@@ -32,6 +32,8 @@ pub struct Plan {
     pub left_out: Vec<LeftOut>,
     /// Passes that were left out since the shank would run into stock.
     pub struck_passes: u32,
+    /// What else was left out, a sentence each.
+    pub notes: Vec<String>,
 }
 
 impl Plan {

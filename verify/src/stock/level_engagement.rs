@@ -11,7 +11,7 @@
 
 use std::collections::BTreeMap;
 
-use claymill_nurbs::{Curve3, Point3, Vector3};
+use claymill_nurbs::{Aabb, Curve3, Point3, Vector3};
 use claymill_toolpath::{Move, MoveKind, ToolRecord};
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -69,6 +69,15 @@ pub struct LevelPose {
     pub at: Place,
 }
 
+/// What there is to be cut along one axis.
+#[derive(Clone, Copy)]
+pub(crate) struct Ground<'a> {
+    /// No stock is out of this box.
+    pub(crate) bounds: Aabb,
+    /// Whether a place is stock that no move along another axis took away before.
+    pub(crate) is_stock: &'a (dyn Fn(&Point3) -> bool + Sync),
+}
+
 /// A cutting move with its chords and tool.
 struct Way<'a> {
     of: &'a Move,
@@ -77,16 +86,30 @@ struct Way<'a> {
     tool: &'a ToolRecord,
     /// Height of the tip, mm; `None` of an entry.
     level: Option<f64>,
+    /// The lowest height of the tip, mm.
+    low: f64,
     is_wanted: bool,
 }
 
-/// Measures the engagement along the wanted ones of all moves that stay on a level: cuts, level lead-ins and links. The axis is that of each move; what is
-/// cut along other axes is not taken off.
+/// Measures the engagement along the wanted ones of all moves that stay on a level: cuts, level lead-ins and links. The axis is that
+/// of each move; what is cut along other axes is not taken off.
 ///
 /// # Errors
 /// A move is not a curve or names a tool that is not given; stopped.
 pub fn level_engagement(
     stock: &InitialStock<'_>,
+    moves: &[Move],
+    tools: &[ToolRecord],
+    is_wanted: &(dyn Fn(&Move) -> bool + Sync),
+    keep_going: KeepGoing<'_>,
+) -> Result<LevelEngagement, StockError> {
+    let ground = Ground { bounds: stock.bounds(), is_stock: &|p| stock.contains(p) };
+    engagement_on(&ground, moves, tools, is_wanted, keep_going)
+}
+
+/// The same where only some of the initial stock is still there.
+pub(crate) fn engagement_on(
+    ground: &Ground<'_>,
     moves: &[Move],
     tools: &[ToolRecord],
     is_wanted: &(dyn Fn(&Move) -> bool + Sync),
@@ -103,7 +126,7 @@ pub fn level_engagement(
         let chords = flatten(m, CHORD_MM, 1.0)?.chords;
         let key = m.axis_start.map(|c| (c * 1e9).round() as i64);
         let (curve, is_wanted) = (m.curve()?, is_wanted(m));
-        by_axis.entry(key).or_default().push(Way { of: m, curve, chords, tool, level, is_wanted });
+        by_axis.entry(key).or_default().push(Way { of: m, curve, chords, tool, level, low, is_wanted });
     }
     let mut all = LevelEngagement { histogram_mm: vec![0.0; ENGAGEMENT_BINS], ..LevelEngagement::default() };
     for ways in by_axis.into_values() {
@@ -114,7 +137,7 @@ pub fn level_engagement(
         all.levels += levels.len() as u64;
         let found: Vec<LevelEngagement> = levels
             .par_iter()
-            .map(|&z| if keep_going() { Ok(on_level(stock, &ways, z)) } else { Err(StockError::Stopped) })
+            .map(|&z| if keep_going() { Ok(on_level(ground, &ways, z)) } else { Err(StockError::Stopped) })
             .collect::<Result<_, _>>()?;
         found.into_iter().for_each(|one| all.add(one));
     }
@@ -122,8 +145,17 @@ pub fn level_engagement(
 }
 
 impl LevelEngagement {
-    fn add(&mut self, other: Self) {
+    /// Length in bins that lie beyond an angle, mm.
+    #[must_use]
+    pub fn above_mm(&self, angle_deg: f64) -> f64 {
+        let beyond = (angle_deg / ENGAGEMENT_BIN_DEG).ceil().max(0.0) as usize;
+        self.histogram_mm.iter().skip(beyond).sum()
+    }
+
+    pub(crate) fn add(&mut self, other: Self) {
         self.length_mm += other.length_mm;
+        self.entries += other.entries;
+        self.levels += other.levels;
         self.histogram_mm.iter_mut().zip(other.histogram_mm).for_each(|(a, b)| *a += b);
         let size = |pose: &Option<LevelPose>| pose.as_ref().map_or(0.0, |p| p.angle_deg);
         if size(&other.largest) > size(&self.largest) {
@@ -144,8 +176,18 @@ fn radius_at(tool: &ToolRecord, height: f64) -> f64 {
     }
 }
 
-/// The moves at one height, in the plane just above the lower end of the flank.
-fn on_level(stock: &InitialStock<'_>, ways: &[Way<'_>], z: f64) -> LevelEngagement {
+/// Height of what was cut before a level: the nearest one above that was cut earlier, or else the top of the stock, mm.
+fn cut_above(ground: &Ground<'_>, ways: &[Way<'_>], z: f64, first: &Way<'_>) -> f64 {
+    let earlier = ways.iter().filter(|w| w.of.kind == MoveKind::Cut && w.of.seq < first.of.seq);
+    let above = earlier.filter_map(|w| w.level).filter(|l| *l > z + LEVEL_MM).reduce(f64::min);
+    let axis = Vector3::from(first.of.axis_start);
+    let (middle, half) = (ground.bounds.centre(), 0.5 * (ground.bounds.max - ground.bounds.min));
+    above.unwrap_or_else(|| middle.coords.dot(&axis) + axis.abs().dot(&half))
+}
+
+/// The moves at one height, in the plane just above the lower end of the flank; just below what was cut before where that is lower,
+/// as of a ball.
+fn on_level(ground: &Ground<'_>, ways: &[Way<'_>], z: f64) -> LevelEngagement {
     let mut found =
         LevelEngagement { histogram_mm: vec![0.0; ENGAGEMENT_BINS], ..LevelEngagement::default() };
     let is_here = |w: &&Way<'_>| w.is_wanted && w.level.is_some_and(|l| (l - z).abs() <= LEVEL_MM);
@@ -154,11 +196,17 @@ fn on_level(stock: &InitialStock<'_>, ways: &[Way<'_>], z: f64) -> LevelEngageme
     let axis = Vector3::from(first.of.axis_start);
     let x = axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();
     let y = axis.cross(&x);
-    let plane = z + corner + ABOVE_MM;
+    let plane = if corner > 0.0 {
+        (z + corner + ABOVE_MM).min(cut_above(ground, ways, z, first) - ABOVE_MM)
+    } else {
+        z + ABOVE_MM
+    };
     let flat = |p: &Point3| [p.coords.dot(&x), p.coords.dot(&y)];
     let solid = |[u, v]: [f64; 2]| Point3::from(x * u + y * v + axis * plane);
     let mut discs = Discs::new(ways.iter().map(|w| w.tool.tool.radius_mm()).fold(0.1, f64::max));
-    for way in ways {
+    // Nothing is measured after the last move of the level, and what runs above the plane cuts nothing there.
+    let last = ways.iter().rposition(|w| is_here(&w)).map_or(0, |k| k + 1);
+    for way in ways[..last].iter().filter(|w| w.low < plane) {
         let is_measured = is_here(&way);
         let radius = radius_at(way.tool, plane - z);
         let step = (8.0 * way.tool.tool.radius_mm() * CUSP_MM).sqrt();
@@ -184,7 +232,7 @@ fn on_level(stock: &InitialStock<'_>, ways: &[Way<'_>], z: f64) -> LevelEngageme
                         let (sine, cosine) = f64::to_radians(deg).sin_cos();
                         let [hx, hy] = heading;
                         let d = [cosine * hx - sine * hy, sine * hx + cosine * hy];
-                        stock.contains(&solid([here[0] + radius * d[0], here[1] + radius * d[1]]))
+                        (ground.is_stock)(&solid([here[0] + radius * d[0], here[1] + radius * d[1]]))
                     });
                     let angle_deg: f64 = arcs.iter().map(|[a, b]| b - a).sum();
                     let weight = if since.is_finite() { since } else { length / count as f64 };

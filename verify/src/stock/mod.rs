@@ -51,6 +51,7 @@ pub use left::{StockSample, Thickness};
 pub use level_engagement::{
     ENGAGEMENT_BIN_DEG, ENGAGEMENT_BINS, LevelEngagement, LevelPose, level_engagement,
 };
+pub(crate) use level_engagement::{Ground, engagement_on};
 pub use options::StockOptions;
 pub use report::{EngagementAt, StockContact, StockHit, StockLeft, StockProof, StockReport, StockVolumes};
 pub use sweeps::Time;

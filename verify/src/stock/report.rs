@@ -127,7 +127,7 @@ pub struct EngagementAt {
 
 impl StockContact {
     /// Adds what is known of one more move.
-    pub(super) fn add(&mut self, proof: StockProof) {
+    pub(crate) fn add(&mut self, proof: StockProof) {
         self.moves += 1;
         // Ties go to the earlier move.
         let keep = |worst: &mut Option<StockHit>, hit: StockHit| {

@@ -7,6 +7,7 @@ mod checks;
 mod choices;
 mod comparison;
 pub mod figures;
+mod levels;
 mod merging;
 mod model;
 mod plots;
@@ -134,6 +135,7 @@ pub fn report_html(input: &ReportInput<'_>) -> String {
                     (work::path_lengths(job))
                     (work::setups(job))
                     (checks::section(input.verification))
+                    (levels::section(input.verification))
                     (work::regions(input))
                     (choices::section(job))
                     (work::not_cut(job, input.verification.is_some()))

@@ -399,6 +399,7 @@ fn why_not_cut(reason: UncutReason) -> (&'static str, Rgb) {
         UncutReason::Excluded => ("left out on request", [230, 190, 120]),
         UncutReason::EarlierTool => ("cut by the earlier tool", [120, 170, 150]),
         UncutReason::OutOfBounds => ("out of the tool's bounds, as asked", [196, 196, 150]),
+        UncutReason::Roughed => ("roughed by levels, which cut no surface", [150, 165, 190]),
         UncutReason::NotCovered => ("left out: could not be triangulated", [130, 60, 150]),
     }
 }

@@ -41,6 +41,7 @@ const DIRECTIONS: [(&str, &[&str]); 19] = [
             "tooling",
             "toolpath",
             "contact",
+            "clearing",
             "reach",
             "paths",
             "verify",

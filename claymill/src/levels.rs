@@ -1,0 +1,286 @@
+//! An operation that roughs its stock by levels: setup after setup, each on what those before it left.
+//!
+//! ```text
+//!   stock ── setup 1 ──► less ── setup 2 ──► less …      a block is known exactly before its first cut; after that stock is what
+//!                                                        the rays of the in-process stock say, a pitch wider
+//! ```
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use claymill_clearing::{
+    ClearingError, Entry, LevelFeeds, LevelOptions, LevelPlan, PlanarSet, Workpiece, plan_levels,
+};
+use claymill_nurbs::Aabb;
+use claymill_paths::{Covered, Frame, Plan, PlanError, times_s};
+use claymill_stock::Slice;
+use claymill_toolpath::{
+    Area, FaceAccount, FreeSide, Levels, Monitor, MoveKind, Program, Setup, Stock, Totals, UncutReason,
+};
+
+use crate::error::Error;
+use crate::in_process::InProcessStock;
+use crate::job_error::JobError;
+use crate::planned::Planned;
+use crate::prepared::Prepared;
+
+/// Slope of a helix into a pocket, degrees: what end mills for metal are made for.
+const RAMP_DEG: f64 = 3.0;
+/// Between rays nothing is known of the stock: it may reach this much farther, in their pitches.
+const WIDER: f64 = 1.0;
+/// Sheets with more open border than this have no inside, mm.
+const OPEN_MM: f64 = 1.0;
+
+impl<'m> Prepared<'m> {
+    /// Plans levels in a stock, of which nothing was cut yet if it is `fresh`.
+    ///
+    /// # Errors
+    /// What is asked for cannot be done by levels, a face cannot be covered, the tool fits nowhere, or the monitor ends it.
+    pub(crate) fn plan_by_levels(
+        self,
+        levels: Levels,
+        (record, state): (&Stock, &InProcessStock),
+        fresh: bool,
+        monitor: &dyn Monitor,
+    ) -> Result<Planned<'m>, Error> {
+        let options = &self.options;
+        let area_mm2: f64 = self.file.face_area_mm2.iter().sum();
+        let covered = Covered::new(self.file.model(), &self.excluded, area_mm2, options.tool.radius_mm());
+        let covered = covered.map_err(|(face, source)| {
+            let entity = self.file.model().faces[face].source.entity.clone();
+            PlanError::Face { face, entity, source }
+        })?;
+        let frames = options.frames()?;
+        let is_open = self.merged.record.sheets.iter().any(|sheet| sheet.open_mm > OPEN_MM);
+        let mut rough =
+            Rough { prepared: &self, covered: &covered, levels, state: state.clone(), notes: Vec::new() };
+        let (mut program, mut seconds, mut setups) = (Program::default(), Vec::new(), Vec::new());
+        let mut nothing: Option<ClearingError> = None;
+        for (k, frame) in frames.iter().enumerate() {
+            if k > 0 && is_open {
+                rough.notes.push(format!(
+                    "no levels from {}: the faces are open, and what is behind them is not known",
+                    frame.name
+                ));
+                continue;
+            }
+            let is_whole = fresh && program.moves.is_empty() && !frame.is_tilted();
+            let plan = match rough.setup(frame, record, is_whole, monitor) {
+                Ok(plan) => plan,
+                Err(Error::Clearing(error @ ClearingError::NoRoom { .. })) => {
+                    nothing.get_or_insert(error);
+                    continue;
+                }
+                Err(error) => return Err(error),
+            };
+            let times = times_s(&plan.moves, &options.machine);
+            setups.push(Setup {
+                name: frame.name.to_string(),
+                axis: frame.axis().into(),
+                quaternion: frame.quaternion(),
+                clearance_mm: plan.clearance_mm,
+                area_mm2: 0.0,
+                time_s: times.iter().sum(),
+            });
+            seconds.extend(times);
+            program.moves.extend(plan.moves);
+        }
+        if let Some(error) = nothing.filter(|_| program.moves.is_empty()) {
+            return Err(error.into());
+        }
+        for (seq, m) in program.moves.iter_mut().enumerate() {
+            m.seq = seq as u64;
+        }
+        let notes = std::mem::take(&mut rough.notes);
+        let totals = totals(&program, &seconds);
+        let faces = self.accounts();
+        let plan = Plan {
+            seconds,
+            setups,
+            regions: Vec::new(),
+            totals,
+            area: sum(&faces),
+            faces,
+            region_setup_area_mm2: Vec::new(),
+            tolerances: BTreeMap::new(),
+            left_out: covered.left_out.clone(),
+            struck_passes: 0,
+            notes,
+            program,
+        };
+        drop(covered);
+        Ok(Planned::new(self, plan))
+    }
+
+    /// Levels cut no face; what they leave over it is measured as stock.
+    fn accounts(&self) -> Vec<FaceAccount> {
+        let model = self.file.model();
+        let account = |(face, of): (usize, &claymill_nurbs::Face)| {
+            let total_mm2 = self.file.face_area_mm2[face];
+            let reason = if self.excluded[face] { UncutReason::Excluded } else { UncutReason::Roughed };
+            FaceAccount {
+                face,
+                entity: of.source.entity.clone(),
+                region: self.merged.found.region_of_face[face],
+                free_side: self.options.free_sides.get(face).copied().unwrap_or(FreeSide::Both),
+                area: Area { total_mm2, cut_mm2: 0.0, uncut_mm2: BTreeMap::from([(reason, total_mm2)]) },
+            }
+        };
+        model.faces.iter().enumerate().map(account).collect()
+    }
+}
+
+/// The stock while levels are planned.
+struct Rough<'a, 'm> {
+    prepared: &'a Prepared<'m>,
+    covered: &'a Covered<'a>,
+    levels: Levels,
+    state: InProcessStock,
+    notes: Vec<String>,
+}
+
+impl Rough<'_, '_> {
+    /// Levels from one setup, and what they leave.
+    fn setup(
+        &mut self,
+        frame: &Frame,
+        record: &Stock,
+        is_whole: bool,
+        monitor: &dyn Monitor,
+    ) -> Result<LevelPlan, Error> {
+        let options = &self.prepared.options;
+        let tool = self.prepared.job.tool();
+        let stock = self.state.stock().clone();
+        let bounds = record.box_mm().map_or_else(
+            || stock.grid().bounds(),
+            |[x0, y0, z0, x1, y1, z1]| Aabb { min: [x0, y0, z0].into(), max: [x1, y1, z1].into() },
+        );
+        let axes = frame.axes();
+        let wider_mm = WIDER * stock.grid().pitch_mm();
+        let left = |[low, high]: [f64; 2]| match stock.slice(axes, low, high) {
+            Ok(slice) => cells(&slice).dilated(wider_mm),
+            // Of what cannot be asked, all is there.
+            Err(_) => PlanarSet::rectangle(across(&bounds, frame)),
+        };
+        let is_block = is_whole && matches!(record, Stock::Block { .. });
+        let piece = Workpiece { block: bounds, left: if is_block { None } else { Some(&left) } };
+        let asked = LevelOptions {
+            allowance_mm: options.allowance_mm,
+            step_mm: self.levels.step_down_mm,
+            engagement_deg: self.levels.engagement_deg,
+            band_mm: Some(self.levels.band_mm),
+            entry: Entry::usual(tool.radius_mm()),
+            feeds: LevelFeeds {
+                cut_mm_per_min: options.feeds.cut_mm_per_min,
+                lead_mm_per_min: options.feeds.lead_mm_per_min,
+                rapid_mm_per_min: options.feeds.rapid_mm_per_min,
+                ramp_deg: RAMP_DEG,
+            },
+        };
+        let (model, covering) = (&self.covered.model, &self.covered.covering);
+        let plan = plan_levels(model, covering, frame, tool, &piece, &asked, monitor)?;
+        let refused: Vec<&String> = plan.levels.iter().flat_map(|level| &level.refused).collect();
+        if let Some(first) = refused.first() {
+            self.notes.push(format!(
+                "{}: {} pockets of levels are left as they are: {first}",
+                frame.name,
+                refused.len()
+            ));
+        }
+        let program = Program { moves: plan.moves };
+        self.state.cut(&program, tool, monitor)?;
+        Ok(LevelPlan { moves: program.moves, ..plan })
+    }
+}
+
+/// The sides of a box across a setup's axis: xmin, ymin, xmax, ymax.
+fn across(bounds: &Aabb, frame: &Frame) -> [f64; 4] {
+    let corner = |k: usize| {
+        let side = |axis: usize| if k >> axis & 1 == 1 { bounds.max[axis] } else { bounds.min[axis] };
+        frame.to_setup(&[side(0), side(1), side(2)].into())
+    };
+    let corners: [claymill_nurbs::Point3; 8] = std::array::from_fn(corner);
+    let all = Aabb::of(&corners);
+    [all.min.x, all.min.y, all.max.x, all.max.y]
+}
+
+/// The cells of a slice that have material, row by row.
+fn cells(slice: &Slice) -> PlanarSet {
+    let ([u0, v0], mm) = (slice.origin_mm, slice.cell_mm);
+    let [columns, rows] = slice.counts;
+    let mut rectangles = Vec::new();
+    for row in 0..rows {
+        let mut from = None;
+        for column in 0..=columns {
+            match (slice.has_material([column, row]), from) {
+                (true, None) => from = Some(column),
+                (false, Some(first)) => {
+                    let at = |i: u32, j: u32| [u0 + f64::from(i) * mm, v0 + f64::from(j) * mm];
+                    let (low, high) = (at(first, row), at(column, row + 1));
+                    rectangles.push(vec![low, [high[0], low[1]], high, [low[0], high[1]]]);
+                    from = None;
+                }
+                _ => {}
+            }
+        }
+    }
+    PlanarSet::of_polygons(&rectangles)
+}
+
+fn totals(program: &Program, seconds: &[f64]) -> Totals {
+    let mut totals =
+        Totals { moves: program.moves.len() as u64, time_s: seconds.iter().sum(), ..Totals::default() };
+    let mut passes = BTreeSet::new();
+    for m in &program.moves {
+        totals.length.add(m.kind, m.length_mm());
+        totals.control_points += m.points.len() as u64;
+        passes.insert((&m.setup, m.pass));
+    }
+    totals.passes = passes.len() as u32;
+    let is_retract =
+        |w: &&[claymill_toolpath::Move]| w[0].kind == MoveKind::LeadOut && w[1].kind == MoveKind::Rapid;
+    totals.retracts = program.moves.windows(2).filter(is_retract).count() as u32;
+    totals
+}
+
+fn sum(faces: &[FaceAccount]) -> Area {
+    faces.iter().fold(Area::default(), |mut sum, face| {
+        sum.total_mm2 += face.area.total_mm2;
+        for (reason, mm2) in &face.area.uncut_mm2 {
+            *sum.uncut_mm2.entry(*reason).or_default() += mm2;
+        }
+        sum
+    })
+}
+
+/// Whether levels can be meant.
+///
+/// # Errors
+/// They cannot: with a turned way to what would help.
+pub(crate) fn check(levels: &Levels, options: &claymill_paths::PlanOptions) -> Result<(), JobError> {
+    use claymill_clearing::{LARGEST_LIMIT_DEG, LEAST_LIMIT_DEG};
+    let Levels { step_down_mm, engagement_deg, band_mm } = *levels;
+    if !(LEAST_LIMIT_DEG..=LARGEST_LIMIT_DEG).contains(&engagement_deg) {
+        return Err(JobError::Engagement { engagement_deg });
+    }
+    let flutes_mm = options.tool.flute_length_mm.unwrap_or(f64::INFINITY);
+    if !(step_down_mm > 0.0 && step_down_mm.is_finite()) {
+        return Err(JobError::StepDown { step_down_mm });
+    }
+    if step_down_mm > flutes_mm {
+        return Err(JobError::StepBelowFlutes { step_down_mm, flutes_mm });
+    }
+    if !(band_mm > 0.0 && band_mm.is_finite()) {
+        return Err(JobError::Band { band_mm });
+    }
+    let refused = [
+        (options.allowance_mm < 0.0, "an allowance below the surface"),
+        (options.rest_of.is_some() || options.rest_above_mm.is_some(), "rest_of and rest_above"),
+        (!options.bounds.is_none(), "bounds and faces to be avoided"),
+        (options.pencil, "pencil passes"),
+        (options.tool.taper_deg.is_some(), "a tool with a taper"),
+    ];
+    match refused.into_iter().find(|(asked, _)| *asked) {
+        Some((_, what)) => Err(JobError::NotByLevels { what }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,99 @@
+//! Levels of slabs from the top down, each followed by thinner ones from the bottom up where stairs would be too thick.
+//!
+//! ```text
+//!   above ────╮                 A stair of height H and width w is as thick, along the normal of the slope that it stands on, as
+//!             │ H                              H w / √(H² + w²):
+//!             ╰──── z                          where that is more than the band, a level comes between.
+//!               w
+//! ```
+
+use claymill_toolpath::Monitor;
+use rayon::prelude::*;
+
+use crate::error::ClearingError;
+use crate::levels::between_mm;
+use crate::planar_set::PlanarSet;
+use crate::reach::Reach;
+use crate::rounds::STRAIGHTEST;
+
+/// A level before it is cleared.
+pub(crate) struct Level {
+    /// Its height, mm.
+    pub(crate) z: f64,
+    /// All above this was cut before, mm.
+    pub(crate) above: f64,
+    pub(crate) feasible: PlanarSet,
+    pub(crate) stock: PlanarSet,
+}
+
+/// What levels are made from.
+pub(crate) struct Slabs<'a> {
+    pub(crate) reach: &'a Reach<'a>,
+    /// Where stock is between two heights.
+    pub(crate) stock: &'a (dyn Fn([f64; 2]) -> PlanarSet + Sync),
+    pub(crate) radius_mm: f64,
+    pub(crate) band_mm: Option<f64>,
+}
+
+impl Slabs<'_> {
+    /// All levels in the order of cutting.
+    pub(crate) fn levels(
+        &self,
+        heights: &[f64],
+        top_mm: f64,
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<Level>, ClearingError> {
+        let all: Vec<f64> = std::iter::once(top_mm).chain(heights.iter().copied()).collect();
+        let regions: Vec<PlanarSet> =
+            all.par_iter().map(|&z| self.reach.region(z, monitor)).collect::<Result<_, _>>()?;
+        let slab = |k: usize| self.slab([(all[k + 1], &regions[k + 1]), (all[k], &regions[k])], monitor);
+        let levels: Vec<Vec<Level>> =
+            (0..heights.len()).into_par_iter().map(slab).collect::<Result<_, _>>()?;
+        Ok(levels.into_iter().flatten().collect())
+    }
+
+    /// The level at the bottom of a slab, and those between.
+    fn slab(
+        &self,
+        [(z, feasible), (above, upper)]: [(f64, &PlanarSet); 2],
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<Level>, ClearingError> {
+        // Where the tool comes from outside, its circles need room there.
+        let air = self.reach.air(2.0 * STRAIGHTEST * self.radius_mm);
+        let level = |z: f64, feasible: &PlanarSet, stock: PlanarSet| Level {
+            z,
+            above,
+            feasible: feasible.union(&air),
+            stock,
+        };
+        let mut floor = feasible.dilated(self.radius_mm);
+        let stock = (self.stock)([z, above]);
+        let mut levels = vec![level(z, feasible, stock.clone())];
+        let Some(band_mm) = self.band_mm else { return Ok(levels) };
+        let (mut lowest, mut before): (f64, Option<(f64, PlanarSet)>) = (z, None);
+        for next in between_mm(z, above, band_mm).into_iter().chain([above]) {
+            monitor.go_on()?;
+            let region = if next == above { upper.clone() } else { self.reach.region(next, monitor)? };
+            let stairs = region.dilated(self.radius_mm).intersection(&stock).minus(&floor);
+            if is_too_thick(&stairs, next - lowest, band_mm)
+                && let Some((middle, feasible)) = before.take()
+            {
+                let stock = (self.stock)([middle, above]).minus(&floor);
+                floor = floor.union(&feasible.dilated(self.radius_mm));
+                levels.push(level(middle, &feasible, stock));
+                lowest = middle;
+            }
+            before = Some((next, region));
+        }
+        Ok(levels)
+    }
+}
+
+/// Whether stairs of a height are thicker than a band somewhere.
+fn is_too_thick(stairs: &PlanarSet, high_mm: f64, band_mm: f64) -> bool {
+    if high_mm <= band_mm * (1.0 + 1e-9) {
+        return false;
+    }
+    let widest_mm = band_mm * high_mm / (high_mm * high_mm - band_mm * band_mm).sqrt();
+    !stairs.eroded(0.5 * widest_mm).is_empty()
+}

@@ -1,0 +1,23 @@
+//! Roughing by levels: what is asked of an operation that clears one height after the other.
+//!
+//! ```text
+//!   top ───────────────      Every level is cleared at an engagement that no pass exceeds. Over slopes thinner levels follow,
+//!        step-down           so that no more than a band is left above the allowance.
+//!   ──────╮
+//!         ╰──╮ band
+//!            ╰─────
+//! ```
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What is asked of an operation that roughs by levels.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Levels {
+    /// Largest depth of a level, mm.
+    pub step_down_mm: f64,
+    /// Largest engagement: the angle about the tool along which it cuts, degrees. Entries by a helix are apart.
+    pub engagement_deg: f64,
+    /// Stairs over slopes are no higher than this, mm.
+    pub band_mm: f64,
+}

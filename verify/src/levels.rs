@@ -1,0 +1,324 @@
+//! An operation that roughs by levels: engagement, what it leaves as stock, and links that run through some. It cuts no surface, so
+//! crests and coverage are not asked for; gouges are, against the allowance.
+//!
+//! ```text
+//!        n ↑  ╭──────╮     A place is within reach where the tool, a hair off its contact, holds nothing on the mesh above
+//!      ────┴──┤ tool ├     itself from a setup of the operation. There no more stock may be left than allowance and band.
+//!     ━━━━━━━━━━━━━━━━━
+//! ```
+
+use std::collections::BTreeMap;
+
+use claymill_nurbs::{FaceMesh, Model, Point3, Vector3};
+use claymill_toolpath::{Cancelled, FORMAT_VERSION, Job, Levels, Monitor, Move, MoveKind, Program, Stage};
+use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::asked::excluded_faces;
+use crate::end::EndBody;
+use crate::error::VerifyError;
+use crate::options::VerifyOptions;
+use crate::reach::{AskedOfStock, Reach};
+use crate::report::{Coverage, Crests, Scallop, Sequence, SurfaceResidual, Verification};
+use crate::scene::Scene;
+use crate::stock::{
+    Ground, KeepGoing, LeftBand, LevelEngagement, StockCheck, StockContact, StockError, StockLeft,
+    StockSample, engagement_on,
+};
+use crate::surface::spread;
+use crate::verdict::{Finding, FindingCode, Measured, Severity, conclude};
+use crate::{Bench, allowance, contact, holder, mesh, rapids, scene};
+
+/// The engagement may exceed the limit by this, degrees: how exactly arcs are written and measured.
+const ENGAGEMENT_SLACK_DEG: f64 = 0.5;
+/// More of the area within reach than this may not have more stock than the band.
+const LEFT_SHARE: f64 = 0.01;
+/// From this share on it is said.
+const SAID_SHARE: f64 = 1e-3;
+/// Less stock than the allowance by this is cut into, mm: the bar for gouges.
+const LESS_MM: f64 = 5e-3;
+/// Samples of the model, about.
+const SAMPLES: f64 = 20_000.0;
+const SAMPLES_PER_FACE: usize = 4;
+/// The tool is looked for this far off its contact, mm, and no farther than half of the band: triangles stand for the faces.
+const OFF_MM: f64 = 0.15;
+const MESH_MM: f64 = 0.03;
+/// A wall may lean over by rounding (`n·axis`), and ground that leans by less (1°) is level.
+const UPRIGHT: f64 = -2e-3;
+const LEVEL_COSINE: f64 = 0.999_85;
+/// Over level ground the tool is looked for with its middle over the place, and with the place below so many of its edges.
+const EDGES: u32 = 8;
+/// Stock is looked for as far as this above allowance and band, mm.
+const BEYOND_MM: f64 = 20.0;
+
+/// What was found of levels.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LevelsFound {
+    /// What was asked for.
+    pub asked: Levels,
+    /// The engagement along all moves that stay on a level, with the largest and its place.
+    pub engagement: LevelEngagement,
+    /// Straight lead-ins and links that run through stock.
+    pub links: StockContact,
+    /// Stock over what is within reach and had stock, against the band.
+    pub left: StockLeft,
+}
+
+/// Measures all of levels that asks nothing of the stock, and returns the places within reach.
+pub(crate) fn measure_moves(
+    model: &Model,
+    job: &Job,
+    (program, sequence): (&Program, Sequence),
+    options: &VerifyOptions,
+    monitor: &dyn Monitor,
+) -> Result<(Verification, Vec<StockSample>), VerifyError> {
+    let allowance_mm = job.request.allowance_mm;
+    let (job, program) = &allowance::on_the_surface(job, program)?;
+    let options =
+        &VerifyOptions { mesh_deviation_mm: options.mesh_deviation_mm.min(MESH_MM), ..options.clone() };
+    let nothing = Model::default();
+    let bench = Bench::new([model, &nothing], job, program, options, monitor)?;
+    let scene = &bench.scene;
+    let mesh = mesh::Mesh::joined(model, &bench.meshes, &scene.obstacles.triangles);
+    let reach = Reach::new(scene, &mesh, &bench.meshes).in_stock(AskedOfStock::default());
+    let stage = |name| scene::Stage::begin(name, monitor);
+    let (gouge, contact, ..) = contact::measure(scene, &reach, &stage(Stage::GougeAndContact))?;
+    let rapids = rapids::measure(scene, &bench.meshes, &reach, &stage(Stage::Rapids))?;
+    let shank = holder::measure_shank(scene, &bench.meshes, &reach, &stage(Stage::Shank))?;
+    let holder = holder::measure(scene, &bench.meshes, &reach, &stage(Stage::Holder))?;
+    let samples = within_reach(scene, &bench.meshes, &reach, &stage(Stage::Coverage))?;
+    let measured = Measured {
+        gouge: &gouge,
+        contact: None,
+        sequence: Some(&sequence),
+        rapids: &rapids,
+        obstacles: None,
+        bounds: None,
+        shank: &shank,
+        holder: holder.as_ref(),
+        scallop: None,
+        coverage: None,
+        sides: None,
+    };
+    let verdict = conclude(job, options, &measured);
+    let found = Verification {
+        format_version: FORMAT_VERSION,
+        judged: None,
+        scallop_mm: job.request.scallop_mm,
+        allowance_mm,
+        gouge,
+        contact,
+        sequence: Some(sequence),
+        rapids,
+        obstacles: None,
+        bounds: None,
+        shank: Some(shank),
+        holder,
+        scallop: no_scallop(),
+        coverage: no_coverage(job.area.total_mm2),
+        sides: None,
+        stock: None,
+        operations: Vec::new(),
+        verdict,
+    };
+    Ok((found, samples))
+}
+
+/// Levels leave no crests.
+fn no_scallop() -> Scallop {
+    Scallop {
+        crests: Crests::default(),
+        surface: SurfaceResidual { samples: 0, p99_mm: 0.0, mean_mm: 0.0, above_limit_share: 0.0 },
+    }
+}
+
+/// Nor do they cut a surface.
+fn no_coverage(total_mm2: f64) -> Coverage {
+    Coverage {
+        total_mm2,
+        by_state_mm2: BTreeMap::new(),
+        reachable_left_at: Vec::new(),
+        faces: Vec::new(),
+        too_tight: None,
+        least_length_mm: 0.0,
+        planner_difference_mm2: BTreeMap::new(),
+    }
+}
+
+/// Places of all faces that the tool gets to from a setup of the operation.
+fn within_reach(
+    scene: &Scene<'_>,
+    meshes: &[Option<FaceMesh>],
+    reach: &Reach<'_>,
+    stage: &scene::Stage<'_>,
+) -> Result<Vec<StockSample>, Cancelled> {
+    let excluded = excluded_faces(scene);
+    let areas: Vec<f64> = scene.model.faces.par_iter().map(claymill_nurbs::Face::area_mm2).collect();
+    let sample_mm2 = areas.iter().sum::<f64>() / SAMPLES;
+    let tool = &scene.job.request.tool;
+    let body = EndBody { radius_mm: tool.radius_mm(), corner_mm: tool.corner_radius_mm() };
+    let band_mm = scene.job.request.levels.map_or(OFF_MM, |levels| levels.band_mm);
+    let off_mm = OFF_MM.min(0.5 * band_mm);
+    let on_face = |face: usize| {
+        let (Some(mesh), false) = (&meshes[face], excluded[face]) else { return Vec::new() };
+        let count = ((areas[face] / sample_mm2).ceil() as usize).max(SAMPLES_PER_FACE);
+        let surface = &scene.model.faces[face].surface;
+        let spots = spread(&scene.model.faces[face], mesh, count);
+        let area_mm2 = areas[face] / spots.len().max(1) as f64;
+        let of_spot = |uv: &claymill_nurbs::Point2| {
+            let point = surface.point(uv.x, uv.y);
+            let (normal, _) = surface.normal(uv.x, uv.y)?;
+            let sides = [(true, normal), (false, -normal)].into_iter();
+            let mut free =
+                sides.filter(|(along, _)| scene.free_sides[face].allows(*along)).map(|side| side.1);
+            let normal = free.find(|n| gets_to(scene, reach, &body, [&point.coords, n], off_mm))?;
+            Some(StockSample { point, normal, area_mm2 })
+        };
+        spots.iter().filter_map(of_spot).collect::<Vec<_>>()
+    };
+    let faces = (0..meshes.len()).into_par_iter();
+    let all = faces.map(|face| stage.part(meshes.len(), || on_face(face)));
+    Ok(all.collect::<Result<Vec<_>, Cancelled>>()?.into_iter().flatten().collect())
+}
+
+/// Whether the tool touches a place from the side of its normal and holds nothing above itself, from some setup.
+fn gets_to(
+    scene: &Scene<'_>,
+    reach: &Reach<'_>,
+    body: &EndBody,
+    [place, n]: [&Vector3; 2],
+    off_mm: f64,
+) -> bool {
+    let place = Point3::from(*place);
+    scene.job.setups.iter().enumerate().any(|(setup, record)| {
+        let (axis, view) = (Vector3::from(record.axis), reach.setup(setup));
+        let facing = n.dot(&axis);
+        if facing < UPRIGHT {
+            return false;
+        }
+        let is_free = |tip: Point3| {
+            let at = view.in_frame(&(tip + n * off_mm));
+            view.highest_tip(&at, body).is_none_or(|height| height <= at.z)
+        };
+        let tip = body.tip_over(&place, n, &axis);
+        if facing < LEVEL_COSINE {
+            return is_free(tip);
+        }
+        let flat_mm = body.radius_mm - body.corner_mm;
+        let x = axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();
+        let y = axis.cross(&x);
+        let beside = |k: u32| {
+            let (sine, cosine) = (std::f64::consts::TAU * f64::from(k) / f64::from(EDGES)).sin_cos();
+            place + (x * cosine + y * sine) * flat_mm
+        };
+        is_free(place) || (0..EDGES).any(|k| is_free(beside(k)))
+    })
+}
+
+/// What levels do to the stock, of which the operation's moves are `moves` of all; `whole` follows the stock through all moves, and
+/// `until` ends with the operation.
+pub(crate) fn measure_stock(
+    (job, asked): (&Job, Levels),
+    program: &Program,
+    moves: std::ops::Range<usize>,
+    [whole, until]: [&StockCheck<'_>; 2],
+    samples: &[StockSample],
+    keep_going: KeepGoing<'_>,
+) -> Result<LevelsFound, StockError> {
+    let so_far = &program.moves[..moves.end];
+    let own = |m: &Move| (moves.start as u64..moves.end as u64).contains(&m.seq);
+    let mut engagement: Option<LevelEngagement> = None;
+    for setup in &job.setups {
+        let is_wanted = |m: &Move| own(m) && m.setup == setup.name;
+        let Some(first) = so_far.iter().position(is_wanted) else { continue };
+        let time = whole.time_of(first)?;
+        let ground = Ground { bounds: whole.initial().bounds(), is_stock: &|p| whole.is_stock(p, time) };
+        let one = engagement_on(&ground, so_far, &job.tools, &is_wanted, keep_going)?;
+        match &mut engagement {
+            Some(all) => all.add(one),
+            None => engagement = Some(one),
+        }
+    }
+    let straight = |k: &usize| {
+        let m = &program.moves[*k];
+        matches!(m.kind, MoveKind::Link | MoveKind::LeadIn) && m.degree == 1
+    };
+    let straight: Vec<usize> = moves.filter(straight).collect();
+    let proof = |&k: &usize| {
+        if keep_going() { whole.rapid_is_clear(k, whole.time_of(k)?) } else { Err(StockError::Stopped) }
+    };
+    let mut links = StockContact::default();
+    straight.par_iter().map(proof).collect::<Result<Vec<_>, _>>()?.into_iter().for_each(|p| links.add(p));
+    let allowance_mm = job.request.allowance_mm;
+    let had_stock =
+        |s: &&StockSample| whole.initial().contains(&(s.point + s.normal * (allowance_mm + LESS_MM)));
+    let samples: Vec<StockSample> = samples.iter().filter(had_stock).copied().collect();
+    let band = LeftBand {
+        allowance_mm,
+        less_mm: LESS_MM,
+        more_mm: asked.band_mm,
+        reach_mm: allowance_mm + asked.band_mm + BEYOND_MM,
+    };
+    let left = until.stock_left(&samples, &band, keep_going)?;
+    Ok(LevelsFound { asked, engagement: engagement.unwrap_or_default(), links, left })
+}
+
+/// What of levels is not as it was asked for.
+pub(crate) fn findings(found: &LevelsFound) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let limit_deg = found.asked.engagement_deg;
+    if let Some(largest) = &found.engagement.largest
+        && largest.angle_deg > limit_deg + ENGAGEMENT_SLACK_DEG
+    {
+        findings.push(Finding {
+            code: FindingCode::Engagement,
+            severity: Severity::Error,
+            message: format!(
+                "the tool cuts along {:.1}° of its circle, {limit_deg}° were allowed: too much along {:.1} mm",
+                largest.angle_deg,
+                found.engagement.above_mm(limit_deg)
+            ),
+            place: Some(largest.at.clone()),
+        });
+    }
+    if found.links.touching > 0 {
+        findings.push(Finding {
+            code: FindingCode::LinkInStock,
+            severity: Severity::Error,
+            message: format!(
+                "{} of {} straight links and lead-ins of levels run through stock",
+                found.links.touching, found.links.moves
+            ),
+            place: found.links.worst.as_ref().map(|hit| hit.at.clone()),
+        });
+    }
+    let left = &found.left;
+    if left.above > SAID_SHARE {
+        let [_, high_mm] = left.band_mm;
+        let most_mm = left.extremes_mm.map_or(high_mm, |e| e[1]);
+        let thickest =
+            if left.beyond > 0 { "more than can be told".to_owned() } else { format!("{most_mm:.2} mm") };
+        findings.push(Finding {
+            code: FindingCode::StockLeft,
+            severity: if left.above > LEFT_SHARE { Severity::Error } else { Severity::Warning },
+            message: format!(
+                "over {:.2} % of what the levels reach more than {high_mm:.2} mm of stock are left, {thickest} at most",
+                100.0 * left.above
+            ),
+            place: left.thickest_at.clone(),
+        });
+    }
+    findings
+}
+
+/// Said where nothing can be measured of levels: the job has no stock, or its moves are not in their order.
+pub(crate) fn unmeasured() -> Finding {
+    Finding {
+        code: FindingCode::NotMeasured,
+        severity: Severity::Error,
+        message: "levels cannot be measured: the job has no stock, or its moves are not in their order"
+            .into(),
+        place: None,
+    }
+}

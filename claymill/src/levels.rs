@@ -8,13 +8,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use claymill_clearing::{
-    ClearingError, Entry, LevelFeeds, LevelOptions, LevelPlan, PlanarSet, Workpiece, plan_levels,
+    ClearingError, Entry, FARTHEST_MM, LevelFeeds, LevelOptions, LevelPlan, PlanarSet, Workpiece, plan_levels,
 };
 use claymill_nurbs::Aabb;
 use claymill_paths::{Covered, Frame, Plan, PlanError, times_s};
 use claymill_stock::Slice;
 use claymill_toolpath::{
-    Area, FaceAccount, FreeSide, Levels, Monitor, MoveKind, Program, Setup, Stock, Totals, UncutReason,
+    Area, Bounds, FaceAccount, FreeSide, Levels, Monitor, MoveKind, Program, Setup, Stock, Totals,
+    UncutReason,
 };
 
 use crate::error::Error;
@@ -29,6 +30,8 @@ const RAMP_DEG: f64 = 3.0;
 const WIDER: f64 = 1.0;
 /// Sheets with more open border than this have no inside, mm.
 const OPEN_MM: f64 = 1.0;
+/// A side of a box is along an axis of the setup if no more of it is along another (1 − cosine).
+const SAME_AXIS: f64 = 1e-9;
 
 impl<'m> Prepared<'m> {
     /// Plans levels in a stock, of which nothing was cut yet if it is `fresh`.
@@ -150,10 +153,16 @@ impl Rough<'_, '_> {
         let options = &self.prepared.options;
         let tool = self.prepared.job.tool();
         let stock = self.state.stock().clone();
-        let bounds = record.box_mm().map_or_else(
-            || stock.grid().bounds(),
-            |[x0, y0, z0, x1, y1, z1]| Aabb { min: [x0, y0, z0].into(), max: [x1, y1, z1].into() },
-        );
+        let bounds = match *record {
+            Stock::Block { box_mm: [x0, y0, z0, x1, y1, z1] } => {
+                Aabb { min: [x0, y0, z0].into(), max: [x1, y1, z1].into() }
+            }
+            // The rays know where it is.
+            Stock::Bar { .. } | Stock::Layer { .. } => {
+                let boxes = self.prepared.file.model().faces.iter().map(|face| face.bounds());
+                boxes.fold(stock.grid().bounds(), |all, face| all.union(&face))
+            }
+        };
         let axes = frame.axes();
         let wider_mm = WIDER * stock.grid().pitch_mm();
         let left = |[low, high]: [f64; 2]| match stock.slice(axes, low, high) {
@@ -162,7 +171,11 @@ impl Rough<'_, '_> {
             Err(_) => PlanarSet::rectangle(across(&bounds, frame)),
         };
         let is_block = is_whole && matches!(record, Stock::Block { .. });
-        let piece = Workpiece { block: bounds, left: if is_block { None } else { Some(&left) } };
+        let piece = Workpiece {
+            block: bounds,
+            left: if is_block { None } else { Some(&left) },
+            within_mm: within(options.bounds.centre_within_mm.as_ref(), frame)?,
+        };
         let asked = LevelOptions {
             allowance_mm: options.allowance_mm,
             step_mm: self.levels.step_down_mm,
@@ -190,6 +203,22 @@ impl Rough<'_, '_> {
         self.state.cut(&program, tool, monitor)?;
         Ok(LevelPlan { moves: program.moves, ..plan })
     }
+}
+
+/// The box that the tool's axis stays in, across a setup's axis: the sides that it has are along the setup's coordinates.
+fn within(asked: Option<&[f64; 6]>, frame: &Frame) -> Result<Option<[f64; 4]>, Error> {
+    let Some(sides) = asked else { return Ok(None) };
+    let mut within = [-FARTHEST_MM, -FARTHEST_MM, FARTHEST_MM, FARTHEST_MM];
+    let axes = frame.axes();
+    for k in (0..3).filter(|&k| sides[k] > -Bounds::FAR_MM || sides[k + 3] < Bounds::FAR_MM) {
+        let along = (0..2).find(|&j| axes[j][k].abs() > 1.0 - SAME_AXIS);
+        let Some(j) = along else {
+            return Err(JobError::NotByLevels { what: "a box that is tilted in its setup" }.into());
+        };
+        let (low, high) = (sides[k] * axes[j][k].signum(), sides[k + 3] * axes[j][k].signum());
+        (within[j], within[j + 2]) = (low.min(high), low.max(high));
+    }
+    Ok(Some(within))
 }
 
 /// The sides of a box across a setup's axis: xmin, ymin, xmax, ymax.
@@ -272,10 +301,11 @@ pub(crate) fn check(levels: &Levels, options: &claymill_paths::PlanOptions) -> R
     if !(band_mm > 0.0 && band_mm.is_finite()) {
         return Err(JobError::Band { band_mm });
     }
+    let is_centre_box = Bounds { centre_within_mm: None, ..options.bounds.clone() }.is_none();
     let refused = [
         (options.allowance_mm < 0.0, "an allowance below the surface"),
         (options.rest_of.is_some() || options.rest_above_mm.is_some(), "rest_of and rest_above"),
-        (!options.bounds.is_none(), "bounds and faces to be avoided"),
+        (!is_centre_box, "bounds other than centre_within, and faces to be avoided"),
         (options.pencil, "pencil passes"),
         (options.tool.taper_deg.is_some(), "a tool with a taper"),
     ];

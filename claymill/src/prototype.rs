@@ -14,7 +14,7 @@ use claymill_paths::{Orientation, open_borders};
 use claymill_reach::{
     AxisView, Load, Part, ReachError, Sample, Seen, Shaft, Slices, Stiffness, axis_views, best_axis, supports,
 };
-use claymill_toolpath::{FreeSide, Monitor};
+use claymill_toolpath::{FreeSide, Monitor, Stock, Tool};
 use rayon::prelude::*;
 
 use crate::material::free_sides;
@@ -30,6 +30,8 @@ pub struct PrototypeAsked {
     pub reach: ReachAsked,
     /// Diameter of the bar, mm; the smallest that will do if `None`.
     pub bar_mm: Option<f64>,
+    /// The tool that roughs.
+    pub rough: Tool,
     /// What the bar is made of.
     pub stiffness: Stiffness,
     /// Cutting force across the axis, N.
@@ -74,6 +76,14 @@ pub struct SupportPlace {
     pub ends_mm: [f64; 2],
 }
 
+impl PrototypeAsked {
+    /// Radius of the thickest of its tools, mm.
+    #[must_use]
+    pub fn thickest_mm(&self) -> f64 {
+        self.reach.tool.widest_mm().max(self.rough.widest_mm())
+    }
+}
+
 /// No more than this share of the surface may be seen from no angle.
 const UNSEEN_SHARE: f64 = 5e-3;
 /// A support begins so deep in the part, as a share of its length.
@@ -112,7 +122,7 @@ pub fn prototype(
     if bar_mm < axis.bar_mm {
         return Err(PrototypeError::Thin { axis: axis.axis, needed_mm: axis.bar_mm, bar_mm });
     }
-    let support_mm = BEYOND_TOOL * 2.0 * asked.reach.tool.widest_mm();
+    let support_mm = BEYOND_TOOL * 2.0 * asked.thickest_mm();
     let length_mm = axis.length_mm + 2.0 * support_mm;
     if length_mm > asked.longest_mm {
         return Err(PrototypeError::Long { length_mm, longest_mm: asked.longest_mm });
@@ -260,6 +270,12 @@ fn outside_of(face: &Face, place: &SupportPlace) -> FreeSide {
 }
 
 impl Prototype {
+    /// The bar in the machine's frame, between the chucks.
+    #[must_use]
+    pub fn stock(&self) -> Stock {
+        Stock::Bar { from_mm: [-self.length_mm, 0.0, 0.0], to_mm: [0.0; 3], diameter_mm: self.bar_mm }
+    }
+
     /// The angles about the rotary axis, degrees.
     #[must_use]
     pub fn angles_deg(&self) -> Vec<f64> {

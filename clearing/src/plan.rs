@@ -10,7 +10,7 @@ use crate::engagement::EngagementLimit;
 use crate::error::ClearingError;
 use crate::levels::{Depths, flats_mm, standing_flats_mm};
 use crate::moves::{LevelFeeds, Pen};
-use crate::planar_set::PlanarSet;
+use crate::planar_set::{FARTHEST_MM, PlanarSet};
 use crate::reach::Reach;
 use crate::stairs::{Level, Slabs};
 
@@ -75,6 +75,8 @@ pub struct Workpiece<'a> {
     pub block: Aabb,
     /// Where stock is between two heights of the setup, mm; no less than there is. All of the block where nothing is known.
     pub left: Option<&'a (dyn Fn([f64; 2]) -> PlanarSet + Sync)>,
+    /// Box that the tool's axis stays in, seen along it, in the setup's coordinates, as xmin, ymin, xmax, ymax, mm.
+    pub within_mm: Option<[f64; 4]>,
 }
 
 /// A level that was cleared, if there was enough to do.
@@ -119,20 +121,29 @@ pub fn plan_levels(
     };
     depths.levels_mm(&[])?;
     let outside_mm = OUTSIDE * radius_mm;
+    let [x0, y0, x1, y1] = piece.within_mm.unwrap_or([-FARTHEST_MM, -FARTHEST_MM, FARTHEST_MM, FARTHEST_MM]);
     let around = [
-        stock_box.min.x - outside_mm,
-        stock_box.min.y - outside_mm,
-        stock_box.max.x + outside_mm,
-        stock_box.max.y + outside_mm,
+        (stock_box.min.x - outside_mm).max(x0),
+        (stock_box.min.y - outside_mm).max(y0),
+        (stock_box.max.x + outside_mm).min(x1),
+        (stock_box.max.y + outside_mm).min(y1),
     ];
+    if !(around[0] < around[2] && around[1] < around[3]) {
+        return Err(ClearingError::NoRoom { radius_mm, place: "in the box that it is kept in".into() });
+    }
     let reach = Reach::new(model, covering, frame, tool, options.allowance_mm, around)?;
     let flats = flats_mm(model, frame, options.allowance_mm);
     let flats = standing_flats_mm(&reach, &flats, radius_mm, monitor)?;
     let heights = depths.levels_mm(&flats)?;
     let slice = PlanarSet::rectangle([stock_box.min.x, stock_box.min.y, stock_box.max.x, stock_box.max.y]);
     let whole = |_: [f64; 2]| slice.clone();
-    let slabs =
-        Slabs { reach: &reach, stock: piece.left.unwrap_or(&whole), radius_mm, band_mm: options.band_mm };
+    let slabs = Slabs {
+        reach: &reach,
+        stock: piece.left.unwrap_or(&whole),
+        radius_mm,
+        band_mm: options.band_mm,
+        within: piece.within_mm.map(PlanarSet::rectangle),
+    };
     let levels = slabs.levels(&heights, depths.top_mm, monitor)?;
     let done = cleared(&levels, tool, options, monitor)?;
     let clearance_mm = stock_box.max.z.max(part_box.max.z) + CLEARANCE_MM;

@@ -33,6 +33,8 @@ pub(crate) struct Slabs<'a> {
     pub(crate) stock: &'a (dyn Fn([f64; 2]) -> PlanarSet + Sync),
     pub(crate) radius_mm: f64,
     pub(crate) band_mm: Option<f64>,
+    /// Where the tool's axis stays, if it may not be anywhere.
+    pub(crate) within: Option<PlanarSet>,
 }
 
 impl Slabs<'_> {
@@ -45,11 +47,22 @@ impl Slabs<'_> {
     ) -> Result<Vec<Level>, ClearingError> {
         let all: Vec<f64> = std::iter::once(top_mm).chain(heights.iter().copied()).collect();
         let regions: Vec<PlanarSet> =
-            all.par_iter().map(|&z| self.reach.region(z, monitor)).collect::<Result<_, _>>()?;
+            all.par_iter().map(|&z| self.region(z, monitor)).collect::<Result<_, _>>()?;
         let slab = |k: usize| self.slab([(all[k + 1], &regions[k + 1]), (all[k], &regions[k])], monitor);
         let levels: Vec<Vec<Level>> =
             (0..heights.len()).into_par_iter().map(slab).collect::<Result<_, _>>()?;
         Ok(levels.into_iter().flatten().collect())
+    }
+
+    fn region(&self, z: f64, monitor: &dyn Monitor) -> Result<PlanarSet, ClearingError> {
+        Ok(self.kept(self.reach.region(z, monitor)?))
+    }
+
+    fn kept(&self, region: PlanarSet) -> PlanarSet {
+        match &self.within {
+            Some(within) => region.intersection(within),
+            None => region,
+        }
     }
 
     /// The level at the bottom of a slab, and those between.
@@ -63,7 +76,7 @@ impl Slabs<'_> {
         let level = |z: f64, feasible: &PlanarSet, stock: PlanarSet| Level {
             z,
             above,
-            feasible: feasible.union(&air),
+            feasible: self.kept(feasible.union(&air)),
             stock,
         };
         let mut floor = feasible.dilated(self.radius_mm);
@@ -73,7 +86,7 @@ impl Slabs<'_> {
         let (mut lowest, mut before): (f64, Option<(f64, PlanarSet)>) = (z, None);
         for next in between_mm(z, above, band_mm).into_iter().chain([above]) {
             monitor.go_on()?;
-            let region = if next == above { upper.clone() } else { self.reach.region(next, monitor)? };
+            let region = if next == above { upper.clone() } else { self.region(next, monitor)? };
             let stairs = region.dilated(self.radius_mm).intersection(&stock).minus(&floor);
             if is_too_thick(&stairs, next - lowest, band_mm)
                 && let Some((middle, feasible)) = before.take()

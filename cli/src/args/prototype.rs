@@ -14,13 +14,19 @@ pub(crate) struct PrototypeArgs {
     /// What the bar is made of: aluminium, steel, ductile-iron, brass, delrin or tooling-board.
     #[arg(long, default_value = "aluminium", value_name = "NAME")]
     pub(crate) material: String,
-    /// Tool library: the thinnest ball that is long enough is taken.
+    /// Tool library: the thinnest ball finishes, and the thickest flat or bull-nosed end that is no thicker roughs.
     #[arg(long, value_name = "FILE", conflicts_with = "tool")]
     pub(crate) tools: Option<PathBuf>,
-    /// Tool, as for `plan` [default: ball:3].
+    /// Tool that finishes, as for `plan` [default: ball:3].
     #[arg(long, value_name = "SHAPE:SIZE")]
     pub(crate) tool: Option<String>,
-    /// Holder, as for `plan`.
+    /// Tool that roughs, as for `plan` [default: a flat one as thick as the other].
+    #[arg(long, value_name = "SHAPE:SIZE")]
+    pub(crate) rough: Option<String>,
+    /// Cutting feed, mm/min.
+    #[arg(long, default_value_t = 1000.0, value_name = "MM_PER_MIN", allow_negative_numbers = true)]
+    pub(crate) feed: f64,
+    /// Holder of the tool that finishes, as for `plan`.
     #[arg(long, value_name = "MM[:SECTIONS]", conflicts_with = "tools")]
     pub(crate) holder: Option<String>,
     /// Axis that the part is turned about: x, y, z, or auto for the one that suits it.

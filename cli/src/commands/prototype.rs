@@ -1,26 +1,35 @@
 //! `claymill prototype`: a part from a bar on a rotary axis, without a decision in between.
 
 use std::fmt::Write as _;
-use std::path::Path;
 use std::process::ExitCode;
 
 use claymill::reaching::Stiffness;
-use claymill::{Job, JobFolder, Merging, ModelFile, Prototype, PrototypeAsked, ReachAsked, prototype};
+use claymill::{
+    JobFolder, Merging, ModelFile, OperationKind, Prototype, PrototypeAsked, ReachAsked, prototype,
+};
 use claymill_controller::Dialect;
 use claymill_exchange::write_step;
-use claymill_paths::{Axis, Strategy};
-use claymill_tooling::{ReadOptions, read_library};
-use claymill_toolpath::{Bounds, FolderWriter, Holder, Kind, Tool};
+use claymill_paths::Axis;
+use claymill_tooling::{Library, ReadOptions, read_library};
+use claymill_toolpath::{Holder, Kind, Tool};
 
+use super::operations::{self, Head, OperationOptions, OperationsFile, Source};
 use super::post::machine;
 use super::reach::rotary;
-use super::{Context, left_out, plan, plan_summary, request, verify};
-use crate::args::PrototypeArgs;
+use super::{Context, request};
+use crate::args::{AxisArgs, BoundsArgs, CutName, JobOptions, PrototypeArgs, StrategyName};
 use crate::console::{counted, outln};
 use crate::failure::Failure;
-use crate::{interrupt, output};
+use crate::output;
 
 const USUAL_TOOL: &str = "ball:3";
+const ROUGH_NUMBER: u32 = 1;
+const FINISH_NUMBER: u32 = 2;
+/// Largest engagement of the roughing tool in soft materials and in others, degrees.
+const SOFT_DEG: f64 = 110.0;
+const HARD_DEG: f64 = 60.0;
+/// Left by the roughing for the finish, mm.
+const ROUGH_ALLOWANCE_MM: f64 = 0.3;
 /// Files of the folder.
 const HELD: &str = "held.stp";
 const REACH: &str = "reach.json";
@@ -60,7 +69,8 @@ pub(crate) fn prototype_command(context: &Context, args: &PrototypeArgs) -> Resu
     let mut exit = ExitCode::SUCCESS;
     if !args.no_passes {
         let job_folder = args.out.join(JOB);
-        exit = passes(context, (&held, &job_folder), &found, &asked, args.scallop)?;
+        let job = operations(&found, &asked, args);
+        exit = operations::run(context, &held, Source::File(job), &job_folder)?.exit;
         if let Some(machine) = &machine {
             let program = args.out.join(PROGRAM);
             // The sheet is of use even where the job did not pass: it says why there is no program.
@@ -90,37 +100,62 @@ pub(crate) fn prototype_command(context: &Context, args: &PrototypeArgs) -> Resu
     Ok(exit)
 }
 
-/// Finishing passes from all angles, verified and written.
-fn passes(
-    context: &Context,
-    (held, folder): (&Path, &Path),
-    found: &Prototype,
-    asked: &PrototypeAsked,
-    scallop_mm: f64,
-) -> Result<ExitCode, Failure> {
-    let console = context.console;
-    let writer = FolderWriter::begin(folder)?;
-    writer.leftovers().into_iter().for_each(interrupt::remove_on_interrupt);
-    let file = claymill::read(held)?;
-    let mut job = Job::new(asked.reach.tool, scallop_mm)
-        .strategy(Strategy::Planar)
-        .axes("+z".parse()?, "+x".parse()?)
-        .setups(found.setups());
-    job.holder.clone_from(&asked.reach.holder);
+/// The job: levels from every angle one after the other, then the finish from all of them.
+fn operations(found: &Prototype, asked: &PrototypeAsked, args: &PrototypeArgs) -> OperationsFile {
+    let setups = found.setups();
     // Beyond its supports the bar goes on: the tool stays between both ends of it.
-    let (thick_mm, far_mm) = (asked.reach.tool.widest_mm(), Bounds::FAR_MM);
-    let x = [thick_mm - found.length_mm, -thick_mm];
-    job.passes.bounds.centre_within_mm = Some([x[0], -far_mm, -far_mm, x[1], far_mm, far_mm]);
-    console.stage("planning");
-    let prepared = job.prepare(&file)?;
-    let planned = prepared.plan(console)?;
-    left_out::say(console, &planned.left_out());
-    plan_summary::say_plan(console, planned.plan());
-    console.stage("verifying");
-    let made = planned.plan();
-    verify::expect(console, made.program.moves.len(), made.totals.passes, file.model().faces.len());
-    let verified = planned.verify_into(writer, console)?;
-    Ok(plan::finish(context, verified, &[], folder)?.exit)
+    let thick_mm = asked.thickest_mm();
+    let options = JobOptions {
+        scallop: Some(args.scallop),
+        strategy: Some(StrategyName::Planar),
+        feed: Some(args.feed),
+        bounds: BoundsArgs {
+            centre_within: Some(format!("{},,:{},,", thick_mm - found.length_mm, -thick_mm)),
+            ..BoundsArgs::default()
+        },
+        axes: AxisArgs { up: Some("+z".to_owned()), length: Some("+x".to_owned()) },
+        ..JobOptions::default()
+    };
+    let rough = |setup: &String| {
+        let angle = setup.split_once(':').map_or(setup.as_str(), |(name, _)| name);
+        OperationOptions {
+            head: Head {
+                name: format!("rough-{angle}"),
+                kind: OperationKind::Rough,
+                reason: format!("what stands over the part from {angle}, down to where its flutes reach"),
+            },
+            options: JobOptions {
+                tool: Some(asked.rough.to_string()),
+                tool_number: Some(ROUGH_NUMBER),
+                cut: Some(CutName::Levels),
+                step_down: Some(asked.rough.radius_mm()),
+                engagement: Some(if is_soft(&args.material) { SOFT_DEG } else { HARD_DEG }),
+                // The finish takes the stairs.
+                band: Some(0.5 * asked.rough.radius_mm()),
+                allowance: Some(ROUGH_ALLOWANCE_MM),
+                setup: vec![setup.clone()],
+                ..options.clone()
+            },
+        }
+    };
+    let finish = OperationOptions {
+        head: Head {
+            name: "finish".to_owned(),
+            kind: OperationKind::Finish,
+            reason: "every surface from the angle that faces it best".to_owned(),
+        },
+        options: JobOptions {
+            tool: Some(asked.reach.tool.to_string()),
+            tool_number: Some(FINISH_NUMBER),
+            holder: asked.reach.holder.as_ref().map(ToString::to_string),
+            // What the roughing tool does not get to stands as high as the bar.
+            stock_above: Some(0.5 * found.bar_mm),
+            setup: setups.clone(),
+            ..options.clone()
+        },
+    };
+    let operations = setups.iter().map(rough).chain([finish]).collect();
+    OperationsFile { stock: Some(found.stock()), operations }
 }
 
 fn asked(args: &PrototypeArgs) -> Result<PrototypeAsked, Failure> {
@@ -141,13 +176,18 @@ fn asked(args: &PrototypeArgs) -> Result<PrototypeAsked, Failure> {
         let advice = "Materials are aluminium, steel, ductile-iron, brass, delrin and tooling-board.";
         Failure::usage(format!("`{}` is not a material whose stiffness is known", args.material), advice)
     })?;
-    let (tool, holder) = tool(args)?;
+    let library =
+        args.tools.as_deref().map(|path| read_library(path, &ReadOptions::default())).transpose()?;
+    let library = library.map(|read| read.library);
+    let (tool, holder) = tool(args, library.as_ref())?;
+    let rough = rough_tool(args, library.as_ref(), &tool)?;
     let from = rotary(&args.axis)?;
     for (what, value) in [
         ("the cutting force", args.cutting_force),
         ("the tolerance", args.tolerance),
         ("the length between the chucks", args.between_chucks),
         ("the share", args.share),
+        ("the feed", args.feed),
     ] {
         if !(value > 0.0 && value.is_finite()) {
             return Err(Failure::usage(format!("{what} of {value} must be more than 0"), ""));
@@ -163,6 +203,7 @@ fn asked(args: &PrototypeArgs) -> Result<PrototypeAsked, Failure> {
     Ok(PrototypeAsked {
         reach,
         bar_mm,
+        rough,
         stiffness,
         force_n: args.cutting_force,
         tolerance_mm: args.tolerance,
@@ -170,15 +211,19 @@ fn asked(args: &PrototypeArgs) -> Result<PrototypeAsked, Failure> {
     })
 }
 
-/// The tool that was asked for, or the thinnest ball of the library.
-fn tool(args: &PrototypeArgs) -> Result<(Tool, Option<Holder>), Failure> {
-    if let Some(path) = &args.tools {
-        let library = read_library(path, &ReadOptions::default())?.library;
+/// Whether a tool may be engaged far around in a material: none of its chips is hot or hard.
+fn is_soft(material: &str) -> bool {
+    ["delrin", "tooling-board"].contains(&material)
+}
+
+/// The tool that finishes, as it was asked for, or the thinnest ball of the library.
+fn tool(args: &PrototypeArgs, library: Option<&Library>) -> Result<(Tool, Option<Holder>), Failure> {
+    if let Some(library) = library {
         let balls = library.tools.iter().filter(|tool| tool.tool.is_ball());
         let thinnest =
             balls.min_by(|a, b| a.tool.radius_mm().total_cmp(&b.tool.radius_mm()).then(a.id.cmp(&b.id)));
         let found = thinnest.ok_or_else(|| {
-            Failure::problem(format!("{} holds no ball", path.display()), "Add one, or give --tool.")
+            Failure::problem("the library holds no ball", "Add one, or give --tool instead of --tools.")
         })?;
         return Ok((found.tool, found.holder.clone()));
     }
@@ -186,6 +231,26 @@ fn tool(args: &PrototypeArgs) -> Result<(Tool, Option<Holder>), Failure> {
     let tool: Tool = text.parse().map_err(|e| Failure::usage(e, "For example: --tool ball:3."))?;
     let holder = args.holder.as_deref().map(|text| request::holder(text, &tool)).transpose()?;
     Ok((tool, holder))
+}
+
+/// The tool that roughs, as it was asked for, or the thickest flat or bull-nosed one of the library that is no thicker than the
+/// finishing one: supports are as long as the thickest tool takes. Without any a flat one as thick as that.
+fn rough_tool(args: &PrototypeArgs, library: Option<&Library>, finish: &Tool) -> Result<Tool, Failure> {
+    if let Some(text) = &args.rough {
+        return text.parse().map_err(|e| Failure::usage(e, "For example: --rough flat:5."));
+    }
+    let radius_mm = finish.radius_mm();
+    let ends = library.iter().flat_map(|library| &library.tools).filter(|tool| {
+        !tool.tool.is_ball() && tool.tool.taper_deg.is_none() && tool.tool.widest_mm() <= radius_mm
+    });
+    let thickest =
+        ends.max_by(|a, b| a.tool.radius_mm().total_cmp(&b.tool.radius_mm()).then(b.id.cmp(&a.id)));
+    match thickest {
+        Some(found) => Ok(found.tool),
+        None => {
+            format!("flat:{radius_mm}").parse().map_err(|e| Failure::usage(e, "Give one: --rough flat:5."))
+        }
+    }
 }
 
 /// What the one who sets up the machine needs.
@@ -213,7 +278,8 @@ fn sheet(found: &Prototype, loaded: &ModelFile, args: &PrototypeArgs, asked: &Pr
     );
     let _ = writeln!(text, "| zero | x at the right chuck, y and z on the axis; the part lies at x < 0 |");
     let holder = asked.reach.holder.as_ref().map_or_else(String::new, |h| format!(", holder {h}"));
-    let _ = writeln!(text, "| tool | {}{holder} |", asked.reach.tool);
+    let _ = writeln!(text, "| tool {ROUGH_NUMBER} | {}, roughs by levels from every angle |", asked.rough);
+    let _ = writeln!(text, "| tool {FINISH_NUMBER} | {}{holder}, finishes |", asked.reach.tool);
     for (k, place) in found.supports.iter().enumerate() {
         let [a, b] = place.ends_mm;
         let _ = writeln!(

@@ -28,6 +28,7 @@ mod obstacle;
 mod operations;
 mod other_formats;
 mod post;
+mod prototype;
 mod public_form;
 mod queue;
 #[path = "../../../controller/tests/it/records/mod.rs"]

@@ -31,7 +31,7 @@ fn tray(folder: &Path) {
     write_iges(&folder.join("model.igs"), &model_of(faces), &[]).unwrap();
 }
 
-/// A job that roughs the tray by levels of 4 mm at 50°.
+/// A job that roughs the tray by levels of 4 mm at 90°.
 fn job(stock: &str, tool: &str, more: &str) -> String {
     format!(
         r#"up = "+z"
@@ -53,7 +53,7 @@ allowance = 0.5
 }
 
 const STOCK: &str = "\n[stock]\nshape = \"block\"\nbox_mm = [-2.0, -2.0, -1.0, 28.0, 24.0, 7.0]";
-const USUAL: &str = "step_down = 4.0\nengagement = 50.0\nband = 0.5";
+const USUAL: &str = "step_down = 4.0\nengagement = 90.0\nband = 0.5";
 
 fn planned(folder: &Path, job: &str) -> Run {
     std::fs::write(folder.join("asked.toml"), job).unwrap();
@@ -86,14 +86,14 @@ fn a_tray_is_roughed_by_levels_and_planted_faults_are_found() {
     let out = folder.join("out");
     let (record, program) = (read_job(&out).unwrap(), read_moves(&out).unwrap());
     let asked = record.operations[0].request.levels.unwrap();
-    assert_eq!((asked.step_down_mm, asked.engagement_deg, asked.band_mm), (4.0, 50.0, 0.5));
+    assert_eq!((asked.step_down_mm, asked.engagement_deg, asked.band_mm), (4.0, 90.0, 0.5));
     let found = verification(&out);
     let levels = found.operations[0].levels.as_ref().unwrap();
     let largest = levels.engagement.largest.as_ref().unwrap();
-    assert!((40.0..=50.5).contains(&largest.angle_deg), "{largest:?}");
+    assert!((60.0..=90.5).contains(&largest.angle_deg), "{largest:?}");
     assert!(levels.engagement.entries > 0 && levels.links.touching == 0, "{levels:?}");
     assert!(levels.left.area_mm2 > 300.0 && levels.left.above < 1e-3, "{:?}", levels.left);
-    assert!(made.stderr.contains("50° were allowed"), "{made:?}");
+    assert!(made.stderr.contains("90° were allowed"), "{made:?}");
     let posted = run_without_adapter(folder, ["post", "out", "--to", "linuxcnc", "-o", "job.ngc"]);
     assert_eq!(posted.code, Some(0), "{posted:?}");
 

@@ -169,6 +169,14 @@ impl<'a> Pen<'a> {
         }
     }
 
+    /// Up to just below the height of rapids, at the feed of leads.
+    fn rise(&mut self) {
+        if let Some(at) = self.at {
+            let top_mm = self.clearance_mm - GAP_MM;
+            self.straight(MoveKind::LeadOut, Point3::new(at.x, at.y, top_mm.max(at.z)));
+        }
+    }
+
     /// Over a place, and down to just above what was cut before.
     fn come_over(&mut self, [x, y]: [f64; 2], above_mm: f64) {
         self.lift(above_mm);
@@ -181,9 +189,11 @@ impl<'a> Pen<'a> {
         for stroke in strokes {
             self.pass += 1;
             let first = stroke.lead_in.first().or(stroke.cut.first());
-            if stroke.lead_in.is_empty() && is_ring(&stroke.cut) && z < above_mm {
+            let is_entry = matches!(stroke.approach, Approach::Helix { .. });
+            if !is_entry && stroke.lead_in.is_empty() && is_ring(&stroke.cut) && z < above_mm {
                 self.ramp(&stroke.cut, z, above_mm)?;
                 self.level(MoveKind::Cut, &stroke.cut, z)?;
+                self.rise();
                 continue;
             }
             match stroke.approach {
@@ -216,7 +226,8 @@ impl<'a> Pen<'a> {
     /// Down along a ring into which no circle leads: straight down, the tool would plunge into what the ring is to cut.
     fn ramp(&mut self, ring: &[PathPiece], z: f64, above_mm: f64) -> Result<(), NurbsError> {
         let Some(first) = ring.first() else { return Ok(()) };
-        self.come_over(first.from, above_mm);
+        // A ring may run along a wall, beside which no rapid does.
+        self.come_over(first.from, f64::INFINITY);
         self.straight(MoveKind::LeadIn, Point3::new(first.from[0], first.from[1], above_mm));
         let length_mm: f64 = ring.iter().map(PathPiece::length_mm).sum();
         let (deep_mm, slope) = (above_mm - z, self.feeds.ramp_deg.to_radians().tan());

@@ -284,7 +284,7 @@ fn sum(faces: &[FaceAccount]) -> Area {
 /// Whether levels can be meant.
 ///
 /// # Errors
-/// They cannot: with a turned way to what would help.
+/// They cannot, and what of it.
 pub(crate) fn check(levels: &Levels, options: &claymill_paths::PlanOptions) -> Result<(), JobError> {
     use claymill_clearing::{LARGEST_LIMIT_DEG, LEAST_LIMIT_DEG};
     let Levels { step_down_mm, engagement_deg, band_mm } = *levels;

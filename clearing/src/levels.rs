@@ -108,9 +108,11 @@ pub fn standing_flats_mm(
     monitor: &dyn Monitor,
 ) -> Result<Vec<f64>, ClearingError> {
     let mut standing = Vec::new();
-    for &z in flats_mm {
-        let [above, below] = [z + BESIDE_MM, z - BESIDE_MM].map(|z| reach.region(z, monitor));
-        if above?.area_mm2() - below?.area_mm2() >= PI * radius_mm * radius_mm {
+    let beside: Vec<f64> = flats_mm.iter().flat_map(|z| [z + BESIDE_MM, z - BESIDE_MM]).collect();
+    let regions = reach.regions(&beside, monitor)?;
+    for (&z, regions) in flats_mm.iter().zip(regions.chunks(2)) {
+        let jump_mm2 = regions[0].area_mm2() - regions[regions.len() - 1].area_mm2();
+        if jump_mm2 >= PI * radius_mm * radius_mm {
             standing.push(z);
         }
     }

@@ -12,6 +12,7 @@ use claymill_toolpath::{Move, MoveKind, round_to_written};
 
 use crate::arcs::{ArcAbout, PathPiece};
 use crate::area::{Approach, Stroke};
+use crate::outline::distance;
 
 /// Links are lifted by this off the floor, mm.
 const LIFT_MM: f64 = 0.3;
@@ -21,6 +22,8 @@ const GAP_MM: f64 = 1.0;
 const LONGEST_ARC: f64 = 1.6;
 /// A full turn of a helix has this many pieces.
 const TURN_PIECES: usize = 4;
+/// A pass whose ends are this close is closed, mm.
+const CLOSED_MM: f64 = 1e-4;
 /// Turns of a helix at most.
 const MOST_TURNS: f64 = 500.0;
 
@@ -62,6 +65,12 @@ pub(crate) struct Pen<'a> {
     /// Where the tool is, setup coordinates.
     at: Option<Point3>,
     pass: u32,
+}
+
+/// Whether a pass ends where it begins.
+fn is_ring(pass: &[PathPiece]) -> bool {
+    let ends = pass.first().zip(pass.last());
+    ends.is_some_and(|(first, last)| distance(first.from, last.to) < CLOSED_MM && pass.len() > 1)
 }
 
 impl<'a> Pen<'a> {
@@ -160,6 +169,14 @@ impl<'a> Pen<'a> {
         }
     }
 
+    /// Up to just below the height of rapids, at the feed of leads.
+    fn rise(&mut self) {
+        if let Some(at) = self.at {
+            let top_mm = self.clearance_mm - GAP_MM;
+            self.straight(MoveKind::LeadOut, Point3::new(at.x, at.y, top_mm.max(at.z)));
+        }
+    }
+
     /// Over a place, and down to just above what was cut before.
     fn come_over(&mut self, [x, y]: [f64; 2], above_mm: f64) {
         self.lift(above_mm);
@@ -172,6 +189,13 @@ impl<'a> Pen<'a> {
         for stroke in strokes {
             self.pass += 1;
             let first = stroke.lead_in.first().or(stroke.cut.first());
+            let is_entry = matches!(stroke.approach, Approach::Helix { .. });
+            if !is_entry && stroke.lead_in.is_empty() && is_ring(&stroke.cut) && z < above_mm {
+                self.ramp(&stroke.cut, z, above_mm)?;
+                self.level(MoveKind::Cut, &stroke.cut, z)?;
+                self.rise();
+                continue;
+            }
             match stroke.approach {
                 Approach::Helix { centre, radius_mm } => {
                     self.enter(centre, radius_mm, z, above_mm)?;
@@ -197,6 +221,29 @@ impl<'a> Pen<'a> {
         }
         self.lift(above_mm);
         Ok(())
+    }
+
+    /// Down along a ring into which no circle leads: straight down, the tool would plunge into what the ring is to cut.
+    fn ramp(&mut self, ring: &[PathPiece], z: f64, above_mm: f64) -> Result<(), NurbsError> {
+        let Some(first) = ring.first() else { return Ok(()) };
+        // A ring may run along a wall, beside which no rapid does.
+        self.come_over(first.from, f64::INFINITY);
+        self.straight(MoveKind::LeadIn, Point3::new(first.from[0], first.from[1], above_mm));
+        let length_mm: f64 = ring.iter().map(PathPiece::length_mm).sum();
+        let (deep_mm, slope) = (above_mm - z, self.feeds.ramp_deg.to_radians().tan());
+        let rounds = (deep_mm / (slope * length_mm).max(f64::MIN_POSITIVE)).ceil().clamp(1.0, MOST_TURNS);
+        let mut run_mm = 0.0;
+        let mut pieces = Vec::new();
+        for piece in (0..rounds as usize).flat_map(|_| ring) {
+            let height = |run_mm: f64| (above_mm - deep_mm * run_mm / (rounds * length_mm)).max(z);
+            let from = height(run_mm);
+            run_mm += piece.length_mm();
+            pieces.push((*piece, [from, height(run_mm)]));
+        }
+        if let Some((_, [_, last])) = pieces.last_mut() {
+            *last = z;
+        }
+        self.along(MoveKind::LeadIn, &pieces)
     }
 
     /// Down on a helix that ends with a turn on the level, or straight down.

@@ -16,7 +16,7 @@ use claymill_toolpath::{End, Monitor, Tool};
 use rayon::prelude::*;
 
 use crate::error::{ClearingError, within};
-use crate::outline::Place;
+use crate::outline::{Outline, Place, distance};
 use crate::planar_set::PlanarSet;
 
 /// Cells are not divided below this share of the tool's radius.
@@ -25,6 +25,8 @@ const SMALLEST_CELL: f64 = 1.0 / 16.0;
 const BISECTIONS: usize = 16;
 /// Cells are divided so often at most.
 const MOST_DEPTHS: usize = 16;
+/// Regions whose borders are this close on the mean are the same, mm.
+const SAME_MM: f64 = 0.005;
 /// Cells of a level at most.
 const MOST_CELLS: usize = 4_000_000;
 
@@ -129,6 +131,78 @@ impl<'a> Reach<'a> {
     /// # Errors
     /// Too many cells, or the monitor ends it.
     pub fn region(&self, z: f64, monitor: &dyn Monitor) -> Result<PlanarSet, ClearingError> {
+        self.region_where(z, &|_, _| true, monitor)
+    }
+
+    /// Regions of many heights. They are nested: the higher the larger. So between two that are the same nothing is looked at.
+    ///
+    /// # Errors
+    /// As [`Reach::region`].
+    pub fn regions(&self, heights: &[f64], monitor: &dyn Monitor) -> Result<Vec<PlanarSet>, ClearingError> {
+        let mut order: Vec<usize> = (0..heights.len()).collect();
+        order.sort_by(|&a, &b| heights[a].total_cmp(&heights[b]).then(a.cmp(&b)));
+        let sorted: Vec<f64> = order.iter().map(|&k| heights[k]).collect();
+        let found = match &sorted[..] {
+            [] => Vec::new(),
+            [z] => vec![self.region(*z, monitor)?],
+            [low, between @ .., high] => {
+                let (low, high) = (self.region(*low, monitor)?, self.region(*high, monitor)?);
+                let between = self.nested(between, [&low, &high], monitor)?;
+                std::iter::once(low).chain(between).chain([high]).collect()
+            }
+        };
+        let mut all = vec![PlanarSet::default(); heights.len()];
+        order.into_iter().zip(found).for_each(|(k, region)| all[k] = region);
+        Ok(all)
+    }
+
+    /// Regions of ascending heights between those of a lower and a higher one.
+    fn nested(
+        &self,
+        heights: &[f64],
+        [inner, outer]: [&PlanarSet; 2],
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<PlanarSet>, ClearingError> {
+        let (below, above) = heights.split_at(heights.len() / 2);
+        let Some((&z, above)) = above.split_first() else { return Ok(Vec::new()) };
+        let middle = self.region_between(z, [inner, outer], monitor)?;
+        let (below, above) = rayon::join(
+            || self.nested(below, [inner, &middle], monitor),
+            || self.nested(above, [&middle, outer], monitor),
+        );
+        let mut all = below?;
+        all.push(middle.clone());
+        all.extend(above?);
+        Ok(all)
+    }
+
+    /// The region of a level between those of a lower and a higher one: only what these do not agree on is looked at.
+    ///
+    /// # Errors
+    /// As [`Reach::region`].
+    pub(crate) fn region_between(
+        &self,
+        z: f64,
+        [inner, outer]: [&PlanarSet; 2],
+        monitor: &dyn Monitor,
+    ) -> Result<PlanarSet, ClearingError> {
+        let doubtful = outer.minus(inner).without_slivers(SAME_MM);
+        if doubtful.is_empty() {
+            return Ok(inner.clone());
+        }
+        let outline = Outline::new(&doubtful);
+        let is_doubtful =
+            |middle: Place, half_mm: f64| outline.contains(middle) || outline.is_within(middle, half_mm);
+        Ok(inner.union(&self.region_where(z, &is_doubtful, monitor)?).simplified())
+    }
+
+    /// The part of a region in wanted cells, each by its middle and half of its diagonal.
+    fn region_where(
+        &self,
+        z: f64,
+        is_wanted: &(dyn Fn(Place, f64) -> bool + Sync),
+        monitor: &dyn Monitor,
+    ) -> Result<PlanarSet, ClearingError> {
         let mut cells = vec![Cell { depth: 0, at: [0, 0] }];
         let mut polygons: Vec<Vec<Place>> = Vec::new();
         let mut count = 0;
@@ -139,7 +213,7 @@ impl<'a> Reach<'a> {
                 return Err(ClearingError::Cells { most: MOST_CELLS });
             }
             let found: Vec<(Vec<Cell>, Option<Vec<Place>>)> =
-                cells.par_iter().map(|cell| self.look(*cell, z)).collect();
+                cells.par_iter().map(|cell| self.look(*cell, z, is_wanted)).collect();
             cells = Vec::new();
             for (divided, polygon) in found {
                 cells.extend(divided);
@@ -150,10 +224,18 @@ impl<'a> Reach<'a> {
     }
 
     /// What is to be divided of a cell, and what is in the region.
-    fn look(&self, cell: Cell, z: f64) -> (Vec<Cell>, Option<Vec<Place>>) {
+    fn look(
+        &self,
+        cell: Cell,
+        z: f64,
+        is_wanted: &(dyn Fn(Place, f64) -> bool + Sync),
+    ) -> (Vec<Cell>, Option<Vec<Place>>) {
         let height = z + self.corner_mm;
         let [a, c] = [[0, 0], [1, 1]].map(|at| self.corner(cell, at));
         let middle = [0.5 * (a[0] + c[0]), 0.5 * (a[1] + c[1])];
+        if !is_wanted(middle, 0.5 * distance(a, c)) {
+            return (Vec::new(), None);
+        }
         let corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|at| self.corner(cell, at));
         let Some([wide, narrow]) = self.around.get(cell.depth) else { return (Vec::new(), None) };
         if wide.as_ref().is_some_and(|w| !w.is_blocked_at(middle[0], middle[1], height)) {

@@ -46,16 +46,12 @@ impl Slabs<'_> {
         monitor: &dyn Monitor,
     ) -> Result<Vec<Level>, ClearingError> {
         let all: Vec<f64> = std::iter::once(top_mm).chain(heights.iter().copied()).collect();
-        let regions: Vec<PlanarSet> =
-            all.par_iter().map(|&z| self.region(z, monitor)).collect::<Result<_, _>>()?;
+        let regions = self.reach.regions(&all, monitor)?.into_iter().map(|region| self.kept(region));
+        let regions: Vec<PlanarSet> = regions.collect();
         let slab = |k: usize| self.slab([(all[k + 1], &regions[k + 1]), (all[k], &regions[k])], monitor);
         let levels: Vec<Vec<Level>> =
             (0..heights.len()).into_par_iter().map(slab).collect::<Result<_, _>>()?;
         Ok(levels.into_iter().flatten().collect())
-    }
-
-    fn region(&self, z: f64, monitor: &dyn Monitor) -> Result<PlanarSet, ClearingError> {
-        Ok(self.kept(self.reach.region(z, monitor)?))
     }
 
     fn kept(&self, region: PlanarSet) -> PlanarSet {
@@ -84,9 +80,18 @@ impl Slabs<'_> {
         let mut levels = vec![level(z, feasible, stock.clone())];
         let Some(band_mm) = self.band_mm else { return Ok(levels) };
         let (mut lowest, mut before): (f64, Option<(f64, PlanarSet)>) = (z, None);
+        // All stairs between are narrower and lower than one from the floor up to what was cut before.
+        let all = upper.dilated(self.radius_mm).intersection(&stock).minus(&floor);
+        if !is_too_thick(&all, above - z, band_mm) {
+            return Ok(levels);
+        }
         for next in between_mm(z, above, band_mm).into_iter().chain([above]) {
             monitor.go_on()?;
-            let region = if next == above { upper.clone() } else { self.region(next, monitor)? };
+            let inner = before.as_ref().map_or(feasible, |(_, region)| region);
+            let region = match next == above {
+                true => upper.clone(),
+                false => self.reach.region_between(next, [inner, upper], monitor)?,
+            };
             let stairs = region.dilated(self.radius_mm).intersection(&stock).minus(&floor);
             if is_too_thick(&stairs, next - lowest, band_mm)
                 && let Some((middle, feasible)) = before.take()

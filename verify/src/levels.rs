@@ -240,11 +240,14 @@ pub(crate) fn measure_stock(
             None => engagement = Some(one),
         }
     }
-    let straight = |k: &usize| {
+    // A lead-in along a level cuts, within the engagement; one straight down must not.
+    let is_straight = |k: &usize| {
         let m = &program.moves[*k];
-        matches!(m.kind, MoveKind::Link | MoveKind::LeadIn) && m.degree == 1
+        let way = m.end() - m.start();
+        let goes_down = way.dot(&Vector3::from(m.axis_start)) < -0.5 * way.norm();
+        m.degree == 1 && (m.kind == MoveKind::Link || (m.kind == MoveKind::LeadIn && goes_down))
     };
-    let straight: Vec<usize> = moves.filter(straight).collect();
+    let straight: Vec<usize> = moves.filter(is_straight).collect();
     let proof = |&k: &usize| {
         if keep_going() { whole.rapid_is_clear(k, whole.time_of(k)?) } else { Err(StockError::Stopped) }
     };

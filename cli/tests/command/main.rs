@@ -21,6 +21,7 @@ mod keeping;
 mod kills;
 mod large;
 mod left_out;
+mod levels;
 mod machine;
 mod manual;
 mod material;

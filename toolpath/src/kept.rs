@@ -11,6 +11,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use claymill_nurbs::{Face, KnotVector, TrimEdge};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
@@ -68,7 +69,10 @@ impl KeyMaker {
     /// Goes on with how a value is written for programmers: numbers come with all their digits.
     #[must_use]
     pub fn debug(self, value: &impl fmt::Debug) -> Self {
-        self.text(&format!("{value:?}"))
+        let mut text = Text(Sha256::new());
+        // The hash takes everything; what a value itself cannot write is missing every time.
+        let _ = fmt::write(&mut text, format_args!("{value:?}"));
+        self.bytes(&text.0.finalize())
     }
 
     /// Goes on with numbers, bit for bit.
@@ -76,6 +80,27 @@ impl KeyMaker {
     pub fn numbers(self, numbers: impl IntoIterator<Item = f64>) -> Self {
         let bytes: Vec<u8> = numbers.into_iter().flat_map(|number| number.to_bits().to_le_bytes()).collect();
         self.bytes(&bytes)
+    }
+
+    /// Goes on with a face as it lies in space: its surface and its trims, without its number and what the file says of it.
+    #[must_use]
+    pub fn face(self, face: &Face) -> Self {
+        let surface = &face.surface;
+        let knots = [surface.knots_u(), surface.knots_v()];
+        let key =
+            self.debug(&(knots.map(KnotVector::degree), surface.is_rational(), face.reversed, face.kind));
+        let key = knots.into_iter().fold(key, |key, knots| key.numbers(knots.as_slice().iter().copied()));
+        let key = key.numbers(surface.net().iter().flat_map(|p| [p.x, p.y, p.z, p.w]));
+        let edge = |key: KeyMaker, edge: &TrimEdge| {
+            let curve = &edge.pcurve;
+            key.count(curve.knots().degree())
+                .numbers(curve.knots().as_slice().iter().copied())
+                .numbers(curve.points().iter().flat_map(|p| [p.x, p.y]))
+                .numbers(curve.weights().unwrap_or_default().iter().copied())
+        };
+        face.loops.iter().fold(key.count(face.loops.len()), |key, trim| {
+            trim.edges.iter().fold(key.count(trim.edges.len()), edge)
+        })
     }
 
     /// Goes on with a count.
@@ -94,6 +119,16 @@ impl KeyMaker {
     #[must_use]
     pub fn finish(self) -> PartKey {
         PartKey(self.0.finalize().into())
+    }
+}
+
+/// A text of which only the hash is kept: that of a stock would be larger than the stock.
+struct Text(Sha256);
+
+impl fmt::Write for Text {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.0.update(text);
+        Ok(())
     }
 }
 
@@ -158,7 +193,28 @@ impl Kept {
         })
     }
 
-    /// A part from the store; if it is not there, as it is made, which is kept. The key need not know the program.
+    /// A part from the store, if it is there. The key need not know the program.
+    #[must_use]
+    pub fn known<T: DeserializeOwned>(&self, key: &PartKey) -> Option<T> {
+        let keeping = self.0.as_ref()?;
+        keeping.of.fetch_add(1, Ordering::Relaxed);
+        let bytes = keeping.store.get(&keeping.own(key))?;
+        let part = ciborium::from_reader(&*bytes).ok()?;
+        keeping.reused.fetch_add(1, Ordering::Relaxed);
+        Some(part)
+    }
+
+    /// Keeps a part that was not known.
+    pub fn keep<T: Serialize>(&self, key: &PartKey, part: &T) {
+        let Some(keeping) = &self.0 else { return };
+        let mut bytes = Vec::new();
+        // A part that has no bytes is computed every time.
+        if ciborium::into_writer(part, &mut bytes).is_ok() {
+            keeping.store.put(&keeping.own(key), &bytes);
+        }
+    }
+
+    /// A part from the store; if it is not there, as it is made, which is kept.
     ///
     /// # Errors
     /// Those of whoever makes it.
@@ -167,21 +223,23 @@ impl Kept {
         key: impl FnOnce() -> PartKey,
         make: impl FnOnce() -> Result<T, E>,
     ) -> Result<T, E> {
-        let Some(keeping) = &self.0 else { return make() };
-        let key = KeyMaker::new(&keeping.program).key(&key()).finish();
-        keeping.of.fetch_add(1, Ordering::Relaxed);
-        // What does not read as a part was put there under a form of old, and is replaced.
-        let known = keeping.store.get(&key).and_then(|bytes| ciborium::from_reader::<T, _>(&*bytes).ok());
-        if let Some(part) = known {
-            keeping.reused.fetch_add(1, Ordering::Relaxed);
+        if !self.is_somewhere() {
+            return make();
+        }
+        let key = key();
+        if let Some(part) = self.known(&key) {
             return Ok(part);
         }
         let part = make()?;
-        let mut bytes = Vec::new();
-        if ciborium::into_writer(&part, &mut bytes).is_ok() {
-            keeping.store.put(&key, &bytes);
-        }
+        self.keep(&key, &part);
         Ok(part)
+    }
+}
+
+impl Keeping {
+    /// The key of a part that this program computes.
+    fn own(&self, key: &PartKey) -> PartKey {
+        KeyMaker::new(&self.program).key(key).finish()
     }
 }
 
@@ -230,7 +288,7 @@ mod tests {
         // Another program computes its own.
         part(&Kept::in_store(store.clone(), "2"), key, &mut made);
         assert_eq!(made, 2);
-        // What is no part is replaced.
+        // What is no part is made again.
         store.0.lock().unwrap().values_mut().for_each(|bytes| bytes.truncate(3));
         part(&kept, key, &mut made);
         part(&kept, key, &mut made);

@@ -65,7 +65,7 @@ pub use job::{
     LATEST_FORMAT_VERSION, LeftOutFace, LengthByKind, LinkStyle, MachineLimits, ModelFacts, Obstacle,
     RegionTotals, Request, Setup, Skipped, StageTiming, ToolRecord, Totals, UncutReason,
 };
-pub use kept::{KeyMaker, Kept, PartCount, PartKey, PartStore};
+pub use kept::{Kept, KeyMaker, PartCount, PartKey, PartStore};
 pub use machine_parts::{Changer, RotaryAxis};
 pub use manifest::{MANIFEST_FILE, is_whole};
 pub use monitor::{Cancelled, Monitor, Stage};

@@ -18,6 +18,7 @@ use super::{Context, left_out, plan, plan_summary, request, verify};
 use crate::args::PrototypeArgs;
 use crate::console::{counted, outln};
 use crate::failure::Failure;
+use crate::reuse::Reuse;
 use crate::{interrupt, output};
 
 const USUAL_TOOL: &str = "ball:3";
@@ -120,7 +121,7 @@ fn passes(
     let made = planned.plan();
     verify::expect(console, made.program.moves.len(), made.totals.passes, file.model().faces.len());
     let verified = planned.verify_into(writer, console)?;
-    Ok(plan::finish(context, verified, &[], folder)?.exit)
+    Ok(plan::finish(context, verified, &[], folder, &Reuse::default())?.exit)
 }
 
 fn asked(args: &PrototypeArgs) -> Result<PrototypeAsked, Failure> {

@@ -34,6 +34,7 @@ mod queue;
 mod records;
 mod rest;
 mod rest_above;
+mod reuse;
 mod roadster;
 mod run;
 mod shank;

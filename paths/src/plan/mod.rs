@@ -2,6 +2,7 @@
 
 pub(crate) mod covered;
 pub(crate) mod error;
+pub(crate) mod keys;
 pub(crate) mod obstacles;
 pub(crate) mod options;
 pub(crate) mod planned;
@@ -14,7 +15,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use claymill_contact::{BallDrop, CONTACT_EPSILON_MM, Covering, FreeSides, Material, Rims, near_mm};
 use claymill_nurbs::{Aabb, FaceId, Model, NurbsError, Point3};
 use claymill_surface_merge::{Guides, RegionMesh};
-use claymill_toolpath::{Cancelled, Monitor, Stage, Tool};
+use claymill_toolpath::{Cancelled, Monitor, PartKey, Stage, Tool};
 use rayon::prelude::*;
 
 use crate::containment::{Avoided, Containment};
@@ -23,6 +24,7 @@ use crate::pattern::levels::sweeps::Sweeps;
 use crate::pattern::step_over::flat_mm;
 use crate::plan::covered::{Covered, WiderRegions};
 use crate::plan::error::{EndRefusal, FARTHEST_GUIDE_MM, PlanError};
+use crate::plan::keys::{Aside, PlanKeys};
 use crate::plan::options::{PlanOptions, check_end, check_tools};
 use crate::plan::planned::Plan;
 use crate::plan::regions::{Regions, open_borders};
@@ -113,7 +115,7 @@ fn uncovered(model: &Model, (face, source): (FaceId, NurbsError)) -> PlanError {
 /// Lays paths over a model that is covered, but for `bare` faces that could not be, and of which some are obstacles.
 fn lay(
     covered: &Covered,
-    [bare, obstacles]: [&[FaceId]; 2],
+    [bare, faces_in_the_way]: [&[FaceId]; 2],
     regions: &Regions,
     options: &PlanOptions,
     monitor: &dyn Monitor,
@@ -150,8 +152,8 @@ fn lay(
         Avoided::new(model, faces, mm, radius_mm).map_err(|e| uncovered(model, e))
     };
     let avoided = avoid(&options.bounds.avoid, options.bounds.avoid_mm)?;
-    let obstacle_mm = if obstacles.is_empty() { 0.0 } else { options.check_clearance_mm };
-    let obstacles = avoid(if obstacle_mm > 0.0 { obstacles } else { &[] }, obstacle_mm)?;
+    let obstacle_mm = if faces_in_the_way.is_empty() { 0.0 } else { options.check_clearance_mm };
+    let obstacles = avoid(if obstacle_mm > 0.0 { faces_in_the_way } else { &[] }, obstacle_mm)?;
     let keeps: Vec<Option<Containment>> = frames
         .par_iter()
         .map(|f| {
@@ -170,31 +172,18 @@ fn lay(
         scallop_mm: options.scallop_mm,
         divides: area_mm2 <= FEW_SQUARES * (FINEST * radius_mm).powi(2),
     };
-    let assignments = assign(model, covering, &views, regions);
+    let aside = Aside { bare, obstacles: faces_in_the_way };
+    let keys = PlanKeys::new(model, regions, options, &aside, fineness_mm(options, area_mm2));
+    let make = || assign(model, covering, &views, regions);
+    let assignments = match &keys {
+        Some(keys) => keys.assignments(&frames, make),
+        None => make(),
+    };
     let account = Account::new(covering, &assignments.of, regions);
     let faces_of = group(regions.of_face);
     monitor.go_on()?;
-    monitor.at(Stage::RegionMeshes, 0.0);
-    let edge_mm = mesh_edge_mm(radius_mm, options.scallop_mm);
     let tolerance = FitTolerance::of_scallop(options.scallop_mm);
-    let wanted = |region: usize| {
-        options.strategy.sweeps_regions() && account.region_setup_mm2[region].iter().any(|&a| a > 0.0)
-    };
-    // A region without a mesh is cut patch by patch.
-    let meshes: Vec<Option<RegionMesh>> = (0..faces_of.len())
-        .into_par_iter()
-        .map(|r| {
-            monitor.go_on()?;
-            Ok(if wanted(r) { RegionMesh::of_region(model, regions.merged, r, edge_mm).ok() } else { None })
-        })
-        .collect::<Result<_, Cancelled>>()?;
-    let mut chosen = chosen(&meshes, &options.guides)?;
     let sides = Sides::new(covering, &assignments.of, &frames);
-    let sweeps: Vec<Option<Sweeps>> = (meshes.iter().zip(&faces_of).enumerate())
-        .map(|(r, (mesh, faces))| {
-            mesh.as_ref().map(|mesh| Sweeps::new(mesh, faces, &sides, chosen.remove(&r)))
-        })
-        .collect();
     let views_of: Vec<View> = (0..frames.len())
         .into_par_iter()
         .map(|k| View::new(covering, &assignments, k, &balls[k], &space, regions))
@@ -237,15 +226,49 @@ fn lay(
         (0..frames.len()).flat_map(|index| (0..faces_of.len()).map(move |region| (index, region))).collect();
     jobs.retain(|job| area_mm2(job) > 0.0);
     jobs.sort_by(|a, b| area_mm2(b).total_cmp(&area_mm2(a)).then(a.cmp(b)));
+    let keys = keys.as_ref().map(|keys| keys.of_passes(&assignments, &balls));
+    let known = |job: &(usize, usize)| {
+        monitor.go_on()?;
+        let Some(keys) = &keys else { return Ok(Known { key: None, part: None }) };
+        let key = keys.of(&contexts[job.0], &faces_of[job.1], area_mm2(job));
+        Ok(Known { key: Some(key), part: keys.known(&key) })
+    };
+    let known = jobs.par_iter().map(known).collect::<Result<Vec<Known>, Cancelled>>()?;
+    monitor.at(Stage::RegionMeshes, 0.0);
+    let edge_mm = mesh_edge_mm(radius_mm, options.scallop_mm);
+    // Which region a place lies beside only the meshes of all of them say.
+    let mut wanted = vec![options.strategy.sweeps_regions() && !options.guides.is_empty(); faces_of.len()];
+    for ((_, region), known) in jobs.iter().zip(&known) {
+        wanted[*region] |= options.strategy.sweeps_regions() && known.part.is_none();
+    }
+    // A region without a mesh is cut patch by patch.
+    let meshes: Vec<Option<RegionMesh>> = (0..faces_of.len())
+        .into_par_iter()
+        .map(|r| {
+            monitor.go_on()?;
+            Ok(if wanted[r] { RegionMesh::of_region(model, regions.merged, r, edge_mm).ok() } else { None })
+        })
+        .collect::<Result<_, Cancelled>>()?;
+    let mut chosen = chosen(&meshes, &options.guides)?;
+    let sweeps: Vec<Option<Sweeps>> = (meshes.iter().zip(&faces_of).enumerate())
+        .map(|(r, (mesh, faces))| {
+            mesh.as_ref().map(|mesh| Sweeps::new(mesh, faces, &sides, chosen.remove(&r)))
+        })
+        .collect();
     let done = AtomicUsize::new(0);
-    let part = |job: &(usize, usize)| {
+    let part = |(job, known): (&(usize, usize), Known)| {
         monitor.go_on()?;
         monitor.at(Stage::Paths, done.fetch_add(1, Ordering::Relaxed) as f64 / jobs.len() as f64);
         let &(index, region) = job;
-        let part = contexts[index].part(&faces_of[region], area_mm2(job), sweeps[region].as_ref());
+        let part = known.part.unwrap_or_else(|| {
+            let part = contexts[index].part(&faces_of[region], area_mm2(job), sweeps[region].as_ref());
+            keys.as_ref().zip(known.key).inspect(|(keys, key)| keys.keep(key, &part));
+            part
+        });
         Ok(part.map(|part| (index, region, part)))
     };
-    let parts = jobs.par_iter().with_max_len(1).map(part).collect::<Result<Vec<_>, Cancelled>>()?;
+    let parts = jobs.par_iter().zip(known).with_max_len(1).map(part);
+    let parts = parts.collect::<Result<Vec<_>, Cancelled>>()?;
     let mut parts: Vec<(usize, usize, Part)> = parts.into_iter().flatten().collect();
     parts.sort_by_key(|&(index, region, _)| (index, region));
     let program = |parts: Vec<(usize, usize, Part)>| {
@@ -317,6 +340,14 @@ fn chosen(meshes: &[Option<RegionMesh>], places: &[Point3]) -> Result<BTreeMap<u
         Ok((region, guides.map_err(|source| PlanError::Sides { region, source })?))
     };
     of_region.into_iter().map(guides).collect()
+}
+
+/// A part that may be known already.
+struct Known {
+    /// Where parts are kept.
+    key: Option<PartKey>,
+    /// If it is known; nothing may be cut of it.
+    part: Option<Option<Part>>,
 }
 
 /// The model as one setup sees it.

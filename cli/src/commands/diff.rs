@@ -69,7 +69,8 @@ pub(crate) fn diff(context: &Context, args: &DiffArgs) -> Result<ExitCode, Failu
 
 fn say(found: &Difference, regions: &[TouchedRegion]) {
     let square_metres = |mm2: f64| format!("{:.4} m²", mm2 * 1e-6);
-    let sum = |areas: &mut dyn Iterator<Item = f64>| square_metres(areas.sum());
+    // Of nothing it is a negative nothing.
+    let sum = |areas: &mut dyn Iterator<Item = f64>| square_metres(areas.sum::<f64>() + 0.0);
     outln!("unchanged {}, {}", counted(found.unchanged, "face"), square_metres(found.unchanged_mm2));
     let Difference { added, removed, changed, .. } = found;
     outln!("added     {}, {}", counted(added.len(), "face"), sum(&mut added.iter().map(|at| at.area_mm2)));

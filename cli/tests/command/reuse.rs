@@ -13,7 +13,8 @@ use crate::scratch;
 
 /// What must be the same bytes.
 const FILES: [&str; 3] = ["toolpaths.jsonl", "regions.json", "verify.json"];
-const JOB: [&str; 8] = ["--tool", "ball:10", "--scallop", "0.4", "--up=+z", "--length=-x", "--json", "--quiet"];
+const JOB: [&str; 8] =
+    ["--tool", "ball:10", "--scallop", "0.4", "--up=+z", "--length=-x", "--json", "--quiet"];
 
 /// A small vehicle of many regions.
 fn vehicle(folder: &Path, name: &str, more: &[&str]) {
@@ -66,7 +67,8 @@ fn a_plan_has_the_same_bytes_with_a_store_and_without_for_any_number_of_threads(
     assert!(folder.join(".claymill-store").is_dir());
     for threads in ["1", "3"] {
         let warm = plan(folder, "car.igs", "warm", &["--threads", threads]);
-        assert_eq!(parts(&warm), [of, of]);
+        // The whole plan and its verification.
+        assert_eq!(parts(&warm), [2, 2]);
         assert_same(folder, "without", "warm");
     }
     // Another scallop height has nothing in common with it.
@@ -87,7 +89,7 @@ fn a_plan_has_the_same_bytes_with_a_store_and_without_for_any_number_of_threads(
     let warnings = again.stderr.replace("\n          ", " ");
     assert_eq!(warnings.matches("its content is not what was written").count() as u64, of, "{warnings}");
     assert_same(folder, "without", "again");
-    assert_eq!(parts(&plan(folder, "car.igs", "again", &[])), [of, of]);
+    assert_eq!(parts(&plan(folder, "car.igs", "again", &[])), [2, 2]);
 }
 
 #[test]
@@ -98,7 +100,11 @@ fn a_plan_that_is_killed_again_and_again_goes_on() {
     plan(folder, "car.igs", "whole", &["--no-store"]);
     let start = || -> Child {
         let mut command = claymill();
-        command.current_dir(folder).env("WGPU_ADAPTER_NAME", "none").stdout(Stdio::null()).stderr(Stdio::null());
+        command
+            .current_dir(folder)
+            .env("WGPU_ADAPTER_NAME", "none")
+            .stdout(Stdio::null())
+            .stderr(Stdio::null());
         command.args(["plan", "car.igs", "-o", "job", "--store", "parts", "--threads", "2"]).args(&JOB[..6]);
         command.spawn().unwrap()
     };
@@ -115,8 +121,8 @@ fn a_plan_that_is_killed_again_and_again_goes_on() {
     let kept = names(&folder.join("parts")).iter().filter(|name| name.ends_with(".part")).count() as u64;
     let last = plan(folder, "car.igs", "job", &["--store", "parts", "--threads", "2"]);
     let [reused, of] = parts(&last);
-    assert_eq!(reused, kept);
-    assert!(reused > 0, "nothing was kept of {of} parts");
+    // One that was killed after all passes were laid has kept the whole plan, too.
+    assert!(reused > 0 && reused <= kept, "{reused} of {of}, {kept} kept");
     assert_same(folder, "whole", "job");
     let left = names(&folder.join("parts"));
     assert!(left.iter().all(|name| name == "STORE" || name.ends_with(".part")), "{left:?}");

@@ -265,7 +265,8 @@ fn an_edit_moves_the_inside_of_one_wing_and_nothing_else() {
     let mut farthest_mm: f64 = 0.0;
     for (face, (a, b)) in before.model.faces.iter().zip(&after.model.faces).enumerate() {
         assert_eq!((a.surface.knots_u(), a.surface.knots_v()), (b.surface.knots_u(), b.surface.knots_v()));
-        let moved_mm = a.surface.net().iter().zip(b.surface.net()).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
+        let moved_mm =
+            a.surface.net().iter().zip(b.surface.net()).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
         let region = &before.answers.regions[before.answers.region_of_face[face]].name;
         assert!(moved_mm == 0.0 || region == "front wing right", "{region}: {moved_mm}");
         farthest_mm = farthest_mm.max(moved_mm);

@@ -16,7 +16,9 @@ use claymill_surface_merge::{EdgeStretch, Joint};
 use claymill_toolpath::{Bounds, Kept, KeyMaker, MachineLimits, PartKey};
 use rayon::prelude::*;
 
+use crate::plan::kept_plan::KeptPlan;
 use crate::plan::options::PlanOptions;
+use crate::plan::planned::Plan;
 use crate::plan::regions::Regions;
 use crate::program::kept_part::KeptPart;
 use crate::program::part::Part;
@@ -40,6 +42,7 @@ pub(crate) struct PlanKeys<'a> {
 }
 
 /// Faces that are not just to be cut.
+#[derive(Clone, Copy)]
 pub(crate) struct Aside<'a> {
     /// They could not be covered.
     pub(crate) bare: &'a [FaceId],
@@ -115,6 +118,27 @@ impl<'a> PlanKeys<'a> {
             faces: (0..model.faces.len()).into_par_iter().map(face).collect(),
             first_of_region: regions.of_face.iter().map(|&region| firsts[region]).collect(),
         })
+    }
+
+    /// The whole plan, if it is known.
+    pub(crate) fn known_plan(&self, model: &Model, regions: &Regions) -> Option<Plan> {
+        Some(self.kept.known::<KeptPlan>(&self.of_plan(model, regions))?.plan())
+    }
+
+    /// Keeps the whole plan.
+    pub(crate) fn keep_plan(&self, model: &Model, regions: &Regions, plan: &Plan) {
+        if let Some(plan) = KeptPlan::of(plan) {
+            self.kept.keep(&self.of_plan(model, regions), &plan);
+        }
+    }
+
+    /// A whole plan has numbers of faces and regions, names, and times.
+    fn of_plan(&self, model: &Model, regions: &Regions) -> PartKey {
+        let PlanOptions { setups, machine, orientation, in_process, .. } = self.options;
+        let key = KeyMaker::new("plan").key(&self.asked).debug(setups).debug(machine).debug(orientation);
+        let key = key.debug(in_process).debug(&regions.of_face);
+        let entities = model.faces.iter().map(|face| &face.source.entity);
+        self.faces.iter().zip(entities).fold(key, |key, (face, entity)| key.key(face).text(entity)).finish()
     }
 
     /// What each setup cuts: of the whole model at once, for setups take the lead in whole regions.

@@ -2,6 +2,7 @@
 
 pub(crate) mod covered;
 pub(crate) mod error;
+pub(crate) mod kept_plan;
 pub(crate) mod keys;
 pub(crate) mod obstacles;
 pub(crate) mod options;
@@ -94,16 +95,26 @@ pub(crate) fn plan_crowded(
     let obstacles: Vec<FaceId> = obstacles.collect();
     let area_mm2: f64 = regions.face_area_mm2.iter().sum();
     let fineness_mm = fineness_mm(options, area_mm2);
+    let aside = Aside { bare: &[], obstacles: &obstacles };
+    let keys = PlanKeys::new(model, regions, options, &aside, fineness_mm);
+    if let Some(plan) = keys.as_ref().and_then(|keys| keys.known_plan(model, regions)) {
+        return Ok(plan);
+    }
     let covered =
         Covered::new(model, regions.excluded, area_mm2, fineness_mm).map_err(|e| uncovered(model, e))?;
     if covered.left_out.is_empty() {
-        return lay(&covered, [&[], &obstacles], regions, options, monitor);
+        let plan = lay(&covered, &aside, keys.as_ref(), regions, options, monitor)?;
+        keys.inspect(|keys| keys.keep_plan(model, regions, &plan));
+        return Ok(plan);
     }
     let bare: Vec<FaceId> =
         covered.left_out.iter().map(|l| l.face).filter(|&face| !regions.excluded[face]).collect();
     let mut wider = WiderRegions::over(regions, &covered.model);
     wider.leave_out(bare.iter().copied());
-    let plan = lay(&covered, [&bare, &obstacles], &wider.as_regions(regions), options, monitor)?;
+    let wider = wider.as_regions(regions);
+    let aside = Aside { bare: &bare, obstacles: &obstacles };
+    let keys = PlanKeys::new(&covered.model, &wider, options, &aside, fineness_mm);
+    let plan = lay(&covered, &aside, keys.as_ref(), &wider, options, monitor)?;
     Ok(Plan { left_out: covered.left_out, ..plan }.of_own_faces(regions))
 }
 
@@ -112,10 +123,11 @@ fn uncovered(model: &Model, (face, source): (FaceId, NurbsError)) -> PlanError {
     PlanError::Face { face, entity, source }
 }
 
-/// Lays paths over a model that is covered, but for `bare` faces that could not be, and of which some are obstacles.
+/// Lays paths over a model that is covered, but for faces that could not be, and of which some are obstacles.
 fn lay(
     covered: &Covered,
-    [bare, faces_in_the_way]: [&[FaceId]; 2],
+    &Aside { bare, obstacles: faces_in_the_way }: &Aside,
+    keys: Option<&PlanKeys>,
     regions: &Regions,
     options: &PlanOptions,
     monitor: &dyn Monitor,
@@ -172,10 +184,8 @@ fn lay(
         scallop_mm: options.scallop_mm,
         divides: area_mm2 <= FEW_SQUARES * (FINEST * radius_mm).powi(2),
     };
-    let aside = Aside { bare, obstacles: faces_in_the_way };
-    let keys = PlanKeys::new(model, regions, options, &aside, fineness_mm(options, area_mm2));
     let make = || assign(model, covering, &views, regions);
-    let assignments = match &keys {
+    let assignments = match keys {
         Some(keys) => keys.assignments(&frames, make),
         None => make(),
     };
@@ -226,7 +236,7 @@ fn lay(
         (0..frames.len()).flat_map(|index| (0..faces_of.len()).map(move |region| (index, region))).collect();
     jobs.retain(|job| area_mm2(job) > 0.0);
     jobs.sort_by(|a, b| area_mm2(b).total_cmp(&area_mm2(a)).then(a.cmp(b)));
-    let keys = keys.as_ref().map(|keys| keys.of_passes(&assignments, &balls));
+    let keys = keys.map(|keys| keys.of_passes(&assignments, &balls));
     let known = |job: &(usize, usize)| {
         monitor.go_on()?;
         let Some(keys) = &keys else { return Ok(Known { key: None, part: None }) };

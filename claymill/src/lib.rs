@@ -45,12 +45,14 @@
 //! [`controller`], and `viewer` for pictures (feature `viewer`, which is on unless turned off).
 
 mod choice;
+mod difference;
 mod error;
 mod in_process;
 mod job;
 mod job_error;
 mod job_folder;
 mod job_record;
+mod kept_verdict;
 mod levels;
 mod limits;
 mod material;
@@ -90,6 +92,7 @@ pub use claymill_toolpath::{
 pub use claymill_verify::{Verdict, Verification};
 
 pub use choice::{Choice, ChosenOperation, Shop, StockWish, Wish, choose};
+pub use difference::{Changed, Difference, FaceAt, difference};
 pub use error::Error;
 pub use in_process::InProcessStock;
 pub use job::{AUTO_SETUPS, Job, check_holder_clearance, check_obstacle_clearance};

@@ -8,13 +8,12 @@ use claymill_toolpath::{
     FolderWriter, JOB_FILE, Job as JobRecord, Judged, Monitor, Move, Program, REGIONS_FILE, RegionsFile,
     Setup, StageTiming, VERIFY_FILE, read_moves,
 };
-use claymill_verify::{
-    CrestSample, Verification, VerifyOptions, stick_outs_needed_mm, verify_with_crests, write_crests,
-};
+use claymill_verify::{CrestSample, Verification, VerifyOptions, stick_outs_needed_mm, write_crests};
 use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::job_record::job_record;
+use crate::kept_verdict::verify_or_know;
 use crate::model_file::ModelFile;
 use crate::planned::Planned;
 use crate::prepared::Prepared;
@@ -124,9 +123,9 @@ impl<'m> Verified<'m> {
             true => choose_stick_outs(file.model(), &mut job, &program, monitor)?,
             false => Vec::new(),
         };
-        let (mut verification, crests) =
-            verify_with_crests(file.model(), &job, &program, &VerifyOptions::default(), monitor)?;
         let judged = Judged::of(folder.path(), &job)?;
+        let measured = (file.model(), &job, &program);
+        let (mut verification, crests) = verify_or_know(&prepared.options.kept, &judged, measured, monitor)?;
         verification.judged = Some(judged.clone());
         let mut regions = prepared.merged.record;
         for needed in verification.holder.iter().flat_map(|h| &h.regions) {

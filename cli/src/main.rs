@@ -11,6 +11,7 @@ mod memory;
 mod merging;
 mod output;
 mod relaunch;
+mod reuse;
 mod secret;
 
 use std::process::ExitCode;
@@ -70,6 +71,8 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Reach(args) => commands::reach(&context, args),
         Command::Merge(args) => commands::merge(&context, args),
         Command::Plan(args) => commands::plan(&context, args),
+        Command::Diff(args) => commands::diff(&context, args),
+        Command::Store(args) => commands::store(&context, args),
         Command::Compare(args) => commands::compare(&context, args),
         Command::Verify(args) => commands::verify(&context, args),
         Command::Control(args) => commands::control(&context, args),

@@ -100,9 +100,7 @@ impl Covering {
         area_mm2: f64,
         radius_mm: f64,
     ) -> Result<Self, Vec<(FaceId, NurbsError)>> {
-        let edge_mm = (LONGEST_EDGE_MM * larger_than_usual(radius_mm)).min(LONGEST_EDGE_RADII * radius_mm);
-        // Two triangles to a square of edges.
-        let longest_edge_mm = edge_mm.max((2.0 * area_mm2 / TRIANGLES).sqrt());
+        let longest_edge_mm = Self::longest_edge_mm(area_mm2, radius_mm);
         let options = |id: FaceId| MeshOptions {
             deviation_mm: DEVIATION_MM * larger_than_usual(radius_mm),
             longest_edge_mm: if excluded[id] {
@@ -131,6 +129,14 @@ impl Covering {
         let adjacency = Adjacency::new(&meshes);
         let edges = model.faces.par_iter().enumerate().flat_map_iter(|(id, f)| edge_pieces(id, f)).collect();
         Ok(Covering { meshes, deviation_mm, curvature, rimmed, adjacency, edges })
+    }
+
+    /// How long sides of triangles may be over a model of `area_mm2` for a ball, mm.
+    #[must_use]
+    pub fn longest_edge_mm(area_mm2: f64, radius_mm: f64) -> f64 {
+        let edge_mm = (LONGEST_EDGE_MM * larger_than_usual(radius_mm)).min(LONGEST_EDGE_RADII * radius_mm);
+        // Two triangles to a square of edges.
+        edge_mm.max((2.0 * area_mm2 / TRIANGLES).sqrt())
     }
 
     /// The triangles of each face, in model coordinates.

@@ -220,16 +220,6 @@ impl<'a> BallDrop<'a> {
         &self.faces[face].surface
     }
 
-    /// Calls `visit` with a box around every covered piece, in the setup's coordinates.
-    pub fn for_each_box(&self, mut visit: impl FnMut(&Aabb)) {
-        for t in &self.triangles {
-            visit(&Aabb::of(&t.p).inflated(f64::from(t.deviation_mm)));
-        }
-        for e in &self.edges {
-            visit(&Aabb::of([&e.a, &e.b]).inflated(e.deviation_mm));
-        }
-    }
-
     /// Drops the ball at `(x, y)` on everything (setup coordinates, mm). `None` where nothing is below.
     #[must_use]
     pub fn drop(&self, x: f64, y: f64) -> Option<Location> {

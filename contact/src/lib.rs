@@ -35,6 +35,7 @@
 //! ```
 
 mod blocked;
+mod boxes;
 mod certificate;
 mod covering;
 mod cutter;

@@ -40,7 +40,7 @@ pub use answers::{Answers, Continuity, Joint, Region, Totals};
 pub use flaw::{Flaw, FlawError, PlantedFlaw};
 pub use panel::panel;
 pub use ribbon::ribbon;
-pub use roadster::{RoadsterOptions, roadster};
+pub use roadster::{RoadsterOptions, roadster, roadster_edited};
 pub use write::{SAMPLES, SampleError, generate, write_sample};
 
 /// A generated model and what is known about it.

@@ -15,7 +15,12 @@ use crate::sheet::Sheet;
 /// Cuts the sheets into about `patches` faces and shuffles these as files from many hands are: each with its
 /// own parametrisation, sense and place in the file. The answers follow along.
 pub(crate) fn shuffled(name: &str, sheets: &[Sheet], count: usize, seed: u64) -> Sample {
-    let layout = lay_out(sheets, count, seed);
+    shuffled_as(name, sheets, sheets, count, seed)
+}
+
+/// The same, cut and shuffled as other sheets are, which are these before somebody changed them.
+pub(crate) fn shuffled_as(name: &str, sheets: &[Sheet], before: &[Sheet], count: usize, seed: u64) -> Sample {
+    let layout = lay_out(before, count, seed);
     let patches = patches(&layout);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut order: Vec<usize> = (0..patches.len()).collect();

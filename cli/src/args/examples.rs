@@ -46,6 +46,16 @@ Examples:
   claymill plan body.igs --up +z --length=-y --strategy auto --check clamps.stl -o out/body
   claymill plan new-body.igs --job out/body/job.toml --only region:0,layer:ROOF -o out/new-body";
 
+pub(super) const DIFF: &str = "\
+Examples:
+  claymill diff out/body new-body.igs
+  claymill diff out/body new-body.igs --json > changed.json";
+
+pub(super) const STORE: &str = "\
+Examples:
+  claymill store status out/.claymill-store
+  claymill store clean out/.claymill-store --to 1000";
+
 pub(super) const COMPARE: &str = "\
 Examples:
   claymill compare body.igs -o out/compare
@@ -112,6 +122,7 @@ Examples:
 pub(super) const SAMPLE: &str = "\
 Examples:
   claymill sample roadster -o roadster.igs
+  claymill sample roadster --edit -o roadster-edited.igs
   claymill sample ribbon --flaw gap:0.05 --flaw t-junctions -o ribbon.stp";
 
 pub(super) const SCHEMA: &str = "\

@@ -7,7 +7,7 @@ use claymill_nurbs::Point3;
 use serde::{Deserialize, Serialize};
 
 use super::process::ProcessArgs;
-use super::{BoundsArgs, CHOICE, JOINING, MACHINE, PASSES, SETUP, TOOL};
+use super::{BoundsArgs, CHOICE, JOINING, MACHINE, PASSES, ReuseArgs, SETUP, TOOL};
 use crate::failure::Failure;
 use crate::merging::MergingArgs;
 
@@ -24,6 +24,8 @@ pub(crate) struct PlanArgs {
     pub(crate) job_file: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) process: ProcessArgs,
+    #[command(flatten)]
+    pub(crate) reuse: ReuseArgs,
     #[command(flatten)]
     pub(crate) job: OneJob,
 }

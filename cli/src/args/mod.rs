@@ -2,6 +2,7 @@
 
 mod bounds;
 mod clearances;
+mod diff;
 mod examples;
 mod job;
 mod machine;
@@ -11,6 +12,7 @@ mod process;
 mod prototype;
 mod reach;
 mod result;
+mod reuse;
 mod shell;
 mod tools;
 
@@ -18,6 +20,7 @@ use clap::{Parser, Subcommand};
 
 pub(crate) use bounds::{BoundsArgs, sides};
 pub(crate) use clearances::check_clearance;
+pub(crate) use diff::{DiffArgs, StoreArgs, StoreCommand};
 pub(crate) use job::{
     AxisArgs, CompareArgs, CutName, JobOptions, LinkName, OneJob, PlanArgs, PresetName, StrategyName,
 };
@@ -27,6 +30,7 @@ pub(crate) use process::ProcessArgs;
 pub(crate) use prototype::PrototypeArgs;
 pub(crate) use reach::ReachArgs;
 pub(crate) use result::{AnimateArgs, PathColour, RenderArgs, ReportArgs, ShowName, VerifyArgs, ViewArgs};
+pub(crate) use reuse::ReuseArgs;
 pub(crate) use shell::{CompletionsArgs, ManArgs};
 pub(crate) use tools::{TableUnit, ToolsArgs};
 
@@ -86,6 +90,13 @@ pub(crate) enum Command {
     /// The main job: regions, setups, tool paths, verification, pictures, report.
     #[command(after_help = examples::PLAN)]
     Plan(PlanArgs),
+    /// What differs between the model of a job and another one: faces added, removed and moved, and what of the job that
+    /// touches.
+    #[command(after_help = examples::DIFF)]
+    Diff(DiffArgs),
+    /// What a store of parts of plans holds, and making it smaller.
+    #[command(after_help = examples::STORE)]
+    Store(StoreArgs),
     /// A part from a bar on a rotary axis: axis, angles, supports, passes and a setup sheet, or why it cannot be made so.
     #[command(after_help = examples::PROTOTYPE)]
     Prototype(PrototypeArgs),

@@ -125,4 +125,7 @@ pub(crate) struct SampleArgs {
     /// round:DIGITS. Into the ribbon also: gap:MM, shift:MM, kink:DEG, curvature:PER_MM, t-junctions.
     #[arg(long = "flaw", value_name = "KIND:SIZE")]
     pub(crate) flaws: Vec<Flaw>,
+    /// The roadster after a change of its designer's: the middle of a wing lies this much further out, mm.
+    #[arg(long, value_name = "MM", num_args = 0..=1, default_missing_value = "2", require_equals = true, conflicts_with = "flaws")]
+    pub(crate) edit: Option<f64>,
 }

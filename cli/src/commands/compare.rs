@@ -17,7 +17,7 @@ use super::compare_jobs::{Combination, Wanted};
 use super::compare_kept::Before;
 use super::plan::{Done, run};
 use super::{Context, compare_plot, compare_table};
-use crate::args::CompareArgs;
+use crate::args::{CompareArgs, ReuseArgs};
 use crate::console::{counted, outln};
 use crate::failure::{Failure, advice_on};
 use crate::interrupt::{self, INTERRUPTED};
@@ -122,7 +122,8 @@ pub(crate) fn compare(context: &Context, args: &CompareArgs) -> Result<ExitCode,
             }
             None => {
                 let console = context.console.for_job();
-                run(&Context { console: &console, json: false, force: context.force }, &request, &folder)?
+                let context = Context { console: &console, json: false, force: context.force };
+                run(&context, &request, &folder, &ReuseArgs::nowhere())?
             }
         };
         finished.lock().unwrap_or_else(PoisonError::into_inner).push(name.clone());

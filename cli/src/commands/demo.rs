@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use super::operations::{self, Source};
 use super::request::Request;
 use super::{Context, plan, sample};
-use crate::args::{DemoArgs, StrategyName};
+use crate::args::{DemoArgs, ReuseArgs, StrategyName};
 use crate::failure::{Failure, PROBLEM};
 
 /// What the vehicle is milled in where nothing else is asked for.
@@ -15,7 +15,15 @@ const MATERIAL: &str = "clay";
 pub(crate) fn demo(context: &Context, args: &DemoArgs) -> Result<ExitCode, Failure> {
     let model = args.out.with_file_name("roadster.igs");
     context.console.stage("generating");
-    let planted = sample::write(context, "roadster", args.patches, args.seed, args.scale, &[], &model)?;
+    let asked = sample::Asked {
+        name: "roadster",
+        patches: args.patches,
+        seed: args.seed,
+        scale: args.scale,
+        flaws: &[],
+        edit_mm: None,
+    };
+    let planted = sample::write(context, &asked, &model)?;
     let mut job = args.job.options();
     job.axes.up.get_or_insert_with(|| "+z".to_owned());
     job.axes.length.get_or_insert_with(|| "-x".to_owned());
@@ -25,9 +33,9 @@ pub(crate) fn demo(context: &Context, args: &DemoArgs) -> Result<ExitCode, Failu
         // Rows run over the whole vehicle, and are the quickest to plan.
         job.strategy.get_or_insert(StrategyName::Planar);
         let source = Source::for_material(material, &args.process, job)?;
-        operations::run(context, &model, source, &args.out)?
+        operations::run(context, &model, source, &args.out, &ReuseArgs::nowhere())?
     } else {
-        plan::run(context, &Request::new(&model, &job)?, &args.out)?
+        plan::run(context, &Request::new(&model, &job)?, &args.out, &ReuseArgs::nowhere())?
     };
 
     let equal = same_partition(&done.region_of_face, &planted.answers.region_of_face);

@@ -15,9 +15,10 @@ use super::job_file::{self, JOB_TOML};
 use super::plan::{Done, finish};
 use super::request::Request;
 use super::{Context, plan_summary, say_axes, stages};
-use crate::args::{CutName, JobOptions, PlanArgs, ProcessArgs, StrategyName, sides};
+use crate::args::{CutName, JobOptions, PlanArgs, ProcessArgs, ReuseArgs, StrategyName, sides};
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::reuse::Reuse;
 use crate::{interrupt, material};
 
 /// The key of a job file that holds its operations.
@@ -142,7 +143,13 @@ pub(super) struct Chosen {
 }
 
 /// Plans all operations, verifies them as one job, and puts its folder into place.
-pub(super) fn run(context: &Context, model: &Path, source: Source, out: &Path) -> Result<Done, Failure> {
+pub(super) fn run(
+    context: &Context,
+    model: &Path,
+    source: Source,
+    out: &Path,
+    reuse: &ReuseArgs,
+) -> Result<Done, Failure> {
     let console = context.console;
     // What can be said before the model is read, which may take a while.
     let base = match &source {
@@ -155,6 +162,7 @@ pub(super) fn run(context: &Context, model: &Path, source: Source, out: &Path) -
     let base = base.ok_or_else(|| Failure::problem("the job has no operations", ADVICE))?;
     let folder = FolderWriter::begin(out)?;
     folder.leftovers().into_iter().for_each(interrupt::remove_on_interrupt);
+    let reuse = Reuse::new(reuse, out, console)?;
     let loaded = context.load(model)?;
 
     console.stage("merging");
@@ -171,7 +179,8 @@ pub(super) fn run(context: &Context, model: &Path, source: Source, out: &Path) -
     if let Some(first) = job.operations.first() {
         say_axes(console, &first.options.axes, prepared.orientation());
     }
-    let operations = requests(model, &job)?;
+    let mut operations = requests(model, &job)?;
+    operations.iter_mut().for_each(|operation| operation.job.passes.kept = reuse.kept.clone());
     let told = |operation: &OperationJob, plan: Result<&claymill::Planned<'_>, &claymill::Error>| {
         let passes = &operation.job.passes;
         let how = match operation.job.levels {
@@ -198,7 +207,7 @@ pub(super) fn run(context: &Context, model: &Path, source: Source, out: &Path) -
     console.stage("verifying");
     let states = stages::of(&planned);
     let verified = planned.verify_into(folder, console)?;
-    finish(context, verified, &states, out)
+    finish(context, verified, &states, out, &reuse)
 }
 
 /// The operations of a job file as they are planned.

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use claymill::{Finished, ObstacleFile, Verified};
-use claymill_toolpath::{Area, FolderWriter, Job, Program, REPORT_FILE, Totals};
+use claymill_toolpath::{Area, FolderWriter, Job, PartCount, Program, REPORT_FILE, Totals};
 use claymill_verify::{Verdict, Verification};
 use claymill_viewer::ReportPicture;
 use serde::Serialize;
@@ -13,9 +13,10 @@ use super::job_file::{self, JOB_TOML};
 use super::request::Request;
 use super::stages::StockState;
 use super::{Context, left_out, operations, pictures, plan_summary, report, say_axes, verify};
-use crate::args::PlanArgs;
+use crate::args::{PlanArgs, ReuseArgs};
 use crate::console::{Console, counted, peak_memory_mb};
 use crate::failure::Failure;
+use crate::reuse::Reuse;
 use crate::{interrupt, material};
 
 /// What is of interest after a job.
@@ -35,6 +36,9 @@ struct Summary<'a> {
     passed: bool,
     verdict: &'a Verdict,
     area: &'a Area,
+    /// Of the plan, where a store keeps them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    parts: Option<PartCount>,
     #[serde(flatten)]
     totals: &'a Totals,
 }
@@ -42,23 +46,31 @@ struct Summary<'a> {
 /// `claymill plan`.
 pub(crate) fn plan(context: &Context, args: &PlanArgs) -> Result<ExitCode, Failure> {
     if let Some(job) = operations::asked(args)? {
-        return Ok(operations::run(context, &args.model, job, &args.out)?.exit);
+        return Ok(operations::run(context, &args.model, job, &args.out, &args.reuse)?.exit);
     }
     let options = job_file::with(args.job.options(), args.job_file.as_deref())?;
     let request = Request::new(&args.model, &options)?;
-    Ok(run(context, &request, &args.out)?.exit)
+    Ok(run(context, &request, &args.out, &args.reuse)?.exit)
 }
 
 /// The main job, from the model file to the finished folder.
-pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Done, Failure> {
+pub(crate) fn run(
+    context: &Context,
+    request: &Request,
+    out: &Path,
+    reuse: &ReuseArgs,
+) -> Result<Done, Failure> {
     let console = context.console;
     let folder = FolderWriter::begin(out)?;
     folder.leftovers().into_iter().for_each(interrupt::remove_on_interrupt);
+    let reuse = Reuse::new(reuse, out, console)?;
     let loaded = context.load(&request.model)?;
     let faces = loaded.model().faces.len();
 
     console.stage("merging");
-    let prepared = request.job.prepare(&loaded)?;
+    let mut job = request.job.clone();
+    job.passes.kept = reuse.kept.clone();
+    let prepared = job.prepare(&loaded)?;
     let orientation = prepared.orientation().orientation;
     say_axes(console, &request.options.axes, prepared.orientation());
     let regions = &prepared.merged().record;
@@ -84,7 +96,7 @@ pub(crate) fn run(context: &Context, request: &Request, out: &Path) -> Result<Do
     let plan = planned.plan();
     verify::expect(console, plan.program.moves.len(), plan.totals.passes, faces);
     let verified = planned.verify_into(folder, console)?;
-    finish(context, verified, &[], out)
+    finish(context, verified, &[], out, &reuse)
 }
 
 /// Verdict, pictures and report of a job that was verified; then its folder is put into place.
@@ -93,10 +105,12 @@ pub(super) fn finish(
     mut verified: Verified<'_>,
     states: &[StockState],
     out: &Path,
+    reuse: &Reuse,
 ) -> Result<Done, Failure> {
     let console = context.console;
     say_stick_outs(console, &verified);
     verify::say(context, &verified.results().verification);
+    reuse.say(console);
 
     console.stage("pictures");
     let sights = pictures::take(console, &verified.finished(), states, verified.path())?;
@@ -118,6 +132,7 @@ pub(super) fn finish(
             passed: found.verdict.passed,
             verdict: &found.verdict,
             area: &job.area,
+            parts: reuse.count(),
             totals: &job.totals,
         })?;
     }

@@ -17,7 +17,7 @@ use super::operations::{self, Head, OperationOptions, OperationsFile, Source};
 use super::post::machine;
 use super::reach::rotary;
 use super::{Context, request};
-use crate::args::{AxisArgs, BoundsArgs, CutName, JobOptions, PrototypeArgs, StrategyName};
+use crate::args::{AxisArgs, BoundsArgs, CutName, JobOptions, PrototypeArgs, ReuseArgs, StrategyName};
 use crate::console::{counted, outln};
 use crate::failure::Failure;
 use crate::output;
@@ -70,7 +70,7 @@ pub(crate) fn prototype_command(context: &Context, args: &PrototypeArgs) -> Resu
     if !args.no_passes {
         let job_folder = args.out.join(JOB);
         let job = operations(&found, &asked, args);
-        exit = operations::run(context, &held, Source::File(job), &job_folder)?.exit;
+        exit = operations::run(context, &held, Source::File(job), &job_folder, &ReuseArgs::nowhere())?.exit;
         if let Some(machine) = &machine {
             let program = args.out.join(PROGRAM);
             // The sheet is of use even where the job did not pass: it says why there is no program.

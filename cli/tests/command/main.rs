@@ -36,6 +36,7 @@ mod queue;
 mod records;
 mod rest;
 mod rest_above;
+mod reuse;
 mod roadster;
 mod run;
 mod shank;

@@ -256,3 +256,21 @@ fn seeds_change_the_file_and_nothing_else_does() {
     }
     assert_ne!(a.answers.region_of_face, c.answers.region_of_face);
 }
+
+#[test]
+fn an_edit_moves_the_inside_of_one_wing_and_nothing_else() {
+    let options = RoadsterOptions { patches: 500, seed: 7 };
+    let (before, after) = (roadster(&options), claymill_models::roadster_edited(&options, 2.0));
+    assert_eq!(before.answers.region_of_face, after.answers.region_of_face);
+    let mut farthest_mm: f64 = 0.0;
+    for (face, (a, b)) in before.model.faces.iter().zip(&after.model.faces).enumerate() {
+        assert_eq!((a.surface.knots_u(), a.surface.knots_v()), (b.surface.knots_u(), b.surface.knots_v()));
+        let moved_mm =
+            a.surface.net().iter().zip(b.surface.net()).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
+        let region = &before.answers.regions[before.answers.region_of_face[face]].name;
+        assert!(moved_mm == 0.0 || region == "front wing right", "{region}: {moved_mm}");
+        farthest_mm = farthest_mm.max(moved_mm);
+    }
+    assert!((1.5..=2.0 + 1e-9).contains(&farthest_mm), "{farthest_mm}");
+    assert_eq!(before.answers.totals.joints_c0, after.answers.totals.joints_c0);
+}

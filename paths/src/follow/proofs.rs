@@ -4,9 +4,10 @@ use std::iter::Sum;
 use std::ops::AddAssign;
 
 use claymill_contact::{Location, Support};
+use serde::{Deserialize, Serialize};
 
 /// How many locations of passes there are, by what proves them.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(crate) struct Proofs {
     pub(crate) locations: u64,
     /// By the sheet around the contact.

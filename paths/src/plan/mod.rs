@@ -2,6 +2,8 @@
 
 pub(crate) mod covered;
 pub(crate) mod error;
+pub(crate) mod kept_plan;
+pub(crate) mod keys;
 pub(crate) mod obstacles;
 pub(crate) mod options;
 pub(crate) mod planned;
@@ -14,7 +16,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use claymill_contact::{BallDrop, CONTACT_EPSILON_MM, Covering, FreeSides, Material, Rims, near_mm};
 use claymill_nurbs::{Aabb, FaceId, Model, NurbsError, Point3};
 use claymill_surface_merge::{Guides, RegionMesh};
-use claymill_toolpath::{Cancelled, Monitor, Stage, Tool};
+use claymill_toolpath::{Cancelled, Monitor, PartKey, Stage, Tool};
 use rayon::prelude::*;
 
 use crate::containment::{Avoided, Containment};
@@ -23,6 +25,7 @@ use crate::pattern::levels::sweeps::Sweeps;
 use crate::pattern::step_over::flat_mm;
 use crate::plan::covered::{Covered, WiderRegions};
 use crate::plan::error::{EndRefusal, FARTHEST_GUIDE_MM, PlanError};
+use crate::plan::keys::{Aside, PlanKeys};
 use crate::plan::options::{PlanOptions, check_end, check_tools};
 use crate::plan::planned::Plan;
 use crate::plan::regions::{Regions, open_borders};
@@ -92,16 +95,26 @@ pub(crate) fn plan_crowded(
     let obstacles: Vec<FaceId> = obstacles.collect();
     let area_mm2: f64 = regions.face_area_mm2.iter().sum();
     let fineness_mm = fineness_mm(options, area_mm2);
+    let aside = Aside { bare: &[], obstacles: &obstacles };
+    let keys = PlanKeys::new(model, regions, options, &aside, fineness_mm);
+    if let Some(plan) = keys.as_ref().and_then(|keys| keys.known_plan(model, regions)) {
+        return Ok(plan);
+    }
     let covered =
         Covered::new(model, regions.excluded, area_mm2, fineness_mm).map_err(|e| uncovered(model, e))?;
     if covered.left_out.is_empty() {
-        return lay(&covered, [&[], &obstacles], regions, options, monitor);
+        let plan = lay(&covered, &aside, keys.as_ref(), regions, options, monitor)?;
+        keys.inspect(|keys| keys.keep_plan(model, regions, &plan));
+        return Ok(plan);
     }
     let bare: Vec<FaceId> =
         covered.left_out.iter().map(|l| l.face).filter(|&face| !regions.excluded[face]).collect();
     let mut wider = WiderRegions::over(regions, &covered.model);
     wider.leave_out(bare.iter().copied());
-    let plan = lay(&covered, [&bare, &obstacles], &wider.as_regions(regions), options, monitor)?;
+    let wider = wider.as_regions(regions);
+    let aside = Aside { bare: &bare, obstacles: &obstacles };
+    let keys = PlanKeys::new(&covered.model, &wider, options, &aside, fineness_mm);
+    let plan = lay(&covered, &aside, keys.as_ref(), &wider, options, monitor)?;
     Ok(Plan { left_out: covered.left_out, ..plan }.of_own_faces(regions))
 }
 
@@ -110,10 +123,11 @@ fn uncovered(model: &Model, (face, source): (FaceId, NurbsError)) -> PlanError {
     PlanError::Face { face, entity, source }
 }
 
-/// Lays paths over a model that is covered, but for `bare` faces that could not be, and of which some are obstacles.
+/// Lays paths over a model that is covered, but for faces that could not be, and of which some are obstacles.
 fn lay(
     covered: &Covered,
-    [bare, obstacles]: [&[FaceId]; 2],
+    &Aside { bare, obstacles: faces_in_the_way }: &Aside,
+    keys: Option<&PlanKeys>,
     regions: &Regions,
     options: &PlanOptions,
     monitor: &dyn Monitor,
@@ -150,8 +164,8 @@ fn lay(
         Avoided::new(model, faces, mm, radius_mm).map_err(|e| uncovered(model, e))
     };
     let avoided = avoid(&options.bounds.avoid, options.bounds.avoid_mm)?;
-    let obstacle_mm = if obstacles.is_empty() { 0.0 } else { options.check_clearance_mm };
-    let obstacles = avoid(if obstacle_mm > 0.0 { obstacles } else { &[] }, obstacle_mm)?;
+    let obstacle_mm = if faces_in_the_way.is_empty() { 0.0 } else { options.check_clearance_mm };
+    let obstacles = avoid(if obstacle_mm > 0.0 { faces_in_the_way } else { &[] }, obstacle_mm)?;
     let kept_in = |f: &Frame, room| {
         let avoided = [avoided.as_ref(), obstacles.as_ref()];
         Containment::new(&options.bounds, f, radius_mm, covering, regions.excluded, avoided, room)
@@ -168,31 +182,16 @@ fn lay(
         scallop_mm: options.scallop_mm,
         divides: area_mm2 <= FEW_SQUARES * (FINEST * radius_mm).powi(2),
     };
-    let assignments = assign(model, covering, &views, regions);
+    let make = || assign(model, covering, &views, regions);
+    let assignments = match keys {
+        Some(keys) => keys.assignments(&frames, make),
+        None => make(),
+    };
     let account = Account::new(covering, &assignments.of, regions);
     let faces_of = group(regions.of_face);
     monitor.go_on()?;
-    monitor.at(Stage::RegionMeshes, 0.0);
-    let edge_mm = mesh_edge_mm(radius_mm, options.scallop_mm);
     let tolerance = FitTolerance::of_scallop(options.scallop_mm);
-    let wanted = |region: usize| {
-        options.strategy.sweeps_regions() && account.region_setup_mm2[region].iter().any(|&a| a > 0.0)
-    };
-    // A region without a mesh is cut patch by patch.
-    let meshes: Vec<Option<RegionMesh>> = (0..faces_of.len())
-        .into_par_iter()
-        .map(|r| {
-            monitor.go_on()?;
-            Ok(if wanted(r) { RegionMesh::of_region(model, regions.merged, r, edge_mm).ok() } else { None })
-        })
-        .collect::<Result<_, Cancelled>>()?;
-    let mut chosen = chosen(&meshes, &options.guides)?;
     let sides = Sides::new(covering, &assignments.of, &frames);
-    let sweeps: Vec<Option<Sweeps>> = (meshes.iter().zip(&faces_of).enumerate())
-        .map(|(r, (mesh, faces))| {
-            mesh.as_ref().map(|mesh| Sweeps::new(mesh, faces, &sides, chosen.remove(&r)))
-        })
-        .collect();
     let views_of: Vec<View> = (0..frames.len())
         .into_par_iter()
         .map(|k| View::new(covering, &assignments, k, &balls[k], &space, regions))
@@ -235,19 +234,51 @@ fn lay(
         (0..frames.len()).flat_map(|index| (0..faces_of.len()).map(move |region| (index, region))).collect();
     jobs.retain(|job| area_mm2(job) > 0.0);
     jobs.sort_by(|a, b| area_mm2(b).total_cmp(&area_mm2(a)).then(a.cmp(b)));
-    let lay = |jobs: &[(usize, usize)], contexts: &[SetupContext]| {
-        let done = AtomicUsize::new(0);
-        let part = |job: &(usize, usize)| {
-            monitor.go_on()?;
-            monitor.at(Stage::Paths, done.fetch_add(1, Ordering::Relaxed) as f64 / jobs.len() as f64);
-            let &(index, region) = job;
-            let part = contexts[index].part(&faces_of[region], area_mm2(job), sweeps[region].as_ref());
-            Ok(part.map(|part| (index, region, part)))
-        };
-        let parts = jobs.par_iter().with_max_len(1).map(part).collect::<Result<Vec<_>, Cancelled>>()?;
-        Ok::<Vec<(usize, usize, Part)>, Cancelled>(parts.into_iter().flatten().collect())
+    let keys = keys.map(|keys| keys.of_passes(&assignments, &balls));
+    let known = |job: &(usize, usize)| {
+        monitor.go_on()?;
+        let Some(keys) = &keys else { return Ok(Known { key: None, part: None }) };
+        let key = keys.of(&contexts[job.0], &faces_of[job.1], area_mm2(job));
+        Ok(Known { key: Some(key), part: keys.known(&key) })
     };
-    let mut parts = lay(&jobs, &contexts)?;
+    let known = jobs.par_iter().map(known).collect::<Result<Vec<Known>, Cancelled>>()?;
+    monitor.at(Stage::RegionMeshes, 0.0);
+    let edge_mm = mesh_edge_mm(radius_mm, options.scallop_mm);
+    // Which region a place lies beside only the meshes of all of them say.
+    let mut wanted = vec![options.strategy.sweeps_regions() && !options.guides.is_empty(); faces_of.len()];
+    for ((_, region), known) in jobs.iter().zip(&known) {
+        wanted[*region] |= options.strategy.sweeps_regions() && known.part.is_none();
+    }
+    // A region without a mesh is cut patch by patch.
+    let meshes_of = |wanted: &[bool]| {
+        let mesh = |r: usize| {
+            monitor.go_on()?;
+            Ok(if wanted[r] { RegionMesh::of_region(model, regions.merged, r, edge_mm).ok() } else { None })
+        };
+        (0..faces_of.len()).into_par_iter().map(mesh).collect::<Result<Vec<Option<RegionMesh>>, Cancelled>>()
+    };
+    let meshes = meshes_of(&wanted)?;
+    let mut chosen = chosen(&meshes, &options.guides)?;
+    let sweeps: Vec<Option<Sweeps>> = (meshes.iter().zip(&faces_of).enumerate())
+        .map(|(r, (mesh, faces))| {
+            mesh.as_ref().map(|mesh| Sweeps::new(mesh, faces, &sides, chosen.remove(&r)))
+        })
+        .collect();
+    let done = AtomicUsize::new(0);
+    let part = |(job, known): (&(usize, usize), Known)| {
+        monitor.go_on()?;
+        monitor.at(Stage::Paths, done.fetch_add(1, Ordering::Relaxed) as f64 / jobs.len() as f64);
+        let &(index, region) = job;
+        let part = known.part.unwrap_or_else(|| {
+            let part = contexts[index].part(&faces_of[region], area_mm2(job), sweeps[region].as_ref());
+            keys.as_ref().zip(known.key).inspect(|(keys, key)| keys.keep(key, &part));
+            part
+        });
+        Ok(part.map(|part| (index, region, part)))
+    };
+    let parts = jobs.par_iter().zip(known).with_max_len(1).map(part);
+    let parts = parts.collect::<Result<Vec<_>, Cancelled>>()?;
+    let mut parts: Vec<(usize, usize, Part)> = parts.into_iter().flatten().collect();
     parts.sort_by_key(|&(index, region, _)| (index, region));
     let program = |parts: Vec<(usize, usize, Part)>| {
         let mut out = Output::default();
@@ -272,8 +303,25 @@ fn lay(
                 .map(|(context, kept)| SetupContext { containment: kept.as_ref(), ..*context })
                 .collect();
             let again: Vec<(usize, usize)> = left_out.parts.iter().copied().collect();
+            // Of what was known no mesh was made; with guides all were.
+            let is_again = |r: usize| again.iter().any(|job| job.1 == r);
+            let wanted: Vec<bool> = (0..faces_of.len())
+                .map(|r| options.strategy.sweeps_regions() && !wanted[r] && is_again(r))
+                .collect();
+            let meshes = meshes_of(&wanted)?;
+            let more: Vec<Option<Sweeps>> = (meshes.iter().zip(&faces_of))
+                .map(|(mesh, faces)| mesh.as_ref().map(|mesh| Sweeps::new(mesh, faces, &sides, None)))
+                .collect();
+            let part = |job: &(usize, usize)| {
+                monitor.go_on()?;
+                let &(index, region) = job;
+                let sweeps = sweeps[region].as_ref().or(more[region].as_ref());
+                let part = contexts[index].part(&faces_of[region], area_mm2(job), sweeps);
+                Ok(part.map(|part| (index, region, part)))
+            };
+            let laid = again.par_iter().with_max_len(1).map(part).collect::<Result<Vec<_>, Cancelled>>()?;
             parts.retain(|&(index, region, _)| !left_out.parts.contains(&(index, region)));
-            parts.extend(lay(&again, &contexts)?);
+            parts.extend(laid.into_iter().flatten());
             parts.sort_by_key(|&(index, region, _)| (index, region));
             left_out = leave_out_struck(&shank, &contexts, &mut parts, moves, monitor)?;
         }
@@ -334,6 +382,14 @@ fn chosen(meshes: &[Option<RegionMesh>], places: &[Point3]) -> Result<BTreeMap<u
         Ok((region, guides.map_err(|source| PlanError::Sides { region, source })?))
     };
     of_region.into_iter().map(guides).collect()
+}
+
+/// A part that may be known already.
+struct Known {
+    /// Where parts are kept.
+    key: Option<PartKey>,
+    /// If it is known; nothing may be cut of it.
+    part: Option<Option<Part>>,
 }
 
 /// The model as one setup sees it.

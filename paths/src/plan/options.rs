@@ -6,7 +6,7 @@ use claymill_contact::Frame;
 use claymill_nurbs::Point3;
 use claymill_stock::Stock;
 use claymill_toolpath::{
-    Bounds, CHECK_CLEARANCE_MM, FreeSide, LinkStyle, MachineLimits, Tool, swollen_scallop_mm,
+    Bounds, CHECK_CLEARANCE_MM, FreeSide, Kept, LinkStyle, MachineLimits, Tool, swollen_scallop_mm,
 };
 
 use crate::pattern::strategy::Strategy;
@@ -84,6 +84,8 @@ pub struct PlanOptions {
     pub feeds: Feeds,
     /// What the machine can do, for the times.
     pub machine: MachineLimits,
+    /// Where parts of the plan are kept, and taken from if they are known. The plan is the same with them and without.
+    pub kept: Kept,
 }
 
 impl PlanOptions {
@@ -113,6 +115,7 @@ impl PlanOptions {
             setups: Vec::new(),
             feeds: Feeds::default(),
             machine: MachineLimits::default(),
+            kept: Kept::nowhere(),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 pub(crate) mod account;
 pub(crate) mod in_stock;
+pub(crate) mod kept_part;
 pub(crate) mod kinematics;
 pub(crate) mod part;
 

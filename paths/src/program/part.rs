@@ -42,18 +42,18 @@ pub(crate) struct Part {
     pub(crate) retracts: u32,
     pub(crate) proofs: Proofs,
     /// What the moves are of.
-    laid: Vec<Pass>,
+    pub(crate) laid: Vec<Pass>,
     /// The first of the late ones among them.
-    late_from: usize,
+    pub(crate) late_from: usize,
     /// Passes to which no link may lead.
-    lifted_to: BTreeSet<u32>,
+    pub(crate) lifted_to: BTreeSet<u32>,
 }
 
 /// The curves of one pass, in order.
 #[derive(Debug, Clone)]
-struct Pass {
-    curves: Vec<Curve3>,
-    beside_walls: bool,
+pub(crate) struct Pass {
+    pub(crate) curves: Vec<Curve3>,
+    pub(crate) beside_walls: bool,
 }
 
 impl SetupContext<'_> {

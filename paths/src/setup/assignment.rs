@@ -3,6 +3,7 @@
 use claymill_contact::{BallDrop, Covering};
 use claymill_nurbs::{Model, Point2, Point3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::pattern::together::together;
 use crate::plan::regions::Regions;
@@ -24,7 +25,8 @@ const MOST_LEFT: f64 = 2e-4;
 pub(crate) const MOST_SETUPS: usize = u8::BITS as usize;
 
 /// Assignment of the points probed on one triangle.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Packed", into = "Packed")]
 pub(crate) struct Assignment {
     /// Bit `s`: setup `s` cuts here.
     pub(crate) setups: u8,
@@ -46,6 +48,25 @@ pub(crate) struct Assignment {
     pub(crate) out_of_bounds: f32,
 }
 
+/// An assignment without the names of its fields, of which a plan has as many as triangles: bits, cut, walls cut, not cut.
+pub(crate) type Packed = ([u8; 4], [f32; MOST_SETUPS], [f32; MOST_SETUPS], [f32; 4]);
+
+impl From<Assignment> for Packed {
+    fn from(of: Assignment) -> Self {
+        let Assignment { setups, other_side, walls: [along, against], cut, walls_cut, .. } = of;
+        let not_cut = [of.hidden, of.tight, of.done, of.out_of_bounds];
+        ([setups, other_side, along, against], cut, walls_cut, not_cut)
+    }
+}
+
+impl From<Packed> for Assignment {
+    fn from((bits, cut, walls_cut, [hidden, tight, done, out_of_bounds]): Packed) -> Self {
+        let [setups, other_side, along, against] = bits;
+        let walls = [along, against];
+        Assignment { setups, other_side, walls, cut, walls_cut, hidden, tight, done, out_of_bounds }
+    }
+}
+
 impl Assignment {
     /// A setup cuts it on the side that faces it.
     fn is_for(&mut self, setup: usize, facing: f64) {
@@ -65,6 +86,11 @@ impl Assignment {
     /// Whether it is a wall of the setup, on the side of `Su × Sv` or on the other.
     pub(crate) fn is_wall_of(&self, setup: usize, other_side: bool) -> bool {
         self.walls[usize::from(other_side)] & (1 << setup) != 0
+    }
+
+    /// Whether it is a wall of the setup on either side.
+    pub(crate) fn is_a_wall_of(&self, setup: usize) -> bool {
+        [false, true].into_iter().any(|other_side| self.is_wall_of(setup, other_side))
     }
 
     /// The wall of a setup is hidden after all.
@@ -103,6 +129,7 @@ impl Assignment {
 const HALVINGS: u32 = 2;
 
 /// What becomes of the triangles of all faces.
+#[derive(Serialize, Deserialize)]
 pub(crate) struct Assignments {
     /// By face and triangle.
     pub(crate) of: Vec<Vec<Assignment>>,

@@ -46,10 +46,12 @@ impl Heights {
         let size = |k: usize| high[k] - low[k];
         let cell_mm =
             CELL_MM.max((size(0) * size(1) / MOST_CELLS).sqrt()).max(size(0).max(size(1)) / MOST_CELLS);
-        let count = |k: usize| (size(k) / cell_mm) as usize + 1;
+        // Cells lie where they lie whatever the model ends at: a change at one end moves none at the other.
+        let origin = low.map(|mm| (mm / cell_mm).floor() * cell_mm);
+        let count = |k: usize| ((high[k] - origin[k]) / cell_mm) as usize + 1;
         let (columns, lines) = (count(0), count(1));
         let mut map = Heights {
-            origin: low,
+            origin,
             cell_mm,
             columns,
             lines,
@@ -65,6 +67,16 @@ impl Heights {
             }
         });
         map
+    }
+
+    /// What the map holds over a rectangle, as numbers: the cells over which there is something, by their place.
+    pub(crate) fn within(&self, [x, y]: [[f64; 2]; 2]) -> impl Iterator<Item = f64> + '_ {
+        let cells =
+            self.cells(1, y[0], y[1]).flat_map(move |j| self.cells(0, x[0], x[1]).map(move |i| (i, j)));
+        let held =
+            cells.map(|(i, j)| (i, j, self.top[j * self.columns + i])).filter(|cell| cell.2.is_finite());
+        let place = |k: usize, cell: usize| self.origin[k] + cell as f64 * self.cell_mm;
+        std::iter::once(self.cell_mm).chain(held.flat_map(move |(i, j, top)| [place(0, i), place(1, j), top]))
     }
 
     /// Above every face.

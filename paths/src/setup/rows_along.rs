@@ -2,9 +2,10 @@
 
 use claymill_contact::Frame;
 use claymill_nurbs::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// Which way straight rows run in a setup's horizontal plane.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RowsAlong {
     cosine: f64,
     sine: f64,

@@ -12,7 +12,7 @@ const LONGEST: usize = 600;
 const LARGEST_CIRCLE: usize = 3;
 /// The crates, each with those of the workspace that it may build on. Anything else is a new direction: decide, then
 /// write it here and in `ARCHITECTURE.md`.
-const DIRECTIONS: [(&str, &[&str]); 19] = [
+const DIRECTIONS: [(&str, &[&str]); 20] = [
     ("nurbs", &[]),
     ("exchange", &["nurbs"]),
     ("surface-merge", &["nurbs"]),
@@ -24,6 +24,7 @@ const DIRECTIONS: [(&str, &[&str]); 19] = [
     ("clearing", &["nurbs", "contact", "toolpath"]),
     ("reach", &["nurbs", "contact", "toolpath"]),
     ("paths", &["nurbs", "motion", "contact", "stock", "surface-merge", "toolpath"]),
+    ("store", &["toolpath"]),
     // Not `paths`: what is verified must not be computed by the code that is judged.
     ("verify", &["nurbs", "exchange", "toolpath"]),
     ("controller", &["nurbs", "motion", "toolpath"]),
@@ -60,6 +61,7 @@ const DIRECTIONS: [(&str, &[&str]); 19] = [
             "toolpath",
             "reach",
             "paths",
+            "store",
             "verify",
             "controller",
             "viewer",

@@ -1,0 +1,79 @@
+//! The store that a plan keeps its parts in, and what is said of it.
+
+use std::path::{Path, PathBuf, absolute};
+use std::sync::Arc;
+
+use claymill_store::{Store, StoreError};
+use claymill_toolpath::{Kept, PartCount};
+
+use crate::args::ReuseArgs;
+use crate::console::Console;
+use crate::failure::Failure;
+
+/// The store of jobs that lie in one folder.
+const BESIDE: &str = ".claymill-store";
+/// Another version of any of the crates that plan or verify may compute other parts: this is a hash of all their sources.
+const PROGRAM: &str = concat!("claymill ", env!("CARGO_PKG_VERSION"), " ", env!("CLAYMILL_SOURCES"));
+pub(crate) const MB: u64 = 1_000_000;
+
+impl From<StoreError> for Failure {
+    fn from(error: StoreError) -> Self {
+        let advice = error.advice();
+        Failure::problem(error, advice)
+    }
+}
+
+/// Where a plan keeps its parts.
+#[derive(Debug, Default)]
+pub(crate) struct Reuse {
+    store: Option<Arc<Store>>,
+    pub(crate) kept: Kept,
+}
+
+impl Reuse {
+    /// The store that is asked for, or the usual one beside a job folder. A usual one that cannot be had is done without.
+    pub(crate) fn new(args: &ReuseArgs, job: &Path, console: &Console) -> Result<Self, Failure> {
+        if args.no_store {
+            return Ok(Reuse::default());
+        }
+        let folder = args.store.clone().unwrap_or_else(|| beside(job));
+        let is_inside = |(store, job): (PathBuf, PathBuf)| store.starts_with(job);
+        if absolute(&folder).ok().zip(absolute(job).ok()).is_some_and(is_inside) {
+            let message = format!("the store {} is inside of the job folder", folder.display());
+            return Err(Failure::usage(
+                message,
+                "Choose a folder beside it: job folders are replaced as a whole.",
+            ));
+        }
+        let limit = args.store_limit.map_or(Store::USUAL_LIMIT_BYTES, |mb| mb.saturating_mul(MB));
+        match Store::open(&folder, limit) {
+            Ok(store) => {
+                let store = Arc::new(store);
+                let kept = Kept::in_store(store.clone(), PROGRAM);
+                Ok(Reuse { store: Some(store), kept })
+            }
+            Err(error) if args.store.is_none() => {
+                console.say(format!("warning: nothing is kept for later plans: {error}"));
+                Ok(Reuse::default())
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// How many parts were reused; nothing without a store.
+    pub(crate) fn count(&self) -> Option<PartCount> {
+        self.store.as_ref().map(|_| self.kept.count())
+    }
+
+    /// Says how many parts were reused, and what was wrong with the store.
+    pub(crate) fn say(&self, console: &Console) {
+        let Some(store) = &self.store else { return };
+        store.troubles().into_iter().for_each(|trouble| console.say(format!("warning: {trouble}")));
+        let PartCount { reused, of } = self.kept.count();
+        console.say(format!("parts     {reused} of {of} reused from {}", store.folder().display()));
+    }
+}
+
+fn beside(job: &Path) -> PathBuf {
+    job.parent().map_or_else(|| PathBuf::from(BESIDE), |parent| parent.join(BESIDE))
+}

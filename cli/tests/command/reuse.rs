@@ -1,0 +1,200 @@
+//! Parts of plans are kept and taken again, and nothing follows from that but time.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Stdio};
+use std::time::Duration;
+
+use rand::{Rng, SeedableRng};
+use serde_json::Value;
+
+use crate::run::{Run, claymill, run, run_without_adapter};
+use crate::scratch;
+
+/// What must be the same bytes.
+const FILES: [&str; 3] = ["toolpaths.jsonl", "regions.json", "verify.json"];
+const JOB: [&str; 8] =
+    ["--tool", "ball:10", "--scallop", "0.4", "--up=+z", "--length=-x", "--json", "--quiet"];
+
+/// A small vehicle of many regions.
+fn vehicle(folder: &Path, name: &str, more: &[&str]) {
+    let made = ["sample", "roadster", "--patches", "300", "--scale", "0.06", "-o", name];
+    let made = run(folder, made.iter().chain(more));
+    assert_eq!(made.code, Some(0), "{made:?}");
+}
+
+fn plan(folder: &Path, model: &str, out: &str, more: &[&str]) -> Run {
+    let planned = run_without_adapter(folder, ["plan", model, "-o", out].iter().chain(&JOB).chain(more));
+    assert!(matches!(planned.code, Some(0 | 3)), "{planned:?}");
+    planned
+}
+
+fn parts(planned: &Run) -> [u64; 2] {
+    let json = planned.json();
+    ["reused", "of"].map(|key| json["parts"][key].as_u64().unwrap_or_else(|| panic!("{json}")))
+}
+
+fn files(job: &Path) -> [Vec<u8>; 3] {
+    FILES.map(|name| fs::read(job.join(name)).unwrap())
+}
+
+fn assert_same(folder: &Path, a: &str, b: &str) {
+    for ((a, b), name) in files(&folder.join(a)).iter().zip(&files(&folder.join(b))).zip(FILES) {
+        assert!(a == b, "{name} differs");
+    }
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let names = fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<String> = names.collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_plan_has_the_same_bytes_with_a_store_and_without_for_any_number_of_threads() {
+    let folder = scratch();
+    let folder = folder.path();
+    vehicle(folder, "car.igs", &[]);
+    let without = plan(folder, "car.igs", "without", &["--no-store"]);
+    assert_eq!(without.json()["parts"], Value::Null);
+    assert!(!folder.join(".claymill-store").exists());
+    let cold = plan(folder, "car.igs", "cold", &["--threads", "2"]);
+    let [reused, of] = parts(&cold);
+    assert!(reused == 0 && of > 20, "{reused} of {of}");
+    assert_same(folder, "without", "cold");
+    // The usual place is beside the job.
+    assert!(folder.join(".claymill-store").is_dir());
+    for threads in ["1", "3"] {
+        let warm = plan(folder, "car.igs", "warm", &["--threads", threads]);
+        // The whole plan and its verification.
+        assert_eq!(parts(&warm), [2, 2]);
+        assert_same(folder, "without", "warm");
+    }
+    // Another scallop height has nothing in common with it.
+    let other = plan(folder, "car.igs", "other", &["--scallop", "0.5"]);
+    assert_eq!(parts(&other)[0], 0);
+
+    // Damaged parts are named, and computed again.
+    let store = folder.join(".claymill-store");
+    for name in names(&store).iter().filter(|name| name.ends_with(".part")) {
+        let mut bytes = fs::read(store.join(name)).unwrap();
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        fs::write(store.join(name), bytes).unwrap();
+    }
+    let args = ["plan", "car.igs", "-o", "again"].iter().chain(&JOB[..6]);
+    let again = run_without_adapter(folder, args);
+    assert!(again.stderr.contains(&format!("parts     0 of {of} reused")), "{}", again.stderr);
+    let warnings = again.stderr.replace("\n          ", " ");
+    assert_eq!(warnings.matches("its content is not what was written").count() as u64, of, "{warnings}");
+    assert_same(folder, "without", "again");
+    assert_eq!(parts(&plan(folder, "car.igs", "again", &[])), [2, 2]);
+}
+
+#[test]
+fn a_plan_that_is_killed_again_and_again_goes_on() {
+    let folder = scratch();
+    let folder = folder.path();
+    vehicle(folder, "car.igs", &[]);
+    plan(folder, "car.igs", "whole", &["--no-store"]);
+    let start = || -> Child {
+        let mut command = claymill();
+        command
+            .current_dir(folder)
+            .env("WGPU_ADAPTER_NAME", "none")
+            .stdout(Stdio::null())
+            .stderr(Stdio::null());
+        command.args(["plan", "car.igs", "-o", "job", "--store", "parts", "--threads", "2"]).args(&JOB[..6]);
+        command.spawn().unwrap()
+    };
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+    let mut killed = 0;
+    for _ in 0..5 {
+        let mut child = start();
+        std::thread::sleep(Duration::from_millis(rng.random_range(200..1200)));
+        killed += u32::from(child.try_wait().unwrap().is_none());
+        let _ = child.kill();
+        child.wait().unwrap();
+    }
+    assert!(killed > 0);
+    let kept = names(&folder.join("parts")).iter().filter(|name| name.ends_with(".part")).count() as u64;
+    let last = plan(folder, "car.igs", "job", &["--store", "parts", "--threads", "2"]);
+    let [reused, of] = parts(&last);
+    // One that was killed after all passes were laid has kept the whole plan, too.
+    assert!(reused > 0 && reused <= kept, "{reused} of {of}, {kept} kept");
+    assert_same(folder, "whole", "job");
+    let left = names(&folder.join("parts"));
+    assert!(left.iter().all(|name| name == "STORE" || name.ends_with(".part")), "{left:?}");
+}
+
+/// The moves of a job by region and setup, without their numbers in the program. Regions are known by where they are cut.
+fn passes(job: &Path) -> Vec<String> {
+    let text = fs::read_to_string(job.join(FILES[0])).unwrap();
+    let moves = text.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let cut = moves.filter(|m| m["kind"] == "cut");
+    cut.map(|m| format!("{} {} {}", m["setup"], m["points"], m["knots"])).collect()
+}
+
+#[test]
+fn an_edited_model_reuses_what_the_edit_does_not_reach() {
+    let folder = scratch();
+    let folder = folder.path();
+    vehicle(folder, "car.igs", &[]);
+    vehicle(folder, "edited.igs", &["--edit=2"]);
+    plan(folder, "car.igs", "job", &["--store", "parts"]);
+    let edited = plan(folder, "edited.igs", "edited", &["--store", "parts"]);
+    let [reused, of] = parts(&edited);
+    assert!(reused > 0 && reused < of, "{reused} of {of}");
+    let cold = plan(folder, "edited.igs", "cold", &["--no-store"]);
+    assert_eq!(edited.json()["area"], cold.json()["area"]);
+    let (before, after) = (passes(&folder.join("job")), passes(&folder.join("edited")));
+    let known: std::collections::BTreeSet<&String> = before.iter().collect();
+    let same = after.iter().filter(|pass| known.contains(pass)).count();
+    assert!(same > 0, "no pass is as before");
+
+    let found = run(folder, ["diff", "job", "edited.igs", "--json", "--quiet"]);
+    assert_eq!(found.code, Some(0), "{found:?}");
+    let found = found.json();
+    let count = |key: &str| found[key].as_array().unwrap().len();
+    assert!(count("changed") > 0 && count("added") == 0 && count("removed") == 0, "{found}");
+    let moved_mm = found["moved_mm"].as_f64().unwrap();
+    assert!((1.0..=2.0).contains(&moved_mm), "{moved_mm}");
+    assert_eq!(found["regions"].as_array().unwrap().len(), 1);
+    let same = run(folder, ["diff", "job", "car.igs", "--json", "--quiet"]).json();
+    assert_eq!(same["changed"].as_array().unwrap().len(), 0);
+}
+
+#[test]
+fn what_is_no_store_is_refused_by_name() {
+    let folder = scratch();
+    let folder = folder.path();
+    vehicle(folder, "car.igs", &[]);
+    let refused = |store: &str, code: i32, what: &str| {
+        let run = run(folder, ["plan", "car.igs", "-o", "job", "--store", store]);
+        assert_eq!(run.code, Some(code), "{run:?}");
+        assert!(run.stderr.contains(what), "{}", run.stderr);
+    };
+    fs::create_dir(folder.join("letters")).unwrap();
+    fs::write(folder.join("letters/a.txt"), "dear reader").unwrap();
+    refused("letters", 1, "letters is not empty and is no store");
+    refused("job/parts", 2, "inside of the job folder");
+    assert_eq!(names(&folder.join("letters")), ["a.txt"]);
+    assert!(!folder.join("job").exists());
+    let status = run(folder, ["store", "status", "letters"]);
+    assert_eq!(status.code, Some(1), "{status:?}");
+}
+
+#[test]
+fn a_store_says_what_it_holds_and_is_emptied() {
+    let folder = scratch();
+    let folder = folder.path();
+    vehicle(folder, "car.igs", &[]);
+    let [_, of] = parts(&plan(folder, "car.igs", "job", &["--store", "parts"]));
+    let status = run(folder, ["store", "status", "parts", "--json"]).json();
+    assert_eq!(status["parts"], of);
+    assert!(status["bytes"].as_u64().unwrap() > 1000);
+    let cleaned = run(folder, ["store", "clean", "parts", "--json"]).json();
+    assert_eq!([&cleaned["parts"], &cleaned["removed_parts"]], [&Value::from(0), &Value::from(of)]);
+    assert_eq!(names(&folder.join("parts")), ["STORE"]);
+}

@@ -20,7 +20,7 @@ use crate::end::EndBody;
 use crate::error::VerifyError;
 use crate::options::VerifyOptions;
 use crate::reach::{AskedOfStock, Reach};
-use crate::report::{Coverage, Crests, Scallop, Sequence, SurfaceResidual, Verification};
+use crate::report::{Coverage, Crests, Rapids, Scallop, Sequence, SurfaceResidual, Verification};
 use crate::scene::Scene;
 use crate::stock::{
     Ground, KeepGoing, LeftBand, LevelEngagement, StockCheck, StockContact, StockError, StockLeft,
@@ -74,6 +74,7 @@ pub(crate) fn measure_moves(
     monitor: &dyn Monitor,
 ) -> Result<(Verification, Vec<StockSample>), VerifyError> {
     let allowance_mm = job.request.allowance_mm;
+    let rapids = rapids_of(model, job, program, options, monitor)?;
     let (job, program) = &allowance::on_the_surface(job, program)?;
     let options =
         &VerifyOptions { mesh_deviation_mm: options.mesh_deviation_mm.min(MESH_MM), ..options.clone() };
@@ -84,7 +85,6 @@ pub(crate) fn measure_moves(
     let reach = Reach::new(scene, &mesh, &bench.meshes).in_stock(AskedOfStock::default());
     let stage = |name| scene::Stage::begin(name, monitor);
     let (gouge, contact, ..) = contact::measure(scene, &reach, &stage(Stage::GougeAndContact))?;
-    let rapids = rapids::measure(scene, &bench.meshes, &reach, &stage(Stage::Rapids))?;
     let shank = holder::measure_shank(scene, &bench.meshes, &reach, &stage(Stage::Shank))?;
     let holder = holder::measure(scene, &bench.meshes, &reach, &stage(Stage::Holder))?;
     let samples = within_reach(scene, &bench.meshes, &reach, &stage(Stage::Coverage))?;
@@ -123,6 +123,22 @@ pub(crate) fn measure_moves(
         verdict,
     };
     Ok((found, samples))
+}
+
+/// Rapids over the model with the tool as it is: they go up and down beside walls from which passes keep just the allowance.
+fn rapids_of(
+    model: &Model,
+    job: &Job,
+    program: &Program,
+    options: &VerifyOptions,
+    monitor: &dyn Monitor,
+) -> Result<Rapids, VerifyError> {
+    let nothing = Model::default();
+    let bench = Bench::new([model, &nothing], job, program, options, monitor)?;
+    let mesh = mesh::Mesh::joined(model, &bench.meshes, &bench.scene.obstacles.triangles);
+    let reach = Reach::new(&bench.scene, &mesh, &bench.meshes);
+    let stage = scene::Stage::begin(Stage::Rapids, monitor);
+    Ok(rapids::measure(&bench.scene, &bench.meshes, &reach, &stage)?)
 }
 
 /// Levels leave no crests.

@@ -101,6 +101,6 @@ fn say(found: &Difference, regions: &[TouchedRegion]) {
         outln!("\n  region of the job   faces    area, mm²   time of the job, min");
     }
     for TouchedRegion { region, faces, area_mm2, time_s } in regions.iter().take(LISTED) {
-        outln!("  {region:>17} {faces:>7} {area_mm2:>12.1} {:>22.1}", time_s / 60.0);
+        outln!("  {region:>17} {faces:>7} {area_mm2:>12.1} {:>22.1}", time_s / 60.0 + 0.0);
     }
 }

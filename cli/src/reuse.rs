@@ -10,7 +10,7 @@ use crate::args::ReuseArgs;
 use crate::console::Console;
 use crate::failure::Failure;
 
-/// The store of jobs that lie in one folder.
+/// The store of jobs that lie in one folder, once somebody has begun it.
 const BESIDE: &str = ".claymill-store";
 /// Another version of any of the crates that plan or verify may compute other parts: this is a hash of all their sources.
 const PROGRAM: &str = concat!("claymill ", env!("CARGO_PKG_VERSION"), " ", env!("CLAYMILL_SOURCES"));
@@ -31,12 +31,13 @@ pub(crate) struct Reuse {
 }
 
 impl Reuse {
-    /// The store that is asked for, or the usual one beside a job folder. A usual one that cannot be had is done without.
+    /// The store that is asked for, or the one that lies beside a job folder. One that nobody asked for and that cannot be had is
+    /// done without.
     pub(crate) fn new(args: &ReuseArgs, job: &Path, console: &Console) -> Result<Self, Failure> {
-        if args.no_store {
+        let lies_there = || Some(beside(job)).filter(|folder| folder.is_dir());
+        let Some(folder) = args.store.clone().or_else(lies_there).filter(|_| !args.no_store) else {
             return Ok(Reuse::default());
-        }
-        let folder = args.store.clone().unwrap_or_else(|| beside(job));
+        };
         let is_inside = |(store, job): (PathBuf, PathBuf)| store.starts_with(job);
         if absolute(&folder).ok().zip(absolute(job).ok()).is_some_and(is_inside) {
             let message = format!("the store {} is inside of the job folder", folder.display());

@@ -10,7 +10,7 @@ const REUSE: &str = "Reuse";
 #[derive(Debug, Clone, Default, Args)]
 pub(crate) struct ReuseArgs {
     /// Keep the parts of the plan in this folder, and take from it what is known: a plan that was ended goes on, one of a
-    /// model that was changed computes what is new [default: .claymill-store beside the job folder].
+    /// model that was changed computes what is new [default: .claymill-store beside the job folder, where there is one].
     #[arg(help_heading = REUSE, long, value_name = "DIR", conflicts_with = "no_store")]
     pub(crate) store: Option<PathBuf>,
     /// Keep nothing and take nothing.

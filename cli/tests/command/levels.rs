@@ -97,13 +97,14 @@ fn a_tray_is_roughed_by_levels_and_planted_faults_are_found() {
     let posted = run_without_adapter(folder, ["post", "out", "--to", "linuxcnc", "-o", "job.ngc"]);
     assert_eq!(posted.code, Some(0), "{posted:?}");
 
-    // One pass shifted outwards by half a millimetre: it cuts too much, or the one after it does.
-    let is_pass = |m: &&Move| m.kind == MoveKind::Cut && m.length_mm() > 10.0;
+    // One pass in the tray shifted outwards by 0.8 mm, to where it is to be cut yet.
+    let in_tray = |p: &[f64; 3]| (0.0..26.0).contains(&p[0]) && (0.0..22.0).contains(&p[1]);
+    let is_pass = |m: &&Move| m.kind == MoveKind::Cut && m.length_mm() > 10.0 && m.points.iter().all(in_tray);
     let shifted = program.moves.iter().find(is_pass).unwrap().seq;
     let centre = Point3::new(13.0, 11.0, 0.0);
     let mut moves = program.moves.clone();
     for p in &mut moves[shifted as usize].points {
-        let away = (Point3::from(*p) - centre).xy().normalize() * 0.5;
+        let away = (Point3::from(*p) - centre).xy().normalize() * 0.8;
         (p[0], p[1]) = (p[0] + away.x, p[1] + away.y);
     }
     let (run, found) = verified_with(folder, &moves);

@@ -24,7 +24,7 @@ const USUAL_RAYS: f64 = 400.0;
 /// Rays along the longest side at most.
 const MOST_RAYS: f64 = 2000.0;
 /// Chords deviate from moves by so many pitches at most.
-const CHORD_PITCHES: f64 = 0.02;
+const CHORD_PITCHES: f64 = 0.1;
 /// Faces are within this share of a layer's thickness of their triangles.
 const LAYER_DEVIATION: f64 = 0.004;
 /// Moves are cut so many at a time.

@@ -85,7 +85,11 @@ impl<'m> Prepared<'m> {
                 time_s: times.iter().sum(),
             });
             seconds.extend(times);
-            program.moves.extend(plan.moves);
+            let own = Program { moves: plan.moves };
+            if k + 1 < frames.len() {
+                rough.state.cut(&own, self.job.tool(), monitor)?;
+            }
+            program.moves.extend(own.moves);
         }
         if let Some(error) = nothing.filter(|_| program.moves.is_empty()) {
             return Err(error.into());
@@ -199,9 +203,7 @@ impl Rough<'_, '_> {
                 refused.len()
             ));
         }
-        let program = Program { moves: plan.moves };
-        self.state.cut(&program, tool, monitor)?;
-        Ok(LevelPlan { moves: program.moves, ..plan })
+        Ok(plan)
     }
 }
 

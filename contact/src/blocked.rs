@@ -49,7 +49,10 @@ impl BallDrop<'_> {
     /// Whether something holds a ball over `(x, y)` up with its centre above this height.
     #[must_use]
     pub fn is_blocked_at(&self, x: f64, y: f64, height: f64) -> bool {
-        (self.end().is_ball() && self.vertex_bound().hold(x, y, self.radius_mm(), height + KNOWN_MM))
+        if !self.end().is_ball() {
+            return self.is_end_blocked_at([x, y], height);
+        }
+        self.vertex_bound().hold(x, y, self.radius_mm(), height + KNOWN_MM)
             || self.drop_between(x, y, [height, height]).is_some()
     }
 

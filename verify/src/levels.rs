@@ -20,7 +20,9 @@ use crate::end::EndBody;
 use crate::error::VerifyError;
 use crate::options::VerifyOptions;
 use crate::reach::{AskedOfStock, Reach};
-use crate::report::{Coverage, Crests, Rapids, Scallop, Sequence, SurfaceResidual, Verification};
+use crate::report::{
+    BoundsKept, Coverage, Crests, Place, Rapids, Scallop, Sequence, SurfaceResidual, Verification,
+};
 use crate::scene::Scene;
 use crate::stock::{
     Ground, KeepGoing, LeftBand, LevelEngagement, StockCheck, StockContact, StockError, StockLeft,
@@ -49,6 +51,9 @@ const UPRIGHT: f64 = -2e-3;
 const LEVEL_COSINE: f64 = 0.999_85;
 /// Over level ground the tool is looked for with its middle over the place, and with the place below so many of its edges.
 const EDGES: u32 = 8;
+/// Places of a move at which its axis is held against a box; and it may leave that by as much, mm.
+const PLACES_ON_MOVE: u32 = 16;
+const BEYOND_BOX_MM: f64 = 0.02;
 /// Stock is looked for as far as this above allowance and band, mm.
 const BEYOND_MM: f64 = 20.0;
 
@@ -88,13 +93,14 @@ pub(crate) fn measure_moves(
     let shank = holder::measure_shank(scene, &bench.meshes, &reach, &stage(Stage::Shank))?;
     let holder = holder::measure(scene, &bench.meshes, &reach, &stage(Stage::Holder))?;
     let samples = within_reach(scene, &bench.meshes, &reach, &stage(Stage::Coverage))?;
+    let bounds = axis_in_its_box(job, program)?;
     let measured = Measured {
         gouge: &gouge,
         contact: None,
         sequence: Some(&sequence),
         rapids: &rapids,
         obstacles: None,
-        bounds: None,
+        bounds: bounds.as_ref(),
         shank: &shank,
         holder: holder.as_ref(),
         scallop: None,
@@ -112,7 +118,7 @@ pub(crate) fn measure_moves(
         sequence: Some(sequence),
         rapids,
         obstacles: None,
-        bounds: None,
+        bounds,
         shank: Some(shank),
         holder,
         scallop: no_scallop(),
@@ -139,6 +145,36 @@ fn rapids_of(
     let reach = Reach::new(&bench.scene, &mesh, &bench.meshes);
     let stage = scene::Stage::begin(Stage::Rapids, monitor);
     Ok(rapids::measure(&bench.scene, &bench.meshes, &reach, &stage)?)
+}
+
+/// How far the tool's axis leaves the box that it is to stay in, on moves that are no rapids; `None` where there is no box.
+fn axis_in_its_box(job: &Job, program: &Program) -> Result<Option<BoundsKept>, VerifyError> {
+    let Some(sides) = job.request.bounds.centre_within_mm else { return Ok(None) };
+    let mut kept = BoundsKept::default();
+    for m in program.moves.iter().filter(|m| m.kind != MoveKind::Rapid) {
+        let curve = m.curve()?;
+        let (from, to) = curve.domain();
+        let mut worst_mm = 0.0_f64;
+        for k in 0..=PLACES_ON_MOVE {
+            let at = from + (to - from) * f64::from(k) / f64::from(PLACES_ON_MOVE);
+            let p = curve.point(at);
+            let beyond = (0..3).map(|i| (sides[i] - p[i]).max(p[i] - sides[i + 3])).fold(0.0, f64::max);
+            kept.samples += 1;
+            worst_mm = worst_mm.max(beyond);
+            if beyond > kept.beyond_max_mm {
+                kept.beyond_max_mm = beyond;
+                kept.beyond_at = Some(Place {
+                    point_mm: p.into(),
+                    move_seq: Some(m.seq),
+                    parameter: Some(at),
+                    face: None,
+                    entity: None,
+                });
+            }
+        }
+        kept.beyond += u64::from(worst_mm > BEYOND_BOX_MM);
+    }
+    Ok(Some(kept))
 }
 
 /// Levels leave no crests.

@@ -280,6 +280,7 @@ fn bounds_findings(
 ) {
     if kept.beyond > 0 {
         let what = match job.request.bounds.contain {
+            _ if job.request.levels.is_some() => "the tool's axis",
             Contain::Contact => "where the ball touches",
             Contain::Centre => "the ball's centre",
             Contain::Edge => "the ball's edge",

@@ -4,7 +4,7 @@
 use claymill_nurbs::Point3;
 
 use super::offset::{Contact, contact_at};
-use super::search::{Effort, Touch, held_above};
+use super::search::{Effort, Touch, held_above, is_held_above};
 use super::{CUTTER_EPSILON_MM, EndShape, ToolPart};
 use crate::{BallDrop, Blocked, CONTACT_EPSILON_MM, Location, Support};
 
@@ -37,6 +37,13 @@ impl BallDrop<'_> {
             Some(held) => Some(self.location(&held, at)),
             None => from.filter(|(contact, _)| contact.middle.z > low).map(|(_, location)| location),
         }
+    }
+
+    /// Whether something holds an end that is no ball up with its middle above a height.
+    pub(crate) fn is_end_blocked_at(&self, at: [f64; 2], height: f64) -> bool {
+        let floor = height - self.end().corner_mm;
+        let is_held = |effort| is_held_above(self, &self.bodies, at, floor, effort);
+        is_held(OF_PASS) && is_held(AT_LENGTH)
     }
 
     /// A contact inside of the trims of a face, near a place on it.

@@ -118,17 +118,7 @@ pub(crate) fn held_above(
     floor: f64,
     effort: Effort,
 ) -> Option<Touch> {
-    let mut search = Search {
-        sheets,
-        bodies,
-        at,
-        effort,
-        step: 0.5 * effort.epsilon,
-        low: floor,
-        held: None,
-        waiting: BinaryHeap::new(),
-        met: 0,
-    };
+    let mut search = Search::new(sheets, bodies, at, floor, effort);
     search.gather();
     search.settle();
     let left = search.waiting.pop().filter(|left| left.bound > search.low + search.step);
@@ -137,6 +127,22 @@ pub(crate) fn held_above(
     let high = left.map_or(f64::NEG_INFINITY, |left| left.bound);
     let tip = (high + search.step).max(search.low + 2.0 * search.step);
     Some(Touch { tip, gap_mm: tip - search.low, ..touched })
+}
+
+/// Whether anything does, by the first point that is touched; where none is, what is not found out counts as something.
+pub(crate) fn is_held_above(
+    sheets: &BallDrop,
+    bodies: &[Body],
+    at: [f64; 2],
+    floor: f64,
+    effort: Effort,
+) -> bool {
+    let mut search = Search::new(sheets, bodies, at, floor, effort);
+    search.enough = floor + 0.5 * effort.epsilon;
+    search.gather();
+    search.settle();
+    search.low == f64::INFINITY
+        || search.waiting.peek().is_some_and(|left| left.bound > search.low + search.step)
 }
 
 struct Search<'a> {
@@ -148,6 +154,8 @@ struct Search<'a> {
     step: f64,
     /// The tool is held at least here.
     low: f64,
+    /// What holds it above this ends the search.
+    enough: f64,
     held: Option<Touch>,
     waiting: BinaryHeap<Waiting<'a>>,
     met: usize,
@@ -160,6 +168,21 @@ enum Place {
 }
 
 impl<'a> Search<'a> {
+    fn new(sheets: &'a BallDrop, bodies: &'a [Body], at: [f64; 2], floor: f64, effort: Effort) -> Self {
+        Search {
+            sheets,
+            bodies,
+            at,
+            effort,
+            step: 0.5 * effort.epsilon,
+            low: floor,
+            enough: f64::INFINITY,
+            held: None,
+            waiting: BinaryHeap::new(),
+            met: 0,
+        }
+    }
+
     fn gather(&mut self) {
         let sheets = self.sheets;
         let (bodies, at, step) = (self.bodies, self.at, self.step);
@@ -261,7 +284,7 @@ impl<'a> Search<'a> {
         if tip > self.low + self.step {
             self.step = self.step.max(0.5 * self.effort.known_to);
         }
-        self.low = tip;
+        self.low = if tip > self.enough { f64::INFINITY } else { tip };
         let (uv, is_edge) = match place {
             Place::Face { u, v } => (Some([u, v]), false),
             Place::Edge { .. } => (None, true),

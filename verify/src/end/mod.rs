@@ -21,7 +21,7 @@ pub(crate) mod sweep;
 pub(crate) use body::EndBody;
 pub(crate) use faces::EndFaces;
 
-use claymill_toolpath::Job;
+use claymill_toolpath::{Bounds, Job};
 
 use crate::VerifyError;
 use crate::track::Track;
@@ -36,9 +36,13 @@ pub(crate) fn check_alone(tracks: &[Track], job: &Job, has_obstacles: bool) -> R
         let (from, to) = track.domain();
         track.end.is_some() && (track.axis_at(from) - track.axis_at(to)).norm() > STILL
     };
+    // Of levels it is measured whether the tool's axis stays in its box.
+    let bounds = &job.request.bounds;
+    let is_bound_by_axis = bounds.is_none()
+        || (job.request.levels.is_some() && Bounds { centre_within_mm: None, ..bounds.clone() }.is_none());
     let refused = [
         (has_obstacles, "obstacles are kept clear of by moves"),
-        (!job.request.bounds.is_none(), "bounds are kept by moves"),
+        (!is_bound_by_axis, "bounds are kept by moves"),
         (tracks.iter().any(leans), "the axis turns along moves"),
         (job.request.rest_of.is_some(), "what an earlier tool left is cut by moves"),
     ];

@@ -30,8 +30,8 @@ pub struct PrototypeAsked {
     pub reach: ReachAsked,
     /// Diameter of the bar, mm; the smallest that will do if `None`.
     pub bar_mm: Option<f64>,
-    /// The tool that roughs.
-    pub rough: Tool,
+    /// The tool that roughs, if any does.
+    pub rough: Option<Tool>,
     /// What the bar is made of.
     pub stiffness: Stiffness,
     /// Cutting force across the axis, N.
@@ -80,7 +80,7 @@ impl PrototypeAsked {
     /// Radius of the thickest of its tools, mm.
     #[must_use]
     pub fn thickest_mm(&self) -> f64 {
-        self.reach.tool.widest_mm().max(self.rough.widest_mm())
+        self.rough.iter().map(Tool::widest_mm).fold(self.reach.tool.widest_mm(), f64::max)
     }
 }
 

@@ -14,13 +14,14 @@ pub(crate) struct PrototypeArgs {
     /// What the bar is made of: aluminium, steel, ductile-iron, brass, delrin or tooling-board.
     #[arg(long, default_value = "aluminium", value_name = "NAME")]
     pub(crate) material: String,
-    /// Tool library: the thinnest ball finishes, and the thickest flat or bull-nosed end that is no thicker roughs.
+    /// Tool library: the thinnest ball that is long enough is taken.
     #[arg(long, value_name = "FILE", conflicts_with = "tool")]
     pub(crate) tools: Option<PathBuf>,
     /// Tool that finishes, as for `plan` [default: ball:3].
     #[arg(long, value_name = "SHAPE:SIZE")]
     pub(crate) tool: Option<String>,
-    /// Tool that roughs, as for `plan` [default: a flat one as thick as the other].
+    /// Tool that roughs the bar by levels, as for `plan`: the job is then planned and verified with its stock. Without it the job is
+    /// the finish alone.
     #[arg(long, value_name = "SHAPE:SIZE")]
     pub(crate) rough: Option<String>,
     /// Cutting feed, mm/min.

@@ -100,7 +100,7 @@ pub(crate) fn prototype_command(context: &Context, args: &PrototypeArgs) -> Resu
     Ok(exit)
 }
 
-/// The job: levels from every angle one after the other, then the finish from all of them.
+/// The job: levels from every angle one after the other, where a tool roughs, then the finish from all of them.
 fn operations(found: &Prototype, asked: &PrototypeAsked, args: &PrototypeArgs) -> OperationsFile {
     let setups = found.setups();
     // Beyond its supports the bar goes on: the tool stays between both ends of it.
@@ -116,22 +116,22 @@ fn operations(found: &Prototype, asked: &PrototypeAsked, args: &PrototypeArgs) -
         axes: AxisArgs { up: Some("+z".to_owned()), length: Some("+x".to_owned()) },
         ..JobOptions::default()
     };
-    let rough = |setup: &String| {
+    let rough = |tool: &Tool, setup: &String| {
         let angle = setup.split_once(':').map_or(setup.as_str(), |(name, _)| name);
         OperationOptions {
             head: Head {
                 name: format!("rough-{angle}"),
                 kind: OperationKind::Rough,
-                reason: format!("what stands over the part from {angle}, down to where its flutes reach"),
+                reason: format!("what stands over the part from {angle}"),
             },
             options: JobOptions {
-                tool: Some(asked.rough.to_string()),
+                tool: Some(tool.to_string()),
                 tool_number: Some(ROUGH_NUMBER),
                 cut: Some(CutName::Levels),
-                step_down: Some(asked.rough.radius_mm()),
+                step_down: Some(tool.radius_mm()),
                 engagement: Some(if is_soft(&args.material) { SOFT_DEG } else { HARD_DEG }),
                 // The finish takes the stairs.
-                band: Some(0.5 * asked.rough.radius_mm()),
+                band: Some(0.5 * tool.radius_mm()),
                 allowance: Some(ROUGH_ALLOWANCE_MM),
                 setup: vec![setup.clone()],
                 ..options.clone()
@@ -149,13 +149,14 @@ fn operations(found: &Prototype, asked: &PrototypeAsked, args: &PrototypeArgs) -
             tool_number: Some(FINISH_NUMBER),
             holder: asked.reach.holder.as_ref().map(ToString::to_string),
             // What the roughing tool does not get to stands as high as the bar.
-            stock_above: Some(0.5 * found.bar_mm),
+            stock_above: asked.rough.map(|_| 0.5 * found.bar_mm),
             setup: setups.clone(),
             ..options.clone()
         },
     };
-    let operations = setups.iter().map(rough).chain([finish]).collect();
-    OperationsFile { stock: Some(found.stock()), operations }
+    let roughed = asked.rough.iter().flat_map(|tool| setups.iter().map(move |setup| rough(tool, setup)));
+    let operations = roughed.chain([finish]).collect();
+    OperationsFile { stock: asked.rough.map(|_| found.stock()), operations }
 }
 
 fn asked(args: &PrototypeArgs) -> Result<PrototypeAsked, Failure> {
@@ -180,7 +181,8 @@ fn asked(args: &PrototypeArgs) -> Result<PrototypeAsked, Failure> {
         args.tools.as_deref().map(|path| read_library(path, &ReadOptions::default())).transpose()?;
     let library = library.map(|read| read.library);
     let (tool, holder) = tool(args, library.as_ref())?;
-    let rough = rough_tool(args, library.as_ref(), &tool)?;
+    let rough = args.rough.as_ref().map(|text| text.parse::<Tool>()).transpose();
+    let rough = rough.map_err(|e| Failure::usage(e, "For example: --rough flat:5."))?;
     let from = rotary(&args.axis)?;
     for (what, value) in [
         ("the cutting force", args.cutting_force),
@@ -233,26 +235,6 @@ fn tool(args: &PrototypeArgs, library: Option<&Library>) -> Result<(Tool, Option
     Ok((tool, holder))
 }
 
-/// The tool that roughs, as it was asked for, or the thickest flat or bull-nosed one of the library that is no thicker than the
-/// finishing one: supports are as long as the thickest tool takes. Without any a flat one as thick as that.
-fn rough_tool(args: &PrototypeArgs, library: Option<&Library>, finish: &Tool) -> Result<Tool, Failure> {
-    if let Some(text) = &args.rough {
-        return text.parse().map_err(|e| Failure::usage(e, "For example: --rough flat:5."));
-    }
-    let radius_mm = finish.radius_mm();
-    let ends = library.iter().flat_map(|library| &library.tools).filter(|tool| {
-        !tool.tool.is_ball() && tool.tool.taper_deg.is_none() && tool.tool.widest_mm() <= radius_mm
-    });
-    let thickest =
-        ends.max_by(|a, b| a.tool.radius_mm().total_cmp(&b.tool.radius_mm()).then(b.id.cmp(&a.id)));
-    match thickest {
-        Some(found) => Ok(found.tool),
-        None => {
-            format!("flat:{radius_mm}").parse().map_err(|e| Failure::usage(e, "Give one: --rough flat:5."))
-        }
-    }
-}
-
 /// What the one who sets up the machine needs.
 fn sheet(found: &Prototype, loaded: &ModelFile, args: &PrototypeArgs, asked: &PrototypeAsked) -> String {
     let mut text = String::new();
@@ -278,7 +260,9 @@ fn sheet(found: &Prototype, loaded: &ModelFile, args: &PrototypeArgs, asked: &Pr
     );
     let _ = writeln!(text, "| zero | x at the right chuck, y and z on the axis; the part lies at x < 0 |");
     let holder = asked.reach.holder.as_ref().map_or_else(String::new, |h| format!(", holder {h}"));
-    let _ = writeln!(text, "| tool {ROUGH_NUMBER} | {}, roughs by levels from every angle |", asked.rough);
+    if let Some(rough) = &asked.rough {
+        let _ = writeln!(text, "| tool {ROUGH_NUMBER} | {rough}, roughs by levels from every angle |");
+    }
     let _ = writeln!(text, "| tool {FINISH_NUMBER} | {}{holder}, finishes |", asked.reach.tool);
     for (k, place) in found.supports.iter().enumerate() {
         let [a, b] = place.ends_mm;

@@ -245,6 +245,7 @@ fn planned_as(model: &Model, options: PlanOptions) -> Result<(Job, Plan), PlanEr
             stock_above_mm: options.stock_above_mm,
             tool,
             rest_of: None,
+            levels: None,
             rest_above_mm: None,
             scallop_mm,
             strategy: strategy.to_string(),

@@ -55,6 +55,7 @@ pub(crate) fn job(model: &Model) -> Job {
             allowance_mm: 0.0,
             stock_above_mm: 0.0,
             rest_of: None,
+            levels: None,
             rest_above_mm: None,
             lines: None,
             guides: Vec::new(),

@@ -130,12 +130,9 @@ impl Upright {
         let in_job = job.job.setups.iter().find(|s| is_up(s.axis)).map(|s| s.name.clone());
         let name = in_job.or_else(|| machine.setups.contains_key("top").then(|| "top".to_owned()));
         let [mut low, mut high] = split(job.job.model.box_mm);
-        match job.job.stock {
-            Some(Stock::Layer { thickness_mm }) => {
-                low = low.map(|c| c - thickness_mm);
-                high = high.map(|c| c + thickness_mm);
-            }
-            _ => {}
+        if let Some(Stock::Layer { thickness_mm }) = job.job.stock {
+            low = low.map(|c| c - thickness_mm);
+            high = high.map(|c| c + thickness_mm);
         }
         if let Some(box_mm) = job.job.stock.as_ref().and_then(Stock::box_mm) {
             let [from, to] = split(box_mm);

@@ -75,7 +75,7 @@ pub(crate) fn read(folder: &Path, key: &PartKey) -> Result<Option<Vec<u8>>, Dama
         () => {}
     }
     let mut payload = Vec::new();
-    file.read_to_end(&mut payload)?;
+    std::io::copy(&mut file, &mut payload)?;
     if Sha256::digest(&payload).as_slice() != hash {
         return Err(Damage::Content);
     }

@@ -63,7 +63,7 @@ impl Store {
         let (mark, beside) =
             (folder.join(MARK_FILE), folder.join(format!(".{MARK_FILE}.{}", std::process::id())));
         let mut file = fs::File::create(&beside).map_err(StoreError::io(&beside))?;
-        let written = write!(file, "{MARK}{FORM}\n").and_then(|()| fs::rename(&beside, &mark));
+        let written = writeln!(file, "{MARK}{FORM}").and_then(|()| fs::rename(&beside, &mark));
         written.map_err(|e| {
             let _ = fs::remove_file(&beside);
             StoreError::io(&mark)(e)

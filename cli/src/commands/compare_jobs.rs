@@ -170,8 +170,10 @@ mod tests {
         let command = Cli::command();
         let options = |name: &str| -> Vec<String> {
             let command = command.find_subcommand(name).unwrap();
-            // Operations are chosen for a whole job; what is compared are jobs of one operation.
-            let of_one = command.get_arguments().filter(|a| a.get_help_heading() != Some("Whole job"));
+            // Operations are chosen for a whole job; what is compared are jobs of one operation. And a comparison goes on by itself.
+            let others = ["Whole job", "Reuse"];
+            let of_one =
+                command.get_arguments().filter(|a| !others.iter().any(|o| a.get_help_heading() == Some(*o)));
             let all = of_one.flat_map(|a| a.get_long_and_visible_aliases().unwrap_or_default());
             all.map(str::to_owned).collect()
         };

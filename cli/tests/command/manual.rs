@@ -28,6 +28,8 @@ const COMMANDS: [&str; 21] = [
     "tools",
     "reach",
     "prototype",
+    "store",
+    "diff",
 ];
 
 #[test]

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use crate::run::run;
 use crate::scratch;
 
-const COMMANDS: [&str; 21] = [
+const COMMANDS: [&str; 23] = [
     "demo",
     "inspect",
     "drop",

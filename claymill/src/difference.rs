@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use claymill_nurbs::{Aabb, ClosestPoints, Face, FaceId, Model, Point3};
+use claymill_nurbs::{Aabb, ClosestPoints, Face, FaceId, Model};
 use claymill_toolpath::{KeyMaker, PartKey};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -121,9 +121,7 @@ fn face_at(file: &ModelFile, face: FaceId) -> FaceAt {
 
 /// How far the corners of two boxes are from each other, as a share of the diagonal of the larger one.
 fn apart(a: &[f64; 6], b: &[f64; 6]) -> f64 {
-    let corners =
-        |b: &[f64; 6]| Aabb { min: Point3::new(b[0], b[1], b[2]), max: Point3::new(b[3], b[4], b[5]) };
-    let (a, b) = (corners(a), corners(b));
+    let (a, b) = (Aabb::of_corners(*a), Aabb::of_corners(*b));
     let mm = (a.min - b.min).norm().max((a.max - b.max).norm());
     mm / a.diagonal().max(b.diagonal()).max(f64::MIN_POSITIVE)
 }

@@ -54,8 +54,7 @@ impl InProcessStock {
                 faces.inflated(1.01 * thickness_mm)
             }
             StockRecord::Block { .. } | StockRecord::Bar { .. } => {
-                let [x0, y0, z0, x1, y1, z1] = record.box_mm().unwrap_or_default();
-                Aabb { min: Point3::new(x0, y0, z0), max: Point3::new(x1, y1, z1) }
+                Aabb::of_corners(record.box_mm().unwrap_or_default())
             }
         };
         let longest_mm = (bounds.max - bounds.min).amax();
@@ -114,10 +113,9 @@ impl InProcessStock {
         for (k, batch) in cutting.chunks(BATCH).enumerate() {
             monitor.go_on().map_err(Error::Cancelled)?;
             monitor.at(Stage::Stock, (k * BATCH) as f64 / cutting.len() as f64);
-            let sweeps = batch.par_iter().map(|m| {
-                let curve = m.curve().map_err(|_| StockError::NotFinite("a move"))?;
-                Chords::of(&curve, self.chord_mm)?.sweeps(&body, m.axis_start.into())
-            });
+            let sweeps = batch
+                .par_iter()
+                .map(|m| Chords::of_move(m, self.chord_mm)?.sweeps(&body, m.axis_start.into()));
             let sweeps: Vec<Sweep<'_>> = sweeps.collect::<Result<Vec<_>, _>>()?.concat();
             stock.cut_all(&sweeps);
         }

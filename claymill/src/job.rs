@@ -6,9 +6,9 @@ use claymill_controller::Machine;
 use claymill_paths::{Axis, Feeds, Orientation, PlanOptions, Strategy, TOOL_ID, check_end, check_tools};
 use claymill_toolpath::{Bounds, Contain, HOLDER_CLEARANCE_MM, Holder, Levels, Tool};
 
+use crate::asked_levels;
 use crate::error::Error;
 use crate::job_error::JobError;
-use crate::levels;
 use crate::limits::{
     LARGEST_CLEARANCE_MM, LARGEST_FEED_MM_PER_MIN, LARGEST_MARGIN_MM, LARGEST_TOOL, LEAST_RAPID_MM,
     LOWEST_SCALLOP_MM, MOST_LINES, STEEP_LIMITS_DEG,
@@ -209,7 +209,7 @@ impl Job {
         }
         check_tools(&passes.tool, passes.rest_of.as_ref(), passes.scallop_mm)?;
         match &self.levels {
-            Some(asked) => levels::check(asked, passes)?,
+            Some(asked) => asked_levels::check(asked, passes)?,
             None => check_end(passes)?,
         }
         if self.levels.is_some() && !self.obstacles.is_empty() {

@@ -158,9 +158,7 @@ impl Rough<'_, '_> {
         let tool = self.prepared.job.tool();
         let stock = self.state.stock().clone();
         let bounds = match *record {
-            Stock::Block { box_mm: [x0, y0, z0, x1, y1, z1] } => {
-                Aabb { min: [x0, y0, z0].into(), max: [x1, y1, z1].into() }
-            }
+            Stock::Block { box_mm } => Aabb::of_corners(box_mm),
             // The rays know where it is.
             Stock::Bar { .. } | Stock::Layer { .. } => {
                 let boxes = self.prepared.file.model().faces.iter().map(|face| face.bounds());
@@ -168,11 +166,12 @@ impl Rough<'_, '_> {
             }
         };
         let axes = frame.axes();
+        let across = frame.box_in_setup(&bounds);
         let wider_mm = WIDER * stock.grid().pitch_mm();
         let left = |[low, high]: [f64; 2]| match stock.slice(axes, low, high) {
             Ok(slice) => cells(&slice).dilated(wider_mm),
             // Of what cannot be asked, all is there.
-            Err(_) => PlanarSet::rectangle(across(&bounds, frame)),
+            Err(_) => PlanarSet::rectangle([across.min.x, across.min.y, across.max.x, across.max.y]),
         };
         let is_block = is_whole && matches!(record, Stock::Block { .. });
         let piece = Workpiece {
@@ -223,17 +222,6 @@ fn within(asked: Option<&[f64; 6]>, frame: &Frame) -> Result<Option<[f64; 4]>, E
     Ok(Some(within))
 }
 
-/// The sides of a box across a setup's axis: xmin, ymin, xmax, ymax.
-fn across(bounds: &Aabb, frame: &Frame) -> [f64; 4] {
-    let corner = |k: usize| {
-        let side = |axis: usize| if k >> axis & 1 == 1 { bounds.max[axis] } else { bounds.min[axis] };
-        frame.to_setup(&[side(0), side(1), side(2)].into())
-    };
-    let corners: [claymill_nurbs::Point3; 8] = std::array::from_fn(corner);
-    let all = Aabb::of(&corners);
-    [all.min.x, all.min.y, all.max.x, all.max.y]
-}
-
 /// The cells of a slice that have material, row by row.
 fn cells(slice: &Slice) -> PlanarSet {
     let ([u0, v0], mm) = (slice.origin_mm, slice.cell_mm);
@@ -281,38 +269,4 @@ fn sum(faces: &[FaceAccount]) -> Area {
         }
         sum
     })
-}
-
-/// Whether levels can be meant.
-///
-/// # Errors
-/// They cannot, and what of it.
-pub(crate) fn check(levels: &Levels, options: &claymill_paths::PlanOptions) -> Result<(), JobError> {
-    use claymill_clearing::{LARGEST_LIMIT_DEG, LEAST_LIMIT_DEG};
-    let Levels { step_down_mm, engagement_deg, band_mm } = *levels;
-    if !(LEAST_LIMIT_DEG..=LARGEST_LIMIT_DEG).contains(&engagement_deg) {
-        return Err(JobError::Engagement { engagement_deg });
-    }
-    let flutes_mm = options.tool.flute_length_mm.unwrap_or(f64::INFINITY);
-    if !(step_down_mm > 0.0 && step_down_mm.is_finite()) {
-        return Err(JobError::StepDown { step_down_mm });
-    }
-    if step_down_mm > flutes_mm {
-        return Err(JobError::StepBelowFlutes { step_down_mm, flutes_mm });
-    }
-    if !(band_mm > 0.0 && band_mm.is_finite()) {
-        return Err(JobError::Band { band_mm });
-    }
-    let is_centre_box = Bounds { centre_within_mm: None, ..options.bounds.clone() }.is_none();
-    let refused = [
-        (options.allowance_mm < 0.0, "an allowance below the surface"),
-        (options.rest_of.is_some() || options.rest_above_mm.is_some(), "rest_of and rest_above"),
-        (!is_centre_box, "bounds other than centre_within, and faces to be avoided"),
-        (options.pencil, "pencil passes"),
-        (options.tool.taper_deg.is_some(), "a tool with a taper"),
-    ];
-    match refused.into_iter().find(|(asked, _)| *asked) {
-        Some((_, what)) => Err(JobError::NotByLevels { what }),
-        None => Ok(()),
-    }
 }

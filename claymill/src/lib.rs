@@ -44,6 +44,7 @@
 //! surfaces, [`exchange`] for files, [`surface_merge`], [`toolpath`] for the files of a job folder, [`paths`], [`verify`],
 //! [`controller`], and `viewer` for pictures (feature `viewer`, which is on unless turned off).
 
+mod asked_levels;
 mod choice;
 mod difference;
 mod error;

@@ -1,7 +1,7 @@
 //! A block roughed by levels: regions, levels, strokes, moves.
 
 use claymill_contact::{Covering, Frame};
-use claymill_nurbs::{Aabb, Model, Point3};
+use claymill_nurbs::{Aabb, Model};
 use claymill_toolpath::{Monitor, Move, Stage, Tool};
 use rayon::prelude::*;
 
@@ -111,7 +111,7 @@ pub fn plan_levels(
     if !holds {
         return Err(ClearingError::StockTooSmall { stock_mm: block.corners(), part_mm: part.corners() });
     }
-    let [stock_box, part_box] = [block, &part].map(|b| in_setup(b, frame));
+    let [stock_box, part_box] = [block, &part].map(|b| frame.box_in_setup(b));
     let flutes_mm = tool.flute_length_mm.unwrap_or(f64::INFINITY);
     let depths = Depths {
         top_mm: stock_box.max.z,
@@ -179,15 +179,6 @@ fn limit_at(tool: &Tool, depth_mm: f64, engagement_deg: f64) -> Result<Engagemen
     let deep_mm = depth_mm.min(corner_mm);
     let narrow_mm = corner_mm - (corner_mm * corner_mm - (corner_mm - deep_mm).powi(2)).max(0.0).sqrt();
     EngagementLimit::new(radius_mm - narrow_mm, engagement_deg)
-}
-
-fn in_setup(b: &Aabb, frame: &Frame) -> Aabb {
-    let corner = |k: usize| {
-        let of = |axis: usize| if k >> axis & 1 == 1 { b.max[axis] } else { b.min[axis] };
-        frame.to_setup(&Point3::new(of(0), of(1), of(2)))
-    };
-    let corners: [Point3; 8] = std::array::from_fn(corner);
-    Aabb::of(&corners)
 }
 
 /// Clears levels side by side.

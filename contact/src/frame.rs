@@ -1,6 +1,6 @@
 //! Frames of setups: signed axes of the model, which round nothing, or any turn, as a quaternion of integers.
 
-use claymill_nurbs::{Point3, Vector3};
+use claymill_nurbs::{Aabb, Point3, Vector3};
 use claymill_toolpath::{LARGEST_ENTRY, axes_of_quaternion};
 use thiserror::Error;
 
@@ -272,6 +272,12 @@ impl Frame {
             Turn::Axes(axes) => axes.map(|a| if a.negative { -p[a.index] } else { p[a.index] }).into(),
             Turn::Quaternion(axes, _) => axes.map(|a| a.dot(&p.coords)).into(),
         }
+    }
+
+    /// The box around a box of the model, in the frame's coordinates.
+    #[must_use]
+    pub fn box_in_setup(&self, of: &Aabb) -> Aabb {
+        Aabb::of(&of.vertices().map(|p| self.to_setup(&p)))
     }
 
     /// The frame's coordinates to the model's.

@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 use std::path::PathBuf;
 
-use claymill_nurbs::{Point3, Vector3};
+use claymill_nurbs::{Aabb, Point3, Vector3};
 use claymill_toolpath::{RotaryAxis, Stock};
 
 use crate::dialects::Dialect;
@@ -129,22 +129,14 @@ impl Upright {
         let is_up = |axis: [f64; 3]| (Vector3::from(axis) - up).norm() < SAME;
         let in_job = job.job.setups.iter().find(|s| is_up(s.axis)).map(|s| s.name.clone());
         let name = in_job.or_else(|| machine.setups.contains_key("top").then(|| "top".to_owned()));
-        let [mut low, mut high] = split(job.job.model.box_mm);
+        let mut around = Aabb::of_corners(job.job.model.box_mm);
         if let Some(Stock::Layer { thickness_mm }) = job.job.stock {
-            low = low.map(|c| c - thickness_mm);
-            high = high.map(|c| c + thickness_mm);
+            around = around.inflated(thickness_mm);
         }
         if let Some(box_mm) = job.job.stock.as_ref().and_then(Stock::box_mm) {
-            let [from, to] = split(box_mm);
-            low = [0, 1, 2].map(|i| low[i].min(from[i]));
-            high = [0, 1, 2].map(|i| high[i].max(to[i]));
+            around = around.union(&Aabb::of_corners(box_mm));
         }
-        let corners = (0..8)
-            .map(|i| {
-                let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
-                Point3::new(pick(0), pick(1), pick(2))
-            })
-            .collect();
+        let corners = around.vertices().into();
         Ok(Upright { up, front, name, corners })
     }
 
@@ -215,11 +207,6 @@ impl Upright {
         put(section, Placed { tilt, by: Turn::Index { deg: reached, safe_mm }, stands });
         Ok(())
     }
-}
-
-/// The two corners of a box.
-fn split([x0, y0, z0, x1, y1, z1]: [f64; 6]) -> [[f64; 3]; 2] {
-    [[x0, y0, z0], [x1, y1, z1]]
 }
 
 /// A setup's frame in the coordinates in which the part stands.

@@ -42,6 +42,21 @@ impl Aabb {
         [a, b, c, d, e, f]
     }
 
+    /// The box between two corners as files hold them, like [`Aabb::corners`].
+    #[must_use]
+    pub fn of_corners([x0, y0, z0, x1, y1, z1]: [f64; 6]) -> Self {
+        Aabb { min: Point3::new(x0, y0, z0), max: Point3::new(x1, y1, z1) }
+    }
+
+    /// Its eight vertices: bit `k` of a vertex's number says on which side it is along axis `k`.
+    #[must_use]
+    pub fn vertices(&self) -> [Point3; 8] {
+        std::array::from_fn(|i| {
+            let side = |axis: usize| if i >> axis & 1 == 0 { self.min[axis] } else { self.max[axis] };
+            Point3::new(side(0), side(1), side(2))
+        })
+    }
+
     /// The smallest box around `points`.
     #[must_use]
     pub fn of<'a>(points: impl IntoIterator<Item = &'a Point3>) -> Self {

@@ -1,6 +1,7 @@
 //! A body that moves along a straight line without turning; curves as chords within a deviation.
 
 use claymill_nurbs::{Curve3, Point3, Vector3};
+use claymill_toolpath::Move;
 
 use crate::grid::{FARTHEST_MM, unit};
 use crate::{StockError, ToolBody};
@@ -96,6 +97,14 @@ impl Chords {
             }
         }
         Ok(Chords { points_mm, within_mm })
+    }
+
+    /// The same of a move.
+    ///
+    /// # Errors
+    /// The move is no curve; and as [`Chords::of`].
+    pub fn of_move(m: &Move, within_mm: f64) -> Result<Self, StockError> {
+        Chords::of(&m.curve().map_err(|_| StockError::NotFinite("a move"))?, within_mm)
     }
 
     /// A body along all chords.

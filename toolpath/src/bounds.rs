@@ -59,4 +59,10 @@ impl Bounds {
     pub fn is_none(&self) -> bool {
         *self == Bounds::default()
     }
+
+    /// Whether nothing but a box for its centre keeps the tool anywhere.
+    #[must_use]
+    pub fn is_centre_box_at_most(&self) -> bool {
+        Bounds { centre_within_mm: None, ..self.clone() }.is_none()
+    }
 }

@@ -122,7 +122,7 @@ impl KeyMaker {
     }
 }
 
-/// A text of which only the hash is kept: that of a stock would be larger than the stock.
+/// A text of which only the hash is kept.
 struct Text(Sha256);
 
 impl fmt::Write for Text {

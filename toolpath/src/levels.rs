@@ -21,3 +21,10 @@ pub struct Levels {
     /// Stairs over slopes are no higher than this, mm.
     pub band_mm: f64,
 }
+
+impl Levels {
+    /// The engagement where nothing is known of the material, degrees.
+    pub const USUAL_ENGAGEMENT_DEG: f64 = 60.0;
+    /// The band as a share of the step-down.
+    pub const USUAL_BAND: f64 = 0.1;
+}

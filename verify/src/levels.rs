@@ -19,7 +19,7 @@ use crate::asked::excluded_faces;
 use crate::end::EndBody;
 use crate::error::VerifyError;
 use crate::options::VerifyOptions;
-use crate::reach::{AskedOfStock, Reach};
+use crate::reach::Reach;
 use crate::report::{
     BoundsKept, Coverage, Crests, Place, Rapids, Scallop, Sequence, SurfaceResidual, Verification,
 };
@@ -87,7 +87,7 @@ pub(crate) fn measure_moves(
     let bench = Bench::new([model, &nothing], job, program, options, monitor)?;
     let scene = &bench.scene;
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &scene.obstacles.triangles);
-    let reach = Reach::new(scene, &mesh, &bench.meshes).in_stock(AskedOfStock::default());
+    let reach = Reach::new(scene, &mesh, &bench.meshes);
     let stage = |name| scene::Stage::begin(name, monitor);
     let (gouge, contact, ..) = contact::measure(scene, &reach, &stage(Stage::GougeAndContact))?;
     let shank = holder::measure_shank(scene, &bench.meshes, &reach, &stage(Stage::Shank))?;

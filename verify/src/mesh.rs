@@ -48,11 +48,8 @@ impl Mesh {
 
     /// Twelve triangles.
     fn add_box(&mut self, bounds: &Aabb) {
-        let (first, [low, high]) = (self.points.len() as u32, [bounds.min, bounds.max]);
-        for k in 0..8usize {
-            let side = |axis: usize| if k >> axis & 1 == 0 { low[axis] } else { high[axis] };
-            self.points.push(Point3::new(side(0), side(1), side(2)));
-        }
+        let first = self.points.len() as u32;
+        self.points.extend(bounds.vertices());
         for axis in 0..3 {
             let (along, across) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
             for corner in [0u32, 1 << axis] {

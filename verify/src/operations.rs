@@ -78,11 +78,12 @@ pub(crate) fn measure(
                 of_levels((model, job), program, (&part, levels), range.clone(), whole, &samples, monitor)
             };
             let levels = checked.map(check).transpose()?;
-            let more = match &levels {
-                Some(levels) => levels::findings(levels),
-                None => vec![levels::unmeasured()],
-            };
-            found.verdict.findings.extend(more);
+            let mut findings = found.verdict.findings;
+            match &levels {
+                Some(levels) => findings.extend(levels::findings(levels)),
+                None => findings.push(levels::unmeasured()),
+            }
+            found.verdict = Verdict::of(findings);
             all.push(OperationFound { name: operation.name.clone(), kind: operation.kind, found, levels });
             continue;
         }
@@ -284,6 +285,5 @@ fn joined(job: &Job, program: &Program, all: &[OperationFound], stock: Option<&S
         message: format!("job.json counts {counted} moves, {there} are there"),
         place: None,
     }));
-    findings.sort_by_key(|finding| finding.severity);
-    Verdict { passed: findings.iter().all(|f| f.severity != Severity::Error), findings }
+    Verdict::of(findings)
 }

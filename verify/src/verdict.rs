@@ -36,6 +36,14 @@ pub struct Verdict {
     pub findings: Vec<Finding>,
 }
 
+impl Verdict {
+    /// Findings, errors first.
+    pub(crate) fn of(mut findings: Vec<Finding>) -> Self {
+        findings.sort_by_key(|finding| finding.severity);
+        Verdict { passed: findings.iter().all(|f| f.severity != Severity::Error), findings }
+    }
+}
+
 /// Something that is not as it should be.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Finding {
@@ -204,8 +212,7 @@ pub(crate) fn conclude(job: &Job, options: &VerifyOptions, m: &Measured<'_>) -> 
     if let Some(coverage) = m.coverage {
         coverage_findings(job, coverage, &mut find);
     }
-    findings.sort_by_key(|f| f.severity);
-    Verdict { passed: findings.iter().all(|f| f.severity != Error), findings }
+    Verdict::of(findings)
 }
 
 fn contact_findings(

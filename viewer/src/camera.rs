@@ -193,7 +193,7 @@ impl Camera {
             })
         };
         let all = extent(&mut points.clone());
-        let framed = view.focus.as_ref().map_or(all, |focus| extent(&mut corners(focus).into_iter()));
+        let framed = view.focus.as_ref().map_or(all, |focus| extent(&mut focus.vertices().into_iter()));
         let centre = view.stand.map_or_else(|| framed.centre(), |[_, target]| Point3::from(basis(&target)));
         let target = Point3::from(right * centre.x + up * centre.y + forward * centre.z);
 
@@ -219,7 +219,7 @@ impl Camera {
             };
             let distance = match (&view.stand, &view.focus) {
                 (Some([eye, target]), _) => (target - eye).norm(),
-                (None, Some(focus)) => corners(focus).iter().map(needed).fold(0.0, f64::max),
+                (None, Some(focus)) => focus.vertices().iter().map(needed).fold(0.0, f64::max),
                 (None, None) => points.map(|p| needed(&p)).fold(0.0, f64::max),
             }
             .max(SMALLEST_EXTENT_MM / tan_per_px / shorter);
@@ -383,21 +383,12 @@ impl Camera {
     }
 }
 
-fn corners(b: &Aabb) -> [Point3; 8] {
-    std::array::from_fn(|i| {
-        let pick = |bit: usize, axis: usize| {
-            if i >> bit & 1 == 0 { b.min[axis] } else { b.max[axis] }
-        };
-        Point3::new(pick(0, 0), pick(1, 1), pick(2, 2))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn cube() -> Vec<Point3> {
-        corners(&Aabb { min: Point3::new(1000.0, -50.0, 3.0), max: Point3::new(1100.0, 70.0, 40.0) }).to_vec()
+        Aabb::of_corners([1000.0, -50.0, 3.0, 1100.0, 70.0, 40.0]).vertices().to_vec()
     }
 
     #[test]

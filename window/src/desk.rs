@@ -245,7 +245,7 @@ impl<'a> Desk<'a> {
     fn framed(&self) -> Vec<Point3> {
         let points =
             self.exhibit.outline(|f| self.layers.shows_face(self.exhibit, f) || !self.layers.surfaces);
-        if points.is_empty() { crate::exhibit::corners(&self.bounds).to_vec() } else { points }
+        if points.is_empty() { self.bounds.vertices().to_vec() } else { points }
     }
 
     /// What a drag that begins at a place of the picture holds: the surface there, or the depth of the model's middle.
@@ -277,7 +277,7 @@ impl<'a> Desk<'a> {
     #[must_use]
     pub fn cutting_range(&self) -> [f64; 2] {
         let (axis, _) = self.cutting_axis();
-        let along = crate::exhibit::corners(&self.bounds).map(|c| axis.dot(&c.coords));
+        let along = self.bounds.vertices().map(|c| axis.dot(&c.coords));
         [
             along.iter().copied().fold(f64::INFINITY, f64::min),
             along.iter().copied().fold(f64::NEG_INFINITY, f64::max),
@@ -448,5 +448,5 @@ impl<'a> Desk<'a> {
 /// What the first view frames.
 fn outline(exhibit: &Exhibit, bounds: &Aabb) -> Vec<Point3> {
     let points = exhibit.outline(|_| true);
-    if points.is_empty() { crate::exhibit::corners(bounds).to_vec() } else { points }
+    if points.is_empty() { bounds.vertices().to_vec() } else { points }
 }

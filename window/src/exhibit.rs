@@ -91,10 +91,3 @@ impl Exhibit {
 
 /// An exhibit that threads can share.
 pub(crate) type Shared = Arc<Exhibit>;
-
-pub(crate) fn corners(b: &Aabb) -> [Point3; 8] {
-    std::array::from_fn(|i| {
-        let pick = |axis: usize| if i >> axis & 1 == 0 { b.min[axis] } else { b.max[axis] };
-        Point3::new(pick(0), pick(1), pick(2))
-    })
-}

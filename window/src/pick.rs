@@ -117,7 +117,7 @@ pub(crate) fn line(
 
 /// Whether a box, relative to `origin`, comes near a place of the picture.
 pub(crate) fn box_near(bounds: &Aabb, origin: &Point3, sight: &Sight, at_px: [f64; 2]) -> bool {
-    let corners = crate::exhibit::corners(bounds).map(|c| sight.project(&(c + origin.coords)));
+    let corners = bounds.vertices().map(|c| sight.project(&(c + origin.coords)));
     if corners.iter().any(Option::is_none) {
         // Around the eye: anything is possible.
         return true;

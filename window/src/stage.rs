@@ -255,8 +255,7 @@ fn chosen(desk: &Desk<'_>) -> Option<SurfaceMesh> {
 }
 
 fn box_in_sight(bounds: &Aabb, desk: &Desk<'_>, size: [u32; 2]) -> bool {
-    let corners =
-        crate::exhibit::corners(bounds).map(|c| desk.sight.project(&(c + desk.scene.origin.coords)));
+    let corners = bounds.vertices().map(|c| desk.sight.project(&(c + desk.scene.origin.coords)));
     corners.iter().any(Option::is_none)
         || (0..2).all(|i| {
             let along = corners.iter().flatten().map(|c| c[i]);

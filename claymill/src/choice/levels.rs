@@ -5,12 +5,8 @@ use claymill_nurbs::Aabb;
 use claymill_tooling::{LibraryTool, Material, Stage, ToolChoice};
 use claymill_toolpath::Levels;
 
-/// Where neither the process nor the tool's cutting data says anything, degrees.
-const USUAL_ENGAGEMENT_DEG: f64 = 60.0;
 /// The tool is no thicker than this share of the part across: it has to get around it, and into it.
 const THICKEST: f64 = 0.2;
-/// Stairs are as high as this share of a level.
-const BAND: f64 = 0.1;
 /// Depths are rounded down to this, mm.
 const ROUND_MM: f64 = 0.1;
 
@@ -50,10 +46,10 @@ pub(super) fn asked(stage: &Stage, tool: &LibraryTool, material: &Material) -> L
     let of_stage = stage.engagement_deg.as_ref().map(|deg| deg.value);
     let engagement_deg = of_stage
         .or_else(|| cutting.and_then(|c| c.engagement_deg))
-        .unwrap_or(USUAL_ENGAGEMENT_DEG)
+        .unwrap_or(Levels::USUAL_ENGAGEMENT_DEG)
         .clamp(LEAST_LIMIT_DEG, LARGEST_LIMIT_DEG);
     let flutes_mm = tool.flute_length_mm.or(tool.tool.flute_length_mm).unwrap_or(f64::INFINITY);
     let deep_mm = stage.depth_mm.as_ref().map_or(tool.diameter_mm(), |depth| depth.value).min(flutes_mm);
     let step_down_mm = ((deep_mm / ROUND_MM).floor() * ROUND_MM).max(ROUND_MM);
-    Levels { step_down_mm, engagement_deg, band_mm: BAND * step_down_mm }
+    Levels { step_down_mm, engagement_deg, band_mm: Levels::USUAL_BAND * step_down_mm }
 }

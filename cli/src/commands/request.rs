@@ -16,9 +16,6 @@ pub(super) const LEAST: &str = "auto";
 /// Where nothing else is asked for.
 pub(super) const USUAL_TOOL: &str = "ball:10";
 pub(super) const USUAL_SCALLOP_MM: f64 = 0.1;
-/// Levels cut along this angle at most, degrees, and leave stairs of this share of their depth.
-const USUAL_ENGAGEMENT_DEG: f64 = 60.0;
-const USUAL_BAND: f64 = 0.1;
 
 /// A job with all defaults filled in.
 pub(crate) struct Request {
@@ -107,8 +104,8 @@ fn levels(options: &JobOptions, tool: &Tool) -> Result<Option<Levels>, Failure> 
     let step_down_mm = options.step_down.unwrap_or_else(|| (2.0 * tool.radius_mm()).min(flutes_mm));
     Ok(Some(Levels {
         step_down_mm,
-        engagement_deg: options.engagement.unwrap_or(USUAL_ENGAGEMENT_DEG),
-        band_mm: options.band.unwrap_or(USUAL_BAND * step_down_mm),
+        engagement_deg: options.engagement.unwrap_or(Levels::USUAL_ENGAGEMENT_DEG),
+        band_mm: options.band.unwrap_or(Levels::USUAL_BAND * step_down_mm),
     }))
 }
 

@@ -42,8 +42,7 @@ impl BallDrop<'_> {
     /// Whether something holds an end that is no ball up with its middle above a height.
     pub(crate) fn is_end_blocked_at(&self, at: [f64; 2], height: f64) -> bool {
         let floor = height - self.end().corner_mm;
-        let is_held = |effort| is_held_above(self, &self.bodies, at, floor, effort);
-        is_held(OF_PASS) && is_held(AT_LENGTH)
+        is_held_above(self, &self.bodies, at, floor, AT_LENGTH)
     }
 
     /// A contact inside of the trims of a face, near a place on it.

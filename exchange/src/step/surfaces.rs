@@ -119,11 +119,7 @@ fn offset(
     // An endless basis must reach as far as the boundary of what is parallel to it.
     let far = distance.abs();
     let reach = Aabb::of(boundary).inflated(far);
-    let corner = |k: usize| {
-        let side = |axis: usize| if k >> axis & 1 == 0 { reach.min[axis] } else { reach.max[axis] };
-        Point3::new(side(0), side(1), side(2))
-    };
-    let boundary: Vec<Point3> = if boundary.is_empty() { Vec::new() } else { (0..8).map(corner).collect() };
+    let boundary: Vec<Point3> = if boundary.is_empty() { Vec::new() } else { reach.vertices().into() };
     let basis = nested(file, r.reference(1)?, angle_unit, &boundary, tolerance, depth)?;
     let wrong = |what: &str| StepError::Geometry { id, what: what.into() };
     let carrier = match basis.carrier {

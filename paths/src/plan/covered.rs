@@ -124,12 +124,13 @@ impl WiderRegions {
 
 /// The sides of a box, two triangles each.
 pub(crate) fn triangles(bounds: &Aabb) -> Vec<[Point3; 3]> {
-    let corner = |k: usize| {
-        let at = |axis: usize| if k >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
-        Point3::new(at(0), at(1), at(2))
-    };
+    let corners = bounds.vertices();
     let sides = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
-    sides.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).map(|t| t.map(corner)).collect()
+    sides
+        .iter()
+        .flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]])
+        .map(|t| t.map(|k: usize| corners[k]))
+        .collect()
 }
 
 /// A triangle as a trimmed parallelogram; `None` where it is too thin to matter.

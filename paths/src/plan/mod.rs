@@ -244,20 +244,20 @@ fn lay(
     let known = jobs.par_iter().map(known).collect::<Result<Vec<Known>, Cancelled>>()?;
     monitor.at(Stage::RegionMeshes, 0.0);
     let edge_mm = mesh_edge_mm(radius_mm, options.scallop_mm);
-    // Which region a place lies beside only the meshes of all of them say.
+    let shank = options.in_process.as_ref().and_then(Shank::of);
+    // Which region a place lies beside only the meshes of all of them say. And what the shank is struck on is laid again.
     let mut wanted = vec![options.strategy.sweeps_regions() && !options.guides.is_empty(); faces_of.len()];
     for ((_, region), known) in jobs.iter().zip(&known) {
-        wanted[*region] |= options.strategy.sweeps_regions() && known.part.is_none();
+        wanted[*region] |= options.strategy.sweeps_regions() && (known.part.is_none() || shank.is_some());
     }
     // A region without a mesh is cut patch by patch.
-    let meshes_of = |wanted: &[bool]| {
-        let mesh = |r: usize| {
+    let meshes: Vec<Option<RegionMesh>> = (0..faces_of.len())
+        .into_par_iter()
+        .map(|r| {
             monitor.go_on()?;
             Ok(if wanted[r] { RegionMesh::of_region(model, regions.merged, r, edge_mm).ok() } else { None })
-        };
-        (0..faces_of.len()).into_par_iter().map(mesh).collect::<Result<Vec<Option<RegionMesh>>, Cancelled>>()
-    };
-    let meshes = meshes_of(&wanted)?;
+        })
+        .collect::<Result<_, Cancelled>>()?;
     let mut chosen = chosen(&meshes, &options.guides)?;
     let sweeps: Vec<Option<Sweeps>> = (meshes.iter().zip(&faces_of).enumerate())
         .map(|(r, (mesh, faces))| {
@@ -291,7 +291,7 @@ fn lay(
         out
     };
     let mut struck_passes = 0;
-    if let Some(shank) = options.in_process.as_ref().and_then(Shank::of) {
+    if let Some(shank) = shank {
         let moves = |parts: &[(usize, usize, Part)]| program(parts.to_vec()).program.moves;
         let mut left_out = leave_out_struck(&shank, &contexts, &mut parts, moves, monitor)?;
         if left_out.count > 0 && options.tool.is_ball() {
@@ -303,20 +303,10 @@ fn lay(
                 .map(|(context, kept)| SetupContext { containment: kept.as_ref(), ..*context })
                 .collect();
             let again: Vec<(usize, usize)> = left_out.parts.iter().copied().collect();
-            // Of what was known no mesh was made; with guides all were.
-            let is_again = |r: usize| again.iter().any(|job| job.1 == r);
-            let wanted: Vec<bool> = (0..faces_of.len())
-                .map(|r| options.strategy.sweeps_regions() && !wanted[r] && is_again(r))
-                .collect();
-            let meshes = meshes_of(&wanted)?;
-            let more: Vec<Option<Sweeps>> = (meshes.iter().zip(&faces_of))
-                .map(|(mesh, faces)| mesh.as_ref().map(|mesh| Sweeps::new(mesh, faces, &sides, None)))
-                .collect();
             let part = |job: &(usize, usize)| {
                 monitor.go_on()?;
                 let &(index, region) = job;
-                let sweeps = sweeps[region].as_ref().or(more[region].as_ref());
-                let part = contexts[index].part(&faces_of[region], area_mm2(job), sweeps);
+                let part = contexts[index].part(&faces_of[region], area_mm2(job), sweeps[region].as_ref());
                 Ok(part.map(|part| (index, region, part)))
             };
             let laid = again.par_iter().with_max_len(1).map(part).collect::<Result<Vec<_>, Cancelled>>()?;

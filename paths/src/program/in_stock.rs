@@ -171,8 +171,7 @@ impl<'a> Shank<'a> {
     }
 
     fn ways(&self, m: &Move) -> Result<Ways<'_>, StockError> {
-        let curve = m.curve().map_err(|_| StockError::NotFinite("a move"))?;
-        let chords = Chords::of(&curve, self.chord_mm)?;
+        let chords = Chords::of_move(m, self.chord_mm)?;
         let axis = m.axis_start.into();
         Ok(Ways { cutting: chords.sweeps(&self.cutting, axis)?, above: chords.sweeps(&self.above, axis)? })
     }

@@ -21,7 +21,7 @@ pub(crate) mod sweep;
 pub(crate) use body::EndBody;
 pub(crate) use faces::EndFaces;
 
-use claymill_toolpath::{Bounds, Job};
+use claymill_toolpath::Job;
 
 use crate::VerifyError;
 use crate::track::Track;
@@ -38,8 +38,8 @@ pub(crate) fn check_alone(tracks: &[Track], job: &Job, has_obstacles: bool) -> R
     };
     // Of levels it is measured whether the tool's axis stays in its box.
     let bounds = &job.request.bounds;
-    let is_bound_by_axis = bounds.is_none()
-        || (job.request.levels.is_some() && Bounds { centre_within_mm: None, ..bounds.clone() }.is_none());
+    let is_bound_by_axis =
+        bounds.is_none() || (job.request.levels.is_some() && bounds.is_centre_box_at_most());
     let refused = [
         (has_obstacles, "obstacles are kept clear of by moves"),
         (!is_bound_by_axis, "bounds are kept by moves"),

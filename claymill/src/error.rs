@@ -212,6 +212,7 @@ fn of_planning(error: &PlanError) -> &'static str {
         }
         PlanError::NothingToCut => "Look at what is left out, and at the axes.",
         PlanError::Cancelled(_) => "Plan the job again.",
+        PlanError::KeptNowhere => "Give the passes of the job a store.",
         PlanError::NoRest => "There is nothing to do: the operations before left nothing for this tool.",
         PlanError::NoStock { .. } => {
             "Give the job its stock: only an operation of a job with stock knows what is left."

@@ -1,8 +1,10 @@
 //! A plan, which nobody has verified yet: it can be looked at and verified, not written or run.
 
+use std::collections::BTreeSet;
+
 use claymill_nurbs::Point3;
-use claymill_paths::{LeftOut, OrientationGuess, Plan, Regions, plan_around};
-use claymill_toolpath::{LeftOutFace, Monitor, RegionsFile};
+use claymill_paths::{LeftOut, OrientationGuess, Plan, PlanPart, Regions, plan_around};
+use claymill_toolpath::{LeftOutFace, Monitor, PartKey, RegionsFile};
 
 use crate::error::Error;
 use crate::job::Job;
@@ -33,6 +35,28 @@ impl<'m> Prepared<'m> {
     /// # Errors
     /// The tool does not fit the model, or there is nothing to cut.
     pub fn plan(self, monitor: &dyn Monitor) -> Result<Planned<'m>, Error> {
+        let (regions, triangles) = self.given()?;
+        let plan = plan_around(self.file.model(), &regions, &triangles, &self.options, monitor)?;
+        Ok(Planned::new(self, plan))
+    }
+
+    /// The parts that [`Prepared::plan`] joins, largest first; those that are `wanted` are laid and kept, where the store of the
+    /// job's passes has not got them.
+    ///
+    /// # Errors
+    /// As [`Prepared::plan`]; and there is no store.
+    pub fn lay_parts(
+        &self,
+        wanted: &BTreeSet<PartKey>,
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<PlanPart>, Error> {
+        let (regions, triangles) = self.given()?;
+        let model = self.file.model();
+        Ok(claymill_paths::lay_parts(model, &regions, &triangles, &self.options, wanted, monitor)?)
+    }
+
+    /// Regions to plan, and triangles of obstacles.
+    fn given(&self) -> Result<(Regions<'_>, Vec<[Point3; 3]>), Error> {
         if self.job.levels.is_some() {
             return Err(JobError::LevelsWithoutStock.into());
         }
@@ -42,11 +66,10 @@ impl<'m> Prepared<'m> {
             excluded: &self.excluded,
             face_area_mm2: &self.file.face_area_mm2,
         };
-        let triangles: Vec<[Point3; 3]> = (self.obstacles.iter())
+        let triangles = (self.obstacles.iter())
             .flat_map(|o| o.mesh.triangles.iter().map(|t| t.map(|i| o.mesh.vertices[i as usize])))
             .collect();
-        let plan = plan_around(self.file.model(), &regions, &triangles, &self.options, monitor)?;
-        Ok(Planned::new(self, plan))
+        Ok((regions, triangles))
     }
 }
 

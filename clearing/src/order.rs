@@ -51,7 +51,7 @@ pub(crate) fn order<'a>(
     let blocks: Vec<(Option<[f64; 4]>, Outline)> = fronts
         .iter()
         .map(|f| {
-            let inside = f.part.eroded(GRAZE_MM);
+            let inside = in_the_way(&f.part, reached);
             (inside.bounds(), Outline::new(&inside))
         })
         .collect();
@@ -82,6 +82,15 @@ pub(crate) fn order<'a>(
         ready.sort_unstable();
     }
     found
+}
+
+/// Where a link runs through a part that is not cleared yet. It may graze the side towards cleared ground, but not run along a wall:
+/// beside that the part goes on into what the centre never reaches.
+fn in_the_way(part: &PlanarSet, reached: &PlanarSet) -> PlanarSet {
+    const BESIDE_MM: f64 = 4.0 * GRAZE_MM;
+    let Some([x0, y0, x1, y1]) = part.bounds() else { return PlanarSet::default() };
+    let around = PlanarSet::rectangle([x0 - BESIDE_MM, y0 - BESIDE_MM, x1 + BESIDE_MM, y1 + BESIDE_MM]);
+    part.union(&around.minus(reached)).eroded(GRAZE_MM)
 }
 
 fn meets(b: &[f64; 4], p: Place, q: Place) -> bool {
@@ -140,5 +149,22 @@ fn wait(nodes: &mut [Node<'_>], radius_mm: f64) {
                 nodes[k].waits_for += 1;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_link_along_a_wall_runs_through_what_is_not_cleared_there() {
+        let reached = PlanarSet::rectangle([-5.0, 0.0, 15.0, 10.0]);
+        let part = PlanarSet::rectangle([0.0, 0.0, 10.0, 10.0]);
+        let block = Outline::new(&in_the_way(&part, &reached));
+        let is_blocked = |from, to| block.crosses(from, to) || block.contains(from);
+        assert!(is_blocked([-1.0, 0.0], [11.0, 0.0]), "along the wall");
+        assert!(is_blocked([-1.0, 5.0], [11.0, 5.0]), "through the middle");
+        assert!(!is_blocked([0.0, 1.0], [0.0, 9.0]), "along the side that is cleared");
+        assert!(!is_blocked([-4.0, 0.0], [-1.0, 0.0]), "along the wall beside cleared ground");
     }
 }

@@ -20,6 +20,10 @@ pub(crate) const PROBLEM: u8 = 1;
 pub(crate) const USAGE: u8 = 2;
 /// The command did its work, and what it judged does not pass.
 pub(crate) const NOT_PASSED: u8 = 3;
+/// A scheduler should run the command again: nothing is wrong with what it was given.
+pub(crate) const TRY_AGAIN: u8 = 75;
+/// Again, with more memory.
+pub(crate) const MORE_MEMORY: u8 = 76;
 
 impl Failure {
     pub(crate) fn problem(message: impl fmt::Display, advice: impl Into<String>) -> Self {
@@ -28,6 +32,10 @@ impl Failure {
 
     pub(crate) fn usage(message: impl fmt::Display, advice: impl Into<String>) -> Self {
         Failure { message: message.to_string(), advice: advice.into(), code: USAGE }
+    }
+
+    pub(crate) fn with_code(code: u8, message: impl fmt::Display, advice: impl Into<String>) -> Self {
+        Failure { message: message.to_string(), advice: advice.into(), code }
     }
 
     /// The same about other paths: what is written in a scratch folder is told as if it were beside `told`.
@@ -160,6 +168,7 @@ impl From<claymill_paths::PlanError> for Failure {
                 "One --guide says where a region is swept from, a second one beside another side where to."
             }
             E::Cancelled(_) => "Plan the job again.",
+            E::KeptNowhere => "Name a store with --store.",
             E::NoRest => "There is nothing to do: the operations before left nothing for this tool.",
             E::NoStock { .. } => {
                 "Only an operation of a job with stock knows what is left: docs/operations.md describes such jobs."

@@ -2,9 +2,13 @@
 //! machine replaces the first Ctrl-C by a stop of its own.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use claymill_toolpath::is_own_scratch;
+
+use crate::failure::TRY_AGAIN;
 
 /// Scratch folders and their locks, which must not survive an interruption. The lock is held while they are removed and until the
 /// process has ended.
@@ -24,16 +28,44 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
 }
 
 /// Ends the process on Ctrl-C with exit code 130, after removing what is half-written. Everything is written
-/// beside its destination and renamed when whole, so there is nothing else to undo, and nothing to wait for.
-pub(crate) fn install() {
+/// beside its destination and renamed when whole, so there is nothing else to undo, and nothing to wait for. What a scheduler
+/// runs ends with another code on SIGTERM: its time is over, and it is to be run again.
+pub(crate) fn install(is_scheduled: bool) {
     // Without a handler Ctrl-C still works, but may leave a .partial folder: not worth refusing to run.
     let _ = ctrlc::set_handler(|| {
         let gently = FIRST.lock().unwrap_or_else(PoisonError::into_inner).take();
         match gently {
             Some(stop) => stop(),
-            None => end(INTERRUPTED.into(), || ()),
+            None => end(code(), || ()),
         }
     });
+    if is_scheduled {
+        note_termination();
+    }
+}
+
+/// Whether SIGTERM came to a process that a scheduler runs.
+static TERMINATED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+/// The signal is noted after the handler of Ctrl-C, which gets it too, has been woken.
+const NOTED_BY: Duration = Duration::from_millis(10);
+
+#[cfg(unix)]
+fn note_termination() {
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGTERM, TERMINATED.clone());
+    SCHEDULED.store(true, Ordering::Relaxed);
+}
+
+#[cfg(not(unix))]
+fn note_termination() {}
+
+/// Whether the process is run by a scheduler.
+static SCHEDULED: AtomicBool = AtomicBool::new(false);
+
+fn code() -> i32 {
+    if SCHEDULED.load(Ordering::Relaxed) {
+        std::thread::sleep(NOTED_BY);
+    }
+    i32::from(if TERMINATED.load(Ordering::Relaxed) { TRY_AGAIN } else { INTERRUPTED })
 }
 
 /// Has the first Ctrl-C do this in place of ending the process: what moves a machine brings it to rest. The second one ends

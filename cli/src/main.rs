@@ -20,15 +20,16 @@ use clap::Parser;
 
 use args::{Cli, Command};
 use console::Console;
-use failure::Failure;
+use failure::{Failure, MORE_MEMORY, PROBLEM};
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
     if cli.command.draws() {
         relaunch::without_display_layer();
     }
-    interrupt::install();
-    memory::watch();
+    let is_scheduled = cli.command.is_scheduled();
+    interrupt::install(is_scheduled);
+    memory::watch(if is_scheduled { MORE_MEMORY } else { PROBLEM });
     match run(&cli) {
         Ok(code) => code,
         Err(failure) => {
@@ -73,6 +74,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Plan(args) => commands::plan(&context, args),
         Command::Diff(args) => commands::diff(&context, args),
         Command::Store(args) => commands::store(&context, args),
+        Command::Shard(args) => commands::shard(&context, args),
         Command::Compare(args) => commands::compare(&context, args),
         Command::Verify(args) => commands::verify(&context, args),
         Command::Control(args) => commands::control(&context, args),

@@ -5,7 +5,7 @@ use std::time::Duration;
 use sysinfo::{MemoryRefreshKind, ProcessesToUpdate, System, get_current_pid};
 
 use crate::console::peak_memory_mb;
-use crate::failure::{Failure, PROBLEM};
+use crate::failure::Failure;
 use crate::interrupt;
 
 /// How often one looks: much may be taken in between.
@@ -61,10 +61,10 @@ fn address_limit(limits: &str) -> Option<f64> {
     line.split_whitespace().next()?.parse().ok()
 }
 
-/// From now on the process ends with a message, and nothing half-written, before the system ends it without either.
-pub(crate) fn watch() {
-    abort_as_a_problem();
-    let look = || {
+/// From now on the process ends with a message and this exit code, and nothing half-written, before the system ends it without any.
+pub(crate) fn watch(code: u8) {
+    abort_with(code);
+    let look = move || {
         let Ok(mut system) = System::new() else { return };
         loop {
             std::thread::sleep(EVERY);
@@ -72,7 +72,7 @@ pub(crate) fn watch() {
             let (there_is, it_may_have) = (Some(Memory::now(&mut system)), Memory::of_addresses());
             for (memory, what) in [(there_is, "there is"), (it_may_have, "it may have (ulimit -v)")] {
                 if let Some(memory) = memory.filter(|memory| memory.is_short(own)) {
-                    interrupt::end(i32::from(PROBLEM), || eprintln!("{}", failure(what, &memory)));
+                    interrupt::end(i32::from(code), || eprintln!("{}", failure(what, &memory)));
                 }
             }
         }
@@ -81,17 +81,16 @@ pub(crate) fn watch() {
     let _ = std::thread::Builder::new().name("memory".into()).spawn(look);
 }
 
-/// Where the system refuses memory at once the standard library says so and aborts: that is a problem like others, and no
-/// crash. Without this the message is the same.
+/// Where the system refuses memory at once the standard library says so and aborts: that is no crash. Without this the message is the same.
 #[cfg(unix)]
-fn abort_as_a_problem() {
+fn abort_with(code: u8) {
     let always = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
     let aborts = signal_hook::consts::SIGABRT;
-    let _ = signal_hook::flag::register_conditional_shutdown(aborts, i32::from(PROBLEM), always);
+    let _ = signal_hook::flag::register_conditional_shutdown(aborts, i32::from(code), always);
 }
 
 #[cfg(not(unix))]
-fn abort_as_a_problem() {}
+fn abort_with(_: u8) {}
 
 /// What this process has, bytes: the most that it ever had, or, where the system does not tell that, what it has now.
 fn own_bytes(system: &mut System) -> f64 {

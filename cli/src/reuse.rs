@@ -3,17 +3,18 @@
 use std::path::{Path, PathBuf, absolute};
 use std::sync::Arc;
 
-use claymill_store::{Store, StoreError};
+use claymill_store::{Store, StoreError, Trouble};
 use claymill_toolpath::{Kept, PartCount};
 
 use crate::args::ReuseArgs;
 use crate::console::Console;
-use crate::failure::Failure;
+use crate::failure::{Failure, TRY_AGAIN, advice_on};
 
 /// The store of jobs that lie in one folder, once somebody has begun it.
 const BESIDE: &str = ".claymill-store";
 /// Another version of any of the crates that plan or verify may compute other parts: this is a hash of all their sources.
-const PROGRAM: &str = concat!("claymill ", env!("CARGO_PKG_VERSION"), " ", env!("CLAYMILL_SOURCES"));
+pub(crate) const PROGRAM: &str =
+    concat!("claymill ", env!("CARGO_PKG_VERSION"), " ", env!("CLAYMILL_SOURCES"));
 pub(crate) const MB: u64 = 1_000_000;
 
 impl From<StoreError> for Failure {
@@ -48,16 +49,43 @@ impl Reuse {
         }
         let limit = args.store_limit.map_or(Store::USUAL_LIMIT_BYTES, |mb| mb.saturating_mul(MB));
         match Store::open(&folder, limit) {
-            Ok(store) => {
-                let store = Arc::new(store);
-                let kept = Kept::in_store(store.clone(), PROGRAM);
-                Ok(Reuse { store: Some(store), kept })
-            }
+            Ok(store) => Ok(Reuse::of(store)),
             Err(error) if args.store.is_none() => {
                 console.say(format!("warning: nothing is kept for later plans: {error}"));
                 Ok(Reuse::default())
             }
             Err(error) => Err(error.into()),
+        }
+    }
+
+    /// The store of shards, of which nothing may go.
+    pub(crate) fn of_shards(folder: &Path) -> Result<Self, Failure> {
+        match Store::open(folder, u64::MAX) {
+            Ok(store) => Ok(Reuse::of(store)),
+            Err(StoreError::Io { path, source }) => {
+                let message = format!("{}: {source}", path.display());
+                Err(Failure::with_code(TRY_AGAIN, message, advice_on(&source)))
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    fn of(store: Store) -> Self {
+        let store = Arc::new(store);
+        Reuse { kept: Kept::in_store(store.clone(), PROGRAM), store: Some(store) }
+    }
+
+    /// Whether all parts could be kept.
+    pub(crate) fn check_kept(&self) -> Result<(), Failure> {
+        let troubles = self.store.iter().flat_map(|store| store.troubles());
+        let lost = troubles.filter(|trouble| matches!(trouble, Trouble::NotKept { .. }));
+        match lost.last() {
+            Some(lost) => Err(Failure::with_code(
+                TRY_AGAIN,
+                lost,
+                "Run it again when there is room and leave to write.",
+            )),
+            None => Ok(()),
         }
     }
 

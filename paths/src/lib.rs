@@ -43,6 +43,7 @@ pub use plan::covered::{Covered, LeftOut};
 pub use plan::error::{EndRefusal, PlanError};
 pub use plan::obstacles::plan_around;
 pub use plan::options::{CLEARANCE_MM, Feeds, InProcess, PlanOptions, STEEP_DEG, check_end, check_tools};
+pub use plan::parts::{PlanPart, lay_parts};
 pub use plan::plan;
 pub use plan::planned::Plan;
 pub use plan::regions::{Regions, open_borders};

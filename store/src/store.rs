@@ -141,6 +141,10 @@ impl PartStore for Store {
         })
     }
 
+    fn has(&self, key: &PartKey) -> bool {
+        path_of(&self.folder, key).exists()
+    }
+
     fn put(&self, key: &PartKey, payload: &[u8]) {
         let path = path_of(&self.folder, key);
         if self.is_full.load(Ordering::Relaxed) || path.exists() {

@@ -27,13 +27,15 @@ pub enum Need {
     Avx2,
     /// The right to mount a small file system.
     Mount,
-    /// `sh` and `mkfifo`.
+    /// `sh` and `mkfifo`, and GNU parallel.
     UnixTools,
+    /// `slurmctld`, `slurmd`, `sbatch` and `munged`.
+    Slurm,
 }
 
 impl Need {
     /// All of them.
-    pub const ALL: [Need; 9] = [
+    pub const ALL: [Need; 10] = [
         Need::Corpus,
         Need::Vulkan,
         Need::Chromium,
@@ -43,6 +45,7 @@ impl Need {
         Need::Avx2,
         Need::Mount,
         Need::UnixTools,
+        Need::Slurm,
     ];
 
     /// The name in `CLAYMILL_REQUIRE` (in any case of letters), in the file and in the count.
@@ -58,6 +61,7 @@ impl Need {
             Need::Avx2 => "AVX2",
             Need::Mount => "mount",
             Need::UnixTools => "unix-tools",
+            Need::Slurm => "Slurm",
         }
     }
 

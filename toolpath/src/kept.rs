@@ -8,6 +8,7 @@
 //! ```
 
 use std::fmt;
+use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -15,6 +16,7 @@ use claymill_nurbs::{Face, KnotVector, TrimEdge};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
+use thiserror::Error;
 
 /// What a part follows from, as one number: SHA-256.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -41,6 +43,27 @@ impl fmt::Display for PartKey {
     }
 }
 
+/// A text is the key of no part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error("a key has 64 hexadecimal digits")]
+pub struct NoKey;
+
+impl FromStr for PartKey {
+    type Err = NoKey;
+
+    fn from_str(text: &str) -> Result<Self, NoKey> {
+        let mut bytes = [0; 32];
+        if text.len() != 2 * bytes.len() || !text.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+            return Err(NoKey);
+        }
+        for (byte, digits) in bytes.iter_mut().zip(text.as_bytes().chunks_exact(2)) {
+            let digits = str::from_utf8(digits).map_err(|_| NoKey)?;
+            *byte = u8::from_str_radix(digits, 16).map_err(|_| NoKey)?;
+        }
+        Ok(PartKey(bytes))
+    }
+}
+
 /// Makes a key of what a part follows from, item by item. No two different lists of items give the same bytes to hash.
 #[derive(Debug, Clone)]
 pub struct KeyMaker(Sha256);
@@ -54,7 +77,13 @@ impl KeyMaker {
 
     /// Goes on with bytes.
     #[must_use]
-    pub fn bytes(mut self, bytes: &[u8]) -> Self {
+    pub fn bytes(self, bytes: &[u8]) -> Self {
+        self.item(b'b', bytes)
+    }
+
+    /// An item of a kind: a count and a number may have the same bytes.
+    fn item(mut self, kind: u8, bytes: &[u8]) -> Self {
+        self.0.update([kind]);
         self.0.update((bytes.len() as u64).to_le_bytes());
         self.0.update(bytes);
         self
@@ -63,7 +92,7 @@ impl KeyMaker {
     /// Goes on with a text.
     #[must_use]
     pub fn text(self, text: &str) -> Self {
-        self.bytes(text.as_bytes())
+        self.item(b't', text.as_bytes())
     }
 
     /// Goes on with how a value is written for programmers: numbers come with all their digits.
@@ -72,14 +101,14 @@ impl KeyMaker {
         let mut text = Text(Sha256::new());
         // The hash takes everything; what a value itself cannot write is missing every time.
         let _ = fmt::write(&mut text, format_args!("{value:?}"));
-        self.bytes(&text.0.finalize())
+        self.item(b'd', &text.0.finalize())
     }
 
     /// Goes on with numbers, bit for bit.
     #[must_use]
     pub fn numbers(self, numbers: impl IntoIterator<Item = f64>) -> Self {
         let bytes: Vec<u8> = numbers.into_iter().flat_map(|number| number.to_bits().to_le_bytes()).collect();
-        self.bytes(&bytes)
+        self.item(b'n', &bytes)
     }
 
     /// Goes on with a face as it lies in space: its surface and its trims, without its number and what the file says of it.
@@ -106,13 +135,13 @@ impl KeyMaker {
     /// Goes on with a count.
     #[must_use]
     pub fn count(self, count: usize) -> Self {
-        self.bytes(&(count as u64).to_le_bytes())
+        self.item(b'c', &(count as u64).to_le_bytes())
     }
 
     /// Goes on with the key of something else.
     #[must_use]
     pub fn key(self, key: &PartKey) -> Self {
-        self.bytes(&key.0)
+        self.item(b'k', &key.0)
     }
 
     /// The key.
@@ -137,6 +166,9 @@ impl fmt::Write for Text {
 pub trait PartStore: fmt::Debug + Send + Sync {
     /// The bytes that were put under this key, unless they were lost or damaged.
     fn get(&self, key: &PartKey) -> Option<Vec<u8>>;
+
+    /// Whether bytes were put under this key; they may be damaged.
+    fn has(&self, key: &PartKey) -> bool;
 
     /// Keeps bytes, if that is possible.
     fn put(&self, key: &PartKey, payload: &[u8]);
@@ -204,6 +236,18 @@ impl Kept {
         Some(part)
     }
 
+    /// Whether a part is in the store; it may be damaged.
+    #[must_use]
+    pub fn has(&self, key: &PartKey) -> bool {
+        self.0.as_ref().is_some_and(|keeping| keeping.store.has(&keeping.own(key)))
+    }
+
+    /// Whether a part is in the store, undamaged.
+    #[must_use]
+    pub fn is_whole(&self, key: &PartKey) -> bool {
+        self.0.as_ref().is_some_and(|keeping| keeping.store.get(&keeping.own(key)).is_some())
+    }
+
     /// Keeps a part that was not known.
     pub fn keep<T: Serialize>(&self, key: &PartKey, part: &T) {
         let Some(keeping) = &self.0 else { return };
@@ -260,6 +304,10 @@ mod tests {
             self.0.lock().unwrap().get(key).cloned()
         }
 
+        fn has(&self, key: &PartKey) -> bool {
+            self.0.lock().unwrap().contains_key(key)
+        }
+
         fn put(&self, key: &PartKey, payload: &[u8]) {
             self.0.lock().unwrap().insert(*key, payload.to_vec());
         }
@@ -314,6 +362,10 @@ mod tests {
         keys.sort();
         keys.dedup();
         assert_eq!(keys.len(), 9);
-        assert_eq!(keys[0].to_string().len(), 64);
+        let text = keys[0].to_string();
+        assert_eq!((text.len(), text.parse()), (64, Ok(keys[0])));
+        for wrong in ["", "00", &text[1..], &format!("{text}0"), &text.replace(&text[..1], "x")] {
+            assert_eq!(wrong.parse::<PartKey>(), Err(NoKey));
+        }
     }
 }

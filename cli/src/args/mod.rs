@@ -13,6 +13,7 @@ mod prototype;
 mod reach;
 mod result;
 mod reuse;
+mod shard;
 mod shell;
 mod tools;
 
@@ -31,6 +32,7 @@ pub(crate) use prototype::PrototypeArgs;
 pub(crate) use reach::ReachArgs;
 pub(crate) use result::{AnimateArgs, PathColour, RenderArgs, ReportArgs, ShowName, VerifyArgs, ViewArgs};
 pub(crate) use reuse::ReuseArgs;
+pub(crate) use shard::{Engine, ListForm, OpenArgs, ShardArgs, ShardCommand};
 pub(crate) use shell::{CompletionsArgs, ManArgs};
 pub(crate) use tools::{TableUnit, ToolsArgs};
 
@@ -97,6 +99,9 @@ pub(crate) enum Command {
     /// What a store of parts of plans holds, and making it smaller.
     #[command(after_help = examples::STORE)]
     Store(StoreArgs),
+    /// A plan in shards for many machines: list them, lay them, join them.
+    #[command(after_help = examples::SHARD)]
+    Shard(ShardArgs),
     /// A part from a bar on a rotary axis: axis, angles, supports, passes and a setup sheet, or why it cannot be made so.
     #[command(after_help = examples::PROTOTYPE)]
     Prototype(PrototypeArgs),
@@ -152,12 +157,23 @@ pub(crate) enum Command {
 }
 
 impl Command {
+    /// Whether a scheduler may run it, which has to know what to do when it fails.
+    pub(crate) fn is_scheduled(&self) -> bool {
+        matches!(self, Command::Shard(ShardArgs { what: ShardCommand::Run { .. } }))
+    }
+
     /// Whether it may make pictures.
     pub(crate) fn draws(&self) -> bool {
         !matches!(
             self,
             Command::Drop(DropArgs { out: None, .. })
                 | Command::Reach(ReachArgs { picture: None, .. })
+                | Command::Shard(ShardArgs {
+                    what: ShardCommand::Open(_)
+                        | ShardCommand::Run { .. }
+                        | ShardCommand::Status { .. }
+                        | ShardCommand::Script { .. }
+                })
                 | Command::Verify(_)
                 | Command::Post(_)
                 | Command::Simulate(_)

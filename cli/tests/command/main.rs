@@ -41,7 +41,10 @@ mod roadster;
 mod run;
 mod shank;
 mod shank_in_stock;
+mod shards;
 mod sides;
+#[cfg(unix)]
+mod slurm;
 mod standing;
 mod steep;
 mod tilted;

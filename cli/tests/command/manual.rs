@@ -29,6 +29,7 @@ const COMMANDS: [&str; 23] = [
     "reach",
     "prototype",
     "store",
+    "shard",
     "diff",
 ];
 

@@ -35,7 +35,7 @@ fn a_part_comes_out_of_a_bar_with_one_program() {
     let folder = scratch();
     write_iges(&folder.path().join("part.igs"), &model_of(block()), &[]).unwrap();
     let machine = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/machines/linuxcnc-a-axis.toml");
-    let asked = ["prototype", "part.igs", "--stock", "round:18", "--axis", "x", "--cutting-force", "50"];
+    let asked = ["prototype", "part.igs", "--stock", "round:18", "--axis", "x", "--cutting-force", "20"];
     let more =
         ["--material", "delrin", "--tool", "ball:2", "--scallop", "0.1", "--machine", machine, "-o", "out"];
     let made = run_without_adapter(folder.path(), asked.iter().chain(&more));
@@ -58,7 +58,7 @@ fn a_part_comes_out_of_a_bar_with_one_program() {
 fn a_bar_is_roughed_from_every_angle_as_its_stock() {
     let folder = scratch();
     write_iges(&folder.path().join("part.igs"), &model_of(block()), &[]).unwrap();
-    let asked = ["prototype", "part.igs", "--stock", "round:18", "--axis", "x", "--cutting-force", "50"];
+    let asked = ["prototype", "part.igs", "--stock", "round:18", "--axis", "x", "--cutting-force", "20"];
     let more =
         ["--material", "delrin", "--tool", "ball:2", "--rough", "flat:3", "--scallop", "0.2", "-o", "out"];
     let made = run_without_adapter(folder.path(), asked.iter().chain(&more));

@@ -31,7 +31,12 @@ fn options_are_those_that_were_kept() {
     assert!(names.len() > 15 && names.contains(&"plan") && names.contains(&"view"), "{names:?}");
     insta::assert_snapshot!("help", all);
     for name in names {
-        insta::assert_snapshot!(format!("help_{name}"), help(&[name]));
+        let own = help(&[name]);
+        // Those that have commands of their own.
+        for of in if own.contains("\nCommands:\n") { commands(&own) } else { Vec::new() } {
+            insta::assert_snapshot!(format!("help_{name}_{of}"), help(&[name, of]));
+        }
+        insta::assert_snapshot!(format!("help_{name}"), own);
     }
 }
 

@@ -33,10 +33,14 @@ pub(crate) struct Body {
 
 /// Triangles steeper than this (cosine against the axis) are met by their sides only: they are walls.
 const WALL: f64 = 1e-9;
+/// Barycentric coordinates of so much are inside of a side, whatever rounding makes of them, in triangles that have so much area
+/// for the squares of their sides.
+const ON_A_SIDE: f64 = 1e-6;
+const NO_SLIVER: f64 = 1e-7;
 /// Steps of Newton's search on a segment; it ends after a few.
 const STEPS: usize = 60;
-/// It ends when the angle is known to this.
-const ANGLE: f64 = 1e-13;
+/// It ends when the sine is known to this.
+const SINE: f64 = 1e-13;
 
 impl Body {
     /// The end of a tool: the disc and its corner.
@@ -71,6 +75,15 @@ impl Body {
         bodies
     }
 
+    /// Sine and cosine of the outline's steepest angle.
+    fn steepest(&self) -> [f64; 2] {
+        if self.slope.is_infinite() {
+            return [1.0, 0.0];
+        }
+        let cosine = 1.0 / (1.0 + self.slope * self.slope).sqrt();
+        [self.slope * cosine, cosine]
+    }
+
     /// Lowest height above the tip at a distance from the axis, swollen by `delta`.
     pub(crate) fn rise(&self, from_axis: f64, delta: f64) -> Option<f64> {
         let (corner, out) = (self.corner + delta, from_axis - self.flat);
@@ -78,15 +91,15 @@ impl Body {
         if out <= 0.0 {
             return Some(low);
         }
-        let steepest = self.slope.atan();
-        let tangent = corner * steepest.sin();
+        let [sine, cosine] = self.steepest();
+        let tangent = corner * sine;
         if out < tangent {
             return Some(low + corner - (corner * corner - out * out).max(0.0).sqrt());
         }
         // Past its upper rim a swollen cone goes on: that is a little more than the arc about the rim.
         (from_axis <= self.widest + delta && (self.slope.is_finite() || out <= tangent)).then(|| {
             let beyond = out - tangent;
-            low + corner * (1.0 - steepest.cos()) + if beyond > 0.0 { self.slope * beyond } else { 0.0 }
+            low + corner * (1.0 - cosine) + if beyond > 0.0 { self.slope * beyond } else { 0.0 }
         })
     }
 
@@ -94,7 +107,7 @@ impl Body {
     /// the tip is so much above the plane, on the axis.
     fn on_plane(&self, gradient: f64) -> (f64, f64) {
         if gradient <= self.slope {
-            let root = gradient.hypot(1.0);
+            let root = (1.0 + gradient * gradient).sqrt();
             let above = gradient * self.flat + self.corner * (root - 1.0) - self.height;
             return (self.flat + self.corner * gradient / root, above);
         }
@@ -103,20 +116,22 @@ impl Body {
     }
 
     /// Height of the tip when the body, swollen by `delta`, comes down on a segment, and the share of the way from `a` to
-    /// `b` where it touches.
+    /// `b` where it touches. `None` where that is no higher than `least`, as far as that is seen at once.
     pub(crate) fn on_segment(
         &self,
         a: &Point3,
         b: &Point3,
         [x, y]: [f64; 2],
         delta: f64,
+        least: f64,
     ) -> Option<(f64, f64)> {
         let (dx, dy) = (b.x - a.x, b.y - a.y);
-        let length = dx.hypot(dy);
+        let length = (dx * dx + dy * dy).sqrt();
         let widest = self.widest + delta;
         let tip = |share: f64| {
             let p = a + (b - a) * share;
-            let from_axis = (p.x - x).hypot(p.y - y);
+            let (px, py) = (p.x - x, p.y - y);
+            let from_axis = (px * px + py * py).sqrt();
             Some((p.z - self.rise(from_axis.min(widest), delta)?, share))
                 .filter(|_| from_axis <= widest + 1e-9)
         };
@@ -135,6 +150,11 @@ impl Body {
             return None;
         }
         let gradient = (b.z - a.z) / length;
+        // The highest place and the one nearest to the axis, as if they were one.
+        let top = a.z + gradient * (along + if gradient > 0.0 { high } else { low });
+        if self.rise(beside.min(widest), delta).is_some_and(|rise| top - rise <= least) {
+            return None;
+        }
         let uphill = self.touching(beside, gradient.abs(), delta) * gradient.signum();
         tip(((uphill.clamp(low, high) + along) / length).clamp(0.0, 1.0))
     }
@@ -142,15 +162,15 @@ impl Body {
     /// How far uphill of the foot of the axis a line with this gradient touches that passes the axis at the distance `beside`.
     ///
     /// Where the body's outline has the slope angle `φ`, its radius is `d = flat + corner·sin φ`, and the line touches where
-    /// `sin φ·√(d² − beside²) = gradient·cos φ·d`; the difference of both sides changes its sign once.
+    /// `sin² φ·(d² − beside²) = gradient²·cos² φ·d²`: a polynomial of `sin φ`, the sign of which changes once.
     fn touching(&self, beside: f64, gradient: f64, delta: f64) -> f64 {
         let corner = self.corner + delta;
         let chord = |d: f64| (d * d - beside * beside).max(0.0).sqrt();
         if gradient == 0.0 {
             return 0.0;
         }
-        let steepest = self.slope.atan();
-        let tangent = self.flat + corner * steepest.sin();
+        let [steepest, _] = self.steepest();
+        let tangent = self.flat + corner * steepest;
         // On the cone, or at its upper rim.
         if self.slope.is_finite() && (tangent <= beside || gradient * tangent >= self.slope * chord(tangent))
         {
@@ -161,27 +181,29 @@ impl Body {
         if corner <= 0.0 {
             return chord(self.flat);
         }
-        let first = if beside > self.flat { ((beside - self.flat) / corner).min(1.0).asin() } else { 0.0 };
-        let (mut low, mut high) = (first, steepest);
-        let mut angle = gradient.atan().clamp(low, high);
+        let squared = gradient * gradient;
+        // The slope is at least what it would be where the outline is widest.
+        let all = self.flat + corner;
+        let least = gradient * all / chord(all);
+        let least = if least.is_finite() { least / (1.0 + least * least).sqrt() } else { 1.0 };
+        let (mut low, mut high) = (((beside - self.flat) / corner).clamp(0.0, 1.0), steepest);
+        let mut sine = least.clamp(low, high);
         for _ in 0..STEPS {
-            let (sine, cosine) = angle.sin_cos();
             let d = self.flat + corner * sine;
-            let w = chord(d);
-            let excess = sine * w - gradient * cosine * d;
-            *if excess > 0.0 { &mut high } else { &mut low } = angle;
-            let bend = cosine * w
-                + sine * d * corner * cosine / w
-                + gradient * (sine * d - cosine * corner * cosine);
-            let newton = angle - excess / bend;
+            let (square, chord) = (d * d, d * d - beside * beside);
+            let cosine = 1.0 - sine * sine;
+            let excess = sine * sine * chord - squared * square * cosine;
+            *if excess > 0.0 { &mut high } else { &mut low } = sine;
+            let rises = sine * (chord + sine * d * corner) - squared * (d * corner * cosine - sine * square);
+            let newton = sine - 0.5 * excess / rises;
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-            let moved = (next - angle).abs();
-            angle = next;
-            if moved < ANGLE {
+            let moved = (next - sine).abs();
+            sine = next;
+            if moved < SINE {
                 break;
             }
         }
-        chord(self.flat + corner * angle.sin())
+        chord(self.flat + corner * sine)
     }
 
     /// The plane through a triangle with this normal (not normalised): height of the tip of the body on it, never less than
@@ -191,9 +213,9 @@ impl Body {
             return None;
         }
         let (gx, gy) = (-n.x / n.z, -n.y / n.z);
-        let gradient = gx.hypot(gy);
+        let gradient = (gx * gx + gy * gy).sqrt();
         let (from_axis, above) = self.on_plane(gradient);
-        let root = gradient.hypot(1.0);
+        let root = (1.0 + gradient * gradient).sqrt();
         let uphill = if gradient > 0.0 { (from_axis + delta * gradient / root) / gradient } else { 0.0 };
         Some(Touch {
             tip: p.z + gx * (x - p.x) + gy * (y - p.y) + above + delta * root,
@@ -202,31 +224,47 @@ impl Body {
     }
 
     /// Height of the tip when the body, swollen by `delta`, comes down on a triangle with this normal, and where it
-    /// touches as barycentric coordinates.
+    /// touches as barycentric coordinates. `None` where that is no higher than `least`, as far as that is seen at once.
     pub(crate) fn on_triangle(
         &self,
         t: &[Point3; 3],
         n: &Vector3,
         at: [f64; 2],
         delta: f64,
+        least: f64,
     ) -> Option<Rested> {
-        if let Some(touch) = self.on_plane_of(&t[0], n, at, delta)
-            && let Some(weights) = inside(t, n.z, touch.at)
+        let touch = self.on_plane_of(&t[0], n, at, delta);
+        let weights = touch.as_ref().map(|touch| barycentric(t, n.z, touch.at));
+        if let Some((touch, weights)) = touch.zip(weights)
+            && weights.iter().all(|w| *w >= 0.0)
         {
             return Some(Rested { tip: touch.tip, weights });
         }
-        let mut best: Option<Rested> = None;
+        let beyond = weights.filter(|_| self.decides(t, n));
+        let (mut best, mut least) = (None, least);
         for i in 0..3 {
-            let j = (i + 1) % 3;
-            if let Some((tip, share)) = self.on_segment(&t[i], &t[j], at, delta)
-                && best.is_none_or(|b| tip > b.tip)
+            let (j, opposite) = ((i + 1) % 3, (i + 2) % 3);
+            // From the triangle's highest place to that of its plane the height does not fall: a side lies between them.
+            if beyond.is_some_and(|weights| weights[opposite] > ON_A_SIDE) {
+                continue;
+            }
+            if let Some((tip, share)) = self.on_segment(&t[i], &t[j], at, delta, least)
+                && tip > least
             {
                 let mut weights = [0.0; 3];
                 (weights[i], weights[j]) = (1.0 - share, share);
-                best = Some(Rested { tip, weights });
+                (best, least) = (Some(Rested { tip, weights }), tip);
             }
         }
         best
+    }
+
+    /// Whether the highest place of a triangle's plane is that of `on_plane_of`, and is known well enough to tell the sides apart.
+    fn decides(&self, t: &[Point3; 3], n: &Vector3) -> bool {
+        let (a, b) = (t[1] - t[0], t[2] - t[0]);
+        let size = a.x * a.x + a.y * a.y + b.x * b.x + b.y * b.y;
+        // Beyond its upper rim a swollen cone is taken to go on.
+        n.x * n.x + n.y * n.y <= self.slope * self.slope * n.z * n.z && n.z.abs() > NO_SLIVER * size
     }
 
     /// Unit vector from a point that it touches into the body, where the point alone decides; straight up where the
@@ -268,12 +306,11 @@ pub(crate) struct Rested {
     pub(crate) weights: [f64; 3],
 }
 
-/// Barycentric coordinates of a place seen from above, if it is inside.
-fn inside(t: &[Point3; 3], area: f64, [x, y]: [f64; 2]) -> Option<[f64; 3]> {
+/// Barycentric coordinates of a place seen from above.
+fn barycentric(t: &[Point3; 3], area: f64, [x, y]: [f64; 2]) -> [f64; 3] {
     let part = |p: &Point3, q: &Point3| ((q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x)) / area;
     let (w2, w0) = (part(&t[0], &t[1]), part(&t[1], &t[2]));
-    let weights = [w0, 1.0 - w0 - w2, w2];
-    weights.iter().all(|w| *w >= 0.0).then_some(weights)
+    [w0, 1.0 - w0 - w2, w2]
 }
 
 #[cfg(test)]
@@ -333,7 +370,7 @@ mod tests {
             let t = [a, b, c];
             let n = (b - a).cross(&(c - a));
             prop_assume!(n.norm() > 1.0);
-            let found = body.on_triangle(&t, &n, [x, y], delta);
+            let found = body.on_triangle(&t, &n, [x, y], delta, f64::NEG_INFINITY);
             let (steps, mut brute) = (400, f64::NEG_INFINITY);
             for i in 0..=steps {
                 for j in 0..=steps - i {
@@ -354,6 +391,9 @@ mod tests {
                 // Elsewhere than over an upper rim the two are the same.
                 let widened = p.z - body.rise(from_axis, delta).unwrap();
                 prop_assert!(own - found.tip < 1e-6 && found.tip - widened < 1e-6, "{own} {} {widened}", found.tip);
+                // Whoever knows it nearly leaves nothing out.
+                let known = body.on_triangle(&t, &n, [x, y], delta, found.tip - 1e-6);
+                prop_assert_eq!(known.map(|known| known.tip), Some(found.tip));
             }
         }
     }

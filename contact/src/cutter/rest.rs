@@ -15,6 +15,8 @@ const AT_LENGTH: Effort = Effort { cuts: 4000, ..OF_PASS };
 const SETTLED_MM: f64 = 1.01 * CONTACT_EPSILON_MM;
 /// No pass runs where the ground is steeper than this (`n·axis`): how high an end is held there need not be known.
 const STEEP_NZ: f64 = 0.1;
+/// The tool and a face that it touches inside have one normal, but for this (cosine, 3 degrees): what the search leaves open turns it.
+const ALIGNED: f64 = 0.998_6;
 /// Whether something is in the way is known well enough to this, mm; and how deep a tool would enter.
 const IN_THE_WAY: Effort = Effort { epsilon: 1e-4, known_to: 0.1, cuts: 400 };
 const ENTERED: Effort = Effort { epsilon: 2e-4, known_to: 5e-4, cuts: 1000 };
@@ -87,8 +89,17 @@ impl BallDrop<'_> {
             Some(uv) => {
                 let exact = self.contact_of_end((held.face, uv), at, &end).map(|(_, exact)| exact);
                 let agrees = |l: &Location| (l.centre.z - middle.z).abs() <= held.gap_mm + CUTTER_EPSILON_MM;
-                let [u, v] = uv;
-                exact.filter(agrees).unwrap_or_else(|| location(Support::Face { u, v }))
+                let ([u, v], body) = (uv, &self.bodies[held.body]);
+                exact.filter(agrees).unwrap_or_else(|| {
+                    let own = body.normal_at(&held.contact, at);
+                    let is_across = body.corner > 0.0 && held.normal.dot(&own) < ALIGNED;
+                    // A point of the border, which holds the end as an edge does, whatever way its face is turned.
+                    if is_across {
+                        Location { normal: own, ..location(Support::Edge) }
+                    } else {
+                        location(Support::Face { u, v })
+                    }
+                })
             }
         }
     }

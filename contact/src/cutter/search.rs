@@ -193,7 +193,8 @@ impl<'a> Search<'a> {
                     (min - at[axis]).max(at[axis] - max).max(0.0)
                 };
                 let top = f64::from(boxes.max[2][k]);
-                let from_axis = beside(0).hypot(beside(1));
+                let (x, y) = (beside(0), beside(1));
+                let from_axis = (x * x + y * y).sqrt();
                 let tips = bodies.iter().filter_map(|b| b.rise(from_axis, 0.0).map(|rise| top - rise));
                 let tip = tips.fold(f64::NEG_INFINITY, f64::max);
                 if tip.is_finite() { -(tip as f32).next_up() } else { f32::INFINITY }
@@ -269,7 +270,8 @@ impl<'a> Search<'a> {
     /// Takes in that a point of the model is there.
     fn take(&mut self, p: &Point3, face: FaceId, place: impl FnOnce() -> Option<Place>) {
         let [x, y] = self.at;
-        let from_axis = (p.x - x).hypot(p.y - y);
+        let (dx, dy) = (p.x - x, p.y - y);
+        let from_axis = (dx * dx + dy * dy).sqrt();
         let mut highest: Option<(f64, usize)> = None;
         for (k, body) in self.bodies.iter().enumerate() {
             if let Some(rise) = body.rise(from_axis, 0.0)
@@ -335,10 +337,12 @@ impl<'a> Search<'a> {
         for body in self.bodies {
             let by_plane =
                 body.on_plane_of(&sheet.p[0], &n, self.at, sheet.off_plane).map_or(f64::INFINITY, |t| t.tip);
-            if by_plane <= bound.max(self.low + self.step) {
+            let least = bound.max(self.low + self.step) - ROUNDING_MM;
+            if by_plane <= least {
                 continue;
             }
-            let Some(rested) = body.on_triangle(&sheet.p, &n, self.at, sheet.off_triangle) else { continue };
+            let rested = body.on_triangle(&sheet.p, &n, self.at, sheet.off_triangle, least);
+            let Some(rested) = rested else { continue };
             let tip = by_plane.min(rested.tip) + ROUNDING_MM;
             if tip > bound && !self.rests_on_the_rim(&sheet, &n, body, rested.tip) {
                 bound = tip;
@@ -356,7 +360,7 @@ impl<'a> Search<'a> {
     fn rests_on_the_rim(&self, sheet: &Sheet<'a>, n: &Vector3, body: &Body, swollen: f64) -> bool {
         let face = &self.sheets.faces[sheet.of.face as usize];
         let Some(domain) = face.domain.as_ref().filter(|_| sheet.of.rimmed) else { return false };
-        let flat = body.on_triangle(&sheet.p, n, self.at, 0.0);
+        let flat = body.on_triangle(&sheet.p, n, self.at, 0.0, f64::NEG_INFINITY);
         flat.is_some_and(|flat| {
             let at = weighted(&sheet.uv, flat.weights);
             swollen - flat.tip <= 0.5 * self.step && !domain.contains(at.x, at.y)
@@ -364,8 +368,9 @@ impl<'a> Search<'a> {
     }
 
     fn wait_for_edge(&mut self, piece: EdgePiece) {
-        let tip =
-            |b: &Body| b.on_segment(&piece.a, &piece.b, self.at, piece.deviation_mm).map(|(tip, _)| tip);
+        let least = self.low + self.step - ROUNDING_MM;
+        let on_edge = |b: &Body| b.on_segment(&piece.a, &piece.b, self.at, piece.deviation_mm, least);
+        let tip = |b: &Body| on_edge(b).map(|(tip, _)| tip);
         let bound = self.bodies.iter().filter_map(tip).fold(f64::NEG_INFINITY, f64::max) + ROUNDING_MM;
         self.push(bound, Piece::Edge(piece));
     }

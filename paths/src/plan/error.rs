@@ -3,7 +3,7 @@
 use std::fmt;
 
 use claymill_contact::FrameError;
-use claymill_nurbs::{FaceId, NurbsError, Point3};
+use claymill_nurbs::{FaceId, Model, NurbsError, Point3};
 use claymill_surface_merge::FieldError;
 use claymill_toolpath::{Cancelled, Tool};
 use thiserror::Error;
@@ -116,12 +116,22 @@ pub enum PlanError {
     /// There is nothing to cut.
     #[error("no setup reaches any face that is to be cut")]
     NothingToCut,
+    /// Parts are to be laid for others, and are kept nowhere.
+    #[error("parts of a plan are laid into a store, and there is none")]
+    KeptNowhere,
     /// There is no rest.
     #[error("earlier operations left nothing that this tool reaches")]
     NoRest,
     /// The work was to end without a result.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+impl PlanError {
+    /// A face that cannot be covered or evaluated.
+    pub(crate) fn of_face(model: &Model, (face, source): (FaceId, NurbsError)) -> Self {
+        PlanError::Face { face, entity: model.faces[face].source.entity.clone(), source }
+    }
 }
 
 /// What there is for ball ends only.

@@ -1,7 +1,10 @@
 //! Planning around obstacle meshes: their triangles become faces that nobody asks to be cut. The
 //! area accounts leave them out again.
 
-use claymill_nurbs::{Model, Point3};
+use std::borrow::Cow;
+use std::ops::Range;
+
+use claymill_nurbs::{FaceId, Model, Point3};
 use claymill_toolpath::Monitor;
 
 use crate::plan::covered::{WiderRegions, triangle};
@@ -24,22 +27,34 @@ pub fn plan_around(
     options: &PlanOptions,
     monitor: &dyn Monitor,
 ) -> Result<Plan, PlanError> {
+    let plan = among_obstacles(model, regions, obstacles, |model, regions, obstacles| {
+        plan_crowded(model, regions, obstacles, options, monitor)
+    })?;
+    Ok(if obstacles.is_empty() { plan } else { plan.of_own_faces(regions) })
+}
+
+/// Goes on with a model to which obstacles were added as faces: model, regions, and which faces these are.
+pub(crate) fn among_obstacles<T>(
+    model: &Model,
+    regions: &Regions,
+    obstacles: &[[Point3; 3]],
+    then: impl FnOnce(&Model, &Regions, Range<FaceId>) -> Result<T, PlanError>,
+) -> Result<T, PlanError> {
     let own = model.faces.len();
-    let mut crowded = model.clone();
+    let mut crowded = Cow::Borrowed(model);
     for (index, corners) in obstacles.iter().enumerate() {
         let entity = format!("obstacle triangle {index}");
         let built = triangle(corners, &entity);
-        crowded.faces.extend(built.map_err(|source| PlanError::Face {
+        crowded.to_mut().faces.extend(built.map_err(|source| PlanError::Face {
             face: own + index,
             entity,
             source,
         })?);
     }
-    let added = crowded.faces.len() - own;
-    if added == 0 {
-        return plan_crowded(model, regions, own..own, options, monitor);
+    let all = crowded.faces.len();
+    if all == own {
+        return then(model, regions, own..own);
     }
     let around = WiderRegions::over(regions, &crowded);
-    let plan = plan_crowded(&crowded, &around.as_regions(regions), own..own + added, options, monitor)?;
-    Ok(plan.of_own_faces(regions))
+    then(&crowded, &around.as_regions(regions), own..all)
 }

@@ -10,7 +10,7 @@
 //!
 //! What is wider than the smallest cell is not missed.
 
-use claymill_contact::{BallDrop, Covering, Frame};
+use claymill_contact::{BallDrop, Covering, Frame, KeptOff};
 use claymill_nurbs::Model;
 use claymill_toolpath::{End, Monitor, Tool};
 use rayon::prelude::*;
@@ -21,8 +21,10 @@ use crate::planar_set::PlanarSet;
 
 /// Cells are not divided below this share of the tool's radius.
 const SMALLEST_CELL: f64 = 1.0 / 16.0;
-/// Borders are bisected so often on the side of a cell.
-const BISECTIONS: usize = 16;
+/// Borders on the sides of cells are known to this, mm, in a few steps; where those do not get on, by halvings.
+const BORDER_MM: f64 = 2e-5;
+const TOLD_STEPS: usize = 12;
+const MOST_STEPS: usize = 40;
 /// Cells are divided so often at most.
 const MOST_DEPTHS: usize = 16;
 /// Regions whose borders are this close on the mean are the same, mm.
@@ -48,6 +50,14 @@ pub struct Reach<'a> {
 struct Cell {
     depth: usize,
     at: [u32; 2],
+}
+
+/// How a cell lies.
+enum Standing {
+    In,
+    Out,
+    /// A part of it may be in the region.
+    Unknown,
 }
 
 /// A disc of `disc_mm` swollen by `corner_mm`: flat, bull-nosed or ball.
@@ -121,9 +131,19 @@ impl<'a> Reach<'a> {
         self.allowance_mm
     }
 
-    fn corner(&self, cell: Cell, [i, j]: [u32; 2]) -> Place {
-        let size = self.side_mm / f64::from(1_u32 << cell.depth);
-        [self.low[0] + size * f64::from(cell.at[0] + i), self.low[1] + size * f64::from(cell.at[1] + j)]
+    /// The corners of a cell, in turn.
+    fn corners(&self, Cell { depth, at: [i, j] }: Cell) -> [Place; 4] {
+        [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(|at| self.at_depth(depth, at))
+    }
+
+    fn at_depth(&self, depth: usize, at: [u32; 2]) -> Place {
+        let size = self.side_mm / f64::from(1_u32 << depth);
+        [0, 1].map(|k| self.low[k] + size * f64::from(at[k]))
+    }
+
+    /// A corner of smallest cells.
+    fn place(&self, at: [u32; 2]) -> Place {
+        self.at_depth(self.around.len() - 1, at)
     }
 
     /// The region of a level: where the tip gets down to a height.
@@ -204,7 +224,7 @@ impl<'a> Reach<'a> {
         monitor: &dyn Monitor,
     ) -> Result<PlanarSet, ClearingError> {
         let mut cells = vec![Cell { depth: 0, at: [0, 0] }];
-        let mut polygons: Vec<Vec<Place>> = Vec::new();
+        let (mut polygons, mut smallest): (Vec<Vec<Place>>, Vec<[u32; 2]>) = (Vec::new(), Vec::new());
         let mut count = 0;
         while !cells.is_empty() {
             monitor.go_on()?;
@@ -212,72 +232,119 @@ impl<'a> Reach<'a> {
             if count > MOST_CELLS {
                 return Err(ClearingError::Cells { most: MOST_CELLS });
             }
-            let found: Vec<(Vec<Cell>, Option<Vec<Place>>)> =
-                cells.par_iter().map(|cell| self.look(*cell, z, is_wanted)).collect();
-            cells = Vec::new();
-            for (divided, polygon) in found {
-                cells.extend(divided);
-                polygons.extend(polygon);
+            let found: Vec<Standing> = cells.par_iter().map(|cell| self.look(*cell, z, is_wanted)).collect();
+            let mut divided = Vec::new();
+            for (cell, standing) in cells.iter().zip(found) {
+                match standing {
+                    Standing::Out => {}
+                    Standing::In => polygons.push(self.corners(*cell).to_vec()),
+                    Standing::Unknown if cell.depth + 1 < self.around.len() => {
+                        let [i, j] = cell.at.map(|at| 2 * at);
+                        let quarters = [[i, j], [i + 1, j], [i, j + 1], [i + 1, j + 1]];
+                        divided.extend(quarters.map(|at| Cell { depth: cell.depth + 1, at }));
+                    }
+                    Standing::Unknown => smallest.push(cell.at),
+                }
             }
+            cells = divided;
         }
+        monitor.go_on()?;
+        polygons.extend(self.cut(&smallest, z));
         Ok(PlanarSet::of_disjoint(&polygons).simplified())
     }
 
-    /// What is to be divided of a cell, and what is in the region.
-    fn look(
-        &self,
-        cell: Cell,
-        z: f64,
-        is_wanted: &(dyn Fn(Place, f64) -> bool + Sync),
-    ) -> (Vec<Cell>, Option<Vec<Place>>) {
+    /// How a cell lies.
+    fn look(&self, cell: Cell, z: f64, is_wanted: &(dyn Fn(Place, f64) -> bool + Sync)) -> Standing {
         let height = z + self.corner_mm;
-        let [a, c] = [[0, 0], [1, 1]].map(|at| self.corner(cell, at));
+        let [a, _, c, _] = self.corners(cell);
         let middle = [0.5 * (a[0] + c[0]), 0.5 * (a[1] + c[1])];
         if !is_wanted(middle, 0.5 * distance(a, c)) {
-            return (Vec::new(), None);
+            return Standing::Out;
         }
-        let corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|at| self.corner(cell, at));
-        let Some([wide, narrow]) = self.around.get(cell.depth) else { return (Vec::new(), None) };
+        let Some([wide, narrow]) = self.around.get(cell.depth) else { return Standing::Out };
         if wide.as_ref().is_some_and(|w| !w.is_blocked_at(middle[0], middle[1], height)) {
-            return (Vec::new(), Some(corners.to_vec()));
+            return Standing::In;
         }
         if narrow.as_ref().is_some_and(|n| n.is_blocked_at(middle[0], middle[1], height)) {
-            return (Vec::new(), None);
+            return Standing::Out;
         }
-        if cell.depth + 1 < self.around.len() {
-            let quarter = |at: [u32; 2]| Cell {
-                depth: cell.depth + 1,
-                at: [2 * cell.at[0] + at[0], 2 * cell.at[1] + at[1]],
-            };
-            return ([[0, 0], [1, 0], [0, 1], [1, 1]].map(quarter).to_vec(), None);
-        }
-        (Vec::new(), self.cut(corners, z))
+        Standing::Unknown
     }
 
-    /// The part of a smallest cell that is in the region, by its corners.
-    fn cut(&self, corners: [Place; 4], z: f64) -> Option<Vec<Place>> {
-        let free = corners.map(|p| self.is_free(p, z));
-        let mut polygon = Vec::new();
-        for k in 0..4 {
-            let next = (k + 1) % 4;
-            if free[k] {
-                polygon.push(corners[k]);
+    /// The parts of smallest cells that are in the region. Corners and sides of cells are looked at once, whatever cells they are of.
+    fn cut(&self, cells: &[[u32; 2]], z: f64) -> Vec<Vec<Place>> {
+        let around = |[i, j]: [u32; 2]| [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]];
+        let mut corners: Vec<[u32; 2]> = cells.iter().flat_map(|cell| around(*cell)).collect();
+        corners.sort_unstable();
+        corners.dedup();
+        let free: Vec<bool> = corners.par_iter().map(|at| self.is_free(self.place(*at), z)).collect();
+        let is_free = |at: [u32; 2]| corners.binary_search(&at).is_ok_and(|k| free[k]);
+        // From the free end to the other.
+        let crossed = |cell: &[u32; 2]| {
+            let corners = around(*cell);
+            let sides = (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]).collect::<Vec<_>>();
+            let ends = sides.into_iter().map(|[a, b]| (is_free(a), is_free(b), a, b));
+            ends.filter(|(a, b, ..)| a != b).map(|(first, _, a, b)| if first { [a, b] } else { [b, a] })
+        };
+        let mut sides: Vec<[[u32; 2]; 2]> = cells.iter().flat_map(crossed).collect();
+        sides.sort_unstable();
+        sides.dedup();
+        let border =
+            |[inside, outside]: &[[u32; 2]; 2]| self.border(self.place(*inside), self.place(*outside), z);
+        let borders: Vec<Place> = sides.par_iter().map(border).collect();
+        let polygon = |cell: &[u32; 2]| {
+            let corners = around(*cell);
+            let mut polygon = Vec::new();
+            for k in 0..4 {
+                let (at, next) = (corners[k], corners[(k + 1) % 4]);
+                let (is_in, goes_on) = (is_free(at), is_free(next));
+                if is_in {
+                    polygon.push(self.place(at));
+                }
+                if is_in != goes_on {
+                    let side = if is_in { [at, next] } else { [next, at] };
+                    polygon.extend(sides.binary_search(&side).ok().map(|k| borders[k]));
+                }
             }
-            if free[k] != free[next] {
-                let (inside, outside) = if free[k] { (k, next) } else { (next, k) };
-                polygon.push(self.border(corners[inside], corners[outside], z));
-            }
-        }
-        (polygon.len() > 2).then_some(polygon)
+            (polygon.len() > 2).then_some(polygon)
+        };
+        cells.iter().filter_map(polygon).collect()
     }
 
     /// Where the border is between a free place and another, on the free side.
-    fn border(&self, mut inside: Place, mut outside: Place, z: f64) -> Place {
-        for _ in 0..BISECTIONS {
-            let middle = [0.5 * (inside[0] + outside[0]), 0.5 * (inside[1] + outside[1])];
-            if self.is_free(middle, z) { inside = middle } else { outside = middle }
+    ///
+    /// A point that keeps the tool off says how far it has to go at least: from there on most borders are found in a few steps, as
+    /// by Newton's method.
+    fn border(&self, inside: Place, outside: Place, z: f64) -> Place {
+        let length_mm = distance(inside, outside);
+        let way = [0, 1].map(|k| (inside[k] - outside[k]) / length_mm);
+        let at = |mm: f64| [outside[0] + way[0] * mm, outside[1] + way[1] * mm];
+        // From the outer end.
+        let (mut kept_off_mm, mut free_mm, mut next_mm) = (0.0, length_mm, 0.0);
+        for step in 0..MOST_STEPS {
+            let [x, y] = at(next_mm);
+            let mut is_told = false;
+            match self.own.kept_off_at(x, y, z + self.corner_mm) {
+                KeptOff::No => free_mm = next_mm,
+                KeptOff::Perhaps => kept_off_mm = next_mm,
+                KeptOff::By { place, away_mm } => {
+                    let (dx, dy) = (place[0] - outside[0], place[1] - outside[1]);
+                    let (along, beside) = (dx * way[0] + dy * way[1], dx * way[1] - dy * way[0]);
+                    let clear_mm = along + (away_mm * away_mm - beside * beside).max(0.0).sqrt();
+                    kept_off_mm = clear_mm.clamp(next_mm, free_mm);
+                    is_told = true;
+                }
+            }
+            if free_mm - kept_off_mm <= BORDER_MM {
+                break;
+            }
+            let just_beyond_mm = kept_off_mm + 0.5 * BORDER_MM;
+            next_mm = match is_told && step < TOLD_STEPS {
+                true => just_beyond_mm,
+                false => 0.5 * (kept_off_mm + free_mm),
+            };
         }
-        inside
+        at(free_mm)
     }
 
     /// All around the square that is looked at, as far as this: nothing is there.

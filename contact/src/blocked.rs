@@ -16,6 +16,22 @@ pub enum Blocked {
     Far,
 }
 
+/// What keeps a tool off a place at a height.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum KeptOff {
+    /// Nothing.
+    No,
+    /// A point of the model over this place in the setup, from which the tool's axis has to be so far away at this height.
+    By {
+        /// Where the point is, seen along the axis, mm.
+        place: [f64; 2],
+        /// Distance from there, mm.
+        away_mm: f64,
+    },
+    /// Something, which has not been found, or nothing, which has not been proven.
+    Perhaps,
+}
+
 impl BallDrop<'_> {
     /// What holds a ball up by more than `by_mm` that would touch the model in `touch`; what holds it up by `far_mm` is not
     /// looked at more closely.
@@ -54,6 +70,16 @@ impl BallDrop<'_> {
         }
         self.vertex_bound().hold(x, y, self.radius_mm(), height + KNOWN_MM)
             || self.drop_between(x, y, [height, height]).is_some()
+    }
+
+    /// What keeps the tool off `(x, y)` with its middle at this height, as far as it is found; [`BallDrop::is_blocked_at`] says
+    /// whether anything does.
+    #[must_use]
+    pub fn kept_off_at(&self, x: f64, y: f64, height: f64) -> KeptOff {
+        if !self.end().is_ball() {
+            return self.kept_off([x, y], height);
+        }
+        if self.is_blocked_at(x, y, height) { KeptOff::Perhaps } else { KeptOff::No }
     }
 
     /// Whether something holds a ball up by more than `by_mm` that would touch the model in `touch`.

@@ -51,7 +51,7 @@ mod tests;
 
 use claymill_nurbs::{FaceId, Point3, Vector3};
 
-pub use blocked::Blocked;
+pub use blocked::{Blocked, KeptOff};
 pub use covering::{Covering, distance_from};
 pub use cutter::{CUTTER_EPSILON_MM, CutterDrop, CutterLocation, EndShape, ToolPart};
 pub use drop::BallDrop;

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use crate::run::run;
 use crate::scratch;
 
-const COMMANDS: [&str; 23] = [
+const COMMANDS: [&str; 24] = [
     "demo",
     "inspect",
     "drop",

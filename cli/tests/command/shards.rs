@@ -15,9 +15,10 @@ use crate::run::{Run, claymill, run, run_without_adapter};
 use crate::scratch;
 
 const FILES: [&str; 3] = ["toolpaths.jsonl", "regions.json", "verify.json"];
-const JOB: [&str; 6] = ["--tool", "ball:10", "--scallop", "0.4", "--setups", "top,left"];
+const JOB: [&str; 8] =
+    ["--tool", "ball:10", "--scallop", "0.4", "--setups", "top,left", "--keep-apart", "face:0-2"];
 
-/// A ribbon of two regions, its plan, and its shards, of one part each.
+/// A ribbon of some regions, its plan, and its shards, of one part each.
 pub(crate) fn ribbon_in_shards(folder: &Path) -> usize {
     let made = run(folder, ["sample", "ribbon", "--patches", "200", "--flaw", "kink:20", "-o", "ribbon.igs"]);
     assert_eq!(made.code, Some(0), "{made:?}");

@@ -120,11 +120,23 @@ impl<'a> Cluster<'a> {
         node.kill().unwrap();
         node.wait().unwrap();
         let spool = format!("{}/spool-{name}", self.folder.display());
-        // The step that holds a job is named by the node's folder or by its name alone, by the version.
-        for pattern in [spool.as_str(), &format!("slurmstepd.*{name}")] {
-            let _ = Command::new("pkill").args(["-9", "-f", pattern]).status();
+        let numbers = |run: Run| run.stdout.lines().map(|l| l.trim().to_owned()).collect::<Vec<String>>();
+        let scripts = numbers(self.run("pgrep", &["-f", &spool]));
+        // What holds a job would say that it has ended.
+        for script in &scripts {
+            let holders = numbers(self.run("ps", &["-o", "ppid=", "-p", script]));
+            holders.iter().filter(|holder| *holder != "1").for_each(|holder| kill(holder));
+        }
+        for script in &scripts {
+            // The whole group: the script and the shard.
+            kill(&format!("-{script}"));
+            kill(script);
         }
     }
+}
+
+fn kill(process: &str) {
+    let _ = Command::new("kill").args(["-9", "--", process]).stderr(Stdio::null()).status();
 }
 
 #[test]

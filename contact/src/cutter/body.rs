@@ -103,6 +103,20 @@ impl Body {
         })
     }
 
+    /// How far from the axis it is wide at a height above the tip: the inverse of `rise`.
+    pub(crate) fn radius_at(&self, above_tip: f64) -> f64 {
+        let ([sine, cosine], up) = (self.steepest(), above_tip - self.height);
+        let arc = self.corner * (1.0 - cosine);
+        if up <= 0.0 {
+            0.0
+        } else if up < arc {
+            let down = self.corner - up;
+            self.flat + (self.corner * self.corner - down * down).max(0.0).sqrt()
+        } else {
+            (self.flat + self.corner * sine + (up - arc) / self.slope).min(self.widest)
+        }
+    }
+
     /// How far from the axis it touches a plane that rises by `gradient`, and how high the plane has to be lifted there:
     /// the tip is so much above the plane, on the axis.
     fn on_plane(&self, gradient: f64) -> (f64, f64) {
@@ -360,6 +374,13 @@ mod tests {
             let over_rim = body.slope.is_finite() && from_axis > body.widest - delta;
             prop_assert!(nearest >= delta - 1e-3 || over_rim, "{nearest} {delta}");
             prop_assert!(nearest <= delta + 1e-3 || over_rim, "{nearest} {delta}");
+        }
+
+        #[test]
+        fn it_is_as_wide_at_a_height_as_it_rises_there(body in body(), from_axis in 0.01..14.0_f64) {
+            let Some(rise) = body.rise(from_axis, 0.0) else { return Ok(()) };
+            prop_assert_eq!(body.radius_at(rise - 1e-6) < from_axis.max(body.flat), true);
+            prop_assert!(body.radius_at(rise + 1e-6) >= from_axis - 1e-9);
         }
 
         #[test]

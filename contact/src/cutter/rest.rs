@@ -4,8 +4,9 @@
 use claymill_nurbs::Point3;
 
 use super::offset::{Contact, contact_at};
-use super::search::{Effort, Touch, held_above, is_held_above};
+use super::search::{Effort, Held, Touch, enough, held_above, is_held_above};
 use super::{CUTTER_EPSILON_MM, EndShape, ToolPart};
+use crate::blocked::KeptOff;
 use crate::{BallDrop, Blocked, CONTACT_EPSILON_MM, Location, Support};
 
 /// Heights of passes are looked for as exactly as those of balls; where that takes long, beside walls, so far at first.
@@ -43,8 +44,20 @@ impl BallDrop<'_> {
 
     /// Whether something holds an end that is no ball up with its middle above a height.
     pub(crate) fn is_end_blocked_at(&self, at: [f64; 2], height: f64) -> bool {
+        !matches!(self.kept_off(at, height), KeptOff::No)
+    }
+
+    /// What keeps an end that is no ball off a place, with its middle at a height.
+    pub(crate) fn kept_off(&self, at: [f64; 2], height: f64) -> KeptOff {
         let floor = height - self.end().corner_mm;
-        is_held_above(self, &self.bodies, at, floor, AT_LENGTH)
+        match is_held_above(self, &self.bodies, at, floor, AT_LENGTH) {
+            Held::No => KeptOff::No,
+            Held::By(point, body) => {
+                let away_mm = self.bodies[body].radius_at(point.z - enough(floor, AT_LENGTH));
+                KeptOff::By { place: [point.x, point.y], away_mm }
+            }
+            Held::Perhaps => KeptOff::Perhaps,
+        }
     }
 
     /// A contact inside of the trims of a face, near a place on it.

@@ -53,7 +53,8 @@ struct Waiting<'a> {
 
 enum Piece<'a> {
     Sheet(Sheet<'a>),
-    Edge(EdgePiece),
+    /// And the share of the way along its chord where the highest body would touch.
+    Edge(EdgePiece, f64),
 }
 
 /// A triangle of the parameter plane and its corners on the surface.
@@ -129,20 +130,39 @@ pub(crate) fn held_above(
     Some(Touch { tip, gap_mm: tip - search.low, ..touched })
 }
 
-/// Whether anything does, by the first point that is touched; where none is, what is not found out counts as something.
+/// Whether something holds a tool above a height.
+pub(crate) enum Held {
+    No,
+    /// This point does, by the body with this index.
+    By(Point3, usize),
+    /// That was not found out.
+    Perhaps,
+}
+
+/// Whether anything does, by the first point that is touched.
 pub(crate) fn is_held_above(
     sheets: &BallDrop,
     bodies: &[Body],
     at: [f64; 2],
     floor: f64,
     effort: Effort,
-) -> bool {
+) -> Held {
     let mut search = Search::new(sheets, bodies, at, floor, effort);
-    search.enough = floor + 0.5 * effort.epsilon;
+    search.enough = enough(floor, effort);
     search.gather();
     search.settle();
-    search.low == f64::INFINITY
-        || search.waiting.peek().is_some_and(|left| left.bound > search.low + search.step)
+    match search.held.filter(|_| search.low == f64::INFINITY) {
+        Some(touch) => Held::By(touch.contact, touch.body),
+        None if search.waiting.peek().is_some_and(|left| left.bound > search.low + search.step) => {
+            Held::Perhaps
+        }
+        None => Held::No,
+    }
+}
+
+/// A tool that is held above this is held above a floor.
+pub(crate) fn enough(floor: f64, effort: Effort) -> f64 {
+    floor + 0.5 * effort.epsilon
 }
 
 struct Search<'a> {
@@ -370,9 +390,10 @@ impl<'a> Search<'a> {
     fn wait_for_edge(&mut self, piece: EdgePiece) {
         let least = self.low + self.step - ROUNDING_MM;
         let on_edge = |b: &Body| b.on_segment(&piece.a, &piece.b, self.at, piece.deviation_mm, least);
-        let tip = |b: &Body| on_edge(b).map(|(tip, _)| tip);
-        let bound = self.bodies.iter().filter_map(tip).fold(f64::NEG_INFINITY, f64::max) + ROUNDING_MM;
-        self.push(bound, Piece::Edge(piece));
+        let highest = self.bodies.iter().filter_map(on_edge).max_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((tip, share)) = highest {
+            self.push(tip + ROUNDING_MM, Piece::Edge(piece, share));
+        }
     }
 
     fn push(&mut self, bound: f64, piece: Piece<'a>) {
@@ -390,7 +411,7 @@ impl<'a> Search<'a> {
             }
             match self.waiting.pop().map(|w| w.piece) {
                 Some(Piece::Sheet(sheet)) => self.quarter(&sheet),
-                Some(Piece::Edge(piece)) => self.halve(&piece),
+                Some(Piece::Edge(piece, share)) => self.halve(&piece, share),
                 None => {}
             }
         }
@@ -400,7 +421,7 @@ impl<'a> Search<'a> {
     fn supposed(&self, piece: &Piece) -> Touch {
         let (contact, face) = match piece {
             Piece::Sheet(sheet) => (weighted(&sheet.p, sheet.at), sheet.of.face),
-            Piece::Edge(piece) => (nalgebra::center(&piece.a, &piece.b), piece.face),
+            Piece::Edge(piece, _) => (nalgebra::center(&piece.a, &piece.b), piece.face),
         };
         let (normal, face) = (Vector3::z(), face as usize);
         Touch { tip: 0.0, gap_mm: 0.0, contact, normal, face, uv: None, is_edge: false, body: 0 }
@@ -438,9 +459,11 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn halve(&mut self, piece: &EdgePiece) {
+    fn halve(&mut self, piece: &EdgePiece, share: f64) {
         let face = &self.sheets.faces[piece.face as usize];
         let (t0, t1) = piece.t;
+        let touched = t0 + share * (t1 - t0);
+        self.touch_edge(piece, face.leaves.point_on(&face.boundary[piece.pcurve as usize], touched), touched);
         let t = 0.5 * (t0 + t1);
         let m = face.leaves.point_on(&face.boundary[piece.pcurve as usize], t);
         self.touch_edge(piece, m, t);

@@ -28,7 +28,7 @@ impl EndBody {
         if height < corner && from_axis > flat {
             // Nearest is the corner's arc, or its rim where it has none.
             let (out, down) = (from_axis - flat, corner - height);
-            let away = out.hypot(down);
+            let away = (out * out + down * down).sqrt();
             return (away - corner, [out / away, -down / away]);
         }
         match () {

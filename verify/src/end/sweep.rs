@@ -7,8 +7,11 @@ use claymill_nurbs::{Point3, Vector3};
 
 use super::body::EndBody;
 
-/// Halvings of a piece: its nearest place is known to far less than a micrometre.
-const HALVINGS: u32 = 26;
+/// The nearest place of a piece is looked for in so many steps, of which every third halves what is left, until that is this share.
+const STEPS: u32 = 80;
+const NARROWEST: f64 = 1e-8;
+/// No place is looked at closer to those that are known than by this share of what is left.
+const BESIDE: f64 = 1e-3;
 const NEWTON_STEPS: u32 = 24;
 const KNOWN_MM: f64 = 1e-10;
 
@@ -32,26 +35,42 @@ impl SweptEnd {
         let way = self.b - self.a;
         let up = self.axis * self.body.corner_mm;
         let at = |share: f64| self.body.distance(&(p - (self.a + way * share) + up), &self.axis);
-        // How the distance changes on the way is where its least place lies.
-        let falls = |share: f64| at(share).1.dot(&way) > 0.0;
-        if way == Vector3::zeros() || !falls(0.0) {
-            return at(0.0);
+        // How fast the distance falls on the way: ever more slowly, and from its least place on it rises.
+        let fall = |(_, gradient): &(f64, Vector3)| gradient.dot(&way);
+        let mut before = at(0.0);
+        if way == Vector3::zeros() || fall(&before) <= 0.0 {
+            return before;
         }
-        if falls(1.0) {
-            return at(1.0);
+        let mut after = at(1.0);
+        if fall(&after) > 0.0 {
+            return after;
         }
         let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            *if falls(middle) { &mut low } else { &mut high } = middle;
+        for step in 0..STEPS {
+            let (falling, rising, width) = (fall(&before), -fall(&after), high - low);
+            if falling.min(rising) * width < KNOWN_MM || width < NARROWEST {
+                break;
+            }
+            let share = match step % 3 {
+                // Where the distance is smooth, and where it has a kink.
+                0 => falling / (falling + rising),
+                1 => (before.0 - after.0 + rising * width) / ((falling + rising) * width),
+                _ => 0.5,
+            };
+            let between = low + width * share.clamp(BESIDE, 1.0 - BESIDE);
+            let found = at(between);
+            if fall(&found) > 0.0 {
+                (low, before) = (between, found);
+            } else {
+                (high, after) = (between, found);
+            }
         }
         // Where the outline has a corner, or nearly one, the distance has a kink there: the tangents of both sides meet in it, and
         // the gradient between theirs that does not change along the way is that of what is swept.
-        let ((before_mm, before), (after_mm, after)) = (at(low), at(high));
-        let (falling, rising) = (before.dot(&way), after.dot(&way));
+        let (falling, rising) = (fall(&before), fall(&after));
         let of_after = falling / (falling - rising);
-        let after_mm = after_mm + rising * (high - low);
-        (before_mm + of_after * (after_mm - before_mm), before.lerp(&after, of_after))
+        let after_mm = after.0 + rising * (high - low);
+        (before.0 + of_after * (after_mm - before.0), before.1.lerp(&after.1, of_after))
     }
 
     /// The smallest `t` at which `p + t·n` is inside, looked for from `t = −below`.

@@ -53,8 +53,7 @@ struct Waiting<'a> {
 
 enum Piece<'a> {
     Sheet(Sheet<'a>),
-    /// And the share of the way along its chord where the highest body would touch.
-    Edge(EdgePiece, f64),
+    Edge(EdgePiece),
 }
 
 /// A triangle of the parameter plane and its corners on the surface.
@@ -391,9 +390,12 @@ impl<'a> Search<'a> {
         let least = self.low + self.step - ROUNDING_MM;
         let on_edge = |b: &Body| b.on_segment(&piece.a, &piece.b, self.at, piece.deviation_mm, least);
         let highest = self.bodies.iter().filter_map(on_edge).max_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((tip, share)) = highest {
-            self.push(tip + ROUNDING_MM, Piece::Edge(piece, share));
-        }
+        let Some((tip, share)) = highest.filter(|(tip, _)| *tip > least) else { return };
+        // Where it would be touched, at once: of a level face all places are as high, and those on its border are told apart.
+        let face = &self.sheets.faces[piece.face as usize];
+        let t = piece.t.0 + share * (piece.t.1 - piece.t.0);
+        self.touch_edge(&piece, face.leaves.point_on(&face.boundary[piece.pcurve as usize], t), t);
+        self.push(tip + ROUNDING_MM, Piece::Edge(piece));
     }
 
     fn push(&mut self, bound: f64, piece: Piece<'a>) {
@@ -411,7 +413,7 @@ impl<'a> Search<'a> {
             }
             match self.waiting.pop().map(|w| w.piece) {
                 Some(Piece::Sheet(sheet)) => self.quarter(&sheet),
-                Some(Piece::Edge(piece, share)) => self.halve(&piece, share),
+                Some(Piece::Edge(piece)) => self.halve(&piece),
                 None => {}
             }
         }
@@ -421,7 +423,7 @@ impl<'a> Search<'a> {
     fn supposed(&self, piece: &Piece) -> Touch {
         let (contact, face) = match piece {
             Piece::Sheet(sheet) => (weighted(&sheet.p, sheet.at), sheet.of.face),
-            Piece::Edge(piece, _) => (nalgebra::center(&piece.a, &piece.b), piece.face),
+            Piece::Edge(piece) => (nalgebra::center(&piece.a, &piece.b), piece.face),
         };
         let (normal, face) = (Vector3::z(), face as usize);
         Touch { tip: 0.0, gap_mm: 0.0, contact, normal, face, uv: None, is_edge: false, body: 0 }
@@ -459,11 +461,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn halve(&mut self, piece: &EdgePiece, share: f64) {
+    fn halve(&mut self, piece: &EdgePiece) {
         let face = &self.sheets.faces[piece.face as usize];
         let (t0, t1) = piece.t;
-        let touched = t0 + share * (t1 - t0);
-        self.touch_edge(piece, face.leaves.point_on(&face.boundary[piece.pcurve as usize], touched), touched);
         let t = 0.5 * (t0 + t1);
         let m = face.leaves.point_on(&face.boundary[piece.pcurve as usize], t);
         self.touch_edge(piece, m, t);

@@ -27,7 +27,8 @@ impl Atoms {
 
     /// Area of the atoms whose set of tools is `kept`, mm².
     pub(super) fn area(&self, kept: impl Fn(u64) -> bool) -> f64 {
-        self.0.iter().filter(|(by, _)| kept(*by)).map(|(_, area)| area).sum()
+        // The sum of nothing would be −0.
+        self.0.iter().filter(|(by, _)| kept(*by)).fold(0.0, |sum, (_, area)| sum + area)
     }
 }
 

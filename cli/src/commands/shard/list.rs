@@ -16,11 +16,12 @@ pub(super) const JOB_FILE: &str = "job.toml";
 
 const FORM: u32 = 1;
 
-/// Time of one core for a metre of passes, and for a part beside that, s: the more of `claymill bench`'s figures in
-/// docs/measurements.md, rounded up.
+/// Time of one core for a metre of passes, and for a part beside that, s: the shards of the roadster at a fifth of its size with a
+/// ball of 10 mm took 0.14 s for a metre beside what the model takes.
 const S_PER_M: f64 = 0.15;
 const S_PER_PART: f64 = 0.5;
-/// Memory for a metre of passes while they are laid, MB, and what a shard may take beyond what was needed to list it.
+/// Memory for a metre of passes while they are laid, MB, and how many times what was needed to list it a shard may take beside
+/// that: those shards took as much as the list did, within 3 %.
 const MB_PER_M: f64 = 0.2;
 const MB_BEYOND: f64 = 1.25;
 

@@ -60,8 +60,6 @@ pub(super) const SHARD: &str = "\
 Examples:
   claymill shard open body.igs --tool ball:6 --scallop 0.1 -o work
   claymill shard run work 0-3
-  claymill shard status work
-  claymill shard script work --for slurm
   claymill shard join work -o out/body";
 
 pub(super) const COMPARE: &str = "\

@@ -2,6 +2,7 @@
 //! their advice here.
 
 use std::fmt;
+use std::io;
 use std::path::Path;
 
 use crate::console::{Tone, takes_colours};
@@ -28,6 +29,11 @@ pub(crate) const MORE_MEMORY: u8 = 76;
 impl Failure {
     pub(crate) fn problem(message: impl fmt::Display, advice: impl Into<String>) -> Self {
         Failure { message: message.to_string(), advice: advice.into(), code: PROBLEM }
+    }
+
+    /// What is wrong with a file or folder.
+    pub(crate) fn at(path: &Path) -> impl Fn(io::Error) -> Self + '_ {
+        |error| Failure::problem(format!("{}: {error}", path.display()), advice_on(&error))
     }
 
     pub(crate) fn usage(message: impl fmt::Display, advice: impl Into<String>) -> Self {

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
 use claymill_toolpath::is_own_scratch;
@@ -44,28 +44,26 @@ pub(crate) fn install(is_scheduled: bool) {
     }
 }
 
-/// Whether SIGTERM came to a process that a scheduler runs.
-static TERMINATED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+/// Whether SIGTERM has come, in a process that a scheduler runs.
+static TERMINATED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 /// The signal is noted after the handler of Ctrl-C, which gets it too, has been woken.
 const NOTED_BY: Duration = Duration::from_millis(10);
 
 #[cfg(unix)]
 fn note_termination() {
-    let _ = signal_hook::flag::register(signal_hook::consts::SIGTERM, TERMINATED.clone());
-    SCHEDULED.store(true, Ordering::Relaxed);
+    let flag = TERMINATED.get_or_init(Arc::default);
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGTERM, flag.clone());
 }
 
 #[cfg(not(unix))]
 fn note_termination() {}
 
-/// Whether the process is run by a scheduler.
-static SCHEDULED: AtomicBool = AtomicBool::new(false);
-
 fn code() -> i32 {
-    if SCHEDULED.load(Ordering::Relaxed) {
+    let is_terminated = TERMINATED.get().is_some_and(|flag| {
         std::thread::sleep(NOTED_BY);
-    }
-    i32::from(if TERMINATED.load(Ordering::Relaxed) { TRY_AGAIN } else { INTERRUPTED })
+        flag.load(Ordering::Relaxed)
+    });
+    i32::from(if is_terminated { TRY_AGAIN } else { INTERRUPTED })
 }
 
 /// Has the first Ctrl-C do this in place of ending the process: what moves a machine brings it to rest. The second one ends

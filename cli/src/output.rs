@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use claymill_toolpath::{Job, Kind, Output, OutputError, job_files};
 
 use crate::commands::Context;
-use crate::failure::{Failure, advice_on};
+use crate::failure::Failure;
 use crate::interrupt::remove_on_interrupt;
 
 impl From<OutputError> for Failure {
@@ -87,8 +87,7 @@ pub(crate) fn inputs(what: &Path, job: Option<&Job>, model: Option<&Path>) -> Ve
 /// Makes folders on the way to a file.
 pub(crate) fn make_parent(path: &Path) -> Result<(), Failure> {
     match path.parent().filter(|p| !p.as_os_str().is_empty()) {
-        Some(parent) => std::fs::create_dir_all(parent)
-            .map_err(|e| Failure::problem(format!("{}: {e}", parent.display()), advice_on(&e))),
+        Some(parent) => std::fs::create_dir_all(parent).map_err(Failure::at(parent)),
         None => Ok(()),
     }
 }

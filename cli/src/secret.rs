@@ -5,7 +5,7 @@ use std::path::Path;
 
 use claymill_toolpath::{LONGEST_WRITTEN, read_plain};
 
-use crate::failure::{Failure, advice_on};
+use crate::failure::Failure;
 
 /// Fewer bytes are no secret.
 const SHORTEST: usize = 16;
@@ -30,9 +30,8 @@ pub(crate) fn secret(path: Option<&Path>) -> Result<Vec<u8>, Failure> {
             "Name a file with at least 16 bytes: --secret FILE.",
         )
     })?;
-    let told = |e: io::Error| Failure::problem(format!("{}: {e}", path.display()), advice_on(&e));
-    let bytes = read_plain(path, LONGEST_WRITTEN).map_err(told)?;
-    if let Some(mode) = open_to_others(path).map_err(told)? {
+    let bytes = read_plain(path, LONGEST_WRITTEN).map_err(Failure::at(path))?;
+    if let Some(mode) = open_to_others(path).map_err(Failure::at(path))? {
         return Err(Failure::usage(
             format!("{}: others than its owner may read or write it (mode {mode:04o})", path.display()),
             format!(

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use claymill_exchange::read_bytes;
-use claymill_tests::corpus;
+use claymill_tests::{corpus, process_cpu_s};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -111,9 +111,11 @@ fn damaged(sound: &[u8], random: &mut ChaCha8Rng, variant: usize) -> Vec<u8> {
 /// Reads the bytes and checks that all faces are accounted for; gives the time and the number of faces. Others work on the machine
 /// too: where the processors worked for a shorter time than it took, that is what counts.
 fn timed(bytes: &[u8], path: &Path) -> (Duration, usize) {
-    let (start, worked) = (Instant::now(), processor_time());
+    let start = Instant::now();
+    let before_s = process_cpu_s(start);
     let import = read_bytes(bytes, path);
-    let elapsed = start.elapsed().min(processor_time() - worked);
+    let worked = Duration::from_secs_f64(process_cpu_s(start) - before_s);
+    let elapsed = start.elapsed().min(worked);
     let Ok(import) = import else { return (elapsed, 0) };
     let report = &import.report;
     assert_eq!(report.faces_in_file, report.faces_read + report.skipped.len());
@@ -122,19 +124,6 @@ fn timed(bytes: &[u8], path: &Path) -> (Duration, usize) {
         assert!(face.surface.net().iter().all(|h| h.iter().all(|c| c.is_finite())));
     }
     (elapsed, report.faces_read)
-}
-
-/// What this process had of the processors. It reads one file at a time.
-#[cfg(unix)]
-fn processor_time() -> Duration {
-    let now = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    Duration::new(now.tv_sec as u64, now.tv_nsec as u32)
-}
-
-#[cfg(not(unix))]
-fn processor_time() -> Duration {
-    static START: std::sync::LazyLock<Instant> = std::sync::LazyLock::new(Instant::now);
-    START.elapsed()
 }
 
 #[test]

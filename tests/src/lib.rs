@@ -24,7 +24,7 @@ mod shape;
 pub use ball::{Ball, measure_ball};
 pub use browser::{Browser, Screenshot};
 pub use corpus::{corpus, corpus_file};
-pub use cpu::thread_cpu_s;
+pub use cpu::{process_cpu_s, thread_cpu_s};
 pub use form::check_form;
 pub use mutation::{fuzz_seeds, mutate};
 pub use need::{Need, is_installed, leave_out};

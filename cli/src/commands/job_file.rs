@@ -7,7 +7,7 @@ use claymill_toolpath::{LONGEST_WRITTEN, read_plain_text};
 
 use super::request::{LEAST, Request};
 use crate::args::{AxisArgs, JobOptions, StrategyName, first_given};
-use crate::failure::{Failure, advice_on};
+use crate::failure::Failure;
 
 /// Name of the job file that `plan` writes beside its results.
 pub(crate) const JOB_TOML: &str = "job.toml";
@@ -22,8 +22,7 @@ pub(crate) fn with(options: JobOptions, file: Option<&Path>) -> Result<JobOption
 
 /// The text of a job file.
 pub(super) fn read_text(file: &Path) -> Result<String, Failure> {
-    read_plain_text(file, LONGEST_WRITTEN)
-        .map_err(|e| Failure::problem(format!("{}: {e}", file.display()), advice_on(&e)))
+    read_plain_text(file, LONGEST_WRITTEN).map_err(Failure::at(file))
 }
 
 /// The options in a job file.

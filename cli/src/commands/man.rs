@@ -1,6 +1,5 @@
 //! `claymill man`: the manual as pages for `man`, one a command.
 
-use std::path::Path;
 use std::process::ExitCode;
 
 use clap::CommandFactory;
@@ -9,19 +8,17 @@ use claymill_toolpath::Kind;
 
 use super::Context;
 use crate::args::{Cli, ManArgs};
-use crate::failure::{Failure, advice_on};
+use crate::failure::Failure;
 use crate::output;
 
 /// `claymill man`.
 pub(crate) fn man(context: &Context, args: &ManArgs) -> Result<ExitCode, Failure> {
-    let failed =
-        |path: &Path, e: &std::io::Error| Failure::problem(format!("{}: {e}", path.display()), advice_on(e));
-    std::fs::create_dir_all(&args.out).map_err(|e| failed(&args.out, &e))?;
+    std::fs::create_dir_all(&args.out).map_err(Failure::at(&args.out))?;
     let mut pages = Vec::new();
     for page in manual() {
         let path = args.out.join(page.get_filename());
         let mut text = Vec::new();
-        page.render(&mut text).map_err(|e| failed(&path, &e))?;
+        page.render(&mut text).map_err(Failure::at(&path))?;
         // All are looked at before one is written.
         pages.push((output::begin(context, &path, Kind::Manual, &[])?, text, path));
     }

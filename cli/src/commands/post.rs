@@ -65,9 +65,7 @@ pub(crate) fn post(context: &Context, args: &PostArgs) -> Result<ExitCode, Failu
         let text = serde_json::to_string_pretty(&totals)
             .map_err(|e| Failure::problem(format!("the totals cannot be written as JSON: {e}"), ""))?;
         let staged = out.folder().join(&totals_name);
-        std::fs::write(&staged, text + "\n").map_err(|e| {
-            Failure::problem(format!("{}: {e}", staged.display()), crate::failure::advice_on(&e))
-        })?;
+        std::fs::write(&staged, text + "\n").map_err(Failure::at(&staged))?;
         files.push((totals_name, Kind::Json));
     }
     out.finish_all(&files)?;

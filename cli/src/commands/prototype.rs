@@ -47,9 +47,7 @@ pub(crate) fn prototype_command(context: &Context, args: &PrototypeArgs) -> Resu
     merged.find_sides(&loaded, Axis { index: 2, negative: false }.vector(), &[])?;
     context.console.stage("looking from all angles");
     let found = prototype(&loaded, &merged, &asked, context.console).map_err(claymill::Error::from)?;
-    std::fs::create_dir_all(&args.out).map_err(|e| {
-        Failure::problem(format!("{}: {e}", args.out.display()), crate::failure::advice_on(&e))
-    })?;
+    std::fs::create_dir_all(&args.out).map_err(Failure::at(&args.out))?;
     let inputs = std::slice::from_ref(&args.part);
     let held = args.out.join(HELD);
     let out = output::begin(context, &held, Kind::Model, inputs)?;
@@ -89,8 +87,7 @@ pub(crate) fn prototype_command(context: &Context, args: &PrototypeArgs) -> Resu
         }
     }
     let path = args.out.join(SHEET);
-    std::fs::write(&path, &sheet)
-        .map_err(|e| Failure::problem(format!("{}: {e}", path.display()), crate::failure::advice_on(&e)))?;
+    std::fs::write(&path, &sheet).map_err(Failure::at(&path))?;
     context.console.finish();
     if context.json {
         context.print_json(&found.found.record)?;

@@ -12,7 +12,7 @@ use claymill_verify::{
 use super::{Context, post, request};
 use crate::args::{VerifyArgs, check_clearance};
 use crate::console::{Console, Tone};
-use crate::failure::{Failure, NOT_PASSED, advice_on};
+use crate::failure::{Failure, NOT_PASSED};
 use crate::interrupt;
 
 impl From<claymill_verify::VerifyError> for Failure {
@@ -80,7 +80,7 @@ pub(crate) fn write(folder: &Path, found: &Verification) -> Result<(), Failure> 
     let mut text = serde_json::to_vec_pretty(found)
         .map_err(|e| Failure::problem(format!("the verdict cannot be written as JSON: {e}"), ""))?;
     text.push(b'\n');
-    write_whole(&path, &text).map_err(|e| Failure::problem(format!("{}: {e}", path.display()), advice_on(&e)))
+    write_whole(&path, &text).map_err(Failure::at(&path))
 }
 
 /// The holder as written on the command line, for the tool of a job.

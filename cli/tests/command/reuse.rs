@@ -17,7 +17,7 @@ const FILES: [&str; 3] = ["toolpaths.jsonl", "regions.json", "verify.json"];
 const JOB: [&str; 6] = ["--tool", "ball:10", "--scallop", "0.4", "--json", "--quiet"];
 
 /// A ribbon of two regions.
-fn ribbon(folder: &Path) {
+pub(crate) fn ribbon(folder: &Path) {
     let made = run(folder, ["sample", "ribbon", "--patches", "200", "--flaw", "kink:20", "-o", "ribbon.igs"]);
     assert_eq!(made.code, Some(0), "{made:?}");
 }
@@ -37,13 +37,13 @@ fn files(job: &Path) -> [Vec<u8>; 3] {
     FILES.map(|name| fs::read(job.join(name)).unwrap())
 }
 
-fn assert_same(folder: &Path, a: &str, b: &str) {
+pub(crate) fn assert_same(folder: &Path, a: &str, b: &str) {
     for ((a, b), name) in files(&folder.join(a)).iter().zip(&files(&folder.join(b))).zip(FILES) {
         assert!(a == b, "{name} differs");
     }
 }
 
-fn names(folder: &Path) -> Vec<String> {
+pub(crate) fn names(folder: &Path) -> Vec<String> {
     let names = fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
     let mut names: Vec<String> = names.collect();
     names.sort();

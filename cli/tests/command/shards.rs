@@ -11,17 +11,16 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
+use crate::reuse::{assert_same, names, ribbon};
 use crate::run::{Run, claymill, run, run_without_adapter};
 use crate::scratch;
 
-const FILES: [&str; 3] = ["toolpaths.jsonl", "regions.json", "verify.json"];
 const JOB: [&str; 8] =
     ["--tool", "ball:10", "--scallop", "0.4", "--setups", "top,left", "--keep-apart", "face:0-2"];
 
 /// A ribbon of some regions, its plan, and its shards, of one part each.
 pub(crate) fn ribbon_in_shards(folder: &Path) -> usize {
-    let made = run(folder, ["sample", "ribbon", "--patches", "200", "--flaw", "kink:20", "-o", "ribbon.igs"]);
-    assert_eq!(made.code, Some(0), "{made:?}");
+    ribbon(folder);
     let plan =
         run_without_adapter(folder, ["plan", "ribbon.igs", "-o", "plan", "--no-store"].iter().chain(&JOB));
     assert!(matches!(plan.code, Some(0 | 3)), "{plan:?}");
@@ -33,14 +32,6 @@ fn open(folder: &Path, work: &str) -> usize {
     let opened = run(folder, asked.iter().chain(&JOB));
     assert_eq!(opened.code, Some(0), "{opened:?}");
     opened.json()["shards"].as_array().unwrap().len()
-}
-
-/// Whether a job is that of the plan.
-pub(crate) fn assert_planned(folder: &Path, job: &str) {
-    for name in FILES {
-        let [of_plan, of_shards] = ["plan", job].map(|job| fs::read(folder.join(job).join(name)).unwrap());
-        assert!(of_plan == of_shards, "{name} differs");
-    }
 }
 
 fn lay(folder: &Path, shards: &str) -> Run {
@@ -87,7 +78,7 @@ fn shards_in_any_order_on_any_number_of_workers_join_to_the_plan() {
         let out = format!("job-{workers}");
         let joined = join(folder, &work, &out);
         assert!(matches!(joined.code, Some(0 | 3)), "{joined:?}");
-        assert_planned(folder, &out);
+        assert_same(folder, "plan", &out);
     }
 }
 
@@ -119,9 +110,8 @@ fn a_shard_that_is_killed_or_ended_is_run_again() {
     assert_eq!(lay(folder, &all).code, Some(0));
     assert_eq!(missing(folder, "ranges"), "");
     assert!(matches!(join(folder, "work", "job").code, Some(0 | 3)));
-    assert_planned(folder, "job");
-    let left = fs::read_dir(folder.join("work/parts")).unwrap().map(|e| e.unwrap().file_name());
-    let left: Vec<String> = left.map(|name| name.into_string().unwrap()).collect();
+    assert_same(folder, "plan", "job");
+    let left = names(&folder.join("work/parts"));
     assert!(left.iter().all(|name| name == "STORE" || name.ends_with(".part")), "{left:?}");
 }
 
@@ -190,7 +180,7 @@ fn what_cannot_be_joined_is_named_with_what_to_run() {
     refused("work", "changed since the shards in work were listed");
     fs::write(folder.join("ribbon.igs"), model).unwrap();
     assert!(matches!(join(folder, "work", "job").code, Some(0 | 3)));
-    assert_planned(folder, "job");
+    assert_same(folder, "plan", "job");
     let beside = run(folder, ["shard", "open", "ribbon.igs", "-o", "plan"].iter().chain(&JOB));
     assert_eq!(beside.code, Some(1), "{beside:?}");
     assert!(beside.stderr.contains("is no work folder"), "{beside:?}");
@@ -225,7 +215,7 @@ fn scripts_name_what_is_missing_and_one_is_run() {
         let mut command = std::process::Command::new("bash");
         let run: Run = command.arg(script).env("WGPU_ADAPTER_NAME", "none").output().unwrap().into();
         assert!(matches!(run.code, Some(0 | 3)), "{run:?}");
-        assert_planned(folder, "by-script");
+        assert_same(folder, "plan", "by-script");
     }
 }
 

@@ -8,9 +8,10 @@ use std::time::{Duration, Instant};
 
 use claymill_tests::{Need, is_installed};
 
+use crate::reuse::assert_same;
 use crate::run::{Run, run};
 use crate::scratch;
-use crate::shards::{assert_planned, ribbon_in_shards};
+use crate::shards::ribbon_in_shards;
 
 const PATH: &str = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin";
 /// Longer than Slurm takes to see that a node is gone.
@@ -171,5 +172,5 @@ fn two_nodes_lay_the_plan_also_when_one_of_them_is_killed() {
         }
         folder.join("joined/verify.json").exists() && cluster.run("squeue", &["-h"]).stdout.is_empty()
     });
-    assert_planned(folder, "joined");
+    assert_same(folder, "plan", "joined");
 }

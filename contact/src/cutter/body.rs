@@ -195,7 +195,7 @@ impl Body {
         if corner <= 0.0 {
             return chord(self.flat);
         }
-        let squared = gradient * gradient;
+        let gradient2 = gradient * gradient;
         // The slope is at least what it would be where the outline is widest.
         let all = self.flat + corner;
         let least = gradient * all / chord(all);
@@ -204,11 +204,10 @@ impl Body {
         let mut sine = least.clamp(low, high);
         for _ in 0..STEPS {
             let d = self.flat + corner * sine;
-            let (square, chord) = (d * d, d * d - beside * beside);
-            let cosine = 1.0 - sine * sine;
-            let excess = sine * sine * chord - squared * square * cosine;
+            let (d2, chord2, cosine2) = (d * d, d * d - beside * beside, 1.0 - sine * sine);
+            let excess = sine * sine * chord2 - gradient2 * d2 * cosine2;
             *if excess > 0.0 { &mut high } else { &mut low } = sine;
-            let rises = sine * (chord + sine * d * corner) - squared * (d * corner * cosine - sine * square);
+            let rises = sine * (chord2 + sine * d * corner) - gradient2 * (d * corner * cosine2 - sine * d2);
             let newton = sine - 0.5 * excess / rises;
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             let moved = (next - sine).abs();

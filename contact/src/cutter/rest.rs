@@ -4,7 +4,7 @@
 use claymill_nurbs::Point3;
 
 use super::offset::{Contact, contact_at};
-use super::search::{Effort, Held, Touch, enough, held_above, is_held_above};
+use super::search::{Effort, Touch, held_above, kept_off};
 use super::{CUTTER_EPSILON_MM, EndShape, ToolPart};
 use crate::blocked::KeptOff;
 use crate::{BallDrop, Blocked, CONTACT_EPSILON_MM, Location, Support};
@@ -49,15 +49,7 @@ impl BallDrop<'_> {
 
     /// What keeps an end that is no ball off a place, with its middle at a height.
     pub(crate) fn kept_off(&self, at: [f64; 2], height: f64) -> KeptOff {
-        let floor = height - self.end().corner_mm;
-        match is_held_above(self, &self.bodies, at, floor, AT_LENGTH) {
-            Held::No => KeptOff::No,
-            Held::By(point, body) => {
-                let away_mm = self.bodies[body].radius_at(point.z - enough(floor, AT_LENGTH));
-                KeptOff::By { place: [point.x, point.y], away_mm }
-            }
-            Held::Perhaps => KeptOff::Perhaps,
-        }
+        kept_off(self, &self.bodies, at, height - self.end().corner_mm, AT_LENGTH)
     }
 
     /// A contact inside of the trims of a face, near a place on it.

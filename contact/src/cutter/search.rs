@@ -8,6 +8,7 @@ use claymill_nurbs::{Boxes, FaceId, Point2, Point3, Vector3};
 
 use super::{Body, CUTTER_EPSILON_MM, ToolPart};
 use crate::BallDrop;
+use crate::blocked::KeptOff;
 use crate::covering::EdgePiece;
 use crate::drop::{Triangle, weighted};
 
@@ -129,39 +130,29 @@ pub(crate) fn held_above(
     Some(Touch { tip, gap_mm: tip - search.low, ..touched })
 }
 
-/// Whether something holds a tool above a height.
-pub(crate) enum Held {
-    No,
-    /// This point does, by the body with this index.
-    By(Point3, usize),
-    /// That was not found out.
-    Perhaps,
-}
-
-/// Whether anything does, by the first point that is touched.
-pub(crate) fn is_held_above(
+/// What keeps a tool from standing with its tip on a floor, by the first point that is touched.
+pub(crate) fn kept_off(
     sheets: &BallDrop,
     bodies: &[Body],
     at: [f64; 2],
     floor: f64,
     effort: Effort,
-) -> Held {
+) -> KeptOff {
     let mut search = Search::new(sheets, bodies, at, floor, effort);
-    search.enough = enough(floor, effort);
+    let enough = floor + 0.5 * effort.epsilon;
+    search.enough = enough;
     search.gather();
     search.settle();
     match search.held.filter(|_| search.low == f64::INFINITY) {
-        Some(touch) => Held::By(touch.contact, touch.body),
-        None if search.waiting.peek().is_some_and(|left| left.bound > search.low + search.step) => {
-            Held::Perhaps
+        Some(Touch { contact, body, .. }) => {
+            let away_mm = bodies[body].radius_at(contact.z - enough);
+            KeptOff::By { place: [contact.x, contact.y], away_mm }
         }
-        None => Held::No,
+        None if search.waiting.peek().is_some_and(|left| left.bound > search.low + search.step) => {
+            KeptOff::Perhaps
+        }
+        None => KeptOff::No,
     }
-}
-
-/// A tool that is held above this is held above a floor.
-pub(crate) fn enough(floor: f64, effort: Effort) -> f64 {
-    floor + 0.5 * effort.epsilon
 }
 
 struct Search<'a> {

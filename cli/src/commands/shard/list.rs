@@ -7,12 +7,11 @@ use claymill_paths::{PlanOptions, PlanPart, flat_mm};
 use claymill_toolpath::{LONGEST_WRITTEN, PartKey, read_plain_text, write_whole};
 use serde::{Deserialize, Serialize};
 
-use crate::failure::{Failure, advice_on};
+use crate::failure::Failure;
 
 /// Names in a work folder.
 const SHARDS_FILE: &str = "shards.json";
 pub(super) const STORE_FOLDER: &str = "parts";
-pub(super) const JOB_FILE: &str = "job.toml";
 
 const FORM: u32 = 1;
 
@@ -104,16 +103,14 @@ impl ShardList {
         let path = folder.join(SHARDS_FILE);
         let text = serde_json::to_string_pretty(self)
             .map_err(|e| Failure::problem(format!("the shards cannot be written as JSON: {e}"), ""))?;
-        write_whole(&path, text.as_bytes())
-            .map_err(|e| Failure::problem(format!("{}: {e}", path.display()), advice_on(&e)))
+        write_whole(&path, text.as_bytes()).map_err(Failure::at(&path))
     }
 }
 
 /// Makes a work folder, or takes one that is there already.
 pub(super) fn begin(folder: &Path) -> Result<(), Failure> {
-    let io = |e: std::io::Error| Failure::problem(format!("{}: {e}", folder.display()), advice_on(&e));
-    fs::create_dir_all(folder).map_err(io)?;
-    let is_empty = fs::read_dir(folder).map_err(io)?.next().is_none();
+    fs::create_dir_all(folder).map_err(Failure::at(folder))?;
+    let is_empty = fs::read_dir(folder).map_err(Failure::at(folder))?.next().is_none();
     if is_empty || folder.join(SHARDS_FILE).is_file() || folder.join(STORE_FOLDER).is_dir() {
         return Ok(());
     }

@@ -19,17 +19,17 @@ use std::time::Instant;
 
 use claymill::ModelFile;
 use claymill_paths::PlanPart;
-use claymill_toolpath::{PartKey, sha256_of};
+use claymill_toolpath::{PartKey, sha256_of, write_whole};
 
-use super::job_file;
+use super::job_file::{self, JOB_TOML};
 use super::request::Request;
 use super::{Context, plan, say_axes};
 use crate::args::{OpenArgs, ReuseArgs, ShardArgs, ShardCommand};
 use crate::console::{counted, outln, peak_memory_mb};
-use crate::failure::{Failure, TRY_AGAIN, advice_on};
+use crate::failure::{Failure, TRY_AGAIN};
 use crate::reuse::{PROGRAM, Reuse};
 
-use list::{JOB_FILE, STORE_FOLDER, ShardList, numbers, ranges};
+use list::{STORE_FOLDER, ShardList, numbers, ranges};
 use status::Standings;
 
 /// Where engines tell a process which shard it is to lay.
@@ -59,9 +59,7 @@ fn open(context: &Context, args: &OpenArgs) -> Result<(), Failure> {
         ));
     }
     let begun = Instant::now();
-    let whole = |path: &Path| {
-        absolute(path).map_err(|e| Failure::problem(format!("{}: {e}", path.display()), advice_on(&e)))
-    };
+    let whole = |path: &Path| absolute(path).map_err(Failure::at(path));
     // Shards run anywhere.
     let mut options = job_file::with(args.job.options(), args.job_file.as_deref())?;
     for path in options.check.iter_mut().chain(&mut options.machine) {
@@ -75,9 +73,8 @@ fn open(context: &Context, args: &OpenArgs) -> Result<(), Failure> {
     let loaded = context.load(&request.model)?;
     let (parts, orientation) = lay(context, &request, &loaded, &reuse, &BTreeSet::new())?;
     let text = job_file::text(&request, orientation)?;
-    let job = folder.join(JOB_FILE);
-    claymill_toolpath::write_whole(&job, text.as_bytes())
-        .map_err(|e| Failure::problem(format!("{}: {e}", job.display()), advice_on(&e)))?;
+    let job = folder.join(JOB_TOML);
+    write_whole(&job, text.as_bytes()).map_err(Failure::at(&job))?;
     let list = ShardList::new(
         (PROGRAM.to_owned(), request.model.clone(), model_sha256),
         (begun.elapsed().as_secs_f64(), peak_memory_mb()),
@@ -136,7 +133,8 @@ fn run(context: &Context, folder: &Path, asked: &[String]) -> Result<(), Failure
         console.say("shard     done before".to_owned());
         return Ok(());
     }
-    let (request, loaded) = the_job(context, folder, &list)?;
+    let request = request(folder, &list)?;
+    let loaded = context.load(&request.model)?;
     let (parts, _) = lay(context, &request, &loaded, &reuse, &wanted)?;
     let found: BTreeSet<PartKey> = parts.iter().map(|part| part.key).collect();
     if !wanted.is_subset(&found) {
@@ -173,25 +171,20 @@ fn join(context: &Context, folder: &Path, out: &Path) -> Result<ExitCode, Failur
             format!("Run them: claymill shard run {} {}", folder.display(), ranges(&missing)),
         ));
     }
-    let (request, _) = the_request(folder, &list)?;
+    let request = request(folder, &list)?;
     let store = Some(folder.join(STORE_FOLDER));
     let reuse = ReuseArgs { store, no_store: false, store_limit: Some(u64::MAX) };
     Ok(plan::run(context, &request, out, &reuse)?.exit)
 }
 
-/// The job of a work folder, and its model, which has to be that which was listed.
-fn the_job(context: &Context, folder: &Path, list: &ShardList) -> Result<(Request, ModelFile), Failure> {
-    let (request, model) = the_request(folder, list)?;
-    Ok((request, context.load(model)?))
-}
-
-fn the_request<'a>(folder: &Path, list: &'a ShardList) -> Result<(Request, &'a Path), Failure> {
-    let options = job_file::read(&folder.join(JOB_FILE))?;
+/// The job of a work folder, of which the model has to be that which was listed.
+fn request(folder: &Path, list: &ShardList) -> Result<Request, Failure> {
+    let options = job_file::read(&folder.join(JOB_TOML))?;
     let request = Request::new(&list.model, &options)?;
     if sha256_of(&list.model)? != list.model_sha256 {
         return Err(changed(folder, &format!("{} has", list.model.display())));
     }
-    Ok((request, &list.model))
+    Ok(request)
 }
 
 fn changed(folder: &Path, what: &str) -> Failure {

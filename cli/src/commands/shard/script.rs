@@ -9,7 +9,7 @@ use super::status::Standings;
 use crate::args::Engine;
 use crate::commands::Context;
 use crate::console::outln;
-use crate::failure::{Failure, MORE_MEMORY, TRY_AGAIN, advice_on};
+use crate::failure::{Failure, MORE_MEMORY, TRY_AGAIN};
 use crate::reuse::PROGRAM;
 
 /// A shard may take so many times its estimate before an engine ends it, and at least so many minutes.
@@ -19,7 +19,7 @@ const LEAST_MINUTES: f64 = 10.0;
 const ATTEMPTS: u32 = 5;
 
 /// What a script is filled with.
-struct Plan {
+struct Blanks {
     /// For a shell.
     claymill: String,
     work: String,
@@ -42,17 +42,13 @@ pub(super) fn script(
 ) -> Result<(), Failure> {
     let list = ShardList::read(folder, PROGRAM)?;
     let numbers = Standings::of(&list, folder)?.missing();
-    let io = |path: &Path| {
-        let path = path.to_owned();
-        move |e: std::io::Error| Failure::problem(format!("{}: {e}", path.display()), advice_on(&e))
-    };
-    let whole = |path: &Path| absolute(path).map_err(io(path));
+    let whole = |path: &Path| absolute(path).map_err(Failure::at(path));
     let work = whole(folder)?;
     let out = out.map_or_else(|| Ok(work.join("job")), whole)?;
-    let claymill = std::env::current_exe().map_err(io(Path::new("claymill")))?;
+    let claymill = std::env::current_exe().map_err(Failure::at(Path::new("claymill")))?;
     let longest_s = list.shards.iter().map(|shard| shard.estimated_s).fold(0.0, f64::max) + list.prepare_s;
     let most_mb = list.shards.iter().map(|shard| shard.estimated_mb).fold(0.0, f64::max);
-    let plan = Plan {
+    let blanks = Blanks {
         claymill: shell(&claymill)?,
         work: shell(&work)?,
         out: shell(&out)?,
@@ -63,14 +59,14 @@ pub(super) fn script(
         mb: most_mb.ceil() as u64,
     };
     let (name, text) = match engine {
-        Engine::Slurm => ("slurm.sh", slurm(&plan)),
-        Engine::Hyperqueue => ("hyperqueue.sh", hyperqueue(&plan)),
-        Engine::Snakemake => ("Snakefile", snakemake(&plan)),
-        Engine::Openjd => ("openjd.yaml", openjd(&plan)),
-        Engine::Parallel => ("parallel.sh", parallel(&plan)),
+        Engine::Slurm => ("slurm.sh", slurm(&blanks)),
+        Engine::Hyperqueue => ("hyperqueue.sh", hyperqueue(&blanks)),
+        Engine::Snakemake => ("Snakefile", snakemake(&blanks)),
+        Engine::Openjd => ("openjd.yaml", openjd(&blanks)),
+        Engine::Parallel => ("parallel.sh", parallel(&blanks)),
     };
     let path = work.join(name);
-    write_whole(&path, text.as_bytes()).map_err(io(&path))?;
+    write_whole(&path, text.as_bytes()).map_err(Failure::at(&path))?;
     if context.json {
         return context.print_json(&path);
     }
@@ -100,8 +96,8 @@ fn shell(path: &Path) -> Result<String, Failure> {
     })
 }
 
-fn slurm(plan: &Plan) -> String {
-    let Plan { claymill, work, out, missing, cores, minutes, mb, .. } = plan;
+fn slurm(blanks: &Blanks) -> String {
+    let Blanks { claymill, work, out, missing, cores, minutes, mb, .. } = blanks;
     format!(
         r#"#!/bin/bash
 # Lays the shards of a plan as an array job of Slurm, then joins them. Run it where sbatch is.
@@ -145,8 +141,8 @@ echo "status: $claymill shard status $work"
     )
 }
 
-fn hyperqueue(plan: &Plan) -> String {
-    let Plan { claymill, work, out, missing, cores, mb, .. } = plan;
+fn hyperqueue(blanks: &Blanks) -> String {
+    let Blanks { claymill, work, out, missing, cores, mb, .. } = blanks;
     format!(
         r#"#!/bin/bash
 # Lays the shards of a plan as tasks of HyperQueue, waits for them, and joins them here. Run it where hq finds its server.
@@ -165,8 +161,8 @@ fi
     )
 }
 
-fn snakemake(plan: &Plan) -> String {
-    let Plan { claymill, work, out, numbers, cores, minutes, mb, .. } = plan;
+fn snakemake(blanks: &Blanks) -> String {
+    let Blanks { claymill, work, out, numbers, cores, minutes, mb, .. } = blanks;
     format!(
         r#"# Lays the shards of a plan and joins them. A failed shard comes back with more memory.
 CLAYMILL = {claymill}
@@ -193,8 +189,8 @@ rule shard:
     )
 }
 
-fn openjd(plan: &Plan) -> String {
-    let Plan { claymill, work, out, missing, cores, mb, .. } = plan;
+fn openjd(blanks: &Blanks) -> String {
+    let Blanks { claymill, work, out, missing, cores, mb, .. } = blanks;
     // Without a shard there is nothing to depend on.
     let (shards, depends) = if missing.is_empty() {
         (String::new(), "")
@@ -232,8 +228,8 @@ steps:
     )
 }
 
-fn parallel(plan: &Plan) -> String {
-    let Plan { claymill, work, out, numbers, cores, .. } = plan;
+fn parallel(blanks: &Blanks) -> String {
+    let Blanks { claymill, work, out, numbers, cores, .. } = blanks;
     let all = numbers.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ");
     format!(
         r#"#!/bin/bash

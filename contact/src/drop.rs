@@ -61,7 +61,7 @@ pub(crate) struct SetupFace {
     /// The trims; `None` where the whole domain belongs to the face.
     pub(crate) domain: Option<Domain>,
     pub(crate) boundary: Vec<Curve2>,
-    shape: Shape,
+    pub(crate) shape: Shape,
     poles: OnceLock<[bool; 4]>,
 }
 
@@ -79,6 +79,13 @@ impl SetupFace {
     /// Whether a side of the domain is one point: where `u` begins and ends, and `v`.
     pub(crate) fn poles(&self) -> [bool; 4] {
         *self.poles.get_or_init(|| poles(&self.leaves))
+    }
+
+    /// Whether parameters are of a place inside the trims.
+    pub(crate) fn holds(&self, u: f64, v: f64) -> bool {
+        let ((u0, u1), (v0, v1)) = self.leaves.domain();
+        let inside = (u0..=u1).contains(&u) && (v0..=v1).contains(&v);
+        inside && self.domain.as_ref().is_none_or(|d| d.contains(u, v))
     }
 }
 
@@ -266,9 +273,7 @@ impl<'a> BallDrop<'a> {
         let Support::Face { u, v } = from.support else { return None };
         let face = &self.faces[from.face];
         let (u, v) = pace.ahead((u, v), (to.x - from.centre.x, to.y - from.centre.y));
-        let ((u0, u1), (v0, v1)) = face.leaves.domain();
-        let inside = (u0..=u1).contains(&u) && (v0..=v1).contains(&v);
-        (inside && face.domain.as_ref().is_none_or(|d| d.contains(u, v))).then(|| face.leaves.point(u, v))
+        face.holds(u, v).then(|| face.leaves.point(u, v))
     }
 
     /// Walks from one triangle of a face to the one that parameters lie in, or to the side on which the face ends.
@@ -549,10 +554,7 @@ impl<'a> Search<'a> {
         if self.best.is_some_and(|best| best.centre.z >= centre.z) {
             return;
         }
-        let face = &self.ball.faces[t.face as usize];
-        let ((u0, u1), (v0, v1)) = face.leaves.domain();
-        let inside = (u0..=u1).contains(&u) && (v0..=v1).contains(&v);
-        if inside && face.domain.as_ref().is_none_or(|d| d.contains(u, v)) {
+        if self.ball.faces[t.face as usize].holds(u, v) {
             let number = self.ball.covering.adjacency.number(t.face, t.index);
             let triangle = self.ball.walk(number, Point2::new(u, v)).and_then(Result::ok);
             let certified = triangle.is_some_and(|t| self.ball.is_alone(t));

@@ -307,7 +307,7 @@ impl Body {
 /// A body on a plane: height of its tip, and over which place it touches.
 pub(crate) struct Touch {
     pub(crate) tip: f64,
-    at: [f64; 2],
+    pub(crate) at: [f64; 2],
 }
 
 /// A body on a triangle.

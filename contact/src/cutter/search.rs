@@ -11,6 +11,7 @@ use crate::BallDrop;
 use crate::blocked::KeptOff;
 use crate::covering::EdgePiece;
 use crate::drop::{Triangle, weighted};
+use crate::exact::shape::{Flat, Shape};
 
 /// A triangle at the rim is enlarged by this many times its own size at most, to take in what bulges beyond its chord; of
 /// slivers more than that is left to the edge itself.
@@ -169,6 +170,8 @@ struct Search<'a> {
     held: Option<Touch>,
     waiting: BinaryHeap<Waiting<'a>>,
     met: usize,
+    /// The last flat face that was looked at.
+    flat: Option<u32>,
 }
 
 /// Where a touched point is.
@@ -190,6 +193,7 @@ impl<'a> Search<'a> {
             held: None,
             waiting: BinaryHeap::new(),
             met: 0,
+            flat: None,
         }
     }
 
@@ -228,6 +232,11 @@ impl<'a> Search<'a> {
             }
             return self.wait_for_edge(piece);
         };
+        match &sheets.faces[of.face as usize].shape {
+            Shape::Upright => return,
+            Shape::Flat(flat) => return self.meet_flat(of.face, flat),
+            Shape::Free => {}
+        }
         let mesh = &sheets.covering.meshes[of.face as usize];
         let mut uv = mesh.triangles[of.index as usize].map(|i| mesh.uv[i as usize]);
         let mut p = of.p;
@@ -248,6 +257,24 @@ impl<'a> Search<'a> {
         let sheet = Sheet { of, uv, p, off_plane, off_triangle, at: [1.0 / 3.0; 3], level: 0 };
         self.wait_for(sheet);
         self.meet_beside_pole(&sheet);
+    }
+
+    /// All of a flat face. Where a body would rest on its plane outside the trims, the way there from any place inside does not
+    /// lead down: the border, which is crossed, holds the body as high.
+    fn meet_flat(&mut self, face: u32, flat: &Flat) {
+        if self.flat.replace(face) == Some(face) {
+            return;
+        }
+        let (start, normal) = flat.plane();
+        for (k, body) in self.bodies.iter().enumerate() {
+            let rest = body.on_plane_of(start, normal, self.at, 0.0).filter(|rest| rest.tip > self.low);
+            let Some((tip, contact)) = rest.map(|rest| (rest.tip, flat.over(rest.at))) else { continue };
+            let [u, v] = flat.parameters(&contact);
+            if self.sheets.faces[face as usize].holds(u, v) {
+                let (normal, face, uv) = (*normal, face as usize, Some([u, v]));
+                self.hold(Touch { tip, gap_mm: 0.0, contact, normal, face, uv, is_edge: false, body: k });
+            }
+        }
     }
 
     /// In space a triangle with a corner in a pole covers the sector up to there; in the parameter plane the other side of
@@ -293,15 +320,20 @@ impl<'a> Search<'a> {
         let Some((tip, body)) = highest.filter(|(tip, _)| *tip > self.low) else { return };
         let Some(place) = place() else { return };
         let normal = self.normal(p, &self.bodies[body], face, &place);
-        if tip > self.low + self.step {
-            self.step = self.step.max(0.5 * self.effort.known_to);
-        }
-        self.low = if tip > self.enough { f64::INFINITY } else { tip };
         let (uv, is_edge) = match place {
             Place::Face { u, v } => (Some([u, v]), false),
             Place::Edge { .. } => (None, true),
         };
-        self.held = Some(Touch { tip, gap_mm: 0.0, contact: *p, normal, face, uv, is_edge, body });
+        self.hold(Touch { tip, gap_mm: 0.0, contact: *p, normal, face, uv, is_edge, body });
+    }
+
+    /// Takes in what holds the tool higher than all before.
+    fn hold(&mut self, touch: Touch) {
+        if touch.tip > self.low + self.step {
+            self.step = self.step.max(0.5 * self.effort.known_to);
+        }
+        self.low = if touch.tip > self.enough { f64::INFINITY } else { touch.tip };
+        self.held = Some(touch);
     }
 
     /// A point of a triangle's surface: it has to lie inside the trims.

@@ -1,4 +1,4 @@
-//! Faces whose shape alone says where a ball that comes down can rest on them.
+//! Faces whose shape alone says where a tool that comes down can rest on them.
 //!
 //! ```text
 //!     ●            on a flat face only where the plane would carry it
@@ -8,13 +8,15 @@
 
 use claymill_nurbs::{NurbsSurface, Point3, Vector3};
 
-/// A face counts as upright, and as flat, where it is so to within this, mm: a ball enters it no deeper then.
+/// A face counts as upright, and as flat, where it is so to within this, mm: a tool enters it no deeper then.
 const KNOWN_MM: f64 = 1e-6;
+/// Heights on planes that are steeper than this (cosine against the axis) are not known.
+const WALL: f64 = 1e-9;
 
 /// What is known of a face as seen from a setup.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Shape {
-    /// All of it stands along the tool axis. A ball rests on its rim at most.
+    /// All of it stands along the tool axis. A tool rests on its rim at most.
     Upright,
     /// A parallelogram over its whole domain, before it is trimmed.
     Flat(Flat),
@@ -64,7 +66,7 @@ impl Flat {
         let (su, sv) = ((c - a) / (u1 - u0), (b - a) / (v1 - v0));
         let normal = su.cross(&sv);
         let size2 = normal.norm_squared();
-        let upper = normal.try_normalize(0.0).filter(|n| n.z != 0.0).map(|n| n * n.z.signum())?;
+        let upper = normal.try_normalize(0.0).filter(|n| n.z.abs() > WALL).map(|n| n * n.z.signum())?;
         let onward = [sv.cross(&normal) / size2, normal.cross(&su) / size2];
         onward.iter().all(|o| o.iter().all(|x| x.is_finite())).then_some(Flat {
             start: a,
@@ -79,9 +81,24 @@ impl Flat {
         let (n, start) = (self.normal, self.start);
         let z = start.z + (radius_mm - n.x * (x - start.x) - n.y * (y - start.y)) / n.z;
         let centre = Point3::new(x, y, z);
-        let arm = centre - n * radius_mm - start;
-        let [u, v] = [0, 1].map(|k| self.from[k] + self.onward[k].dot(&arm));
+        let [u, v] = self.parameters(&(centre - n * radius_mm));
         OnPlane { centre, normal: n, u, v }
+    }
+
+    /// A point of the plane, and its normal upwards, of unit length.
+    pub(crate) fn plane(&self) -> (&Point3, &Vector3) {
+        (&self.start, &self.normal)
+    }
+
+    /// The point of the plane over a place.
+    pub(crate) fn over(&self, [x, y]: [f64; 2]) -> Point3 {
+        let (n, start) = (self.normal, self.start);
+        Point3::new(x, y, start.z - (n.x * (x - start.x) + n.y * (y - start.y)) / n.z)
+    }
+
+    /// Parameters of a point of the plane.
+    pub(crate) fn parameters(&self, p: &Point3) -> [f64; 2] {
+        [0, 1].map(|k| self.from[k] + self.onward[k].dot(&(p - self.start)))
     }
 }
 

@@ -122,45 +122,72 @@ pub fn clear(area: &Area<'_>, monitor: &dyn Monitor) -> Result<Cleared, Clearing
         return Err(ClearingError::NoRoom { radius_mm, place: "on the level".into() });
     }
     let wanted = area.feasible.dilated(radius_mm).intersection(area.stock);
-    let mut state = State {
-        reached: area.feasible.minus(&wanted.dilated(radius_mm + 2.0 * CHORD_MM)),
-        uncut: wanted.clone(),
+    let mut cleared = Cleared {
+        strokes: Vec::new(),
+        area_mm2: wanted.area_mm2(),
+        left: wanted,
         rounds: 0,
+        refused: Vec::new(),
     };
-    let mut strokes = Vec::new();
-    let (mut refused, mut closed) = (Vec::new(), PlanarSet::default());
+    // Rooms that the tool cannot get to from each other share nothing but what both reach of their walls.
     let mut at = [0.0, 0.0];
+    for room in area.feasible.parts() {
+        at = clear_room(area, &room, &mut cleared, at, monitor)?;
+    }
+    match cleared.refused.first() {
+        Some(error) if cleared.strokes.is_empty() => Err(error.clone()),
+        _ => Ok(cleared),
+    }
+}
+
+/// Clears a connected room, coming from a place; says where the tool is then.
+fn clear_room(
+    area: &Area<'_>,
+    room: &PlanarSet,
+    cleared: &mut Cleared,
+    mut at: Place,
+    monitor: &dyn Monitor,
+) -> Result<Place, ClearingError> {
+    let radius_mm = area.limit.radius_mm();
+    let wanted = room.dilated(radius_mm).intersection(&cleared.left);
+    let reached = room.minus(&wanted.dilated(radius_mm + 2.0 * CHORD_MM));
+    let mut state = State { reached, uncut: wanted.clone(), rounds: 0 };
+    let (mut closed, mut is_new) = (PlanarSet::default(), true);
+    let mut first = true;
     for _ in 0..MOST_ENTRIES {
-        let fronts = run(area.feasible, &mut state, &area.limit, monitor)?;
-        for ordered in order(&fronts, &state.reached, radius_mm, at) {
-            strokes.push(stroke(ordered.pass, ordered.is_linked && !strokes.is_empty()));
-            at = end_of(ordered.pass);
+        if is_new {
+            let fronts = run(room, &mut state, &area.limit, monitor)?;
+            for ordered in order(&fronts, &state.reached, radius_mm, at) {
+                cleared.strokes.push(stroke(ordered.pass, ordered.is_linked && !first));
+                at = end_of(ordered.pass);
+                first = false;
+            }
         }
-        let Some(part) = next_room(area, &state, &closed) else { break };
-        let (room, room_mm) = widest(&part);
-        let entry = match enter(area, room, room_mm) {
+        let Some(part) = next_entry(area, room, &state, &closed) else { break };
+        let (centre, room_mm) = widest(&part);
+        let entry = enter(area, centre, room_mm);
+        // A part without a way in leaves everything as it was.
+        is_new = entry.is_ok();
+        let entry = match entry {
             Ok(entry) => entry,
             Err(error) => {
-                refused.push(error);
-                closed = closed.union(&part.dilated(area.limit.radius_mm() * SHARPEST));
+                cleared.refused.push(error);
+                closed = closed.union(&part.dilated(radius_mm * SHARPEST));
                 continue;
             }
         };
         let Approach::Helix { centre, radius_mm: helix_mm } = entry.approach else { break };
-        let disc = PlanarSet::disc(centre, helix_mm.max(CHORD_MM)).intersection(area.feasible);
-        let cleared = PlanarSet::disc(centre, helix_mm + radius_mm - ENTRY_MARGIN_MM);
+        let disc = PlanarSet::disc(centre, helix_mm.max(CHORD_MM)).intersection(room);
+        let bored = PlanarSet::disc(centre, helix_mm + radius_mm - ENTRY_MARGIN_MM);
         state.reached = state.reached.union(&disc);
-        state.uncut = state.uncut.minus(&cleared);
+        state.uncut = state.uncut.minus(&bored);
         at = entry.cut.last().map_or(centre, |piece| piece.to);
-        strokes.push(entry);
+        cleared.strokes.push(entry);
+        first = false;
     }
-    match refused.first() {
-        Some(error) if strokes.is_empty() => Err(error.clone()),
-        _ => {
-            let (area_mm2, rounds) = (wanted.area_mm2(), state.rounds);
-            Ok(Cleared { strokes, area_mm2, left: state.uncut, rounds, refused })
-        }
-    }
+    cleared.rounds += state.rounds;
+    cleared.left = cleared.left.minus(&wanted.minus(&state.uncut));
+    Ok(at)
 }
 
 fn stroke(pass: &Pass, is_linked: bool) -> Stroke {
@@ -176,9 +203,9 @@ fn stroke(pass: &Pass, is_linked: bool) -> Stroke {
 
 /// A part of what the centre has not reached, if it is worth going there: behind necks that are narrower than the smallest circle, or
 /// with no way in at all.
-fn next_room(area: &Area<'_>, state: &State, closed: &PlanarSet) -> Option<PlanarSet> {
+fn next_entry(area: &Area<'_>, room: &PlanarSet, state: &State, closed: &PlanarSet) -> Option<PlanarSet> {
     let radius_mm = area.limit.radius_mm();
-    let rest = area.feasible.minus(&state.reached.dilated(4.0 * CHORD_MM)).minus(closed);
+    let rest = room.minus(&state.reached.dilated(4.0 * CHORD_MM)).minus(closed);
     let least_mm = SHARPEST * radius_mm;
     let cut_mm2 = |part: &PlanarSet| {
         part.dilated(radius_mm).intersection(&state.uncut).area_mm2() / (radius_mm * radius_mm)

@@ -15,15 +15,19 @@ use std::f64::consts::{PI, TAU};
 
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay_rule::OverlayRule;
-use i_overlay::core::single::SingleIntOverlay;
 use i_overlay::i_float::int::point::IntPoint;
 
-use crate::planar_set::{Contour, STEPS_PER_MM, chord_angle};
+use crate::planar_set::{Contour, STEPS_PER_MM, chord_angle, overlay};
 
 /// Hollow corners that turn by less are parts of arcs, radians.
 const SMOOTH: f64 = 0.3;
 /// Edges that bulge by less between two of them are left out, steps of the grid: twice the height of chords.
 const SKIPPED_STEPS: f64 = 220.0;
+/// Of an edge beside a hollow corner only the ends are moved, if circles about them leave no more than this between them, steps of
+/// the grid: of a set that grows, and of one that shrinks.
+const NOTCH_STEPS: [f64; 2] = [300.0, 150.0];
+/// Corners are left out between others that are no further from each other than this share of the distance.
+const WIDEST_NOTCH: f64 = 0.125;
 
 /// What is within a distance of a set with an anticlockwise outline; further inside than it if it is negative.
 pub(crate) fn offset(outline: &Contour, mm: f64) -> Vec<Vec<Contour>> {
@@ -32,7 +36,7 @@ pub(crate) fn offset(outline: &Contour, mm: f64) -> Vec<Vec<Contour>> {
     }
     let raw = raw(outline, mm);
     let nothing: Contour = Vec::new();
-    raw.overlay(&nothing, OverlayRule::Subject, FillRule::Positive)
+    overlay(&raw, &nothing, OverlayRule::Subject, FillRule::Positive)
 }
 
 /// The shorter side of the box of an outline, steps of the grid.
@@ -44,16 +48,82 @@ fn least_width(outline: &Contour) -> f64 {
     side(|p| p.x).min(side(|p| p.y))
 }
 
+/// An edge of an outline that is moved to its right.
+#[derive(Clone, Copy)]
+struct Edge {
+    ends: [IntPoint<i32>; 2],
+    /// The direction of its normal, radians.
+    normal: f64,
+    /// Its ends are moved towards each other by this, radians, to where circles about them meet.
+    lean: f64,
+    is_notch: bool,
+}
+
+impl Edge {
+    fn new(ends: [IntPoint<i32>; 2]) -> Self {
+        let [a, b] = ends;
+        let normal = (f64::from(a.x) - f64::from(b.x)).atan2(f64::from(b.y) - f64::from(a.y));
+        Edge { ends, normal, lean: 0.0, is_notch: false }
+    }
+
+    /// Moved by a distance at its ends alone.
+    fn notch(ends: [IntPoint<i32>; 2], far: f64) -> Self {
+        let lean = (0.5 * length(ends[0], ends[1]) / far).asin();
+        Edge { lean, is_notch: true, ..Edge::new(ends) }
+    }
+}
+
+/// The turn from where the end of an edge is moved to where the start of the next one is, radians: at a tip it may be more than half
+/// a turn.
+fn turn(before: &Edge, after: &Edge) -> f64 {
+    // The shorter way from normal to normal.
+    let turn = (after.normal - before.normal + PI).rem_euclid(TAU) - PI;
+    let turn = if turn <= -PI { -turn } else { turn };
+    turn + before.lean + after.lean
+}
+
+/// The edges of an outline as they are moved by a distance.
+///
+/// ```text
+///        ╲           ╱        A hollow arc on the grid has corners that stand back from their neighbours by a little. A circle
+///         •.       .•         that rolls along never touches them; moved far they would be thrown about, and the curve would
+///           •._ _.•           run to and fro. They are left out, and what the circle touches is moved alone.
+///              •
+/// ```
+fn edges(outline: &Contour, far: f64) -> Vec<Edge> {
+    let corners = outline.iter().zip(outline.iter().cycle().skip(1)).filter(|(a, b)| a != b);
+    let whole: Vec<Edge> = corners.map(|(&a, &b)| Edge::new([a, b])).collect();
+    let n = whole.len();
+    let is_hollow = |before: &Edge, after: &Edge| {
+        let turn = turn(before, after);
+        turn * far < 0.0 && turn.abs() < SMOOTH
+    };
+    let hollow: Vec<bool> = (0..n).map(|k| is_hollow(&whole[k], &whole[(k + 1) % n])).collect();
+    let longest = (8.0 * far.abs() * NOTCH_STEPS[usize::from(far < 0.0)]).sqrt();
+    let mut kept: Vec<Edge> = Vec::with_capacity(n);
+    for (k, edge) in whole.iter().enumerate() {
+        let [a, b] = edge.ends;
+        let is_beside_hollow = hollow[k] || hollow[(k + n - 1) % n];
+        let is_notch = is_beside_hollow && length(a, b) <= longest.min(far.abs());
+        let mut next = if is_notch { Edge::notch(edge.ends, far) } else { *edge };
+        while let Some(last) = kept.last().filter(|last| last.is_notch && next.is_notch) {
+            let ends = [last.ends[0], next.ends[1]];
+            let is_small = ends[0] != ends[1] && length(ends[0], ends[1]) <= WIDEST_NOTCH * far.abs();
+            if !is_small || !is_hollow(last, &next) {
+                break;
+            }
+            next = Edge::notch(ends, far);
+            kept.pop();
+        }
+        kept.push(next);
+    }
+    kept
+}
+
 /// The curve at a distance to the right of an outline, with all its loops.
 fn raw(outline: &Contour, mm: f64) -> Contour {
     let (far, chord) = (mm * STEPS_PER_MM, chord_angle(mm.abs()));
     let mut curve = Contour::with_capacity(3 * outline.len());
-    let edges: Vec<(IntPoint<i32>, IntPoint<i32>, f64)> = outline
-        .iter()
-        .zip(outline.iter().cycle().skip(1))
-        .filter(|(a, b)| a != b)
-        .map(|(&a, &b)| (a, b, (f64::from(a.x) - f64::from(b.x)).atan2(f64::from(b.y) - f64::from(a.y))))
-        .collect();
     let mut push = |p: IntPoint<i32>, angle: f64, far: f64| {
         let (sine, cosine) = angle.sin_cos();
         let moved = IntPoint::new(
@@ -64,11 +134,11 @@ fn raw(outline: &Contour, mm: f64) -> Contour {
             curve.push(moved);
         }
     };
-    for (k, &(a, b, angle)) in edges.iter().enumerate() {
-        let (_, after, next) = edges[(k + 1) % edges.len()];
-        // From one normal to the next, the shorter way.
-        let turn = (next - angle + PI).rem_euclid(TAU) - PI;
-        let turn = if turn <= -PI { -turn } else { turn };
+    let edges = edges(outline, far);
+    for (k, edge) in edges.iter().enumerate() {
+        let next = &edges[(k + 1) % edges.len()];
+        let ([a, b], [_, after]) = (edge.ends, next.ends);
+        let (angle, turn) = (edge.normal - edge.lean, turn(edge, next));
         if turn * far < 0.0 && turn.abs() < SMOOTH {
             // Moved edges meet in a corner, if they are long enough. Shorter ones are turned around, which would be a zigzag
             // about every corner of a hollow arc: there one point does.
@@ -84,7 +154,7 @@ fn raw(outline: &Contour, mm: f64) -> Contour {
             }
             push(b, angle + 0.5 * turn, far);
             if counts[1] {
-                push(b, next, far);
+                push(b, next.normal + next.lean, far);
             }
             continue;
         }
@@ -153,5 +223,27 @@ mod tests {
             }
         }
         assert!(looked_at > 80_000);
+    }
+
+    /// Slivers with sharp tips and noise on their borders, grown by far more than their size.
+    #[test]
+    fn slivers_grow_as_far_as_they_should() {
+        for k in 0..40_u32 {
+            let share = |prime: u32| (f64::from(k * prime) * 0.618_034).fract();
+            let (radius, aside) = (2.0 + 30.0 * share(1), 0.02 + 2.0 * share(3));
+            let noise = PlanarSet::disc([0.4 * radius, aside + 0.9 * radius], 0.2 * radius);
+            let disc = PlanarSet::disc([0.0, 0.0], radius);
+            let crescent =
+                disc.minus(&PlanarSet::disc([aside, 0.3 * aside], radius * (0.9 + 0.2 * share(5))));
+            for set in [crescent.clone(), crescent.minus(&noise), noise.minus(&crescent)] {
+                for mm in [1.0, 40.0, 267.7, 523.6] {
+                    let outline = Outline::new(&set);
+                    for p in set.dilated(mm).contours().into_iter().flatten() {
+                        let far = outline.distance(p, 2.0 * mm);
+                        assert!((far - mm).abs() < 0.008, "{k}: a corner {p:?} at {far} instead of {mm}");
+                    }
+                }
+            }
+        }
     }
 }

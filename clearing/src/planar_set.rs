@@ -7,9 +7,11 @@
 //! ```
 
 use i_overlay::core::fill_rule::FillRule;
+use i_overlay::core::overlay::{IntOverlayOptions, Overlay};
 use i_overlay::core::overlay_rule::OverlayRule;
-use i_overlay::core::single::SingleIntOverlay;
+use i_overlay::core::solver::{Precision, Solver};
 use i_overlay::i_float::int::point::IntPoint;
+use i_overlay::i_shape::source::int::resource::IntShapeResource;
 
 use crate::offset;
 
@@ -23,6 +25,10 @@ pub(crate) const CHORD_MM: f64 = 1e-3;
 const STRAIGHT_STEPS: f64 = 150.0;
 /// Vertices that may be left out one after the other.
 const LONGEST_RUN: usize = 64;
+
+/// Crossings are snapped to corners within 4 steps of the grid, and twice as far in every pass that this takes: borders that are
+/// almost the same, of which there are many, then take few passes.
+const SNAPPING: Precision = Precision { start: 4, progression: 2 };
 
 pub(crate) type Contour = Vec<IntPoint<i32>>;
 
@@ -45,6 +51,16 @@ pub(crate) fn to_mm(p: IntPoint<i32>) -> [f64; 2] {
     [f64::from(p.x) / STEPS_PER_MM, f64::from(p.y) / STEPS_PER_MM]
 }
 
+/// A boolean operation on sets of contours.
+pub(crate) fn overlay<A, B>(a: &A, b: &B, rule: OverlayRule, fill: FillRule) -> Vec<Vec<Contour>>
+where
+    A: IntShapeResource<i32> + ?Sized,
+    B: IntShapeResource<i32> + ?Sized,
+{
+    let solver = Solver::with_precision(SNAPPING);
+    Overlay::from_subj_and_clip_custom(a, b, IntOverlayOptions::default(), solver).overlay(rule, fill)
+}
+
 impl PlanarSet {
     /// What polygons enclose an odd number of times. Coordinates beyond [`FARTHEST_MM`] are moved there.
     #[must_use]
@@ -60,7 +76,7 @@ impl PlanarSet {
     /// What contours enclose by a rule, which may cross.
     fn of_contours(contours: &[Contour], rule: FillRule) -> Self {
         let nothing: &[Contour] = &[];
-        PlanarSet { parts: contours.overlay(nothing, OverlayRule::Subject, rule) }
+        PlanarSet { parts: overlay(contours, nothing, OverlayRule::Subject, rule) }
     }
 
     /// A rectangle: xmin, ymin, xmax, ymax.
@@ -87,7 +103,7 @@ impl PlanarSet {
     }
 
     fn with(&self, other: &Self, rule: OverlayRule) -> Self {
-        PlanarSet { parts: self.parts.overlay(&other.parts, rule, FillRule::NonZero) }
+        PlanarSet { parts: overlay(&self.parts, &other.parts, rule, FillRule::NonZero) }
     }
 
     /// What is in this set or in another.
@@ -131,7 +147,10 @@ impl PlanarSet {
                 set.minus(&PlanarSet { parts: offset::offset(&hole, -mm) })
             })
         };
-        let parts: Vec<Self> = self.parts.iter().map(of_part).filter(|part| !part.is_empty()).collect();
+        // Where an arc is run along to and fro, the chords of both ways enclose slivers.
+        let parts: Vec<Self> =
+            self.parts.iter().map(|part| of_part(part).without_slivers(CHORD_MM)).collect();
+        let parts: Vec<Self> = parts.into_iter().filter(|part| !part.is_empty()).collect();
         match &parts[..] {
             [one] => one.clone(),
             _ if mm <= 0.0 => parts.iter().fold(PlanarSet::default(), Self::joined),
@@ -234,7 +253,7 @@ fn mean_width(c: &Contour) -> f64 {
 
 /// The angle of a chord that is within [`CHORD_MM`] of an arc.
 pub(crate) fn chord_angle(radius_mm: f64) -> f64 {
-    (2.0 * (1.0 - CHORD_MM / radius_mm.max(CHORD_MM)).acos()).clamp(0.01, 0.5)
+    (2.0 * (1.0 - CHORD_MM / radius_mm.max(CHORD_MM)).acos()).clamp(0.004, 0.5)
 }
 
 /// Leaves vertices out while the line past them stays near all of them.

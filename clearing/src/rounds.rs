@@ -43,6 +43,8 @@ const SLIVER_MM: f64 = 0.004;
 const PINHOLE_MM: f64 = 0.004;
 /// Vertices of a part that are looked at.
 const LOOKED_AT: usize = 24;
+/// Circles that gain nothing are left alone for twice as many rounds each time, up to this.
+const MOST_PATIENCE: usize = 16;
 /// A part is taken in a round if it clears this share of what the best one clears by length of its pass.
 const WORTHWHILE: f64 = 0.6;
 
@@ -55,6 +57,9 @@ struct Circle {
     /// All that such circles cover.
     covered: PlanarSet,
     is_done: bool,
+    /// It is not looked at before this round, having gained nothing; and so long it is left alone the next time.
+    next_round: usize,
+    patience: usize,
 }
 
 /// What rounds start from and what they have come to.
@@ -78,7 +83,15 @@ fn circles(feasible: &PlanarSet, limit: &EngagementLimit) -> Vec<Circle> {
         if !middles.is_empty() {
             let clear_mm = limit.reserved(RESERVE_DEG).cleared_radius_mm(rho) + MARGIN_MM + CHORD_MM;
             let covered = middles.dilated(rho).intersection(feasible);
-            circles.push(Circle { radius_mm: rho, clear_mm, middles, covered, is_done: false });
+            circles.push(Circle {
+                radius_mm: rho,
+                clear_mm,
+                middles,
+                covered,
+                is_done: false,
+                next_round: 0,
+                patience: 1,
+            });
         }
         rho *= RATIO;
     }
@@ -99,38 +112,15 @@ pub(crate) fn run(
         if state.rounds >= MOST_ROUNDS {
             return Err(ClearingError::Rounds { rounds: MOST_ROUNDS });
         }
-        let mut next = PlanarSet::default();
-        let uncut = Outline::new(&state.uncut);
-        let mut tried = 0;
-        for circle in circles.iter_mut().filter(|c| !c.is_done) {
-            if !next.is_empty() {
-                tried += 1;
-                if tried > MORE_CIRCLES {
-                    break;
-                }
-            }
-            let blocked = state.uncut.dilated(circle.clear_mm);
-            let middles = circle.middles.minus(&blocked);
-            let middles = proven(&middles, &uncut, circle.clear_mm - PINHOLE_MM);
-            if !middles.is_empty() {
-                // Where a smaller circle reaches as far as a larger one, slivers would be left between them.
-                let more = middles
-                    .dilated(circle.radius_mm)
-                    .intersection(feasible)
-                    .minus(&state.reached)
-                    .without_slivers(SLIVER_MM)
-                    .minus(&next)
-                    .without_slivers(SLIVER_MM);
-                next = next.union(&more);
-            }
+        let mut parts = fronts_of_round(feasible, state, &mut circles, limit);
+        if parts.is_empty() {
+            circles.iter_mut().for_each(|circle| circle.next_round = 0);
+            parts = fronts_of_round(feasible, state, &mut circles, limit);
         }
-        let parts = next.minus(&state.reached).without_slivers(THINNEST_MM).parts();
-        let ground = Ground::new(state, &next, limit);
-        let parts: Vec<Front> = parts.into_iter().filter_map(|p| front(p, &ground)).collect();
-        let best = parts.iter().map(Front::yield_mm).fold(0.0, f64::max);
-        if best <= THINNEST_MM {
+        if parts.is_empty() {
             return Ok(fronts);
         }
+        let best = parts.iter().map(Front::yield_mm).fold(0.0, f64::max);
         for mut part in parts.into_iter().filter(|p| p.yield_mm() >= WORTHWHILE * best) {
             state.reached = state.reached.union(&part.part);
             state.uncut = state.uncut.minus(&part.cleared);
@@ -140,10 +130,77 @@ pub(crate) fn run(
         state.reached = state.reached.simplified().without_slivers(THINNEST_MM);
         state.uncut = state.uncut.simplified().without_slivers(THINNEST_MM);
         state.rounds += 1;
+        // What larger circles cover, smaller ones do.
         for circle in circles.iter_mut().filter(|c| !c.is_done) {
             circle.is_done = !circle.covered.minus(&state.reached).parts().iter().any(is_thick);
+            if !circle.is_done {
+                break;
+            }
         }
     }
+}
+
+/// What the next round may take, by the largest circles that gain something; nothing if none does.
+fn fronts_of_round(
+    feasible: &PlanarSet,
+    state: &State,
+    circles: &mut [Circle],
+    limit: &EngagementLimit,
+) -> Vec<Front> {
+    let uncut = Outline::new(&state.uncut);
+    let is_wanted = |circle: &&mut Circle| !circle.is_done && circle.next_round <= state.rounds;
+    let mut left: Vec<&mut Circle> = circles.iter_mut().filter(is_wanted).collect();
+    let mut next = PlanarSet::default();
+    let mut from = 0;
+    while from < left.len() {
+        // Up to the first circle that gains something, and a few more.
+        let (mut to, mut gains) = (from, false);
+        let mut more = 0;
+        while to < left.len() && more <= MORE_CIRCLES {
+            let gained = gained(left[to], &next, feasible, state, &uncut);
+            gains |= !gained.is_empty();
+            next = next.union(&gained);
+            more += usize::from(gains);
+            to += 1;
+        }
+        let parts = next.minus(&state.reached).without_slivers(THINNEST_MM).parts();
+        let ground = Ground::new(state, &next, limit);
+        let parts: Vec<Front> = parts.into_iter().filter_map(|p| front(p, &ground)).collect();
+        let is_enough = parts.iter().any(|part| part.yield_mm() > THINNEST_MM);
+        for circle in &mut left[from..to] {
+            circle.patience = if is_enough { 1 } else { (2 * circle.patience).min(MOST_PATIENCE) };
+            circle.next_round = state.rounds + circle.patience;
+        }
+        if is_enough {
+            return parts;
+        }
+        // What these gain is noise; smaller ones may gain more.
+        from = to;
+    }
+    Vec::new()
+}
+
+/// What a circle reaches besides what others do.
+fn gained(
+    circle: &Circle,
+    next: &PlanarSet,
+    feasible: &PlanarSet,
+    state: &State,
+    uncut: &Outline,
+) -> PlanarSet {
+    let middles = circle.middles.minus(&state.uncut.dilated(circle.clear_mm));
+    let middles = proven(&middles, uncut, circle.clear_mm - PINHOLE_MM);
+    if middles.is_empty() {
+        return middles;
+    }
+    // Where a smaller circle reaches as far as a larger one, slivers would be left between them.
+    middles
+        .dilated(circle.radius_mm)
+        .intersection(feasible)
+        .minus(&state.reached)
+        .without_slivers(SLIVER_MM)
+        .minus(next)
+        .without_slivers(SLIVER_MM)
 }
 
 /// The parts of which looked at vertices are as far from an outline as they should be. Where borders are noisy, what is grown by a

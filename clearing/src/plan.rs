@@ -80,6 +80,7 @@ pub struct Workpiece<'a> {
 }
 
 /// A level that was cleared, if there was enough to do.
+#[derive(Clone)]
 struct Done {
     cleared: Option<Cleared>,
     /// Whether something is there to be cut.
@@ -181,7 +182,7 @@ fn limit_at(tool: &Tool, depth_mm: f64, engagement_deg: f64) -> Result<Engagemen
     EngagementLimit::new(radius_mm - narrow_mm, engagement_deg)
 }
 
-/// Clears levels side by side.
+/// Clears levels side by side. Between upright walls many are alike, and are cleared once.
 fn cleared(
     levels: &[Level],
     tool: &Tool,
@@ -189,9 +190,25 @@ fn cleared(
     monitor: &dyn Monitor,
 ) -> Result<Vec<Done>, ClearingError> {
     let least_mm2 = LEAST_CUT * std::f64::consts::PI * tool.radius_mm().powi(2);
+    let limit_of = |level: &Level| limit_at(tool, level.above - level.z, options.engagement_deg);
+    let limits = levels.iter().map(limit_of).collect::<Result<Vec<_>, _>>()?;
+    let are_alike = |a: usize, b: usize| {
+        limits[a] == limits[b]
+            && levels[a].feasible == levels[b].feasible
+            && levels[a].stock == levels[b].stock
+    };
+    let mut own: Vec<usize> = Vec::new();
+    let mut alike = Vec::with_capacity(levels.len());
+    for k in 0..levels.len() {
+        let same = own.iter().position(|&other| are_alike(other, k));
+        alike.push(same.unwrap_or_else(|| {
+            own.push(k);
+            own.len() - 1
+        }));
+    }
     let done = std::sync::atomic::AtomicUsize::new(0);
-    let one = |level: &Level| {
-        let limit = limit_at(tool, level.above - level.z, options.engagement_deg)?;
+    let one = |&k: &usize| {
+        let (level, limit) = (&levels[k], limits[k]);
         let cut = level.feasible.dilated(limit.radius_mm()).intersection(&level.stock);
         let is_stock = !cut.is_empty();
         let cleared = if cut.area_mm2() < least_mm2 {
@@ -211,8 +228,9 @@ fn cleared(
             }
         };
         let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-        monitor.at(Stage::Paths, count as f64 / levels.len() as f64);
+        monitor.at(Stage::Paths, count as f64 / own.len() as f64);
         Ok(Done { cleared, is_stock })
     };
-    levels.par_iter().map(one).collect()
+    let found: Vec<Done> = own.par_iter().map(one).collect::<Result<_, ClearingError>>()?;
+    Ok(alike.into_iter().map(|k| found[k].clone()).collect())
 }

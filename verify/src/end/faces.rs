@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use super::body::EndBody;
 use super::edges::{EdgePiece, borders, halves, pieces};
+use super::flats::Flat;
 use crate::drop::DropMesh;
 
 /// Distances are known to this, mm.
@@ -27,6 +28,7 @@ const QUARTER: f64 = 0.25;
 pub(crate) struct EndFaces<'a> {
     meshes: &'a [Option<FaceMesh>],
     leaves: Vec<Leaves>,
+    flats: Vec<Option<Flat>>,
     domains: Vec<Option<Domain>>,
     borders: Vec<Vec<Curve2>>,
     edges: Vec<EdgePiece>,
@@ -63,6 +65,7 @@ enum Piece {
 }
 
 struct Waiting {
+    /// What of the piece is nearest is no nearer than this; of a border as it counts.
     bound_mm: f64,
     number: usize,
     piece: Piece,
@@ -99,6 +102,7 @@ impl<'a> EndFaces<'a> {
         EndFaces {
             meshes,
             domains: model.faces.par_iter().map(domain).collect(),
+            flats: model.faces.iter().map(|f| Flat::of(&f.surface)).collect(),
             borders,
             leaves,
             around_edges: BoxTree::new(&boxes),
@@ -125,6 +129,7 @@ impl<'a> EndFaces<'a> {
             best: None,
             waiting: BinaryHeap::new(),
             met: 0,
+            flat: None,
         };
         let in_frame = view.in_frame(&tip);
         let is_near = |b: &Aabb| {
@@ -136,7 +141,9 @@ impl<'a> EndFaces<'a> {
         view.visit(
             |b| is_near(&b.inflated(slack_mm)),
             |k| {
-                search.push(self.sheet(view, k));
+                if !view.face_of(k).is_some_and(|(face, _)| search.is_settled(face)) {
+                    search.push(self.sheet(view, k));
+                }
                 ControlFlow::Continue(())
             },
         );
@@ -175,13 +182,32 @@ struct Search<'a> {
     best: Option<Nearest>,
     waiting: BinaryHeap<Waiting>,
     met: usize,
+    /// The last face that was asked whether it is settled, and the answer.
+    flat: Option<(FaceId, bool)>,
 }
 
 impl Search<'_> {
-    /// Nothing farther than this is of interest.
+    /// Nothing farther than this is of interest, borders as they count.
     fn limit_mm(&self) -> f64 {
         let of_best = |best: &Nearest| best.gap_mm + if best.on_border { BORDER_MM } else { 0.0 };
-        self.best.as_ref().map_or(self.within_mm, of_best) - KNOWN_MM
+        self.best.as_ref().map_or(self.within_mm + BORDER_MM, of_best) - KNOWN_MM
+    }
+
+    /// Whether a face is flat and clear of the end, so that its one nearest place, or its border, says all. The distance is a convex
+    /// function: from any place inside to the nearest one of the plane it does not grow, and the border is crossed on the way.
+    fn is_settled(&mut self, face: FaceId) -> bool {
+        if let Some((last, is_settled)) = self.flat
+            && last == face
+        {
+            return is_settled;
+        }
+        let flat = self.faces.flats[face].as_ref();
+        let nearest = flat.and_then(|flat| flat.nearest(&self.tip, &self.axis, &self.body));
+        if let Some((point, Some(uv))) = nearest {
+            self.take(point, Some(face), uv, false);
+        }
+        self.flat = Some((face, nearest.is_some()));
+        nearest.is_some()
     }
 
     /// A tangent plane of a convex function lies below it: over a flat piece that is lowest at a corner.
@@ -197,7 +223,8 @@ impl Search<'_> {
         };
         let (mm, gradient) = self.body.distance(&(middle - self.tip), &self.axis);
         let lowest = corners.iter().map(|c| gradient.dot(&(c - middle))).fold(f64::INFINITY, f64::min);
-        let bound_mm = mm + lowest - sag_mm;
+        let behind_mm = if matches!(piece, Piece::Edge(_)) { BORDER_MM } else { 0.0 };
+        let bound_mm = mm + lowest - sag_mm + behind_mm;
         if bound_mm < self.limit_mm() {
             self.met += 1;
             self.waiting.push(Waiting { bound_mm, number: self.met, piece });

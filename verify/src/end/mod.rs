@@ -15,6 +15,7 @@ pub(crate) mod contact;
 pub(crate) mod crest;
 mod edges;
 pub(crate) mod faces;
+mod flats;
 mod lowered;
 pub(crate) mod sweep;
 

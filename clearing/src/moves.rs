@@ -228,7 +228,8 @@ impl<'a> Pen<'a> {
         let Some(first) = ring.first() else { return Ok(()) };
         // A ring may run along a wall, beside which no rapid does.
         self.lift(above_mm);
-        self.come_over(first.from, self.clearance_mm);
+        // A program begins with a rapid, if only for a little.
+        self.come_over(first.from, self.clearance_mm - 2.0 * GAP_MM);
         self.straight(MoveKind::LeadIn, Point3::new(first.from[0], first.from[1], above_mm));
         let length_mm: f64 = ring.iter().map(PathPiece::length_mm).sum();
         let (deep_mm, slope) = (above_mm - z, self.feeds.ramp_deg.to_radians().tan());

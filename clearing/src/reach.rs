@@ -25,6 +25,9 @@ const SMALLEST_CELL: f64 = 1.0 / 16.0;
 const BORDER_MM: f64 = 2e-5;
 const TOLD_STEPS: usize = 12;
 const MOST_STEPS: usize = 40;
+/// Chords of borders that cut into what is to be left by less stay, mm; they are halved so often at most.
+const BOW_MM: f64 = 1e-3;
+const MOST_BOWS: u32 = 4;
 /// Cells are divided so often at most.
 const MOST_DEPTHS: usize = 16;
 /// Regions whose borders are this close on the mean are the same, mm.
@@ -295,7 +298,10 @@ impl<'a> Reach<'a> {
         let polygon = |cell: &[u32; 2]| {
             let corners = around(*cell);
             let mut polygon = Vec::new();
-            for k in 0..4 {
+            // Where the polygon leaves the region, until it comes back. It is come back to first if the first corner is outside.
+            let first = corners.iter().position(|at| is_free(*at))?;
+            let mut left: Option<Place> = None;
+            for k in (first..first + 4).map(|k| k % 4) {
                 let (at, next) = (corners[k], corners[(k + 1) % 4]);
                 let (is_in, goes_on) = (is_free(at), is_free(next));
                 if is_in {
@@ -303,12 +309,36 @@ impl<'a> Reach<'a> {
                 }
                 if is_in != goes_on {
                     let side = if is_in { [at, next] } else { [next, at] };
-                    polygon.extend(sides.binary_search(&side).ok().map(|k| borders[k]));
+                    let border = borders[sides.binary_search(&side).ok()?];
+                    if let Some(left) = left.take() {
+                        self.bow([left, border], z, MOST_BOWS, &mut polygon);
+                    } else {
+                        left = Some(border);
+                    }
+                    polygon.push(border);
                 }
             }
             (polygon.len() > 2).then_some(polygon)
         };
-        cells.iter().filter_map(polygon).collect()
+        cells.par_iter().filter_map(polygon).collect()
+    }
+
+    /// Points of the border between two, where the chord would cut into what is to be left. The region is on the left.
+    fn bow(&self, [a, b]: [Place; 2], z: f64, halvings: u32, found: &mut Vec<Place>) {
+        let long_mm = distance(a, b);
+        if halvings == 0 || long_mm < 2.0 * BOW_MM {
+            return;
+        }
+        let inward = [(a[1] - b[1]) / long_mm, (b[0] - a[0]) / long_mm];
+        let at = |mm: f64| [0, 1].map(|k| 0.5 * (a[k] + b[k]) + mm * inward[k]);
+        let (near, far) = (at(BOW_MM), at(0.5 * long_mm));
+        if self.is_free(near, z) || !self.is_free(far, z) {
+            return;
+        }
+        let border = self.border(far, near, z);
+        self.bow([a, border], z, halvings - 1, found);
+        found.push(border);
+        self.bow([border, b], z, halvings - 1, found);
     }
 
     /// Where the border is between a free place and another, on the free side.

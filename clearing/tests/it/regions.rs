@@ -60,3 +60,22 @@ fn a_bowl() {
     is_near(border(&bowl, "ball:5", [-25.0, 0.5], [30.0, 42.0]), 39.752_358_421);
     is_near(border(&bowl, "flat:5", [-20.0, 0.5], [30.0, 42.0]), 40.279_686_395);
 }
+
+/// Around a small dome the border is bent as tightly as the tool is round, and cells are a sixteenth of that.
+#[test]
+fn chords_of_a_border_keep_the_allowance() {
+    let dome = ball_part(5.0, (0.0, FRAC_PI_2));
+    let covering = Covering::new(&dome, &[false], dome.faces[0].area_mm2(), 5.0).expect("covered");
+    let tool = "flat:20".parse().expect("a tool");
+    let reach =
+        Reach::new(&dome, &covering, &top(), &tool, 0.0, [-60.0, -60.0, 60.0, 60.0]).expect("a reach");
+    let region = reach.region(3.0, &()).expect("a region");
+    let mut nearest = f64::INFINITY;
+    for contour in region.contours() {
+        for (a, b) in contour.iter().zip(contour.iter().cycle().skip(1)) {
+            nearest = nearest.min((0.5 * (a[0] + b[0])).hypot(0.5 * (a[1] + b[1])));
+        }
+    }
+    // The border is a circle of 4 + 20 mm; vertices are left out within 1.5 micrometres.
+    assert!((24.0 - nearest).abs() < 3e-3, "{nearest}");
+}

@@ -96,10 +96,11 @@ impl Body {
         if out < tangent {
             return Some(low + corner - (corner * corner - out * out).max(0.0).sqrt());
         }
-        // Past its upper rim a swollen cone goes on: that is a little more than the arc about the rim.
-        (from_axis <= self.widest + delta && (self.slope.is_finite() || out <= tangent)).then(|| {
-            let beyond = out - tangent;
-            low + corner * (1.0 - cosine) + if beyond > 0.0 { self.slope * beyond } else { 0.0 }
+        // Past its upper rim a swollen cone goes on: that is a little more than the arc about the rim. What has none ends there, and
+        // a rim that is as wide as it is to the last bit is a part of it.
+        (from_axis <= self.widest + delta).then(|| {
+            let beyond = if self.slope.is_finite() { (out - tangent).max(0.0) * self.slope } else { 0.0 };
+            low + corner * (1.0 - cosine) + beyond
         })
     }
 

@@ -348,3 +348,40 @@ fn taper_and_shank_hold_the_ball_up() {
     // Flutes that end below: the shank is as thick as they are there.
     assert_eq!(part("ball:5,taper:5,length:30", 0.0, 0.0), ToolPart::End);
 }
+
+/// On a tilted sheet a flat end rests on its inside, on its borders and on its corners.
+#[test]
+fn a_flat_end_rests_on_all_of_a_tilted_sheet_and_beside_it() {
+    let (sine, cosine) = 15.0_f64.to_radians().sin_cos();
+    let at =
+        Placement::new(Point3::origin(), Vector3::new(-sine, 0.0, cosine), Vector3::new(cosine, 0.0, sine))
+            .unwrap();
+    let bench = Bench::surfaces(vec![analytic::plane_patch(&at, (0.0, 90.0), (0.0, 60.0)).unwrap()]);
+    let (long, radius) = (90.0 * cosine, 6.0_f64);
+    let drop = BallDrop::of_tool(&bench.model, &bench.covering, &top(), &"flat:6".parse().unwrap());
+    let mut met = 0;
+    for k in 0..4000 {
+        let share = |prime: f64| (f64::from(k) * prime).fract();
+        let (x, y) = (-8.0 + (long + 16.0) * share(0.618_034), -8.0 + 76.0 * share(0.754_878));
+        let beside = (-y).max(y - 60.0).max(0.0);
+        let half = (radius * radius - beside * beside).max(0.0).sqrt();
+        let far = (x + half).min(long);
+        let is_met = beside < radius && x + half > 0.0 && x - half < long;
+        let rest = drop.drop(x, y);
+        if (radius - beside).abs() < 1e-3 || (x + half).abs() < 1e-3 || (x - half - long).abs() < 1e-3 {
+            continue;
+        }
+        assert_eq!(rest.is_some(), is_met, "{x} {y}");
+        if let Some(rest) = rest {
+            met += 1;
+            let exact = far * sine / cosine;
+            let above = rest.centre.z - exact;
+            assert!(
+                (-1e-9..=1.01 * crate::CONTACT_EPSILON_MM).contains(&above),
+                "{x} {y}: {above} {:?}",
+                rest.support
+            );
+        }
+    }
+    assert!(met > 3000, "{met}");
+}

@@ -150,17 +150,20 @@ fn clear_room(
 ) -> Result<Place, ClearingError> {
     let radius_mm = area.limit.radius_mm();
     let wanted = room.dilated(radius_mm).intersection(&cleared.left);
+    if wanted.is_empty() {
+        return Ok(at);
+    }
     let reached = room.minus(&wanted.dilated(radius_mm + 2.0 * CHORD_MM));
     let mut state = State { reached, uncut: wanted.clone(), rounds: 0 };
     let (mut closed, mut is_new) = (PlanarSet::default(), true);
-    let mut first = true;
+    let before = cleared.strokes.len();
     for _ in 0..MOST_ENTRIES {
         if is_new {
             let fronts = run(room, &mut state, &area.limit, monitor)?;
             for ordered in order(&fronts, &state.reached, radius_mm, at) {
-                cleared.strokes.push(stroke(ordered.pass, ordered.is_linked && !first));
+                let is_linked = ordered.is_linked && cleared.strokes.len() > before;
+                cleared.strokes.push(stroke(ordered.pass, is_linked));
                 at = end_of(ordered.pass);
-                first = false;
             }
         }
         let Some(part) = next_entry(area, room, &state, &closed) else { break };
@@ -183,7 +186,6 @@ fn clear_room(
         state.uncut = state.uncut.minus(&bored);
         at = entry.cut.last().map_or(centre, |piece| piece.to);
         cleared.strokes.push(entry);
-        first = false;
     }
     cleared.rounds += state.rounds;
     cleared.left = cleared.left.minus(&wanted.minus(&state.uncut));

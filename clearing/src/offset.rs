@@ -82,6 +82,11 @@ fn turn(before: &Edge, after: &Edge) -> f64 {
     turn + before.lean + after.lean
 }
 
+/// Whether a corner that turns by so much is hollow, and a part of an arc.
+fn is_hollow(turn: f64, far: f64) -> bool {
+    turn * far < 0.0 && turn.abs() < SMOOTH
+}
+
 /// The edges of an outline as they are moved by a distance.
 ///
 /// ```text
@@ -94,11 +99,7 @@ fn edges(outline: &Contour, far: f64) -> Vec<Edge> {
     let corners = outline.iter().zip(outline.iter().cycle().skip(1)).filter(|(a, b)| a != b);
     let whole: Vec<Edge> = corners.map(|(&a, &b)| Edge::new([a, b])).collect();
     let n = whole.len();
-    let is_hollow = |before: &Edge, after: &Edge| {
-        let turn = turn(before, after);
-        turn * far < 0.0 && turn.abs() < SMOOTH
-    };
-    let hollow: Vec<bool> = (0..n).map(|k| is_hollow(&whole[k], &whole[(k + 1) % n])).collect();
+    let hollow: Vec<bool> = (0..n).map(|k| is_hollow(turn(&whole[k], &whole[(k + 1) % n]), far)).collect();
     let longest = (8.0 * far.abs() * NOTCH_STEPS[usize::from(far < 0.0)]).sqrt();
     let mut kept: Vec<Edge> = Vec::with_capacity(n);
     for (k, edge) in whole.iter().enumerate() {
@@ -109,7 +110,7 @@ fn edges(outline: &Contour, far: f64) -> Vec<Edge> {
         while let Some(last) = kept.last().filter(|last| last.is_notch && next.is_notch) {
             let ends = [last.ends[0], next.ends[1]];
             let is_small = ends[0] != ends[1] && length(ends[0], ends[1]) <= WIDEST_NOTCH * far.abs();
-            if !is_small || !is_hollow(last, &next) {
+            if !is_small || !is_hollow(turn(last, &next), far) {
                 break;
             }
             next = Edge::notch(ends, far);
@@ -139,7 +140,7 @@ fn raw(outline: &Contour, mm: f64) -> Contour {
         let next = &edges[(k + 1) % edges.len()];
         let ([a, b], [_, after]) = (edge.ends, next.ends);
         let (angle, turn) = (edge.normal - edge.lean, turn(edge, next));
-        if turn * far < 0.0 && turn.abs() < SMOOTH {
+        if is_hollow(turn, far) {
             // Moved edges meet in a corner, if they are long enough. Shorter ones are turned around, which would be a zigzag
             // about every corner of a hollow arc: there one point does.
             let cut = (far * (0.5 * turn).tan()).abs();

@@ -298,7 +298,7 @@ impl<'a> Reach<'a> {
         let polygon = |cell: &[u32; 2]| {
             let corners = around(*cell);
             let mut polygon = Vec::new();
-            // Where the polygon leaves the region, until it comes back. It is come back to first if the first corner is outside.
+            // Where the polygon leaves the region, until it comes back.
             let first = corners.iter().position(|at| is_free(*at))?;
             let mut left: Option<Place> = None;
             for k in (first..first + 4).map(|k| k % 4) {

@@ -112,8 +112,10 @@ pub(crate) fn run(
         if state.rounds >= MOST_ROUNDS {
             return Err(ClearingError::Rounds { rounds: MOST_ROUNDS });
         }
+        let is_left_alone = |circle: &Circle| !circle.is_done && circle.next_round > state.rounds;
+        let are_left_alone = circles.iter().any(is_left_alone);
         let mut parts = fronts_of_round(feasible, state, &mut circles, limit);
-        if parts.is_empty() {
+        if parts.is_empty() && are_left_alone {
             circles.iter_mut().for_each(|circle| circle.next_round = 0);
             parts = fronts_of_round(feasible, state, &mut circles, limit);
         }
@@ -154,13 +156,11 @@ fn fronts_of_round(
     let mut from = 0;
     while from < left.len() {
         // Up to the first circle that gains something, and a few more.
-        let (mut to, mut gains) = (from, false);
-        let mut more = 0;
-        while to < left.len() && more <= MORE_CIRCLES {
+        let (mut to, mut looked_at) = (from, 0);
+        while to < left.len() && looked_at <= MORE_CIRCLES {
             let gained = gained(left[to], &next, feasible, state, &uncut);
-            gains |= !gained.is_empty();
+            looked_at += usize::from(looked_at > 0 || !gained.is_empty());
             next = next.union(&gained);
-            more += usize::from(gains);
             to += 1;
         }
         let parts = next.minus(&state.reached).without_slivers(THINNEST_MM).parts();

@@ -173,6 +173,11 @@ impl<'a> EndFaces<'a> {
     }
 }
 
+/// A distance as it counts.
+fn counted_mm(mm: f64, on_border: bool) -> f64 {
+    if on_border { mm + BORDER_MM } else { mm }
+}
+
 struct Search<'a> {
     faces: &'a EndFaces<'a>,
     tip: Point3,
@@ -189,8 +194,8 @@ struct Search<'a> {
 impl Search<'_> {
     /// Nothing farther than this is of interest, borders as they count.
     fn limit_mm(&self) -> f64 {
-        let of_best = |best: &Nearest| best.gap_mm + if best.on_border { BORDER_MM } else { 0.0 };
-        self.best.as_ref().map_or(self.within_mm + BORDER_MM, of_best) - KNOWN_MM
+        let of_best = |best: &Nearest| counted_mm(best.gap_mm, best.on_border);
+        self.best.as_ref().map_or(counted_mm(self.within_mm, true), of_best) - KNOWN_MM
     }
 
     /// Whether a face is flat and clear of the end, so that its one nearest place, or its border, says all. The distance is a convex
@@ -223,8 +228,7 @@ impl Search<'_> {
         };
         let (mm, gradient) = self.body.distance(&(middle - self.tip), &self.axis);
         let lowest = corners.iter().map(|c| gradient.dot(&(c - middle))).fold(f64::INFINITY, f64::min);
-        let behind_mm = if matches!(piece, Piece::Edge(_)) { BORDER_MM } else { 0.0 };
-        let bound_mm = mm + lowest - sag_mm + behind_mm;
+        let bound_mm = counted_mm(mm + lowest - sag_mm, matches!(piece, Piece::Edge(_)));
         if bound_mm < self.limit_mm() {
             self.met += 1;
             self.waiting.push(Waiting { bound_mm, number: self.met, piece });
@@ -274,8 +278,7 @@ impl Search<'_> {
     /// Takes in that a point of the model is there, if it is inside of the trims.
     fn take(&mut self, point: Point3, face: Option<FaceId>, uv: Point2, on_border: bool) {
         let (gap_mm, gradient) = self.body.distance(&(point - self.tip), &self.axis);
-        let key = gap_mm + if on_border { BORDER_MM } else { 0.0 };
-        if key >= self.limit_mm() + KNOWN_MM {
+        if counted_mm(gap_mm, on_border) >= self.limit_mm() + KNOWN_MM {
             return;
         }
         let domain = face.filter(|_| !on_border).and_then(|face| self.faces.domains[face].as_ref());

@@ -6,7 +6,8 @@ use std::{env, fs, io};
 
 use sha2::{Digest, Sha256};
 
-const CRATES: [&str; 13] = [
+const CRATES: [&str; 14] = [
+    "elementary",
     "nurbs",
     "exchange",
     "surface-merge",

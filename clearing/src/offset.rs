@@ -168,7 +168,8 @@ fn raw(outline: &Contour, mm: f64) -> Contour {
 }
 
 fn length(a: IntPoint<i32>, b: IntPoint<i32>) -> f64 {
-    (f64::from(a.x) - f64::from(b.x)).hypot(f64::from(a.y) - f64::from(b.y))
+    let (x, y) = (f64::from(a.x) - f64::from(b.x), f64::from(a.y) - f64::from(b.y));
+    (x * x + y * y).sqrt()
 }
 
 #[cfg(test)]

@@ -8,7 +8,8 @@ const MOST_CELLS: usize = 256;
 pub(crate) type Place = [f64; 2];
 
 pub(crate) fn distance(a: Place, b: Place) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
+    let (x, y) = (a[0] - b[0], a[1] - b[1]);
+    (x * x + y * y).sqrt()
 }
 
 /// The distance of a point from a segment.

@@ -261,10 +261,11 @@ fn simplified(contour: &Contour) -> Contour {
     let n = contour.len();
     let apart = |a: IntPoint<i32>, b: IntPoint<i32>, p: IntPoint<i32>| {
         let [ax, ay, px, py] = [b.x - a.x, b.y - a.y, p.x - a.x, p.y - a.y].map(f64::from);
-        let length = ax.hypot(ay);
+        let length = (ax * ax + ay * ay).sqrt();
         let share =
             if length > 0.0 { ((ax * px + ay * py) / (length * length)).clamp(0.0, 1.0) } else { 0.0 };
-        (px - share * ax).hypot(py - share * ay)
+        let (x, y) = (px - share * ax, py - share * ay);
+        (x * x + y * y).sqrt()
     };
     let mut kept: Contour = Vec::with_capacity(n);
     let (mut last, mut k) = (0, 0);

@@ -103,6 +103,7 @@ impl Reuse {
     }
 }
 
-fn beside(job: &Path) -> PathBuf {
+/// The store of jobs beside a job folder.
+pub(crate) fn beside(job: &Path) -> PathBuf {
     job.parent().map_or_else(|| PathBuf::from(BESIDE), |parent| parent.join(BESIDE))
 }

@@ -30,6 +30,9 @@
 // What is to be said is returned: only the command prints.
 #![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
 
+// The same bits on every machine, in all that is built upon this crate.
+use claymill_elementary as _;
+
 pub mod analytic;
 mod arc;
 mod area;

@@ -11,7 +11,7 @@ use super::{BoundsArgs, CHOICE, JOINING, MACHINE, PASSES, ReuseArgs, SETUP, TOOL
 use crate::failure::Failure;
 use crate::merging::MergingArgs;
 
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct PlanArgs {
     /// IGES, STEP or Rhino 3dm file.
     pub(crate) model: PathBuf,
@@ -22,6 +22,10 @@ pub(crate) struct PlanArgs {
     /// command line go before it.
     #[arg(long = "job", value_name = "FILE")]
     pub(crate) job_file: Option<PathBuf>,
+    /// Plan again whenever the model, the job file or another file of the job changes, until Ctrl-C. Parts are kept in a
+    /// store beside the job folder, so that only what changed is computed.
+    #[arg(long)]
+    pub(crate) watch: bool,
     #[command(flatten)]
     pub(crate) process: ProcessArgs,
     #[command(flatten)]
@@ -65,7 +69,7 @@ pub(crate) struct Several {
 }
 
 /// The options of one job on the command line.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct OneJob {
     /// Tool: `ball:R` with the radius in mm; with a taper or a shank of its own above the height `length`,
     /// `ball:5,taper:3,length:30,shank:12` (angle in degrees, diameter in mm) [default: ball:10].

@@ -47,6 +47,7 @@ mod sweep_plot;
 mod tools;
 mod verify;
 mod view;
+mod watch;
 mod why;
 
 use std::path::Path;

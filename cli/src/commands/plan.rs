@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::job_file::{self, JOB_TOML};
 use super::request::Request;
 use super::stages::StockState;
+use super::watch::watch;
 use super::{Context, left_out, operations, pictures, plan_summary, report, say_axes, verify};
 use crate::args::{PlanArgs, ReuseArgs};
 use crate::console::{Console, counted, peak_memory_mb};
@@ -45,6 +46,10 @@ struct Summary<'a> {
 
 /// `claymill plan`.
 pub(crate) fn plan(context: &Context, args: &PlanArgs) -> Result<ExitCode, Failure> {
+    if args.watch { watch(context, args, once) } else { once(context, args) }
+}
+
+fn once(context: &Context, args: &PlanArgs) -> Result<ExitCode, Failure> {
     if let Some(job) = operations::asked(args)? {
         return Ok(operations::run(context, &args.model, job, &args.out, &args.reuse)?.exit);
     }

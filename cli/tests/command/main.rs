@@ -10,6 +10,7 @@ mod compare;
 mod compare_again;
 mod corpus;
 mod damaged_job;
+mod elementary;
 mod ends;
 mod export;
 mod flaws;

@@ -223,3 +223,46 @@ fn a_store_says_what_it_holds_and_is_emptied() {
     assert_eq!([&cleaned["parts"], &cleaned["removed_parts"]], [&Value::from(0), &Value::from(of)]);
     assert_eq!(names(&folder.join("parts")), ["STORE"]);
 }
+
+#[test]
+fn a_watched_model_is_planned_again_after_each_change() {
+    let folder = scratch();
+    let folder = folder.path();
+    let sample = |shape: &str, out: &str| {
+        let made = run(folder, ["sample", shape, "--patches", "20", "-o", out]);
+        assert_eq!(made.code, Some(0), "{made:?}");
+    };
+    sample("panel", "model.igs");
+    sample("ribbon", "edited.igs");
+    let mut watching = claymill()
+        .args(["plan", "model.igs", "-o", "job", "--watch", "--tool", "ball:10", "--scallop", "2", "--quiet"])
+        .current_dir(folder)
+        .env("WGPU_ADAPTER_NAME", "none")
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut seen = Vec::new();
+    let mut wait_for_another_job = |watching: &mut Child| {
+        for _ in 0..1200 {
+            assert!(watching.try_wait().unwrap().is_none(), "it ended by itself");
+            let moves = fs::read(folder.join("job/toolpaths.jsonl")).unwrap_or_default();
+            if !moves.is_empty() && moves != seen {
+                seen = moves;
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        panic!("nothing was planned");
+    };
+    wait_for_another_job(&mut watching);
+    // A file that cannot be read is most often half an edit: the job stays, and the next change is waited for.
+    fs::write(folder.join("model.igs"), "no model").unwrap();
+    std::thread::sleep(Duration::from_secs(2));
+    fs::copy(folder.join("edited.igs"), folder.join("model.igs")).unwrap();
+    wait_for_another_job(&mut watching);
+    assert!(folder.join(".claymill-store").is_dir());
+    let sent =
+        std::process::Command::new("sh").args(["-c", &format!("kill -INT {}", watching.id())]).status();
+    assert!(sent.unwrap().success());
+    assert_eq!(watching.wait().unwrap().code(), Some(130));
+}

@@ -61,7 +61,7 @@ impl EndShape {
     /// where the point is, seen from the middle. Convex, and never steeper than 1.
     #[must_use]
     pub fn distance(&self, from_middle: &Vector3) -> (f64, Vector3) {
-        let from_axis = from_middle.x.hypot(from_middle.y);
+        let from_axis = from_middle.xy().norm();
         let outward = if from_axis > 0.0 {
             Vector3::new(from_middle.x, from_middle.y, 0.0) / from_axis
         } else {

@@ -19,6 +19,7 @@ const HALVINGS: u32 = 6;
 const SQUARE: f64 = 0.9994;
 
 /// The end at one place of a track.
+#[derive(Clone, Copy)]
 struct Place {
     t: f64,
     nearest: Option<Nearest>,
@@ -36,18 +37,15 @@ pub(crate) struct EndWalk<'a> {
 impl EndWalk<'_> {
     pub(crate) fn run(&self) -> Along {
         let stations = self.track.stations(self.scene.options.path_spacing_mm);
-        let stations: Vec<Place> = stations.into_iter().map(|t| self.place(t)).collect();
-        let mut places = Vec::with_capacity(stations.len());
-        let mut before: Option<Place> = None;
-        for station in stations {
-            if let Some(last) = before.take() {
-                let (from, to) = ((last.t, self.gap(&last)), (station.t, self.gap(&station)));
-                places.push(last);
-                self.between(from, to, HALVINGS, &mut places);
+        let mut places: Vec<Place> = Vec::with_capacity(2 * stations.len());
+        for t in stations {
+            let last = places.last().copied();
+            let station = self.place(t, last.as_ref());
+            if let Some(last) = last {
+                self.between(&last, &station, HALVINGS, &mut places);
             }
-            before = Some(station);
+            places.push(station);
         }
-        places.extend(before);
         let mut along = Along::default();
         let mut hint = Hint::default();
         for (i, place) in places.iter().enumerate() {
@@ -59,10 +57,13 @@ impl EndWalk<'_> {
         along
     }
 
-    fn place(&self, t: f64) -> Place {
+    /// The place at a parameter, near another one.
+    fn place(&self, t: f64, near: Option<&Place>) -> Place {
         let (tip, axis) = (self.track.tip(t), self.track.axis_at(t));
+        let known = near.and_then(|place| place.nearest.as_ref());
+        let tip_and_axis = [&tip.coords, &axis];
         let found =
-            self.reach.nearest_to_end(self.track.setup, [&tip.coords, &axis], &self.body, self.margin_mm);
+            self.reach.nearest_to_end(self.track.setup, tip_and_axis, &self.body, self.margin_mm, known);
         let nearest = found.map(|nearest| {
             let gap_mm = nearest.gap_mm.min(self.depth_mm(&nearest, &tip, &axis).unwrap_or(0.0));
             if nearest.gap_mm < 0.0 { Nearest { gap_mm, ..nearest } } else { nearest }
@@ -85,17 +86,16 @@ impl EndWalk<'_> {
     }
 
     /// Places between two, where the distance is not straight.
-    fn between(&self, from: (f64, f64), to: (f64, f64), halvings: u32, found: &mut Vec<Place>) {
-        let middle = self.place(0.5 * (from.0 + to.0));
-        let at = (middle.t, self.gap(&middle));
-        let is_straight = (at.1 - 0.5 * (from.1 + to.1)).abs() <= STRAIGHT_MM;
+    fn between(&self, from: &Place, to: &Place, halvings: u32, found: &mut Vec<Place>) {
+        let middle = self.place(0.5 * (from.t + to.t), Some(from));
+        let is_straight = (self.gap(&middle) - 0.5 * (self.gap(from) + self.gap(to))).abs() <= STRAIGHT_MM;
         if is_straight || halvings == 0 {
             found.push(middle);
             return;
         }
-        self.between(from, at, halvings - 1, found);
+        self.between(from, &middle, halvings - 1, found);
         found.push(middle);
-        self.between(at, to, halvings - 1, found);
+        self.between(&middle, to, halvings - 1, found);
     }
 
     /// Takes extremes and lengths.

@@ -1,7 +1,7 @@
 //! How far an end is from all faces: the piece of the model with the lowest bound is cut until nothing can be nearer than a
 //! point that is known.
 
-use std::cmp::Ordering;
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::ops::ControlFlow;
 
@@ -15,8 +15,10 @@ use super::edges::{EdgePiece, borders, halves, pieces};
 use super::flats::Flat;
 use crate::drop::DropMesh;
 
-/// Distances are known to this, mm.
-const KNOWN_MM: f64 = 5e-5;
+/// Distances are known to this and a tie, mm.
+const KNOWN_MM: f64 = 4e-5;
+/// Pieces whose bounds differ by less are as near, mm.
+const TIE_MM: f64 = 1e-5;
 /// A border that is nearer than the inside of all faces by less than this does not count as what is touched, mm.
 const BORDER_MM: f64 = 2e-4;
 /// Pieces that are cut, at most.
@@ -64,31 +66,13 @@ enum Piece {
     Flat([Point3; 3]),
 }
 
+/// A piece that may hold what is nearest. Of those that are as near the newest, which is the smallest, goes first: along a border
+/// that is nearest all over, the least piece settles all others.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct Waiting {
-    /// What of the piece is nearest is no nearer than this; of a border as it counts.
-    bound_mm: f64,
-    number: usize,
-    piece: Piece,
-}
-
-impl PartialEq for Waiting {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Waiting {}
-
-impl PartialOrd for Waiting {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Waiting {
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.bound_mm.total_cmp(&self.bound_mm).then(other.number.cmp(&self.number))
-    }
+    /// What of the piece is nearest is no nearer than so many `TIE_MM`; of a border as it counts.
+    bound: Reverse<i64>,
+    piece: usize,
 }
 
 impl<'a> EndFaces<'a> {
@@ -111,13 +95,14 @@ impl<'a> EndFaces<'a> {
     }
 
     /// What the end is nearest to with its tip at a place of the model, if that is no farther than `within_mm`. `view` looks
-    /// along its axis.
+    /// along its axis. What was nearest to it in a place close by, `known`, makes it quick: what is farther is not looked at.
     pub(crate) fn nearest(
         &self,
         view: &DropMesh<'_>,
         [tip, axis]: [&Vector3; 2],
         body: &EndBody,
         within_mm: f64,
+        known: Option<&Nearest>,
     ) -> Option<Nearest> {
         let tip = Point3::from(*tip);
         let mut search = Search {
@@ -128,14 +113,18 @@ impl<'a> EndFaces<'a> {
             within_mm,
             best: None,
             waiting: BinaryHeap::new(),
-            met: 0,
+            pieces: Vec::new(),
             flat: None,
         };
+        if let Some(known) = known {
+            search.start_with(known);
+        }
+        let limit_mm = search.limit_mm() + KNOWN_MM;
         let in_frame = view.in_frame(&tip);
         let is_near = |b: &Aabb| {
             let beside = |k: usize| (b.min[k] - in_frame[k]).max(in_frame[k] - b.max[k]).max(0.0);
             let place = Vector3::new(beside(0).hypot(beside(1)), 0.0, b.max.z - in_frame.z);
-            body.distance(&place, &Vector3::z()).0 <= within_mm
+            body.distance(&place, &Vector3::z()).0 <= limit_mm
         };
         let slack_mm = view.worst_deviation_mm();
         view.visit(
@@ -149,7 +138,7 @@ impl<'a> EndFaces<'a> {
         );
         let around = |b: &Aabb| {
             let middle = nalgebra::center(&b.min, &b.max);
-            body.distance(&(middle - tip), axis).0 - 0.5 * b.diagonal() <= within_mm
+            body.distance(&(middle - tip), axis).0 - 0.5 * b.diagonal() <= limit_mm
         };
         self.around_edges.visit(
             |boxes| boxes.each(around),
@@ -186,7 +175,8 @@ struct Search<'a> {
     within_mm: f64,
     best: Option<Nearest>,
     waiting: BinaryHeap<Waiting>,
-    met: usize,
+    /// All that have been met.
+    pieces: Vec<Piece>,
     /// The last face that was asked whether it is settled, and the answer.
     flat: Option<(FaceId, bool)>,
 }
@@ -198,8 +188,16 @@ impl Search<'_> {
         self.best.as_ref().map_or(counted_mm(self.within_mm, true), of_best) - KNOWN_MM
     }
 
-    /// Whether a face is flat and clear of the end, so that its one nearest place, or its border, says all. The distance is a convex
-    /// function: from any place inside to the nearest one of the plane it does not grow, and the border is crossed on the way.
+    /// Takes in what was nearest elsewhere: it is on the model.
+    fn start_with(&mut self, known: &Nearest) {
+        let (gap_mm, gradient) = self.body.distance(&(known.point - self.tip), &self.axis);
+        if counted_mm(gap_mm, known.on_border) < self.limit_mm() {
+            self.best = Some(Nearest { gap_mm, gradient, ..*known });
+        }
+    }
+
+    /// Whether a face is flat, so that its one nearest place, or its border, says all. The distance is a convex function: from any
+    /// place inside to the nearest one of the plane it does not grow, and the border is crossed on the way.
     fn is_settled(&mut self, face: FaceId) -> bool {
         if let Some((last, is_settled)) = self.flat
             && last == face
@@ -207,12 +205,11 @@ impl Search<'_> {
             return is_settled;
         }
         let flat = self.faces.flats[face].as_ref();
-        let nearest = flat.and_then(|flat| flat.nearest(&self.tip, &self.axis, &self.body));
-        if let Some((point, Some(uv))) = nearest {
+        if let Some((point, Some(uv))) = flat.map(|flat| flat.nearest(&self.tip, &self.axis, &self.body)) {
             self.take(point, Some(face), uv, false);
         }
-        self.flat = Some((face, nearest.is_some()));
-        nearest.is_some()
+        self.flat = Some((face, flat.is_some()));
+        flat.is_some()
     }
 
     /// A tangent plane of a convex function lies below it: over a flat piece that is lowest at a corner.
@@ -230,18 +227,19 @@ impl Search<'_> {
         let lowest = corners.iter().map(|c| gradient.dot(&(c - middle))).fold(f64::INFINITY, f64::min);
         let bound_mm = counted_mm(mm + lowest - sag_mm, matches!(piece, Piece::Edge(_)));
         if bound_mm < self.limit_mm() {
-            self.met += 1;
-            self.waiting.push(Waiting { bound_mm, number: self.met, piece });
+            let bound = Reverse((bound_mm / TIE_MM).floor() as i64);
+            self.waiting.push(Waiting { bound, piece: self.pieces.len() });
+            self.pieces.push(piece);
         }
     }
 
     fn settle(&mut self) {
         for _ in 0..MOST_CUTS {
-            let Some(Waiting { bound_mm, piece, .. }) = self.waiting.pop() else { return };
-            if bound_mm >= self.limit_mm() {
+            let Some(Waiting { bound: Reverse(bound), piece }) = self.waiting.pop() else { return };
+            if bound as f64 * TIE_MM >= self.limit_mm() {
                 return;
             }
-            match piece {
+            match self.pieces[piece] {
                 Piece::Sheet { face, uv, p, sag_mm } => self.quarter(face, &uv, &p, sag_mm),
                 Piece::Edge(edge) => {
                     let curve = &self.faces.borders[edge.face][edge.curve];

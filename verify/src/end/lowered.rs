@@ -55,7 +55,7 @@ impl EndBody {
     fn on_side(&self, a: &Point3, b: &Point3, at: &Point3) -> f64 {
         let over = |share: f64| {
             let p = a + (b - a) * share;
-            self.stopped((p.x - at.x).hypot(p.y - at.y), p.z)
+            self.stopped((p - at).xy().norm(), p.z)
         };
         // Only what lies below the end counts: that is one stretch.
         let (way, to) = ((b - a).xy(), (at - a).xy());

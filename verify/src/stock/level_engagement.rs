@@ -135,10 +135,8 @@ pub(crate) fn engagement_on(
         levels.dedup_by(|a, b| (*a - *b).abs() <= LEVEL_MM);
         all.entries += ways.iter().filter(|w| w.is_wanted && w.level.is_none()).count() as u64;
         all.levels += levels.len() as u64;
-        let found: Vec<LevelEngagement> = levels
-            .par_iter()
-            .map(|&z| if keep_going() { Ok(on_level(ground, &ways, z)) } else { Err(StockError::Stopped) })
-            .collect::<Result<_, _>>()?;
+        let found: Vec<LevelEngagement> =
+            levels.par_iter().map(|&z| on_level(ground, &ways, z, keep_going)).collect::<Result<_, _>>()?;
         found.into_iter().for_each(|one| all.add(one));
     }
     Ok(all)
@@ -187,12 +185,17 @@ fn cut_above(ground: &Ground<'_>, ways: &[Way<'_>], z: f64, first: &Way<'_>) -> 
 
 /// The moves at one height, in the plane just above the lower end of the flank; just below what was cut before where that is lower,
 /// as of a ball.
-fn on_level(ground: &Ground<'_>, ways: &[Way<'_>], z: f64) -> LevelEngagement {
+fn on_level(
+    ground: &Ground<'_>,
+    ways: &[Way<'_>],
+    z: f64,
+    keep_going: KeepGoing<'_>,
+) -> Result<LevelEngagement, StockError> {
     let mut found =
         LevelEngagement { histogram_mm: vec![0.0; ENGAGEMENT_BINS], ..LevelEngagement::default() };
     let is_here = |w: &&Way<'_>| w.is_wanted && w.level.is_some_and(|l| (l - z).abs() <= LEVEL_MM);
     let corner = ways.iter().filter(is_here).map(|w| w.tool.tool.corner_radius_mm()).fold(0.0, f64::max);
-    let Some(first) = ways.iter().find(is_here) else { return found };
+    let Some(first) = ways.iter().find(is_here) else { return Ok(found) };
     let axis = Vector3::from(first.of.axis_start);
     let x = axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();
     let y = axis.cross(&x);
@@ -207,6 +210,9 @@ fn on_level(ground: &Ground<'_>, ways: &[Way<'_>], z: f64) -> LevelEngagement {
     // Nothing is measured after the last move of the level, and what runs above the plane cuts nothing there.
     let last = ways.iter().rposition(|w| is_here(&w)).map_or(0, |k| k + 1);
     for way in ways[..last].iter().filter(|w| w.low < plane) {
+        if !keep_going() {
+            return Err(StockError::Stopped);
+        }
         let is_measured = is_here(&way);
         let radius = radius_at(way.tool, plane - z);
         let step = (8.0 * way.tool.tool.radius_mm() * CUSP_MM).sqrt();
@@ -253,7 +259,7 @@ fn on_level(ground: &Ground<'_>, ways: &[Way<'_>], z: f64) -> LevelEngagement {
             discs.push(flat(&tip), radius_at(way.tool, plane - tip.coords.dot(&axis)));
         }
     }
-    found
+    Ok(found)
 }
 
 impl LevelEngagement {

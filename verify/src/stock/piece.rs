@@ -120,7 +120,8 @@ impl Sweep {
             let along = seen.across.dot(&seen.way_across) + (seen.height - centre) * seen.rise;
             let s = along / (seen.square + seen.rise * seen.rise).max(STANDING_MM * STANDING_MM);
             let s = s.clamp(0.0, 1.0);
-            return seen.radius(s).hypot(seen.height(s) - centre) - corner;
+            let (x, z) = (seen.radius(s), seen.height(s) - centre);
+            return (x * x + z * z).sqrt() - corner;
         }
         if seen.rise == 0.0 {
             return self.at(&seen, seen.nearest().clamp(0.0, 1.0))[0];
@@ -151,7 +152,7 @@ impl Sweep {
         match self.shape {
             Shape::End { disc, corner, centre, cap } => {
                 let (u, v) = ((x - disc).max(0.0), z - centre);
-                let distance = u.hypot(v);
+                let distance = (u * u + v * v).sqrt();
                 let slope = if distance > 0.0 { (u * growth - v * seen.rise) / distance } else { 0.0 };
                 larger([distance - corner, slope], [z - cap, -seen.rise])
             }
@@ -164,7 +165,7 @@ impl Sweep {
                 let rim = rims.into_iter().find_map(|(rim, height, inwards)| {
                     let (dx, dz) = (x - rim, z - height);
                     let is_nearest = rim > 0.0 && dx >= 0.0 && inwards * (slope * dx + dz) <= 0.0;
-                    let distance = dx.hypot(dz);
+                    let distance = (dx * dx + dz * dz).sqrt();
                     (is_nearest && distance > 0.0)
                         .then(|| [distance, (dx * growth - dz * seen.rise) / distance])
                 });

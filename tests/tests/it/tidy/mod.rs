@@ -12,8 +12,9 @@ const LONGEST: usize = 600;
 const LARGEST_CIRCLE: usize = 3;
 /// The crates, each with those of the workspace that it may build on. Anything else is a new direction: decide, then
 /// write it here and in `ARCHITECTURE.md`.
-const DIRECTIONS: [(&str, &[&str]); 20] = [
-    ("nurbs", &[]),
+const DIRECTIONS: [(&str, &[&str]); 21] = [
+    ("elementary", &[]),
+    ("nurbs", &["elementary"]),
     ("exchange", &["nurbs"]),
     ("surface-merge", &["nurbs"]),
     ("toolpath", &["nurbs"]),

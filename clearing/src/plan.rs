@@ -4,6 +4,7 @@ use claymill_contact::{Covering, Frame};
 use claymill_nurbs::{Aabb, Model};
 use claymill_toolpath::{Monitor, Move, Stage, Tool};
 use rayon::prelude::*;
+use tracing::info_span;
 
 use crate::area::{Area, Cleared, Entry, clear};
 use crate::engagement::EngagementLimit;
@@ -209,6 +210,7 @@ fn cleared(
     let done = std::sync::atomic::AtomicUsize::new(0);
     let one = |&k: &usize| {
         let (level, limit) = (&levels[k], limits[k]);
+        let _span = info_span!("clearing of a level", z_mm = level.z).entered();
         let cut = level.feasible.dilated(limit.radius_mm()).intersection(&level.stock);
         let is_stock = !cut.is_empty();
         let cleared = if cut.area_mm2() < least_mm2 {

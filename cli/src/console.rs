@@ -118,6 +118,7 @@ impl Console {
 
     /// Starts a stage; the one before it ends.
     pub(crate) fn stage(&self, name: &str) {
+        tracing::info!("{name}");
         if let Ok(mut stages) = self.stages.lock() {
             stages.push((name.to_owned(), Instant::now()));
         }

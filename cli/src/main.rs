@@ -13,6 +13,7 @@ mod output;
 mod relaunch;
 mod reuse;
 mod secret;
+mod trace;
 
 use std::process::ExitCode;
 
@@ -62,6 +63,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
         .stack_size(STACK_BYTES)
         .build_global()
         .map_err(|e| Failure::problem(format!("no worker threads: {e}"), "Try a smaller --threads."))?;
+    cli.log.as_deref().map_or(Ok(()), trace::begin)?;
     let console = Console::new(cli.quiet);
     let context = commands::Context { console: &console, json: cli.json, force: cli.force };
     match &cli.command {

@@ -69,6 +69,7 @@ use std::sync::OnceLock;
 use claymill_nurbs::{FaceId, Model};
 use rayon::prelude::*;
 use thiserror::Error;
+use tracing::info_span;
 
 use absorption::Surroundings;
 use growing::Grown;
@@ -169,6 +170,7 @@ pub enum MergeError {
 /// # Errors
 /// Options that make no sense; surfaces that evaluate to non-finite points.
 pub fn merge(model: &Model, options: &MergeOptions) -> Result<Merge, MergeError> {
+    let _span = info_span!("merging", faces = model.faces.len()).entered();
     options.check(model.faces.len())?;
     let given = options.tolerance_mm.unwrap_or(0.0);
     let radius_mm = tolerance::SEARCH_RADIUS_MM.max(20.0 * model.tolerance_mm).max(given);

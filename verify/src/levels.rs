@@ -14,6 +14,7 @@ use claymill_toolpath::{Cancelled, FORMAT_VERSION, Job, Levels, Monitor, Move, M
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use tracing::info_span;
 
 use crate::asked::excluded_faces;
 use crate::end::EndBody;
@@ -286,7 +287,8 @@ pub(crate) fn measure_stock(
         let Some(first) = so_far.iter().position(is_wanted) else { continue };
         let time = whole.time_of(first)?;
         let ground = Ground { bounds: whole.initial().bounds(), is_stock: &|p| whole.is_stock(p, time) };
-        let one = engagement_on(&ground, so_far, &job.tools, &is_wanted, keep_going)?;
+        let measure = || engagement_on(&ground, so_far, &job.tools, &is_wanted, keep_going);
+        let one = info_span!("engagement", setup = setup.name).in_scope(measure)?;
         match &mut engagement {
             Some(all) => all.add(one),
             None => engagement = Some(one),
@@ -301,6 +303,7 @@ pub(crate) fn measure_stock(
     };
     let straight: Vec<usize> = moves.filter(is_straight).collect();
     let proof = |&k: &usize| {
+        let _span = info_span!("link in stock", seq = k).entered();
         if keep_going() { whole.rapid_is_clear(k, whole.time_of(k)?) } else { Err(StockError::Stopped) }
     };
     let mut links = StockContact::default();
@@ -315,7 +318,7 @@ pub(crate) fn measure_stock(
         more_mm: asked.band_mm,
         reach_mm: allowance_mm + asked.band_mm + BEYOND_MM,
     };
-    let left = until.stock_left(&samples, &band, keep_going)?;
+    let left = info_span!("stock left").in_scope(|| until.stock_left(&samples, &band, keep_going))?;
     Ok(LevelsFound { asked, engagement: engagement.unwrap_or_default(), links, left })
 }
 

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use claymill_nurbs::{Aabb, ClosestPoints, FaceId, Foot, Model, Point3, Vector3};
 use claymill_toolpath::{CHECK_CLEARANCE_MM, Cancelled, FreeSide, Holder, Job, Monitor};
+use tracing::info_span;
 
 use crate::obstacles::ObstacleSet;
 use crate::options::VerifyOptions;
@@ -145,7 +146,7 @@ impl<'a> Stage<'a> {
     /// Does one of `total` parts, unless the work is to end.
     pub(crate) fn part<T>(&self, total: usize, work: impl FnOnce() -> T) -> Result<T, Cancelled> {
         self.monitor.go_on()?;
-        let result = work();
+        let result = info_span!("verify", stage = %self.stage).in_scope(work);
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         // About a hundred calls a stage are enough for any display.
         if done.is_multiple_of(total.div_ceil(100).max(1)) || done == total {

@@ -17,6 +17,8 @@ mod shard;
 mod shell;
 mod tools;
 
+use std::path::PathBuf;
+
 use clap::{Parser, Subcommand};
 
 pub(crate) use bounds::{BoundsArgs, sides};
@@ -67,6 +69,9 @@ pub(crate) struct Cli {
     /// No progress and no summary.
     #[arg(long, global = true, help_heading = GENERAL)]
     pub(crate) quiet: bool,
+    /// Write where the time goes into this file, as a trace for `ui.perfetto.dev` or Chrome.
+    #[arg(long, global = true, value_name = "FILE", help_heading = GENERAL)]
+    pub(crate) log: Option<PathBuf>,
     /// Worker threads; 0 means one for each core.
     #[arg(long, global = true, default_value_t = 0, value_name = "N", help_heading = GENERAL, allow_negative_numbers = true)]
     pub(crate) threads: usize,

@@ -52,6 +52,7 @@ mod tilted;
 mod times;
 mod tools;
 #[cfg(feature = "window")]
+mod trace;
 mod view;
 mod whole_job;
 

@@ -9,6 +9,7 @@ use claymill_nurbs::{FaceId, Model, Point3};
 use claymill_surface_merge::{Guides, RegionMesh};
 use claymill_toolpath::{Cancelled, Monitor, PartKey, Stage, Tool};
 use rayon::prelude::*;
+use tracing::info_span;
 
 use crate::containment::room::ShankRoom;
 use crate::containment::{Avoided, Containment};
@@ -103,6 +104,7 @@ pub(super) fn with_laying<T>(
     let space = Space::new(model, options.orientation.up.vector());
     let of_tool = |tool: &Tool| -> Vec<BallDrop> {
         let drop = |f: &Frame| {
+            let _span = info_span!("drop cutter", axis = ?f.axis()).entered();
             let rims = Rims::new(model, &open, free, f);
             // Without an open border there is no way behind a sheet.
             let near_mm = near_mm(tool.radius_mm(), options.scallop_mm);
@@ -144,7 +146,7 @@ pub(super) fn with_laying<T>(
         scallop_mm: options.scallop_mm,
         divides: divides(area_mm2, radius_mm),
     };
-    let make = || assign(model, covering, &views, regions);
+    let make = || info_span!("assignment to setups").in_scope(|| assign(model, covering, &views, regions));
     let assignments = match keys {
         Some(keys) => keys.assignments(&frames, make),
         None => make(),
@@ -250,7 +252,10 @@ impl Laying<'_> {
         let mesh = |region: usize| {
             self.monitor.go_on()?;
             let is_wanted = options.strategy.sweeps_regions() && (all || is_wanted(region));
-            let mesh = || RegionMesh::of_region(self.model, self.regions.merged, region, edge_mm).ok();
+            let mesh = || {
+                let _span = info_span!("region mesh", region).entered();
+                RegionMesh::of_region(self.model, self.regions.merged, region, edge_mm).ok()
+            };
             Ok(is_wanted.then(mesh).flatten())
         };
         (0..self.faces_of.len()).into_par_iter().map(mesh).collect()
@@ -301,6 +306,8 @@ impl Laying<'_> {
         sweeps: &[Option<Sweeps>],
     ) -> Option<Part> {
         let &Share { setup, region } = share;
+        let area_m2 = 1e-6 * self.area_mm2(share);
+        let _span = info_span!("part", setup, region, area_m2).entered();
         contexts[setup].part(&self.faces_of[region], self.area_mm2(share), sweeps[region].as_ref())
     }
 }

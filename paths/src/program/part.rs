@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use claymill_nurbs::{Curve3, Point3};
 use claymill_toolpath::{Considered, LinkStyle, Move, MoveKind};
 use rayon::prelude::*;
+use tracing::info_span;
 
 use crate::curve::drive::{DriveCurve, Line};
 use crate::fit::refit::{Fit, Over, fit_chain};
@@ -65,14 +66,16 @@ impl SetupContext<'_> {
         let in_valleys = PassIndex::new(&valleys, self.flat_step_mm());
         let ground = PartRegion { faces, area_mm2, sweeps, in_valleys };
         let is_cut = faces.iter().any(|&face| self.claims.any(face));
-        let chosen = if is_cut { self.choose(&ground) } else { None };
-        let (walls, of_walls) = self.lay_walls(&ground);
+        let chosen = if is_cut { info_span!("pattern").in_scope(|| self.choose(&ground)) } else { None };
+        let (walls, of_walls) = info_span!("walls").in_scope(|| self.lay_walls(&ground));
+        let fitting = info_span!("fit").entered();
         let fit_all =
             |laid: &Vec<PlannedPass>| laid.par_iter().flat_map_iter(|row| self.fit_row(row)).collect();
         let beside = |pass: Pass| Pass { beside_walls: true, ..pass };
         let chosen_groups = chosen.iter().flat_map(|(layout, _)| &layout.groups);
         let mut groups: Vec<Vec<Pass>> = chosen_groups.chain([&valleys]).map(fit_all).collect();
         groups.extend(walls.iter().map(|laid| fit_all(laid).into_iter().map(beside).collect()));
+        drop(fitting);
         let passes: Vec<Pass> = groups.into_iter().flat_map(|passes| self.in_order(passes)).collect();
         if passes.is_empty() {
             return None;
@@ -95,7 +98,7 @@ impl SetupContext<'_> {
             laid: passes,
             lifted_to: BTreeSet::new(),
         };
-        self.link_passes(&mut part);
+        info_span!("link").in_scope(|| self.link_passes(&mut part));
         Some(part)
     }
 

@@ -229,7 +229,7 @@ fn a_watched_model_is_planned_again_after_each_change() {
     let folder = scratch();
     let folder = folder.path();
     let sample = |shape: &str, out: &str| {
-        let made = run(folder, ["sample", shape, "--patches", "20", "-o", out]);
+        let made = run(folder, ["sample", shape, "--patches", "200", "-o", out]);
         assert_eq!(made.code, Some(0), "{made:?}");
     };
     sample("panel", "model.igs");

@@ -13,19 +13,22 @@ fn a_log_says_what_took_how_long_on_which_thread() {
     let folder = folder.path();
     panel(folder);
     let plan = || {
-        let args = ["plan", "panel.igs", "--tool", "ball:10", "--scallop", "2", "-o", "job", "--log", "log.json"];
+        let args =
+            ["plan", "panel.igs", "--tool", "ball:10", "--scallop", "2", "-o", "job", "--log", "log.json"];
         run_without_adapter(folder, args)
     };
     let planned = plan();
     assert_eq!(planned.code, Some(0), "{planned:?}");
     let text = fs::read_to_string(folder.join("log.json")).unwrap();
     // The list has no end, as the format allows: a job that is killed leaves what it did.
-    let events: Vec<Value> = serde_json::from_str(&format!("{}]", text.trim_end().trim_end_matches(','))).unwrap();
+    let events: Vec<Value> =
+        serde_json::from_str(&format!("{}]", text.trim_end().trim_end_matches(','))).unwrap();
     let named = |name: &str| -> Vec<&Value> { events.iter().filter(|e| e["name"] == name).collect() };
     for name in ["merging", "drop cutter", "part", "pattern", "fit", "link", "verify", "verifying"] {
         assert!(!named(name).is_empty(), "nothing says {name}");
     }
-    let ends = |e: &Value| (e["ts"].as_f64().unwrap(), e["ts"].as_f64().unwrap() + e["dur"].as_f64().unwrap());
+    let ends =
+        |e: &Value| (e["ts"].as_f64().unwrap(), e["ts"].as_f64().unwrap() + e["dur"].as_f64().unwrap());
     for fit in named("fit") {
         let holds = |part: &&&Value| {
             let ((a, b), (c, d)) = (ends(part), ends(fit));

@@ -38,6 +38,15 @@ pub fn read(path: impl AsRef<Path>) -> Result<ModelFile, Error> {
 }
 
 impl ModelFile {
+    /// The image of the model in the plane through the origin that stands on a coordinate axis, 0 to 2. The file stays what it is:
+    /// a job needs one that the image was written to.
+    #[must_use]
+    pub fn mirrored(mut self, axis: usize) -> Self {
+        self.import.model = self.import.model.mirrored(axis);
+        (self.bounds.min[axis], self.bounds.max[axis]) = (-self.bounds.max[axis], -self.bounds.min[axis]);
+        self
+    }
+
     /// The file's name, without its folder.
     #[must_use]
     pub fn name(&self) -> String {

@@ -18,6 +18,28 @@ pub struct Model {
     pub coordinate_step_mm: f64,
 }
 
+impl Model {
+    /// Its image in the plane through the origin that stands on a coordinate axis, 0 to 2: the other half of a symmetric body. What
+    /// was outside stays outside.
+    ///
+    /// # Panics
+    /// There is no such axis.
+    #[must_use]
+    pub fn mirrored(&self, axis: usize) -> Self {
+        let image = |mut p: Point3| {
+            p[axis] = -p[axis];
+            p
+        };
+        // The normal of the parameters turns over against the image of the old one.
+        let of_face = |face: &Face| Face {
+            surface: face.surface.mapped(image),
+            reversed: !face.reversed,
+            ..face.clone()
+        };
+        Model { faces: self.faces.iter().map(of_face).collect(), ..*self }
+    }
+}
+
 /// An axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Aabb {
@@ -108,5 +130,40 @@ impl Aabb {
     pub fn distance_squared(&self, p: &Point3) -> f64 {
         let outside = (self.min - p).sup(&(p - self.max)).sup(&Vector3::zeros());
         outside.norm_squared()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analytic::{Frame, plane_patch};
+    use crate::{Source, SurfaceKind};
+
+    #[test]
+    fn outside_stays_outside_in_the_mirror() {
+        let frame =
+            Frame::new(Point3::new(1.0, 2.0, 3.0), Vector3::new(0.6, 0.8, 0.0), Vector3::z()).unwrap();
+        let surface = plane_patch(&frame, (0.0, 4.0), (0.0, 5.0)).unwrap();
+        let face = Face {
+            surface,
+            loops: Vec::new(),
+            reversed: true,
+            kind: SurfaceKind::Plane,
+            source: Source::default(),
+        };
+        let model = Model { faces: vec![face], ..Model::default() };
+        let outward = |model: &Model| {
+            let face = &model.faces[0];
+            let (n, _) = face.surface.normal(0.5, 0.5).unwrap();
+            if face.reversed { -n } else { n }
+        };
+        for axis in 0..3 {
+            let image = model.mirrored(axis);
+            let mut wanted = outward(&model);
+            wanted[axis] = -wanted[axis];
+            assert!((outward(&image) - wanted).norm() < 1e-12, "{axis}");
+            let again = image.mirrored(axis);
+            assert_eq!(again.faces[0].surface.point(0.3, 0.4), model.faces[0].surface.point(0.3, 0.4));
+        }
     }
 }

@@ -2,11 +2,19 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use claymill_models::Flaw;
 
 use super::{AxisArgs, OneJob, PresetName, ProcessArgs};
 use crate::merging::MergingArgs;
+
+/// A coordinate axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum AxisName {
+    X,
+    Y,
+    Z,
+}
 
 #[derive(Debug, Args)]
 pub(crate) struct InspectArgs {
@@ -84,6 +92,10 @@ pub(crate) struct MergeArgs {
     /// Model file to write, with each region as a group in its colour: .igs, .stp or .glb.
     #[arg(long, value_name = "FILE")]
     pub(crate) export: Option<PathBuf>,
+    /// Write the mirror image, in the plane through the origin that stands on this axis: the right half of a vehicle for
+    /// the left one. A job is planned of the file that was written.
+    #[arg(long, value_name = "AXIS", requires = "export", conflicts_with = "out")]
+    pub(crate) mirror: Option<AxisName>,
     /// Model file to write with one fitted and trimmed surface for each region that can be laid out in the plane
     /// (.igs, .stp or .glb); how far each is off, and why other regions have none, is printed.
     #[arg(long, value_name = "FILE")]

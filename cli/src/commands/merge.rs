@@ -44,6 +44,10 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
     };
     let (exported, drive_surfaces) = (target(&args.export)?, target(&args.drive_surfaces)?);
     let loaded = context.load(&args.model)?;
+    let loaded = match args.mirror {
+        Some(axis) => loaded.mirrored(axis as usize),
+        None => loaded,
+    };
     let model = &loaded.import.model;
     context.console.stage("merging");
     let preset = Preset::from(args.preset);

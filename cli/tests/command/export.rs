@@ -33,6 +33,34 @@ fn regions_come_back_from_every_format_that_can_be_read() {
 }
 
 #[test]
+fn the_mirror_image_of_a_model_is_its_other_half() {
+    let folder = scratch();
+    let folder = folder.path();
+    assert_eq!(run(folder, ["sample", "ribbon", "--patches", "200", "-o", "left.igs"]).code, Some(0));
+    let mirrored = |from: &str, to: &str| {
+        let made = run(folder, ["merge", from, "--mirror", "y", "--export", to, "--json"]);
+        assert_eq!(made.code, Some(0), "{made:?}");
+        made.json()["regions"].as_array().unwrap().len()
+    };
+    let (right, left) = (mirrored("left.igs", "right.stp"), mirrored("right.stp", "left-again.igs"));
+    assert_eq!(right, left);
+    let inspect = |name: &str| run(folder, ["inspect", name, "--json"]).json();
+    let [first, image, second] = ["left.igs", "right.stp", "left-again.igs"].map(inspect);
+    let number = |of: &Value| of.as_f64().unwrap();
+    for (found, sign) in [(&image, -1.0), (&second, 1.0)] {
+        assert_eq!(found["faces"], first["faces"]);
+        assert!((number(&found["area_mm2"]) / number(&first["area_mm2"]) - 1.0).abs() < 1e-9);
+        let sides = |of: &Value| -> [f64; 6] { std::array::from_fn(|k| number(&of["box_mm"][k])) };
+        let (a, b) = (sides(&first), sides(found));
+        let wanted = if sign > 0.0 { [a[1], a[4]] } else { [-a[4], -a[1]] };
+        assert!((b[1] - wanted[0]).abs() < 1e-6 && (b[4] - wanted[1]).abs() < 1e-6, "{a:?} {b:?}");
+        assert!((b[0] - a[0]).abs() < 1e-6 && (b[5] - a[5]).abs() < 1e-6, "{a:?} {b:?}");
+    }
+    let refused = run(folder, ["merge", "left.igs", "--mirror", "y"]);
+    assert_eq!(refused.code, Some(2), "{refused:?}");
+}
+
+#[test]
 fn a_drive_surface_says_what_it_is_off_by_or_why_there_is_none() {
     let folder = scratch();
     let folder = folder.path();

@@ -176,24 +176,36 @@ fn say_tight(tight: &TooTight) -> String {
 pub(crate) fn say(context: &Context, found: &Verification) {
     let (gouge, contact, crests) = (&found.gouge, &found.contact, &found.scallop.crests);
     let console = context.console;
-    console.say_long(
-        "verified",
-        &format!(
-            "deepest gouge {:.2} µm in {} samples; contact on faces {} (worst +{:.2} µm, on rims +{:.2} µm)",
-            gouge.deepest_mm * 1e3,
-            gouge.samples,
+    // Levels leave stairs: they rest on no face, and have no scallops.
+    let has_passes = found.operations.is_empty() || found.operations.iter().any(|o| o.levels.is_none());
+    let resting = || {
+        format!(
+            "; contact on faces {} (worst +{:.2} µm, on rims +{:.2} µm)",
             contact.within_limits(),
             contact.excess_max_mm * 1e3,
             contact.edge_excess_max_mm * 1e3
+        )
+    };
+    let left = || {
+        format!(
+            "scallop crests: max {:.4}, p99 {:.4}, mean {:.4} mm; ",
+            crests.max_mm, crests.p99_mm, crests.mean_mm
+        )
+    };
+    console.say_long(
+        "verified",
+        &format!(
+            "deepest gouge {:.2} µm in {} samples{}",
+            gouge.deepest_mm * 1e3,
+            gouge.samples,
+            if has_passes { resting() } else { String::new() }
         ),
     );
     console.say_long(
         "",
         &format!(
-            "scallop crests: max {:.4}, p99 {:.4}, mean {:.4} mm; rapids clear by {} mm of the finished model{}",
-            crests.max_mm,
-            crests.p99_mm,
-            crests.mean_mm,
+            "{}rapids clear by {} mm of the finished model{}",
+            if has_passes { left() } else { String::new() },
             found.rapids.clearance_min_mm.map_or_else(|| "-".to_owned(), |c| format!("{c:.2}")),
             if found.stock.is_some() { "" } else { " (stock is not known)" }
         ),

@@ -7,6 +7,7 @@ use claymill_nurbs::Point3;
 use serde::{Deserialize, Serialize};
 
 use super::process::ProcessArgs;
+use super::reuse::REUSE;
 use super::{BoundsArgs, CHOICE, JOINING, MACHINE, PASSES, ReuseArgs, SETUP, TOOL};
 use crate::failure::Failure;
 use crate::merging::MergingArgs;
@@ -24,7 +25,7 @@ pub(crate) struct PlanArgs {
     pub(crate) job_file: Option<PathBuf>,
     /// Plan again whenever the model, the job file or another file of the job changes, until Ctrl-C. Parts are kept in a
     /// store beside the job folder, so that only what changed is computed.
-    #[arg(long)]
+    #[arg(help_heading = REUSE, long)]
     pub(crate) watch: bool,
     #[command(flatten)]
     pub(crate) process: ProcessArgs,

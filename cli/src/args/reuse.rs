@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-const REUSE: &str = "Reuse";
+pub(super) const REUSE: &str = "Reuse";
 
 /// Where the parts of a plan are kept.
 #[derive(Debug, Clone, Default, Args)]

@@ -14,7 +14,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-JOB = ["--tool", "ball:10", "--scallop", "0.2", "--quiet"]
+JOB = ["--tool", "ball:10", "--scallop", "0.5", "--quiet"]
 MODELS, VARIANTS, HOURS = 10_000, 20, 10.0
 
 

@@ -95,14 +95,13 @@ impl<'a> EndFaces<'a> {
     }
 
     /// What the end is nearest to with its tip at a place of the model, if that is no farther than `within_mm`. `view` looks
-    /// along its axis. What was nearest to it in a place close by, `known`, makes it quick: what is farther is not looked at.
+    /// along its axis.
     pub(crate) fn nearest(
         &self,
         view: &DropMesh<'_>,
         [tip, axis]: [&Vector3; 2],
         body: &EndBody,
         within_mm: f64,
-        known: Option<&Nearest>,
     ) -> Option<Nearest> {
         let tip = Point3::from(*tip);
         let mut search = Search {
@@ -116,15 +115,11 @@ impl<'a> EndFaces<'a> {
             pieces: Vec::new(),
             flat: None,
         };
-        if let Some(known) = known {
-            search.start_with(known);
-        }
-        let limit_mm = search.limit_mm() + KNOWN_MM;
         let in_frame = view.in_frame(&tip);
         let is_near = |b: &Aabb| {
             let beside = |k: usize| (b.min[k] - in_frame[k]).max(in_frame[k] - b.max[k]).max(0.0);
             let place = Vector3::new(beside(0).hypot(beside(1)), 0.0, b.max.z - in_frame.z);
-            body.distance(&place, &Vector3::z()).0 <= limit_mm
+            body.distance(&place, &Vector3::z()).0 <= within_mm
         };
         let slack_mm = view.worst_deviation_mm();
         view.visit(
@@ -138,7 +133,7 @@ impl<'a> EndFaces<'a> {
         );
         let around = |b: &Aabb| {
             let middle = nalgebra::center(&b.min, &b.max);
-            body.distance(&(middle - tip), axis).0 - 0.5 * b.diagonal() <= limit_mm
+            body.distance(&(middle - tip), axis).0 - 0.5 * b.diagonal() <= within_mm
         };
         self.around_edges.visit(
             |boxes| boxes.each(around),
@@ -188,14 +183,6 @@ impl Search<'_> {
         self.best.as_ref().map_or(counted_mm(self.within_mm, true), of_best) - KNOWN_MM
     }
 
-    /// Takes in what was nearest elsewhere: it is on the model.
-    fn start_with(&mut self, known: &Nearest) {
-        let (gap_mm, gradient) = self.body.distance(&(known.point - self.tip), &self.axis);
-        if counted_mm(gap_mm, known.on_border) < self.limit_mm() {
-            self.best = Some(Nearest { gap_mm, gradient, ..*known });
-        }
-    }
-
     /// Whether a face is flat, so that its one nearest place, or its border, says all. The distance is a convex function: from any
     /// place inside to the nearest one of the plane it does not grow, and the border is crossed on the way.
     fn is_settled(&mut self, face: FaceId) -> bool {
@@ -204,12 +191,16 @@ impl Search<'_> {
         {
             return is_settled;
         }
-        let flat = self.faces.flats[face].as_ref();
-        if let Some((point, Some(uv))) = flat.map(|flat| flat.nearest(&self.tip, &self.axis, &self.body)) {
+        let nearest =
+            self.faces.flats[face].as_ref().map(|flat| flat.nearest(&self.tip, &self.axis, &self.body));
+        // The borders of untrimmed faces are nowhere but in their triangles.
+        let has_border = !self.faces.borders[face].is_empty();
+        let is_settled = nearest.is_some_and(|(_, uv)| uv.is_some() || has_border);
+        if let Some((point, Some(uv))) = nearest {
             self.take(point, Some(face), uv, false);
         }
-        self.flat = Some((face, flat.is_some()));
-        flat.is_some()
+        self.flat = Some((face, is_settled));
+        is_settled
     }
 
     /// A tangent plane of a convex function lies below it: over a flat piece that is lowest at a corner.

@@ -17,7 +17,7 @@ use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::i_float::int::point::IntPoint;
 
-use crate::planar_set::{Contour, STEPS_PER_MM, chord_angle, overlay};
+use crate::planar_set::{Contour, STEPS_PER_MM, chord_angle, overlay, side_length};
 
 /// Hollow corners that turn by less are parts of arcs, radians.
 const SMOOTH: f64 = 0.3;
@@ -68,7 +68,7 @@ impl Edge {
 
     /// Moved by a distance at its ends alone.
     fn notch(ends: [IntPoint<i32>; 2], far: f64) -> Self {
-        let lean = (0.5 * length(ends[0], ends[1]) / far).asin();
+        let lean = (0.5 * side_length(ends[0], ends[1]) / far).asin();
         Edge { lean, is_notch: true, ..Edge::new(ends) }
     }
 }
@@ -105,11 +105,11 @@ fn edges(outline: &Contour, far: f64) -> Vec<Edge> {
     for (k, edge) in whole.iter().enumerate() {
         let [a, b] = edge.ends;
         let is_beside_hollow = hollow[k] || hollow[(k + n - 1) % n];
-        let is_notch = is_beside_hollow && length(a, b) <= longest.min(far.abs());
+        let is_notch = is_beside_hollow && side_length(a, b) <= longest.min(far.abs());
         let mut next = if is_notch { Edge::notch(edge.ends, far) } else { *edge };
         while let Some(last) = kept.last().filter(|last| last.is_notch && next.is_notch) {
             let ends = [last.ends[0], next.ends[1]];
-            let is_small = ends[0] != ends[1] && length(ends[0], ends[1]) <= WIDEST_NOTCH * far.abs();
+            let is_small = ends[0] != ends[1] && side_length(ends[0], ends[1]) <= WIDEST_NOTCH * far.abs();
             if !is_small || !is_hollow(turn(last, &next), far) {
                 break;
             }
@@ -144,12 +144,13 @@ fn raw(outline: &Contour, mm: f64) -> Contour {
             // Moved edges meet in a corner, if they are long enough. Shorter ones are turned around, which would be a zigzag
             // about every corner of a hollow arc: there one point does.
             let cut = (far * (0.5 * turn).tan()).abs();
-            let are_long = [(a, b), (b, after)].map(|(p, q)| length(p, q) >= 2.0 * cut);
+            let are_long = [(a, b), (b, after)].map(|(p, q)| side_length(p, q) >= 2.0 * cut);
             if are_long == [true, true] {
                 push(b, angle + 0.5 * turn, far / (0.5 * turn).cos());
                 continue;
             }
-            let counts = [(a, b), (b, after)].map(|(p, q)| 0.25 * length(p, q) * turn.abs() > SKIPPED_STEPS);
+            let counts =
+                [(a, b), (b, after)].map(|(p, q)| 0.25 * side_length(p, q) * turn.abs() > SKIPPED_STEPS);
             if counts[0] {
                 push(b, angle, far);
             }
@@ -165,11 +166,6 @@ fn raw(outline: &Contour, mm: f64) -> Contour {
         }
     }
     curve
-}
-
-fn length(a: IntPoint<i32>, b: IntPoint<i32>) -> f64 {
-    let (x, y) = (f64::from(a.x) - f64::from(b.x), f64::from(a.y) - f64::from(b.y));
-    (x * x + y * y).sqrt()
 }
 
 #[cfg(test)]

@@ -240,11 +240,14 @@ fn twice_area(c: &Contour) -> i64 {
     c.iter().zip(c.iter().cycle().skip(1)).map(cross).fold(0, i64::wrapping_add)
 }
 
+/// The length of a side of an outline, in units of the grid.
+pub(crate) fn side_length(a: IntPoint<i32>, b: IntPoint<i32>) -> f64 {
+    let (x, y) = (f64::from(a.x) - f64::from(b.x), f64::from(a.y) - f64::from(b.y));
+    (x * x + y * y).sqrt()
+}
+
 fn length(c: &Contour) -> f64 {
-    let side = |(a, b): (&IntPoint<i32>, &IntPoint<i32>)| {
-        (f64::from(a.x) - f64::from(b.x)).hypot(f64::from(a.y) - f64::from(b.y))
-    };
-    c.iter().zip(c.iter().cycle().skip(1)).map(side).sum()
+    c.iter().zip(c.iter().cycle().skip(1)).map(|(&a, &b)| side_length(a, b)).sum()
 }
 
 fn mean_width(c: &Contour) -> f64 {

@@ -1,8 +1,9 @@
 //! Where the time goes: what the crates say of their work, as a trace that `ui.perfetto.dev` and Chrome draw.
 //!
 //! ```text
-//!   thread 1  ├─ lay setup=top region=0 ─────────────┤├─ gouge and contact ─┤
-//!   thread 2  ├─ lay setup=top region=3 ┤├─ fit ─┤
+//!   thread 1  ├─ part setup=0 region=0 ──────────────────────┤├─ verify stage=gouge and contact ─┤
+//!             ├─ pattern ─────┤├─ fit ────┤├─ link ─┤
+//!   thread 2  ├─ part setup=0 region=3 ─────────┤
 //! ```
 //!
 //! The file is a list of events, one a line, written as they happen: also what is interrupted or killed can be looked at. The format
@@ -57,12 +58,14 @@ pub(crate) fn begin(path: &Path) -> Result<(), Failure> {
 }
 
 fn is_trace(path: &Path) -> bool {
+    // To open a pipe is to wait for whoever writes into it.
+    if !path.is_file() {
+        return false;
+    }
     let mut start = Vec::new();
     let read = File::open(path).and_then(|file| file.take(START_BYTES).read_to_end(&mut start));
     let text = String::from_utf8_lossy(&start);
-    path.is_file()
-        && read.is_ok()
-        && text.strip_prefix("[\n").is_some_and(|e| e.is_empty() || e.contains("\"ph\":"))
+    read.is_ok() && text.strip_prefix("[\n").is_some_and(|e| e.is_empty() || e.contains("\"ph\":"))
 }
 
 struct Trace {

@@ -178,34 +178,32 @@ pub(crate) fn say(context: &Context, found: &Verification) {
     let console = context.console;
     // Levels leave stairs: they rest on no face, and have no scallops.
     let has_passes = found.operations.is_empty() || found.operations.iter().any(|o| o.levels.is_none());
-    let resting = || {
+    let resting = if has_passes {
         format!(
             "; contact on faces {} (worst +{:.2} µm, on rims +{:.2} µm)",
             contact.within_limits(),
             contact.excess_max_mm * 1e3,
             contact.edge_excess_max_mm * 1e3
         )
+    } else {
+        String::new()
     };
-    let left = || {
+    let left = if has_passes {
         format!(
             "scallop crests: max {:.4}, p99 {:.4}, mean {:.4} mm; ",
             crests.max_mm, crests.p99_mm, crests.mean_mm
         )
+    } else {
+        String::new()
     };
     console.say_long(
         "verified",
-        &format!(
-            "deepest gouge {:.2} µm in {} samples{}",
-            gouge.deepest_mm * 1e3,
-            gouge.samples,
-            if has_passes { resting() } else { String::new() }
-        ),
+        &format!("deepest gouge {:.2} µm in {} samples{resting}", gouge.deepest_mm * 1e3, gouge.samples),
     );
     console.say_long(
         "",
         &format!(
-            "{}rapids clear by {} mm of the finished model{}",
-            if has_passes { left() } else { String::new() },
+            "{left}rapids clear by {} mm of the finished model{}",
             found.rapids.clearance_min_mm.map_or_else(|| "-".to_owned(), |c| format!("{c:.2}")),
             if found.stock.is_some() { "" } else { " (stock is not known)" }
         ),

@@ -51,8 +51,10 @@ pub(super) fn watch(
 
 /// The files that the job is made from.
 fn files(args: &PlanArgs) -> Vec<PathBuf> {
+    let options = args.job.options();
     let of_process = args.process.tools.iter().chain(&args.process.process);
-    std::iter::once(&args.model).chain(&args.job_file).chain(of_process).cloned().collect()
+    let of_job = options.check.iter().chain(&options.machine);
+    std::iter::once(&args.model).chain(&args.job_file).chain(of_process).chain(of_job).cloned().collect()
 }
 
 fn stamps(files: &[PathBuf]) -> Vec<Stamp> {

@@ -306,9 +306,9 @@ impl Laying<'_> {
         sweeps: &[Option<Sweeps>],
     ) -> Option<Part> {
         let &Share { setup, region } = share;
-        let area_m2 = 1e-6 * self.area_mm2(share);
-        let _span = info_span!("part", setup, region, area_m2).entered();
-        contexts[setup].part(&self.faces_of[region], self.area_mm2(share), sweeps[region].as_ref())
+        let area_mm2 = self.area_mm2(share);
+        let _span = info_span!("part", setup, region, area_m2 = 1e-6 * area_mm2).entered();
+        contexts[setup].part(&self.faces_of[region], area_mm2, sweeps[region].as_ref())
     }
 }
 

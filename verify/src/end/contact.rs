@@ -59,8 +59,8 @@ impl EndWalk<'_> {
 
     fn place(&self, t: f64) -> Place {
         let (tip, axis) = (self.track.tip(t), self.track.axis_at(t));
-        let tip_and_axis = [&tip.coords, &axis];
-        let found = self.reach.nearest_to_end(self.track.setup, tip_and_axis, &self.body, self.margin_mm);
+        let found =
+            self.reach.nearest_to_end(self.track.setup, [&tip.coords, &axis], &self.body, self.margin_mm);
         let nearest = found.map(|nearest| {
             let gap_mm = nearest.gap_mm.min(self.depth_mm(&nearest, &tip, &axis).unwrap_or(0.0));
             if nearest.gap_mm < 0.0 { Nearest { gap_mm, ..nearest } } else { nearest }

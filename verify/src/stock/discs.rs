@@ -34,13 +34,15 @@ struct Left {
     ends: [[f64; 2]; 2],
 }
 
+/// A unit heading turned anticlockwise.
+pub(super) fn turned([hx, hy]: [f64; 2], deg: f64) -> [f64; 2] {
+    let (sine, cosine) = deg.to_radians().sin_cos();
+    [cosine * hx - sine * hy, sine * hx + cosine * hy]
+}
+
 impl Left {
-    fn new(arc: [f64; 2], [hx, hy]: [f64; 2]) -> Self {
-        let ends = arc.map(|deg| {
-            let (sine, cosine) = deg.to_radians().sin_cos();
-            [cosine * hx - sine * hy, sine * hx + cosine * hy]
-        });
-        Left { arc, ends }
+    fn new(arc: [f64; 2], heading: [f64; 2]) -> Self {
+        Left { arc, ends: arc.map(|deg| turned(heading, deg)) }
     }
 
     /// Whether a disc with its centre at `d` from the circle's covers any of it: an end, or what is nearest to the disc.
@@ -134,7 +136,7 @@ fn less(arcs: &mut Vec<[f64; 2]>, [from, to]: [f64; 2]) {
 }
 
 /// A box around arcs: xmin, ymin, xmax, ymax.
-fn bounds_of(left: &[Left], centre: [f64; 2], [hx, hy]: [f64; 2], radius: f64) -> [f64; 4] {
+fn bounds_of(left: &[Left], centre: [f64; 2], heading: [f64; 2], radius: f64) -> [f64; 4] {
     let start = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
     let ends = left.iter().map(|left| left.arc);
     let (from, to) = ends.fold((90.0_f64, -90.0_f64), |(f, t), [a, b]| (f.min(a), t.max(b)));
@@ -143,9 +145,8 @@ fn bounds_of(left: &[Left], centre: [f64; 2], [hx, hy]: [f64; 2], radius: f64) -
     let outside = radius / (0.5 * (to - from).max(0.0) / count as f64).to_radians().cos();
     (0..=2 * count).fold(start, |b, k| {
         let r = if k % 2 == 1 { outside } else { radius };
-        let angle = (from + (to - from) * k as f64 / (2 * count) as f64).to_radians();
-        let (sine, cosine) = angle.sin_cos();
-        let p = [centre[0] + r * (cosine * hx - sine * hy), centre[1] + r * (sine * hx + cosine * hy)];
+        let d = turned(heading, from + (to - from) * k as f64 / (2 * count) as f64);
+        let p = [centre[0] + r * d[0], centre[1] + r * d[1]];
         [b[0].min(p[0]), b[1].min(p[1]), b[2].max(p[0]), b[3].max(p[1])]
     })
 }

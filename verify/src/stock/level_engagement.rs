@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::discs::Discs;
+use super::discs::{Discs, turned};
 use super::engagement::arcs_where;
 use super::error::{KeepGoing, StockError};
 use super::flatten::{Chord, flatten};
@@ -235,9 +235,7 @@ fn on_level(
                 {
                     let here = flat(&tip);
                     let arcs = less_stock(discs.uncovered(here, heading, radius), |deg| {
-                        let (sine, cosine) = f64::to_radians(deg).sin_cos();
-                        let [hx, hy] = heading;
-                        let d = [cosine * hx - sine * hy, sine * hx + cosine * hy];
+                        let d = turned(heading, deg);
                         (ground.is_stock)(&solid([here[0] + radius * d[0], here[1] + radius * d[1]]))
                     });
                     let angle_deg: f64 = arcs.iter().map(|[a, b]| b - a).sum();

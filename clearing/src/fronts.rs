@@ -92,8 +92,9 @@ fn passes(contour: &[Place], ground: &Ground<'_>) -> Vec<Pass> {
     let n = contour.len();
     let is_old = |k: usize| {
         let (a, b) = (contour[k], contour[(k + 1) % n]);
+        // A wall that what was reached only touches in the middle is new.
         let middle = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
-        ground.reached.distance(middle, BESIDE_MM) < BESIDE_MM
+        [middle, a, b].into_iter().all(|p| ground.reached.distance(p, BESIDE_MM) < BESIDE_MM)
     };
     let old: Vec<bool> = (0..n).map(is_old).collect();
     let Some(first) = (0..n).find(|&k| old[k]) else {

@@ -26,8 +26,8 @@ use crate::report::{
 };
 use crate::scene::Scene;
 use crate::stock::{
-    Ground, KeepGoing, LeftBand, LevelEngagement, StockCheck, StockContact, StockError, StockLeft,
-    StockSample, engagement_on,
+    Ground, LeftBand, LevelEngagement, StockCheck, StockContact, StockError, StockLeft, StockSample,
+    engagement_on,
 };
 use crate::surface::spread;
 use crate::verdict::{Finding, FindingCode, Measured, Severity, conclude};
@@ -277,8 +277,10 @@ pub(crate) fn measure_stock(
     moves: std::ops::Range<usize>,
     [whole, until]: [&StockCheck<'_>; 2],
     samples: &[StockSample],
-    keep_going: KeepGoing<'_>,
+    monitor: &dyn Monitor,
 ) -> Result<LevelsFound, StockError> {
+    let keep_going = &|| monitor.go_on().is_ok();
+    let stage = scene::Stage::begin(Stage::Stock, monitor);
     let so_far = &program.moves[..moves.end];
     let own = |m: &Move| (moves.start as u64..moves.end as u64).contains(&m.seq);
     let mut engagement: Option<LevelEngagement> = None;
@@ -304,7 +306,8 @@ pub(crate) fn measure_stock(
     let straight: Vec<usize> = moves.filter(is_straight).collect();
     let proof = |&k: &usize| {
         let _span = info_span!("link in stock", seq = k).entered();
-        if keep_going() { whole.rapid_is_clear(k, whole.time_of(k)?) } else { Err(StockError::Stopped) }
+        let proof = || whole.rapid_is_clear(k, whole.time_of(k)?);
+        stage.part(straight.len(), proof).map_err(|Cancelled| StockError::Stopped)?
     };
     let mut links = StockContact::default();
     straight.par_iter().map(proof).collect::<Result<Vec<_>, _>>()?.into_iter().for_each(|p| links.add(p));

@@ -155,7 +155,7 @@ fn of_levels(
     let Some(stock) = stock else { return Err(StockError::NoMove(range.start).into()) };
     let until = &program.moves[..range.end];
     let until = StockCheck::new(stock, until, &job.tools, &stock_options(), &keep_going).map_err(of_stock)?;
-    levels::measure_stock(part, program, range, [whole, &until], samples, &keep_going).map_err(of_stock)
+    levels::measure_stock(part, program, range, [whole, &until], samples, monitor).map_err(of_stock)
 }
 
 /// The last move along each axis that a tool has, as its number in a program in which the moves begin with `first`.

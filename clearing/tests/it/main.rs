@@ -2,4 +2,5 @@
 
 mod pockets;
 mod regions;
+mod starts;
 mod whole;

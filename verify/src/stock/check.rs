@@ -14,7 +14,7 @@ use super::initial::InitialStock;
 use super::left::{Thickness, thickness};
 use super::options::StockOptions;
 use super::piece::Sweep;
-use super::proof::{Depth, Limits, depth};
+use super::proof::depth;
 use super::report::{StockHit, StockProof, StockVolumes};
 use super::sweeps::{Moved, Step, Sweeps, Time, moved};
 use super::tool_bodies::{ToolBody, ToolPart, bodies_of};
@@ -46,10 +46,10 @@ use crate::report::Place;
 pub struct StockCheck<'a> {
     pub(super) stock: InitialStock<'a>,
     pub(super) moves: &'a [Move],
-    flats: Vec<Flat>,
-    bodies: Vec<Vec<ToolBody>>,
+    pub(super) flats: Vec<Flat>,
+    pub(super) bodies: Vec<Vec<ToolBody>>,
     /// For every move the number of its tool's bodies.
-    body_of_move: Vec<usize>,
+    pub(super) body_of_move: Vec<usize>,
     pub(super) sweeps: Sweeps,
     cells: Cells,
     pub(super) options: StockOptions,
@@ -202,14 +202,15 @@ impl<'a> StockCheck<'a> {
         let bodies = self.bodies[self.body_of_move[of_move]].iter().filter(|b| b.part != ToolPart::Flutes);
         let mut standing =
             bodies.map(|body| Sweep { start: *tip, way: Vector3::zeros(), axis: *axis, shape: body.shape });
-        standing
-            .any(|sweep| self.entered(&sweep, time, &limits).is_some_and(|d| d.found_mm > limits.radius_mm))
+        standing.any(|sweep| {
+            !self.is_known_clear(&sweep, time)
+                && depth(&sweep, time, &self.sweeps, &self.stock, &limits).found_mm > limits.radius_mm
+        })
     }
 
-    /// How deep a sweep enters stock of a time; `None` where it is known to meet none.
-    fn entered(&self, sweep: &Sweep, time: Time, limits: &Limits) -> Option<Depth> {
-        let is_clear = self.cells.are_clear_of(sweep, time, (&self.stock, &self.sweeps));
-        (!is_clear).then(|| depth(sweep, time, &self.sweeps, &self.stock, limits))
+    /// Whether a sweep is known to meet no stock of a time, without a proof.
+    fn is_known_clear(&self, sweep: &Sweep, time: Time) -> bool {
+        self.cells.are_clear_of(sweep, time, (&self.stock, &self.sweeps))
     }
 
     fn prove(
@@ -227,9 +228,16 @@ impl<'a> StockCheck<'a> {
         let mut left = boxes;
         let (mut hit, mut open): (Option<StockHit>, Option<StockHit>) = (None, None);
         for (k, chord) in flat.chords.iter().enumerate() {
-            for Moved { part, sweep, .. } in moved(flat, chord, bodies, false).filter(|m| wanted(m.part)) {
+            let time = time_of_chord(k);
+            let is_near = |m: &Moved| wanted(m.part) && !self.is_known_clear(&m.sweep, time);
+            let near: Vec<Moved> = moved(flat, chord, bodies, false).filter(is_near).collect();
+            let swept: Vec<Sweep> = near.iter().map(|m| m.sweep).collect();
+            if self.is_over_cleared_ground(of_move, &swept, time, 0.5 * self.options.narrowest_mm) {
+                continue;
+            }
+            for Moved { part, sweep, .. } in near {
                 let limits = self.options.limits(left.max(1));
-                let Some(found) = self.entered(&sweep, time_of_chord(k), &limits) else { continue };
+                let found = depth(&sweep, time, &self.sweeps, &self.stock, &limits);
                 left = left.saturating_sub(found.boxes);
                 let is_hit = found.found_mm > limits.radius_mm;
                 if !is_hit && found.bound_mm <= limits.radius_mm {

@@ -138,9 +138,13 @@ impl<'a> InitialStock<'a> {
         }
     }
 
-    /// How the box lies to the stock, by the signed distance of its middle.
+    /// How the box lies to the stock: by the box around that, and by the signed distance of its middle.
     #[must_use]
     pub fn over_box(&self, b: &Aabb) -> BoxInStock {
+        let around = self.bounds();
+        if (0..3).any(|k| b.min[k] > around.max[k] || b.max[k] < around.min[k]) {
+            return BoxInStock::Outside;
+        }
         let (middle, half) = (self.signed_mm(&b.centre()), 0.5 * b.diagonal());
         if middle > half {
             BoxInStock::Outside

@@ -19,6 +19,7 @@
 mod body;
 mod cells;
 mod check;
+mod columns;
 mod discs;
 mod engagement;
 mod error;

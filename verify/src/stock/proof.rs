@@ -203,7 +203,7 @@ impl Search<'_> {
                 all
             });
             let mut holder = None;
-            self.sweeps.around(&around, self.before, |piece| {
+            self.sweeps.around(&around, self.before, |piece, _| {
                 if holds(piece) {
                     holder = Some(*piece);
                     return ControlFlow::Break(());

@@ -52,7 +52,7 @@ fn is_held(sweep: &Sweep, part: [f64; 2], before: Time, sweeps: &Sweeps, skin_mm
     // Ends of tools that would do with flutes on top, with what of the skin is left; and flutes.
     let (mut waiting, mut flutes): (Vec<(Sweep, f64, f64)>, Vec<Sweep>) = (Vec::new(), Vec::new());
     let mut held = false;
-    sweeps.around(&Aabb::of(&middles), before, |piece| {
+    sweeps.around(&Aabb::of(&middles), before, |piece, _| {
         if (piece.axis - sweep.axis).norm() > SAME_AXIS {
             return ControlFlow::Continue(());
         }

@@ -201,11 +201,16 @@ impl Sweeps {
         self.tree.bounds()
     }
 
-    /// Calls `found` for pieces before a time whose box holds a whole box.
-    pub(super) fn around(&self, b: &Aabb, before: Time, mut found: impl FnMut(&Sweep) -> ControlFlow<()>) {
+    /// Calls `found` for pieces before a time whose box holds a whole box, with their times.
+    pub(super) fn around(
+        &self,
+        b: &Aabb,
+        before: Time,
+        mut found: impl FnMut(&Sweep, Time) -> ControlFlow<()>,
+    ) {
         let sides = [0, 1, 2].map(|k| [b.min[k] as f32, b.max[k] as f32]);
         let place = [sides.map(|s| s[0]), sides.map(|s| s[1])];
-        self.tree.visit(before, |node| node.hold(place), |i| found(&self.piece(i)));
+        self.tree.visit(before, |node| node.hold(place), |i| found(&self.piece(i), self.pieces[i].time));
     }
 
     /// How far down the line `p + t·n` has been cut at least, from a place of it: the least exit of pieces that hold that place;

@@ -2,6 +2,7 @@
 
 mod cases;
 mod cells;
+mod columns;
 mod engaged;
 mod faults;
 mod left;

@@ -1,43 +1,21 @@
-//! One level cleared: where the tool gets in, rounds, and the strokes in order.
+//! One level cleared: rounds, and the strokes in order.
 
 use claymill_toolpath::Monitor;
 
 use crate::arcs::{PathPiece, pieces};
 use crate::engagement::EngagementLimit;
+use crate::entry::{Entry, WayIn, way_in};
 use crate::error::{ClearingError, within};
 use crate::fronts::{Pass, without_steps};
 use crate::order::{end_of, order};
-use crate::outline::{Place, distance};
+use crate::outline::Place;
 use crate::planar_set::{CHORD_MM, FARTHEST_MM, PlanarSet};
 use crate::rounds::{SHARPEST, STRAIGHTEST, State, run};
 
 /// Entries of a level at most.
 const MOST_ENTRIES: usize = 500;
-/// The radius of a helix is found to this share.
-const FITTED: f64 = 0.01;
 /// A way in has to gain this share of the square of the tool's radius.
 const WORTH_ENTERING: f64 = 0.01;
-/// What the first circle of an entry leaves uncut, mm.
-const ENTRY_MARGIN_MM: f64 = 2e-3;
-
-/// How a tool may get into a pocket that has no way in from outside.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Entry {
-    /// Radius of the helix of the tool's centre where there is room, mm.
-    pub helix_mm: f64,
-    /// The least radius that leaves no core, mm.
-    pub least_helix_mm: f64,
-    /// Whether it may go straight down where not even that has room.
-    pub may_plunge: bool,
-}
-
-impl Entry {
-    /// The usual one of a tool: a helix as wide as the tool, and no plunging.
-    #[must_use]
-    pub fn usual(radius_mm: f64) -> Self {
-        Entry { helix_mm: 0.9 * radius_mm, least_helix_mm: 0.25 * radius_mm, may_plunge: false }
-    }
-}
 
 /// A level that is to be cleared.
 #[derive(Debug, Clone, Copy)]
@@ -66,6 +44,15 @@ pub enum Approach {
         /// Its radius, mm.
         radius_mm: f64,
     },
+    /// Down along the pass, which is closed, and once around it on the level.
+    Ramp,
+}
+
+impl Approach {
+    /// Whether all of the stroke is a way into the full.
+    fn is_entry(&self) -> bool {
+        matches!(self, Approach::Helix { .. } | Approach::Ramp)
+    }
 }
 
 /// A stroke: the tool comes, cuts along a pass and leaves it.
@@ -94,13 +81,15 @@ pub struct Cleared {
     pub rounds: usize,
     /// Pockets into which there is no way.
     pub refused: Vec<ClearingError>,
+    /// Where the tool's centre would have to be in them.
+    pub(crate) closed: PlanarSet,
 }
 
 impl Cleared {
     /// Length of all that cuts, mm: passes and ways in, without entries.
     #[must_use]
     pub fn cut_length_mm(&self) -> f64 {
-        let passes = self.strokes.iter().filter(|s| !matches!(s.approach, Approach::Helix { .. }));
+        let passes = self.strokes.iter().filter(|s| !s.approach.is_entry());
         passes.flat_map(|s| s.lead_in.iter().chain(&s.cut)).map(PathPiece::length_mm).sum()
     }
 }
@@ -110,6 +99,15 @@ impl Cleared {
 /// # Errors
 /// The tool fits nowhere or gets in nowhere, the level is too large or takes too many rounds, or the monitor ends it.
 pub fn clear(area: &Area<'_>, monitor: &dyn Monitor) -> Result<Cleared, ClearingError> {
+    let cleared = clear_rooms(area, monitor)?;
+    match cleared.refused.first() {
+        Some(error) if cleared.strokes.is_empty() => Err(error.clone()),
+        _ => Ok(cleared),
+    }
+}
+
+/// The same where it is no error that the tool gets in nowhere.
+pub(crate) fn clear_rooms(area: &Area<'_>, monitor: &dyn Monitor) -> Result<Cleared, ClearingError> {
     let radius_mm = area.limit.radius_mm();
     within("radius of the helix, mm,", area.entry.helix_mm, 0.0, radius_mm)?;
     within("least radius of a helix, mm,", area.entry.least_helix_mm, 0.0, radius_mm)?;
@@ -128,16 +126,14 @@ pub fn clear(area: &Area<'_>, monitor: &dyn Monitor) -> Result<Cleared, Clearing
         left: wanted,
         rounds: 0,
         refused: Vec::new(),
+        closed: PlanarSet::default(),
     };
     // Rooms that the tool cannot get to from each other share nothing but what both reach of their walls.
     let mut at = [0.0, 0.0];
     for room in area.feasible.parts() {
         at = clear_room(area, &room, &mut cleared, at, monitor)?;
     }
-    match cleared.refused.first() {
-        Some(error) if cleared.strokes.is_empty() => Err(error.clone()),
-        _ => Ok(cleared),
-    }
+    Ok(cleared)
 }
 
 /// Clears a connected room, coming from a place; says where the tool is then.
@@ -167,26 +163,23 @@ fn clear_room(
             }
         }
         let Some(part) = next_entry(area, room, &state, &closed) else { break };
-        let (centre, room_mm) = widest(&part);
-        let entry = enter(area, centre, room_mm);
+        let way_in = way_in(area, room, &part);
         // A part without a way in leaves everything as it was.
-        is_new = entry.is_ok();
-        let entry = match entry {
-            Ok(entry) => entry,
+        is_new = way_in.is_ok();
+        match way_in {
+            Ok(WayIn { stroke, reached, bored }) => {
+                state.reached = state.reached.union(&reached);
+                state.uncut = state.uncut.minus(&bored);
+                at = stroke.cut.last().map_or(at, |piece| piece.to);
+                cleared.strokes.push(stroke);
+            }
             Err(error) => {
                 cleared.refused.push(error);
                 closed = closed.union(&part.dilated(radius_mm * SHARPEST));
-                continue;
             }
-        };
-        let Approach::Helix { centre, radius_mm: helix_mm } = entry.approach else { break };
-        let disc = PlanarSet::disc(centre, helix_mm.max(CHORD_MM)).intersection(room);
-        let bored = PlanarSet::disc(centre, helix_mm + radius_mm - ENTRY_MARGIN_MM);
-        state.reached = state.reached.union(&disc);
-        state.uncut = state.uncut.minus(&bored);
-        at = entry.cut.last().map_or(centre, |piece| piece.to);
-        cleared.strokes.push(entry);
+        }
     }
+    cleared.closed = cleared.closed.union(&closed);
     cleared.rounds += state.rounds;
     cleared.left = cleared.left.minus(&wanted.minus(&state.uncut));
     Ok(at)
@@ -214,44 +207,4 @@ fn next_entry(area: &Area<'_>, room: &PlanarSet, state: &State, closed: &PlanarS
     };
     let is_worth = |part: &PlanarSet| !part.eroded(least_mm).is_empty() && cut_mm2(part) > WORTH_ENTERING;
     rest.parts().into_iter().find(is_worth)
-}
-
-/// The middle of the largest disc in a set, about, and its radius.
-fn widest(set: &PlanarSet) -> (Place, f64) {
-    let [x0, y0, x1, y1] = set.bounds().unwrap_or([0.0; 4]);
-    let (mut low, mut high) = (0.0, 0.5 * (x1 - x0).min(y1 - y0) + 1e-3);
-    let mut centre = set.contours().first().map_or([x0, y0], |c| c[0]);
-    while high - low > FITTED * high && high > 1e-3 {
-        let middle = 0.5 * (low + high);
-        let inner = set.eroded(middle);
-        match inner.contours().first() {
-            Some(contour) => {
-                low = middle;
-                let n = contour.len() as f64;
-                let sum = contour.iter().fold([0.0, 0.0], |s, p| [s[0] + p[0], s[1] + p[1]]);
-                let mean = [sum[0] / n, sum[1] / n];
-                // The mean of a bent sliver may lie outside of it.
-                let nearest =
-                    contour.iter().min_by(|a, b| distance(**a, mean).total_cmp(&distance(**b, mean)));
-                centre = *nearest.unwrap_or(&contour[0]);
-            }
-            None => high = middle,
-        }
-    }
-    (centre, low)
-}
-
-fn enter(area: &Area<'_>, centre: Place, room_mm: f64) -> Result<Stroke, ClearingError> {
-    let entry = &area.entry;
-    let helix_mm = room_mm.min(entry.helix_mm);
-    let radius_mm = if helix_mm >= entry.least_helix_mm {
-        helix_mm
-    } else if entry.may_plunge {
-        0.0
-    } else {
-        return Err(ClearingError::NoEntry { at_mm: centre, room_mm, least_mm: entry.least_helix_mm });
-    };
-    let cut = if radius_mm > 0.0 { PathPiece::circle(centre, radius_mm).to_vec() } else { Vec::new() };
-    let approach = Approach::Helix { centre, radius_mm };
-    Ok(Stroke { approach, lead_in: Vec::new(), cut, lead_out: Vec::new() })
 }

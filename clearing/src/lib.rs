@@ -27,6 +27,7 @@
 mod arcs;
 mod area;
 mod engagement;
+mod entry;
 mod error;
 mod fronts;
 mod leads;
@@ -42,11 +43,12 @@ mod rounds;
 mod stairs;
 
 pub use arcs::{ArcAbout, PathPiece};
-pub use area::{Approach, Area, Cleared, Entry, Stroke, clear};
+pub use area::{Approach, Area, Cleared, Stroke, clear};
 pub use engagement::{
     EngagementLimit, LARGEST_LIMIT_DEG, LEAST_LIMIT_DEG, concave_angle, convex_angle, corner_angle,
     straight_angle,
 };
+pub use entry::Entry;
 pub use error::ClearingError;
 pub use levels::{Depths, MOST_LEVELS, between_mm, flats_mm, left_mm3, standing_flats_mm};
 pub use moves::{LevelFeeds, level_moves};

@@ -189,9 +189,9 @@ impl<'a> Pen<'a> {
         for stroke in strokes {
             self.pass += 1;
             let first = stroke.lead_in.first().or(stroke.cut.first());
-            let is_entry = matches!(stroke.approach, Approach::Helix { .. });
-            if !is_entry && stroke.lead_in.is_empty() && is_ring(&stroke.cut) && z < above_mm {
-                self.ramp(&stroke.cut, z, above_mm)?;
+            let is_passed = matches!(stroke.approach, Approach::Along | Approach::Over);
+            if is_passed && stroke.lead_in.is_empty() && is_ring(&stroke.cut) && z < above_mm {
+                self.ramp(&stroke.cut, [z, above_mm], 0)?;
                 self.level(MoveKind::Cut, &stroke.cut, z)?;
                 self.rise();
                 continue;
@@ -199,6 +199,10 @@ impl<'a> Pen<'a> {
             match stroke.approach {
                 Approach::Helix { centre, radius_mm } => {
                     self.enter(centre, radius_mm, z, above_mm)?;
+                    continue;
+                }
+                Approach::Ramp => {
+                    self.ramp(&stroke.cut, [z, above_mm], 1)?;
                     continue;
                 }
                 Approach::Along => {
@@ -223,21 +227,27 @@ impl<'a> Pen<'a> {
         Ok(())
     }
 
-    /// Down along a ring into which no circle leads: straight down, the tool would plunge into what the ring is to cut.
-    fn ramp(&mut self, ring: &[PathPiece], z: f64, above_mm: f64) -> Result<(), NurbsError> {
+    /// Down along a ring into which no circle leads: straight down, the tool would plunge into what the ring is to cut. It ends with
+    /// turns on the level.
+    fn ramp(
+        &mut self,
+        ring: &[PathPiece],
+        [z, above_mm]: [f64; 2],
+        turns_on_level: usize,
+    ) -> Result<(), NurbsError> {
         let Some(first) = ring.first() else { return Ok(()) };
         // A ring may run along a wall, beside which no rapid does.
         self.lift(above_mm);
         // A program begins with a rapid, if only for a little.
         self.come_over(first.from, self.clearance_mm - 2.0 * GAP_MM);
-        self.straight(MoveKind::LeadIn, Point3::new(first.from[0], first.from[1], above_mm));
+        self.straight(MoveKind::LeadIn, Point3::new(first.from[0], first.from[1], above_mm.max(z)));
         let length_mm: f64 = ring.iter().map(PathPiece::length_mm).sum();
-        let (deep_mm, slope) = (above_mm - z, self.feeds.ramp_deg.to_radians().tan());
+        let (deep_mm, slope) = ((above_mm - z).max(0.0), self.feeds.ramp_deg.to_radians().tan());
         let rounds = (deep_mm / (slope * length_mm).max(f64::MIN_POSITIVE)).ceil().clamp(1.0, MOST_TURNS);
         let mut run_mm = 0.0;
         let mut pieces = Vec::new();
         for piece in (0..rounds as usize).flat_map(|_| ring) {
-            let height = |run_mm: f64| (above_mm - deep_mm * run_mm / (rounds * length_mm)).max(z);
+            let height = |run_mm: f64| (z + deep_mm * (1.0 - run_mm / (rounds * length_mm))).max(z);
             let from = height(run_mm);
             run_mm += piece.length_mm();
             pieces.push((*piece, [from, height(run_mm)]));
@@ -245,6 +255,7 @@ impl<'a> Pen<'a> {
         if let Some((_, [_, last])) = pieces.last_mut() {
             *last = z;
         }
+        pieces.extend((0..turns_on_level).flat_map(|_| ring).map(|piece| (*piece, [z; 2])));
         self.along(MoveKind::LeadIn, &pieces)
     }
 

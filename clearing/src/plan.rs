@@ -6,8 +6,9 @@ use claymill_toolpath::{Monitor, Move, Stage, Tool};
 use rayon::prelude::*;
 use tracing::info_span;
 
-use crate::area::{Area, Cleared, Entry, clear};
+use crate::area::{Area, Cleared, clear_rooms};
 use crate::engagement::EngagementLimit;
+use crate::entry::Entry;
 use crate::error::ClearingError;
 use crate::levels::{Depths, flats_mm, standing_flats_mm};
 use crate::moves::{LevelFeeds, Pen};
@@ -183,25 +184,58 @@ fn limit_at(tool: &Tool, depth_mm: f64, engagement_deg: f64) -> Result<Engagemen
     EngagementLimit::new(radius_mm - narrow_mm, engagement_deg)
 }
 
-/// Clears levels side by side. Between upright walls many are alike, and are cleared once.
+/// Clears levels side by side: first those that others come between, which stay out of pockets into which there was no way.
 fn cleared(
     levels: &[Level],
     tool: &Tool,
     options: &LevelOptions,
     monitor: &dyn Monitor,
 ) -> Result<Vec<Done>, ClearingError> {
-    let least_mm2 = LEAST_CUT * std::f64::consts::PI * tool.radius_mm().powi(2);
     let limit_of = |level: &Level| limit_at(tool, level.above - level.z, options.engagement_deg);
     let limits = levels.iter().map(limit_of).collect::<Result<Vec<_>, _>>()?;
-    let are_alike = |a: usize, b: usize| {
-        limits[a] == limits[b]
-            && levels[a].feasible == levels[b].feasible
-            && levels[a].stock == levels[b].stock
+    let task = |k: usize, feasible: PlanarSet| Task { level: &levels[k], feasible, limit: limits[k] };
+    let (stairs, floors): (Vec<usize>, Vec<usize>) = (0..levels.len()).partition(|&k| levels[k].is_stair);
+    let of_floors: Vec<Task<'_>> = floors.iter().map(|&k| task(k, levels[k].feasible.clone())).collect();
+    let of_floors = all_cleared(&of_floors, tool, options, monitor)?;
+    let over = |&k: &usize| {
+        let floor = floors.partition_point(|&floor| floor < k).checked_sub(1);
+        let below = floor.and_then(|floor| of_floors[floor].cleared.as_ref());
+        let closed = below.filter(|below| !below.closed.is_empty()).map(|below| {
+            let kept = below.closed.dilated(tool.radius_mm()).intersection(&below.left);
+            levels[k].feasible.minus(&kept.dilated(tool.radius_mm()))
+        });
+        task(k, closed.unwrap_or_else(|| levels[k].feasible.clone()))
+    };
+    let of_stairs: Vec<Task<'_>> = stairs.iter().map(over).collect();
+    let of_stairs = all_cleared(&of_stairs, tool, options, monitor)?;
+    let mut numbered: Vec<(usize, Done)> =
+        floors.into_iter().zip(of_floors).chain(stairs.into_iter().zip(of_stairs)).collect();
+    numbered.sort_by_key(|(k, _)| *k);
+    Ok(numbered.into_iter().map(|(_, done)| done).collect())
+}
+
+/// A level with where the tool's centre may be, and the limit.
+struct Task<'a> {
+    level: &'a Level,
+    feasible: PlanarSet,
+    limit: EngagementLimit,
+}
+
+/// Clears levels side by side. Between upright walls many are alike, and are cleared once.
+fn all_cleared(
+    tasks: &[Task<'_>],
+    tool: &Tool,
+    options: &LevelOptions,
+    monitor: &dyn Monitor,
+) -> Result<Vec<Done>, ClearingError> {
+    let least_mm2 = LEAST_CUT * std::f64::consts::PI * tool.radius_mm().powi(2);
+    let are_alike = |a: &Task<'_>, b: &Task<'_>| {
+        a.limit == b.limit && a.feasible == b.feasible && a.level.stock == b.level.stock
     };
     let mut own: Vec<usize> = Vec::new();
-    let mut alike = Vec::with_capacity(levels.len());
-    for k in 0..levels.len() {
-        let same = own.iter().position(|&other| are_alike(other, k));
+    let mut alike = Vec::with_capacity(tasks.len());
+    for k in 0..tasks.len() {
+        let same = own.iter().position(|&other| are_alike(&tasks[other], &tasks[k]));
         alike.push(same.unwrap_or_else(|| {
             own.push(k);
             own.len() - 1
@@ -209,25 +243,15 @@ fn cleared(
     }
     let done = std::sync::atomic::AtomicUsize::new(0);
     let one = |&k: &usize| {
-        let (level, limit) = (&levels[k], limits[k]);
+        let Task { level, feasible, limit } = &tasks[k];
         let _span = info_span!("clearing of a level", z_mm = level.z).entered();
-        let cut = level.feasible.dilated(limit.radius_mm()).intersection(&level.stock);
+        let cut = feasible.dilated(limit.radius_mm()).intersection(&level.stock);
         let is_stock = !cut.is_empty();
         let cleared = if cut.area_mm2() < least_mm2 {
             None
         } else {
-            let area = Area { feasible: &level.feasible, stock: &level.stock, limit, entry: options.entry };
-            match clear(&area, monitor) {
-                Ok(cleared) => Some(cleared),
-                Err(error @ ClearingError::NoEntry { .. }) => Some(Cleared {
-                    strokes: Vec::new(),
-                    area_mm2: cut.area_mm2(),
-                    left: cut,
-                    rounds: 0,
-                    refused: vec![error],
-                }),
-                Err(error) => return Err(error),
-            }
+            let area = Area { feasible, stock: &level.stock, limit: *limit, entry: options.entry };
+            Some(clear_rooms(&area, monitor)?)
         };
         let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
         monitor.at(Stage::Paths, count as f64 / own.len() as f64);

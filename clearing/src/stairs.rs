@@ -24,6 +24,8 @@ pub(crate) struct Level {
     pub(crate) above: f64,
     pub(crate) feasible: PlanarSet,
     pub(crate) stock: PlanarSet,
+    /// Whether it comes between others, and is cut after the one below it.
+    pub(crate) is_stair: bool,
 }
 
 /// What levels are made from.
@@ -69,15 +71,16 @@ impl Slabs<'_> {
     ) -> Result<Vec<Level>, ClearingError> {
         // Where the tool comes from outside, its circles need room there.
         let air = self.reach.air(2.0 * STRAIGHTEST * self.radius_mm);
-        let level = |z: f64, feasible: &PlanarSet, stock: PlanarSet| Level {
+        let level = |z: f64, feasible: &PlanarSet, stock: PlanarSet, is_stair: bool| Level {
             z,
             above,
             feasible: self.kept(feasible.union(&air)),
             stock,
+            is_stair,
         };
         let mut floor = feasible.dilated(self.radius_mm);
         let stock = (self.stock)([z, above]);
-        let mut levels = vec![level(z, feasible, stock.clone())];
+        let mut levels = vec![level(z, feasible, stock.clone(), false)];
         let Some(band_mm) = self.band_mm else { return Ok(levels) };
         let (mut lowest, mut before): (f64, Option<(f64, PlanarSet)>) = (z, None);
         // All stairs between are narrower and lower than one from the floor up to what was cut before.
@@ -98,7 +101,7 @@ impl Slabs<'_> {
             {
                 let stock = (self.stock)([middle, above]).minus(&floor);
                 floor = floor.union(&feasible.dilated(self.radius_mm));
-                levels.push(level(middle, &feasible, stock));
+                levels.push(level(middle, &feasible, stock, true));
                 lowest = middle;
             }
             before = Some((next, region));

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use claymill_clearing::{
-    Area, Cleared, ClearingError, EngagementLimit, Entry, LevelFeeds, PlanarSet, clear, level_moves,
+    Approach, Area, Cleared, ClearingError, EngagementLimit, Entry, LevelFeeds, PlanarSet, clear, level_moves,
 };
 use claymill_contact::Frame;
 use claymill_nurbs::Point3;
@@ -121,11 +121,40 @@ fn pockets_without_room_are_named() {
     let nothing = PlanarSet::rectangle([0.0, 0.0, 5.0, 30.0]).eroded(RADIUS_MM);
     let area = Area { feasible: &nothing, stock: &stock, limit, entry: Entry::usual(RADIUS_MM) };
     assert!(matches!(clear(&area, &()), Err(ClearingError::NoRoom { .. })));
-    let slot = PlanarSet::rectangle([0.0, 0.0, 0.5, 3.0]);
+    // Neither a helix fits nor a ring that is long enough.
+    let slot = PlanarSet::rectangle([0.0, 0.0, 0.5, 1.4]);
     let area = Area { feasible: &slot, ..area };
     assert!(matches!(clear(&area, &()), Err(ClearingError::NoEntry { .. })));
     let area = Area { entry: Entry { may_plunge: true, ..area.entry }, ..area };
     assert!(clear(&area, &()).is_ok());
+}
+
+/// A slot in which no helix fits is entered along a ring, and cleared from there within the engagement.
+#[test]
+fn a_narrow_slot_is_entered_by_a_ramp() {
+    for length_mm in [12.0, 60.0] {
+        let slot = PlanarSet::rectangle([0.0, 0.0, length_mm, 2.0 * RADIUS_MM + 1.0]);
+        let cleared = cleared(&slot);
+        assert_eq!(cleared.strokes[0].approach, Approach::Ramp);
+        assert!(cleared.refused.is_empty(), "{:?}", cleared.refused);
+        let moves = moves_of(&cleared);
+        let found = measured(&moves);
+        let largest = found.largest.expect("it cuts").angle_deg;
+        assert!(largest <= LIMIT_DEG + SLACK_DEG, "{largest}");
+        // The tool goes down no steeper than it may, and not before it is in the ring.
+        let steepness = |m: &Move| {
+            let curve = m.curve().expect("a curve");
+            let (from, to) = curve.domain();
+            let at = |k: u32| curve.derivatives(from + (to - from) * f64::from(k) / 1000.0)[1];
+            (0..1000).map(|k| -at(k).z / at(k).norm()).fold(0.0, f64::max)
+        };
+        let ramp = moves.iter().filter(|m| m.pass == 1 && m.start().z <= 0.0);
+        let steepest = ramp.map(steepness).fold(0.0, f64::max);
+        let steepest = steepest.asin().to_degrees();
+        assert!((1.0..=feeds().ramp_deg + 0.01).contains(&steepest), "{steepest}");
+        // The four corners are rounded by the smallest circle.
+        assert!(cleared.left.area_mm2() < 4.0 * 0.1, "{}", cleared.left.area_mm2());
+    }
 }
 
 /// What large circles seem to gain outside is noise of borders; the slot is cleared by small ones all the same.

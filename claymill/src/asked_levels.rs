@@ -5,13 +5,14 @@ use claymill_paths::PlanOptions;
 use claymill_toolpath::Levels;
 
 use crate::job_error::JobError;
+use crate::limits::{LEAST_RAMP_DEG, STEEPEST_RAMP_DEG};
 
 /// Whether an operation with these options can rough by levels.
 ///
 /// # Errors
 /// They cannot, and what of it.
 pub(crate) fn check(levels: &Levels, options: &PlanOptions) -> Result<(), JobError> {
-    let Levels { step_down_mm, engagement_deg, band_mm } = *levels;
+    let Levels { step_down_mm, engagement_deg, band_mm, dead_centre_mm, ramp_deg } = *levels;
     if !(LEAST_LIMIT_DEG..=LARGEST_LIMIT_DEG).contains(&engagement_deg) {
         return Err(JobError::Engagement { engagement_deg });
     }
@@ -24,6 +25,13 @@ pub(crate) fn check(levels: &Levels, options: &PlanOptions) -> Result<(), JobErr
     }
     if !(band_mm > 0.0 && band_mm.is_finite()) {
         return Err(JobError::Band { band_mm });
+    }
+    let diameter_mm = 2.0 * options.tool.radius_mm();
+    if let Some(dead_centre_mm) = dead_centre_mm.filter(|mm| !(0.0..diameter_mm).contains(mm)) {
+        return Err(JobError::DeadCentre { dead_centre_mm, diameter_mm });
+    }
+    if let Some(ramp_deg) = ramp_deg.filter(|deg| !(LEAST_RAMP_DEG..=STEEPEST_RAMP_DEG).contains(deg)) {
+        return Err(JobError::Ramp { ramp_deg });
     }
     let refused = [
         (options.allowance_mm < 0.0, "an allowance below the surface"),

@@ -5,8 +5,8 @@ use claymill_paths::SetupError;
 use thiserror::Error;
 
 use crate::limits::{
-    LARGEST_CLEARANCE_MM, LARGEST_FEED_MM_PER_MIN, LARGEST_MARGIN_MM, LARGEST_TOOL, LEAST_RAPID_MM,
-    LOWEST_SCALLOP_MM, MOST_LINES, STEEP_LIMITS_DEG,
+    LARGEST_CLEARANCE_MM, LARGEST_FEED_MM_PER_MIN, LARGEST_MARGIN_MM, LARGEST_TOOL, LEAST_RAMP_DEG,
+    LEAST_RAPID_MM, LOWEST_SCALLOP_MM, MOST_LINES, STEEP_LIMITS_DEG, STEEPEST_RAMP_DEG,
 };
 
 /// Why a job cannot be meant as it is asked for.
@@ -36,6 +36,14 @@ pub enum JobError {
     /// A slot, or no cut at all.
     #[error("an engagement of {engagement_deg}° is not between {LEAST_LIMIT_DEG}° and {LARGEST_LIMIT_DEG}°")]
     Engagement { engagement_deg: f64 },
+    /// Nothing of the tool would cut.
+    #[error(
+        "a dead centre of {dead_centre_mm} mm is not between 0 and the tool's diameter, {diameter_mm} mm"
+    )]
+    DeadCentre { dead_centre_mm: f64, diameter_mm: f64 },
+    /// Too flat to end, or a plunge.
+    #[error("a ramp of {ramp_deg}° is not between {LEAST_RAMP_DEG}° and {STEEPEST_RAMP_DEG}°")]
+    Ramp { ramp_deg: f64 },
     /// No level is as deep.
     #[error("a step-down of {step_down_mm} mm is not above 0")]
     StepDown { step_down_mm: f64 },
@@ -130,6 +138,10 @@ impl JobError {
                 "Give the job file operations and a [stock], or --material and --stock."
             }
             JobError::Engagement { .. } => "Usually it is 40 to 90 degrees.",
+            JobError::DeadCentre { .. } => {
+                "Give the diameter that does not cut; 0 of a tool that may plunge."
+            }
+            JobError::Ramp { .. } => "Usually it is 1 to 5 degrees in metal, and up to 30 in clay and foam.",
             JobError::StepDown { .. } => "Usually it is one or two diameters of the tool.",
             JobError::StepBelowFlutes { .. } => "Take a lower step_down, or a tool with longer flutes.",
             JobError::Band { .. } => "Usually it is a tenth of the step-down.",

@@ -184,12 +184,15 @@ impl Rough<'_, '_> {
             step_mm: self.levels.step_down_mm,
             engagement_deg: self.levels.engagement_deg,
             band_mm: Some(self.levels.band_mm),
-            entry: Entry::usual(tool.radius_mm()),
+            entry: match self.levels.dead_centre_mm {
+                Some(mm) => Entry::with_dead_centre(tool.radius_mm(), mm),
+                None => Entry::usual(tool.radius_mm()),
+            },
             feeds: LevelFeeds {
                 cut_mm_per_min: options.feeds.cut_mm_per_min,
                 lead_mm_per_min: options.feeds.lead_mm_per_min,
                 rapid_mm_per_min: options.feeds.rapid_mm_per_min,
-                ramp_deg: RAMP_DEG,
+                ramp_deg: self.levels.ramp_deg.unwrap_or(RAMP_DEG),
             },
         };
         let (model, covering) = (&self.covered.model, &self.covered.covering);

@@ -16,3 +16,7 @@ pub(crate) const LARGEST_CLEARANCE_MM: f64 = 1000.0;
 pub(crate) const LEAST_RAPID_MM: f64 = 0.5;
 /// Longer margins and extensions are a slip of the keyboard, mm.
 pub(crate) const LARGEST_MARGIN_MM: f64 = 100.0;
+/// Flatter ramps into pockets take hours, degrees.
+pub(crate) const LEAST_RAMP_DEG: f64 = 0.1;
+/// Steeper ones are plunges, degrees.
+pub(crate) const STEEPEST_RAMP_DEG: f64 = 60.0;

@@ -18,6 +18,8 @@ use crate::planar_set::{CHORD_MM, PlanarSet};
 const FITTED: f64 = 0.01;
 /// What the first turn of an entry leaves uncut, mm.
 const ENTRY_MARGIN_MM: f64 = 2e-3;
+/// Helices are no narrower than this share of the tool's radius.
+const LEAST_HELIX: f64 = 0.05;
 /// A ring keeps this share of the room that there is from what is beside it, and is rounded by so much.
 const RING_INSET: f64 = 0.5;
 const RING_ROUNDED: f64 = 0.25;
@@ -38,6 +40,15 @@ impl Entry {
     #[must_use]
     pub fn usual(radius_mm: f64) -> Self {
         Entry { helix_mm: 0.9 * radius_mm, least_helix_mm: 0.25 * radius_mm, may_plunge: false }
+    }
+
+    /// That of a tool that does not cut within a diameter about its axis, mm. One that cuts everywhere may go straight down, but
+    /// does so only where there is next to no room.
+    #[must_use]
+    pub fn with_dead_centre(radius_mm: f64, dead_centre_mm: f64) -> Self {
+        let least_helix_mm = (0.5 * dead_centre_mm).max(LEAST_HELIX * radius_mm);
+        let helix_mm = f64::max(0.9 * radius_mm, least_helix_mm);
+        Entry { helix_mm, least_helix_mm, may_plunge: dead_centre_mm <= 0.0 }
     }
 }
 

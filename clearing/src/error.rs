@@ -32,7 +32,7 @@ pub enum ClearingError {
     /// The tool neither gets in from outside nor may enter on a helix or straight down.
     #[error(
         "there is no way into the pocket at ({x:.1}, {y:.1}): a helix of {room_mm:.2} mm fits and {least_mm:.2} mm are needed; \
-         allow plunging or take a smaller tool",
+         take a smaller tool, or say with dead_centre what of this one does not cut (0 where it may plunge)",
         x = at_mm[0], y = at_mm[1]
     )]
     NoEntry {

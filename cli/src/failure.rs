@@ -216,6 +216,8 @@ impl From<claymill::JobError> for Failure {
                 "Take a lower step_down in the job file, or a tool with longer flutes."
             }
             E::Band { .. } => "For example, in the job file: band = 1.0.",
+            E::DeadCentre { .. } => "For example, in the job file: dead_centre = 8.0, or 0 if it may plunge.",
+            E::Ramp { .. } => "For example, in the job file: ramp = 3.0.",
             E::StockAbove { .. } => "For example: --stock-above 25.",
             E::Allowance { .. } => {
                 "For example: --allowance 3 for roughing, or --allowance -0.1 below the surface."

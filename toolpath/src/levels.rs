@@ -20,6 +20,12 @@ pub struct Levels {
     pub engagement_deg: f64,
     /// Stairs over slopes are no higher than this, mm.
     pub band_mm: f64,
+    /// Diameter about the tool's axis that does not cut, mm: 0 of a tool that may go straight down; `None` where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dead_centre_mm: Option<f64>,
+    /// Steepest way down into a pocket, degrees against the level; `None` for the usual one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ramp_deg: Option<f64>,
 }
 
 impl Levels {

@@ -5,6 +5,8 @@ use claymill_nurbs::Aabb;
 use claymill_tooling::{LibraryTool, Material, Stage, ToolChoice};
 use claymill_toolpath::Levels;
 
+use crate::limits::{LEAST_RAMP_DEG, STEEPEST_RAMP_DEG};
+
 /// The tool is no thicker than this share of the part across: it has to get around it, and into it.
 const THICKEST: f64 = 0.2;
 /// Depths are rounded down to this, mm.
@@ -51,5 +53,15 @@ pub(super) fn asked(stage: &Stage, tool: &LibraryTool, material: &Material) -> L
     let flutes_mm = tool.flute_length_mm.or(tool.tool.flute_length_mm).unwrap_or(f64::INFINITY);
     let deep_mm = stage.depth_mm.as_ref().map_or(tool.diameter_mm(), |depth| depth.value).min(flutes_mm);
     let step_down_mm = ((deep_mm / ROUND_MM).floor() * ROUND_MM).max(ROUND_MM);
-    Levels { step_down_mm, engagement_deg, band_mm: Levels::USUAL_BAND * step_down_mm }
+    let dead_centre_mm = match tool.centre_cutting {
+        Some(true) => Some(0.0),
+        Some(false) | None => Some(tool.dead_centre_mm).filter(|mm| *mm > 0.0),
+    };
+    Levels {
+        step_down_mm,
+        engagement_deg,
+        band_mm: Levels::USUAL_BAND * step_down_mm,
+        dead_centre_mm,
+        ramp_deg: tool.ramp_deg.map(|deg| deg.clamp(LEAST_RAMP_DEG, STEEPEST_RAMP_DEG)),
+    }
 }

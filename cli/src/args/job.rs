@@ -124,7 +124,7 @@ pub(crate) struct JobOptions {
     #[arg(skip)]
     pub(crate) rest_above: Option<f64>,
     /// How an operation that roughs a stock takes it away: in layers over the surface, or by levels [default: layers]. In a job of
-    /// operations, like the three below.
+    /// operations, like the five below.
     #[arg(skip)]
     pub(crate) cut: Option<CutName>,
     /// Largest depth of a level, mm [default: the tool's diameter].
@@ -136,6 +136,13 @@ pub(crate) struct JobOptions {
     /// Stairs that levels leave over slopes are no higher than this, mm [default: a tenth of the step-down].
     #[arg(skip)]
     pub(crate) band: Option<f64>,
+    /// Diameter about the axis of a tool for levels that does not cut, mm: 0 lets it go straight down [default: a half of the tool's
+    /// radius, and no plunging].
+    #[arg(skip)]
+    pub(crate) dead_centre: Option<f64>,
+    /// Steepest way of levels down into a pocket, degrees [default: 3].
+    #[arg(skip)]
+    pub(crate) ramp: Option<f64>,
     /// Leave this much on the surface, along its normal, mm, as roughing does; negative to cut below it [default: 0].
     #[arg(help_heading = TOOL, long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) allowance: Option<f64>,

@@ -49,6 +49,8 @@ pub(super) fn over(first: JobOptions, second: JobOptions) -> JobOptions {
         stock_above: first.stock_above.or(second.stock_above),
         cut: first.cut.or(second.cut),
         step_down: first.step_down.or(second.step_down),
+        dead_centre: first.dead_centre.or(second.dead_centre),
+        ramp: first.ramp.or(second.ramp),
         engagement: first.engagement.or(second.engagement),
         band: first.band.or(second.band),
         pencil: first.pencil || second.pencil,

@@ -305,6 +305,8 @@ impl Chosen {
             options.step_down = Some(levels.step_down_mm);
             options.engagement = Some(levels.engagement_deg);
             options.band = Some(levels.band_mm);
+            options.dead_centre = levels.dead_centre_mm;
+            options.ramp = levels.ramp_deg;
         }
         options.stock_above = Some(o.stock_above_mm);
         options.bounds.centre_within =

@@ -90,8 +90,13 @@ impl Request {
 /// The levels that are asked for, with what is usual.
 fn levels(options: &JobOptions, tool: &Tool) -> Result<Option<Levels>, Failure> {
     if options.cut != Some(CutName::Levels) {
-        let own =
-            [("step_down", options.step_down), ("engagement", options.engagement), ("band", options.band)];
+        let own = [
+            ("step_down", options.step_down),
+            ("engagement", options.engagement),
+            ("band", options.band),
+            ("dead_centre", options.dead_centre),
+            ("ramp", options.ramp),
+        ];
         return match own.into_iter().find(|(_, value)| value.is_some()) {
             Some((name, _)) => Err(Failure::usage(
                 format!("`{name}` is for levels, and this operation has none"),
@@ -106,6 +111,8 @@ fn levels(options: &JobOptions, tool: &Tool) -> Result<Option<Levels>, Failure> 
         step_down_mm,
         engagement_deg: options.engagement.unwrap_or(Levels::USUAL_ENGAGEMENT_DEG),
         band_mm: options.band.unwrap_or(Levels::USUAL_BAND * step_down_mm),
+        dead_centre_mm: options.dead_centre,
+        ramp_deg: options.ramp,
     }))
 }
 

@@ -136,6 +136,8 @@ fn what_levels_cannot_be_is_named() {
         (job(STOCK, flat, "engagement = 180.0"), "engagement of 180°"),
         (job(STOCK, flat, "step_down = 25.0"), "deeper than the flutes"),
         (job(STOCK, flat, "step_down = 4.0\nband = 0.0"), "a band of 0 mm"),
+        (job(STOCK, flat, "dead_centre = 9.0"), "a dead centre of 9 mm"),
+        (job(STOCK, flat, "ramp = 0.0"), "a ramp of 0°"),
         (job(STOCK, flat, "rest_above = 1.0"), "rest_of and rest_above"),
         (job(STOCK, flat, USUAL).replace("cut = \"levels\"", "cut = \"layers\""), "is for levels"),
     ] {

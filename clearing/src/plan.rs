@@ -82,7 +82,7 @@ pub struct Workpiece<'a> {
 }
 
 /// A level that was cleared, if there was enough to do.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 struct Done {
     cleared: Option<Cleared>,
     /// Whether something is there to be cut.
@@ -147,8 +147,8 @@ pub fn plan_levels(
         band_mm: options.band_mm,
         within: piece.within_mm.map(PlanarSet::rectangle),
     };
-    let levels = slabs.levels(&heights, depths.top_mm, monitor)?;
-    let done = cleared(&levels, tool, options, monitor)?;
+    let mut levels = slabs.levels(&heights, depths.top_mm, monitor)?;
+    let done = cleared(&mut levels, tool, options, monitor)?;
     let clearance_mm = stock_box.max.z.max(part_box.max.z) + CLEARANCE_MM;
     let mut pen = Pen::new(frame, options.feeds, clearance_mm);
     let mut found = Vec::new();
@@ -184,53 +184,47 @@ fn limit_at(tool: &Tool, depth_mm: f64, engagement_deg: f64) -> Result<Engagemen
     EngagementLimit::new(radius_mm - narrow_mm, engagement_deg)
 }
 
-/// Clears levels side by side: first those that others come between, which stay out of pockets into which there was no way.
+/// Clears all levels: first those that others come between, then these, which stay out of pockets into which there was no way.
 fn cleared(
-    levels: &[Level],
+    levels: &mut [Level],
     tool: &Tool,
     options: &LevelOptions,
     monitor: &dyn Monitor,
 ) -> Result<Vec<Done>, ClearingError> {
-    let limit_of = |level: &Level| limit_at(tool, level.above - level.z, options.engagement_deg);
-    let limits = levels.iter().map(limit_of).collect::<Result<Vec<_>, _>>()?;
-    let task = |k: usize, feasible: PlanarSet| Task { level: &levels[k], feasible, limit: limits[k] };
     let (stairs, floors): (Vec<usize>, Vec<usize>) = (0..levels.len()).partition(|&k| levels[k].is_stair);
-    let of_floors: Vec<Task<'_>> = floors.iter().map(|&k| task(k, levels[k].feasible.clone())).collect();
-    let of_floors = all_cleared(&of_floors, tool, options, monitor)?;
-    let over = |&k: &usize| {
-        let floor = floors.partition_point(|&floor| floor < k).checked_sub(1);
-        let below = floor.and_then(|floor| of_floors[floor].cleared.as_ref());
-        let closed = below.filter(|below| !below.closed.is_empty()).map(|below| {
-            let kept = below.closed.dilated(tool.radius_mm()).intersection(&below.left);
-            levels[k].feasible.minus(&kept.dilated(tool.radius_mm()))
-        });
-        task(k, closed.unwrap_or_else(|| levels[k].feasible.clone()))
-    };
-    let of_stairs: Vec<Task<'_>> = stairs.iter().map(over).collect();
-    let of_stairs = all_cleared(&of_stairs, tool, options, monitor)?;
-    let mut numbered: Vec<(usize, Done)> =
-        floors.into_iter().zip(of_floors).chain(stairs.into_iter().zip(of_stairs)).collect();
-    numbered.sort_by_key(|(k, _)| *k);
-    Ok(numbered.into_iter().map(|(_, done)| done).collect())
-}
-
-/// A level with where the tool's centre may be, and the limit.
-struct Task<'a> {
-    level: &'a Level,
-    feasible: PlanarSet,
-    limit: EngagementLimit,
+    let mut done = vec![Done::default(); levels.len()];
+    for (k, of_floor) in floors.iter().zip(side_by_side(levels, &floors, tool, options, monitor)?) {
+        done[*k] = of_floor;
+    }
+    let mut below = 0;
+    for k in 0..levels.len() {
+        if !levels[k].is_stair {
+            below = k;
+        } else if let Some(floor) = done[below].cleared.as_ref().filter(|floor| !floor.closed.is_empty()) {
+            let kept = floor.closed.dilated(tool.radius_mm()).intersection(&floor.left);
+            levels[k].feasible = levels[k].feasible.minus(&kept.dilated(tool.radius_mm()));
+        }
+    }
+    for (k, of_stair) in stairs.iter().zip(side_by_side(levels, &stairs, tool, options, monitor)?) {
+        done[*k] = of_stair;
+    }
+    Ok(done)
 }
 
 /// Clears levels side by side. Between upright walls many are alike, and are cleared once.
-fn all_cleared(
-    tasks: &[Task<'_>],
+fn side_by_side(
+    levels: &[Level],
+    which: &[usize],
     tool: &Tool,
     options: &LevelOptions,
     monitor: &dyn Monitor,
 ) -> Result<Vec<Done>, ClearingError> {
     let least_mm2 = LEAST_CUT * std::f64::consts::PI * tool.radius_mm().powi(2);
-    let are_alike = |a: &Task<'_>, b: &Task<'_>| {
-        a.limit == b.limit && a.feasible == b.feasible && a.level.stock == b.level.stock
+    let limit_of = |level: &Level| limit_at(tool, level.above - level.z, options.engagement_deg);
+    let tasks = which.iter().map(|&k| Ok((&levels[k], limit_of(&levels[k])?)));
+    let tasks: Vec<(&Level, EngagementLimit)> = tasks.collect::<Result<_, ClearingError>>()?;
+    let are_alike = |(a, of_a): &(&Level, EngagementLimit), (b, of_b): &(&Level, EngagementLimit)| {
+        of_a == of_b && a.feasible == b.feasible && a.stock == b.stock
     };
     let mut own: Vec<usize> = Vec::new();
     let mut alike = Vec::with_capacity(tasks.len());
@@ -243,14 +237,14 @@ fn all_cleared(
     }
     let done = std::sync::atomic::AtomicUsize::new(0);
     let one = |&k: &usize| {
-        let Task { level, feasible, limit } = &tasks[k];
+        let (level, limit) = tasks[k];
         let _span = info_span!("clearing of a level", z_mm = level.z).entered();
-        let cut = feasible.dilated(limit.radius_mm()).intersection(&level.stock);
+        let cut = level.feasible.dilated(limit.radius_mm()).intersection(&level.stock);
         let is_stock = !cut.is_empty();
         let cleared = if cut.area_mm2() < least_mm2 {
             None
         } else {
-            let area = Area { feasible, stock: &level.stock, limit: *limit, entry: options.entry };
+            let area = Area { feasible: &level.feasible, stock: &level.stock, limit, entry: options.entry };
             Some(clear_rooms(&area, monitor)?)
         };
         let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;

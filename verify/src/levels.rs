@@ -16,6 +16,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tracing::info_span;
 
+use crate::across::across;
 use crate::asked::excluded_faces;
 use crate::end::EndBody;
 use crate::error::VerifyError;
@@ -259,7 +260,7 @@ fn gets_to(
             return is_free(tip);
         }
         let flat_mm = body.radius_mm - body.corner_mm;
-        let x = axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();
+        let x = across(&axis);
         let y = axis.cross(&x);
         let beside = |k: u32| {
             let (sine, cosine) = (std::f64::consts::TAU * f64::from(k) / f64::from(EDGES)).sin_cos();

@@ -28,6 +28,7 @@
 // What is to be said is returned: only the command prints.
 #![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
 
+mod across;
 mod allowance;
 mod asked;
 mod astray;

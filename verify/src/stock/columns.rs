@@ -22,6 +22,7 @@ use super::initial::BoxInStock;
 use super::piece::Sweep;
 use super::sweeps::{Step, Time};
 use super::tool_bodies::{ToolBody, ToolPart};
+use crate::across::across;
 
 /// Squares looked at for one chord.
 const MOST_SQUARES: u32 = 20_000;
@@ -76,7 +77,7 @@ impl Column {
     fn of(bodies: &[Sweep], stock: &Aabb) -> Option<Self> {
         let first = bodies.first()?;
         let axis = first.axis;
-        let x = axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();
+        let x = across(&axis);
         let frame = [x, axis.cross(&x), axis];
         let (start, end) = (first.start.coords, first.start.coords + first.way);
         let way = [start, end].map(|tip| [tip.dot(&frame[0]), tip.dot(&frame[1])]);
@@ -181,6 +182,10 @@ impl StockCheck<'_> {
         before: Time,
         ball_mm: f64,
     ) -> bool {
+        // Where the axis turns, each body has a way of its own.
+        if self.flats[of_move].turn > 0.0 {
+            return false;
+        }
         let Some(column) = Column::of(bodies, &self.stock.bounds()) else { return true };
         let Some(flutes) = Flutes::of(&self.bodies[self.body_of_move[of_move]]) else { return false };
         // What went here before with the same tool took away no more than its flutes are long; what is above went earlier.

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::initial::InitialStock;
 use super::piece::Sweep;
 use super::sweeps::{Sweeps, Time};
+use crate::across::across;
 
 /// What a tool cuts at one moment and height.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
@@ -56,10 +57,8 @@ pub(super) fn engagement(
     let radii = pose.swept.iter().filter_map(|s| s.shape.radius_at(height_mm));
     let radius_mm = radii.reduce(f64::max).filter(|r| *r > 0.0)?;
     let feed = pose.way.try_normalize(1e-12)?;
-    let across = feed - pose.axis * feed.dot(&pose.axis);
-    let forward = across
-        .try_normalize(1e-6)
-        .unwrap_or_else(|| pose.axis.cross(&Vector3::ith(pose.axis.iamin(), 1.0)).normalize());
+    let aside = feed - pose.axis * feed.dot(&pose.axis);
+    let forward = aside.try_normalize(1e-6).unwrap_or_else(|| across(&pose.axis));
     let left = pose.axis.cross(&forward);
     let centre = pose.tip + pose.axis * height_mm + feed * AHEAD_MM;
     let is_engaged = |deg: f64| {

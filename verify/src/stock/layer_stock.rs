@@ -7,6 +7,7 @@ use claymill_nurbs::{Aabb, ClosestPoints, FaceMesh, MeshOptions, Model, Point3, 
 
 use super::error::StockError;
 use super::tree::Tree;
+use crate::across::across;
 use crate::mesh::face_meshes;
 
 /// Faces farther than this are not looked for, mm.
@@ -86,8 +87,8 @@ impl<'a> LayerStock<'a> {
 
 impl Below {
     fn new(meshes: &[FaceMesh], up: Vector3, table_mm: f64, deviation_mm: f64) -> Self {
-        let across = up.cross(&Vector3::ith(up.iamin(), 1.0)).normalize();
-        let frame = [across, up.cross(&across), up];
+        let x = across(&up);
+        let frame = [x, up.cross(&x), up];
         let seen = |p: &Point3| Point3::from(frame.map(|f| f.dot(&p.coords)));
         let (mut triangles, mut rims) = (Vec::new(), Vec::new());
         for mesh in meshes {

@@ -22,6 +22,7 @@ use super::engagement::arcs_where;
 use super::error::{KeepGoing, StockError};
 use super::flatten::{Chord, flatten};
 use super::initial::InitialStock;
+use crate::across::across;
 use crate::report::Place;
 
 /// Width of a bin of the histogram, degrees.
@@ -197,7 +198,7 @@ fn on_level(
     let corner = ways.iter().filter(is_here).map(|w| w.tool.tool.corner_radius_mm()).fold(0.0, f64::max);
     let Some(first) = ways.iter().find(is_here) else { return Ok(found) };
     let axis = Vector3::from(first.of.axis_start);
-    let x = axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();
+    let x = across(&axis);
     let y = axis.cross(&x);
     let plane = if corner > 0.0 {
         (z + corner + ABOVE_MM).min(cut_above(ground, ways, z, first) - ABOVE_MM)

@@ -16,6 +16,7 @@ use super::piece::Sweep;
 use super::plunge::at_rest;
 use super::retrace::uncovered;
 use super::sweeps::{Sweeps, Time};
+use crate::across::across;
 
 /// What the search may pass over and how long it may take.
 #[derive(Debug, Clone, Copy)]
@@ -226,9 +227,8 @@ impl Search<'_> {
 /// Along the way, across it, and along the tool's axis.
 fn frame_of(sweep: &Sweep) -> [Vector3; 3] {
     let axis = sweep.axis;
-    let across = sweep.way - axis * sweep.way.dot(&axis);
-    let first = if across.norm() > 1e-9 { across } else { axis.cross(&Vector3::ith(axis.iamin(), 1.0)) };
-    let first = first.normalize();
+    let aside = sweep.way - axis * sweep.way.dot(&axis);
+    let first = if aside.norm() > 1e-9 { aside.normalize() } else { across(&axis) };
     [first, axis.cross(&first), axis]
 }
 

@@ -18,6 +18,8 @@ use crate::planar_set::{CHORD_MM, PlanarSet};
 const FITTED: f64 = 0.01;
 /// What the first turn of an entry leaves uncut, mm.
 const ENTRY_MARGIN_MM: f64 = 2e-3;
+/// Helices are no wider than this share of the tool's radius.
+const WIDEST_HELIX: f64 = 0.9;
 /// Helices are no narrower than this share of the tool's radius.
 const LEAST_HELIX: f64 = 0.05;
 /// A ring keeps this share of the room that there is from what is beside it, and is rounded by so much.
@@ -39,7 +41,7 @@ impl Entry {
     /// The usual one of a tool: a helix as wide as the tool, and no plunging.
     #[must_use]
     pub fn usual(radius_mm: f64) -> Self {
-        Entry { helix_mm: 0.9 * radius_mm, least_helix_mm: 0.25 * radius_mm, may_plunge: false }
+        Entry { helix_mm: WIDEST_HELIX * radius_mm, least_helix_mm: 0.25 * radius_mm, may_plunge: false }
     }
 
     /// That of a tool that does not cut within a diameter about its axis, mm. One that cuts everywhere may go straight down, but
@@ -47,8 +49,15 @@ impl Entry {
     #[must_use]
     pub fn with_dead_centre(radius_mm: f64, dead_centre_mm: f64) -> Self {
         let least_helix_mm = (0.5 * dead_centre_mm).max(LEAST_HELIX * radius_mm);
-        let helix_mm = f64::max(0.9 * radius_mm, least_helix_mm);
+        let helix_mm = f64::max(WIDEST_HELIX * radius_mm, least_helix_mm);
         Entry { helix_mm, least_helix_mm, may_plunge: dead_centre_mm <= 0.0 }
+    }
+
+    /// The same for a depth at which no more of the tool cuts than a disc of this radius: the tip of its corner.
+    pub(crate) fn of_disc(self, radius_mm: f64) -> Self {
+        let least_helix_mm = self.least_helix_mm.min(radius_mm);
+        let helix_mm = self.helix_mm.min(least_helix_mm.max(WIDEST_HELIX * radius_mm));
+        Entry { helix_mm, least_helix_mm, ..self }
     }
 }
 

@@ -244,7 +244,8 @@ fn side_by_side(
         let cleared = if cut.area_mm2() < least_mm2 {
             None
         } else {
-            let area = Area { feasible: &level.feasible, stock: &level.stock, limit, entry: options.entry };
+            let entry = options.entry.of_disc(limit.radius_mm());
+            let area = Area { feasible: &level.feasible, stock: &level.stock, limit, entry };
             Some(clear_rooms(&area, monitor)?)
         };
         let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;

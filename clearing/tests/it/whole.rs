@@ -73,6 +73,14 @@ fn a_dome_in_a_block_is_roughed_within_the_limit() {
     }
 }
 
+/// Low stairs are cut by a ball near its pole, where it is narrower than its helices are elsewhere.
+#[test]
+fn a_ball_cuts_stairs_that_are_lower_than_its_corner() {
+    let stairs = LevelOptions { band_mm: Some(0.5), ..options() };
+    let plan = planned("ball:4,length:20", &block(20.0, 14.0), &stairs).expect("planned");
+    assert!(plan.levels.len() > 5, "{:?}", plan.levels);
+}
+
 #[test]
 fn the_same_moves_whatever_the_number_of_threads() {
     let of_threads = |threads: usize| {

@@ -7,6 +7,7 @@ use crate::engagement::EngagementLimit;
 use crate::entry::{Entry, WayIn, way_in};
 use crate::error::{ClearingError, within};
 use crate::fronts::{Pass, without_steps};
+use crate::leads::Lead;
 use crate::order::{end_of, order};
 use crate::outline::Place;
 use crate::planar_set::{CHORD_MM, FARTHEST_MM, PlanarSet};
@@ -33,7 +34,7 @@ pub struct Area<'a> {
 /// How the tool comes to a stroke.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Approach {
-    /// Straight along from the stroke before, over ground that is cleared.
+    /// Along from the stroke before, over ground that is cleared.
     Along,
     /// From above, where nothing is left.
     Over,
@@ -60,6 +61,8 @@ impl Approach {
 pub struct Stroke {
     /// How the tool comes to its start.
     pub approach: Approach,
+    /// Where the way along from the stroke before bends, mm.
+    pub via: Vec<[f64; 2]>,
     /// The way into a closed pass.
     pub lead_in: Vec<PathPiece>,
     /// The pass.
@@ -111,8 +114,9 @@ pub(crate) fn clear_rooms(area: &Area<'_>, monitor: &dyn Monitor) -> Result<Clea
     let radius_mm = area.limit.radius_mm();
     within("radius of the helix, mm,", area.entry.helix_mm, 0.0, radius_mm)?;
     within("least radius of a helix, mm,", area.entry.least_helix_mm, 0.0, radius_mm)?;
-    let reach_mm = [area.feasible, area.stock].into_iter().filter_map(PlanarSet::bounds).flatten();
-    let reach_mm = reach_mm.map(f64::abs).fold(0.0, f64::max) + 1.1 * STRAIGHTEST * radius_mm;
+    // Air may end anywhere; circles about what is to be cut may not.
+    let reach_mm = area.stock.bounds().into_iter().flatten().map(f64::abs).fold(0.0, f64::max);
+    let reach_mm = reach_mm + 1.1 * STRAIGHTEST * radius_mm;
     if reach_mm > FARTHEST_MM {
         return Err(ClearingError::TooFar { reach_mm });
     }
@@ -150,15 +154,15 @@ fn clear_room(
         return Ok(at);
     }
     let reached = room.minus(&wanted.dilated(radius_mm + 2.0 * CHORD_MM));
-    let mut state = State { reached, uncut: wanted.clone(), rounds: 0 };
+    let mut state = State { reached, uncut: wanted.clone(), ends: Vec::new(), rounds: 0 };
     let (mut closed, mut is_new) = (PlanarSet::default(), true);
     let before = cleared.strokes.len();
     for _ in 0..MOST_ENTRIES {
         if is_new {
             let fronts = run(room, &mut state, &area.limit, monitor)?;
             for ordered in order(&fronts, &state.reached, radius_mm, at) {
-                let is_linked = ordered.is_linked && cleared.strokes.len() > before;
-                cleared.strokes.push(stroke(ordered.pass, is_linked));
+                let link = ordered.link.filter(|_| cleared.strokes.len() > before);
+                cleared.strokes.push(stroke(ordered.pass, link));
                 at = end_of(ordered.pass);
             }
         }
@@ -171,6 +175,7 @@ fn clear_room(
                 state.reached = state.reached.union(&reached);
                 state.uncut = state.uncut.minus(&bored);
                 at = stroke.cut.last().map_or(at, |piece| piece.to);
+                state.ends = vec![at];
                 cleared.strokes.push(stroke);
             }
             Err(error) => {
@@ -185,15 +190,19 @@ fn clear_room(
     Ok(at)
 }
 
-fn stroke(pass: &Pass, is_linked: bool) -> Stroke {
-    let approach = if is_linked { Approach::Along } else { Approach::Over };
+fn stroke(pass: &Pass, link: Option<Vec<Place>>) -> Stroke {
+    let approach = if link.is_some() { Approach::Along } else { Approach::Over };
     let (mut lead_in, mut lead_out) = (Vec::new(), Vec::new());
-    if let Some(lead) = pass.lead {
-        let on = pass.points[0];
-        lead_in.push(PathPiece::anticlockwise(lead.from, on, lead.centre));
-        lead_out.push(PathPiece::anticlockwise(on, lead.to, lead.centre));
+    match &pass.lead {
+        Some(Lead::Circle { centre, from, to }) => {
+            lead_in.push(PathPiece::anticlockwise(*from, pass.points[0], *centre));
+            lead_out.push(PathPiece::anticlockwise(pass.points[0], *to, *centre));
+        }
+        Some(Lead::Spiral(points)) => lead_in = pieces(points),
+        None => {}
     }
-    Stroke { approach, lead_in, cut: pieces(&without_steps(&pass.points)), lead_out }
+    let via = link.unwrap_or_default();
+    Stroke { approach, via, lead_in, cut: pieces(&without_steps(&pass.points)), lead_out }
 }
 
 /// A part of what the centre has not reached, if it is worth going there: behind necks that are narrower than the smallest circle, or

@@ -7,6 +7,8 @@
 //!      ╰───────────────────╯
 //! ```
 
+use claymill_toolpath::Levels;
+
 use crate::arcs::{PathPiece, pieces};
 use crate::area::{Approach, Area, Stroke};
 use crate::error::ClearingError;
@@ -41,7 +43,8 @@ impl Entry {
     /// The usual one of a tool: a helix as wide as the tool, and no plunging.
     #[must_use]
     pub fn usual(radius_mm: f64) -> Self {
-        Entry { helix_mm: WIDEST_HELIX * radius_mm, least_helix_mm: 0.25 * radius_mm, may_plunge: false }
+        let least_helix_mm = Levels::USUAL_DEAD_CENTRE * radius_mm;
+        Entry { helix_mm: WIDEST_HELIX * radius_mm, least_helix_mm, may_plunge: false }
     }
 
     /// That of a tool that does not cut within a diameter about its axis, mm. One that cuts everywhere may go straight down, but
@@ -90,7 +93,7 @@ fn helix(area: &Area<'_>, room: &PlanarSet, centre: Place, helix_mm: f64) -> Way
     let cut = if helix_mm > 0.0 { PathPiece::circle(centre, helix_mm).to_vec() } else { Vec::new() };
     let approach = Approach::Helix { centre, radius_mm: helix_mm };
     WayIn {
-        stroke: Stroke { approach, lead_in: Vec::new(), cut, lead_out: Vec::new() },
+        stroke: Stroke { approach, via: Vec::new(), lead_in: Vec::new(), cut, lead_out: Vec::new() },
         reached: PlanarSet::disc(centre, helix_mm.max(CHORD_MM)).intersection(room),
         bored: PlanarSet::disc(centre, helix_mm + area.limit.radius_mm() - ENTRY_MARGIN_MM),
     }
@@ -120,7 +123,8 @@ fn ramp(area: &Area<'_>, part: &PlanarSet, room_mm: f64) -> Option<WayIn> {
     };
     let bored = reached.dilated(area.limit.radius_mm() - ENTRY_MARGIN_MM);
     let cut = pieces(&without_steps(&points));
-    let stroke = Stroke { approach: Approach::Ramp, lead_in: Vec::new(), cut, lead_out: Vec::new() };
+    let stroke =
+        Stroke { approach: Approach::Ramp, via: Vec::new(), lead_in: Vec::new(), cut, lead_out: Vec::new() };
     Some(WayIn { stroke, reached, bored })
 }
 

@@ -7,7 +7,7 @@
 //! ```
 
 use crate::engagement::EngagementLimit;
-use crate::leads::{Lead, lead};
+use crate::leads::{Lead, entered};
 use crate::outline::{Outline, Place, distance};
 use crate::planar_set::PlanarSet;
 use crate::rounds::State;
@@ -64,6 +64,8 @@ pub(crate) struct Ground<'a> {
     pub(crate) uncut: Outline,
     /// What the round would reach in all.
     pub(crate) next: Outline,
+    /// Where passes of the round before end: the tool may come from there.
+    ends: &'a [Place],
 }
 
 impl<'a> Ground<'a> {
@@ -74,7 +76,13 @@ impl<'a> Ground<'a> {
             reached: Outline::new(&state.reached),
             uncut: Outline::new(&state.uncut),
             next: Outline::new(&next.union(&state.reached)),
+            ends: &state.ends,
         }
+    }
+
+    /// The distance from the nearest end of a pass of the round before, mm.
+    pub(crate) fn gap_to_ends_mm(&self, p: Place) -> f64 {
+        self.ends.iter().map(|end| distance(p, *end)).fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -98,7 +106,7 @@ fn passes(contour: &[Place], ground: &Ground<'_>) -> Vec<Pass> {
     };
     let old: Vec<bool> = (0..n).map(is_old).collect();
     let Some(first) = (0..n).find(|&k| old[k]) else {
-        return vec![closed(contour, ground)];
+        return vec![entered(contour, ground)];
     };
     let mut found = Vec::new();
     let mut points: Vec<Place> = Vec::new();
@@ -136,12 +144,4 @@ pub(crate) fn without_steps(points: &[Place]) -> Vec<Place> {
         }
     }
     kept
-}
-
-/// A whole contour, from where it is entered best.
-fn closed(contour: &[Place], ground: &Ground<'_>) -> Pass {
-    let (start, lead) = lead(contour, ground);
-    let mut points: Vec<Place> = contour[start..].iter().chain(&contour[..start]).copied().collect();
-    points.push(contour[start]);
-    Pass { points, lead }
 }

@@ -94,19 +94,28 @@ impl<'a> Pen<'a> {
 
     /// Straight to a place, if the tool is not there.
     fn straight(&mut self, kind: MoveKind, to: Point3) {
+        self.straight_at(kind, to, self.feed(kind));
+    }
+
+    fn straight_at(&mut self, kind: MoveKind, to: Point3, feed: f64) {
         let Some(from) = self.at else {
             self.at = Some(to);
             return;
         };
         let [a, b] = [from, to].map(|p| self.frame.to_model(&p));
         if a.map(round_to_written) != b.map(round_to_written) {
-            let moved = Move::straight(kind, a, b, self.frame.axis(), self.feed(kind));
+            let moved = Move::straight(kind, a, b, self.frame.axis(), feed);
             self.push(moved, to);
         }
     }
 
     /// Along pieces, each with its height at both ends; arcs become one curve.
-    fn along(&mut self, kind: MoveKind, pieces: &[(PathPiece, [f64; 2])]) -> Result<(), NurbsError> {
+    fn along(
+        &mut self,
+        kind: MoveKind,
+        pieces: &[(PathPiece, [f64; 2])],
+        feed: f64,
+    ) -> Result<(), NurbsError> {
         let (mut points, mut weights, mut knots) = (Vec::new(), Vec::new(), vec![0.0; 3]);
         let mut length = 0.0;
         let Some((first, [z, _])) = pieces.first() else { return Ok(()) };
@@ -142,7 +151,7 @@ impl<'a> Pen<'a> {
         knots.push(length);
         let is_plain = weights.iter().all(|w: &f64| *w == 1.0);
         let curve = Curve3::new(KnotVector::new(2, knots)?, points, (!is_plain).then_some(weights))?;
-        let moved = Move::along(kind, &curve, self.frame.axis(), self.feed(kind));
+        let moved = Move::along(kind, &curve, self.frame.axis(), feed);
         self.push(moved, end);
         Ok(())
     }
@@ -151,11 +160,13 @@ impl<'a> Pen<'a> {
         self.frame.to_model(&Point3::new(x, y, z)).map(round_to_written)
     }
 
+    /// On a level. Leads go on as fast as the pass: they keep to its engagement.
     fn level(&mut self, kind: MoveKind, pieces: &[PathPiece], z: f64) -> Result<(), NurbsError> {
+        let feed = self.feeds.cut_mm_per_min;
         for piece in pieces {
             match piece.arc {
-                None => self.straight(kind, Point3::new(piece.to[0], piece.to[1], z)),
-                Some(_) => self.along(kind, &[(*piece, [z, z])])?,
+                None => self.straight_at(kind, Point3::new(piece.to[0], piece.to[1], z), feed),
+                Some(_) => self.along(kind, &[(*piece, [z, z])], feed)?,
             }
         }
         Ok(())
@@ -208,7 +219,9 @@ impl<'a> Pen<'a> {
                 Approach::Along => {
                     if let (Some(at), Some(first)) = (self.at, first) {
                         self.straight(MoveKind::Link, Point3::new(at.x, at.y, z + LIFT_MM));
-                        self.straight(MoveKind::Link, Point3::new(first.from[0], first.from[1], z + LIFT_MM));
+                        for [x, y] in stroke.via.iter().chain([&first.from]) {
+                            self.straight(MoveKind::Link, Point3::new(*x, *y, z + LIFT_MM));
+                        }
                         self.straight(MoveKind::Link, Point3::new(first.from[0], first.from[1], z));
                     }
                 }
@@ -256,7 +269,7 @@ impl<'a> Pen<'a> {
             *last = z;
         }
         pieces.extend((0..turns_on_level).flat_map(|_| ring).map(|piece| (*piece, [z; 2])));
-        self.along(MoveKind::LeadIn, &pieces)
+        self.along(MoveKind::LeadIn, &pieces, self.feeds.lead_mm_per_min)
     }
 
     /// Down on a helix that ends with a turn on the level, or straight down.
@@ -284,6 +297,6 @@ impl<'a> Pen<'a> {
                 (PathPiece { from: corner(k), to: corner(k + 1), arc }, [height(k), height(k + 1)])
             })
             .collect();
-        self.along(MoveKind::LeadIn, &pieces)
+        self.along(MoveKind::LeadIn, &pieces, self.feeds.lead_mm_per_min)
     }
 }

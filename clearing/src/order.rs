@@ -4,17 +4,28 @@
 //! laid. So one corner is cleared to its end before the tool moves on, which saves most of the links.
 
 use crate::fronts::{Front, Pass};
+use crate::leads::Lead;
 use crate::outline::{Outline, Place, distance};
 use crate::planar_set::PlanarSet;
 
 /// Parts are entered by links no further than this, mm.
 const GRAZE_MM: f64 = 3e-3;
 
-/// A pass with the number of its front.
+/// What is thinner than twice this is no cleared ground, mm.
+const HAIR_MM: f64 = 1e-3;
+/// Places where the tool has been are kept this far apart, in its radii.
+const APART: f64 = 0.25;
+/// Ways over other places are no longer than so many straight ones, each of which counts as long as this at least, mm.
+const LONGEST_DETOUR: f64 = 4.0;
+const SHORTEST_DETOUR_MM: f64 = 10.0;
+/// Places that are tried on the way.
+const MOST_OVER: usize = 24;
+
+/// A pass in its turn.
 pub(crate) struct Ordered<'a> {
     pub(crate) pass: &'a Pass,
-    /// Whether the straight way from the end of the pass before is clear.
-    pub(crate) is_linked: bool,
+    /// Over which places there is a clear way from the end of the pass before, if there is one.
+    pub(crate) link: Option<Vec<Place>>,
 }
 
 /// A pass as the order sees it.
@@ -31,11 +42,18 @@ struct Node<'a> {
 }
 
 pub(crate) fn start_of(pass: &Pass) -> Place {
-    pass.lead.map_or(pass.points[0], |lead| lead.from)
+    match &pass.lead {
+        Some(Lead::Circle { from, .. }) => *from,
+        Some(Lead::Spiral(points)) => points[0],
+        None => pass.points[0],
+    }
 }
 
 pub(crate) fn end_of(pass: &Pass) -> Place {
-    pass.lead.map_or(pass.points[pass.points.len() - 1], |lead| lead.to)
+    match pass.lead {
+        Some(Lead::Circle { to, .. }) => to,
+        _ => pass.points[pass.points.len() - 1],
+    }
 }
 
 /// Passes in order from a place on.
@@ -48,28 +66,25 @@ pub(crate) fn order<'a>(
     let mut nodes = nodes(fronts, radius_mm);
     wait(&mut nodes, radius_mm);
     let room = Outline::new(&reached.dilated(GRAZE_MM / 3.0));
-    let blocks: Vec<(Option<[f64; 4]>, Outline)> = fronts
-        .iter()
-        .map(|f| {
-            let inside = in_the_way(&f.part, reached);
-            (inside.bounds(), Outline::new(&inside))
-        })
-        .collect();
+    let blocks: Vec<Block> = fronts.iter().map(|f| Block::new(&f.part, reached)).collect();
     let mut left_of_front: Vec<usize> = fronts.iter().map(|f| f.passes.len()).collect();
     let mut ready: Vec<usize> = (0..nodes.len()).filter(|&k| nodes[k].waits_for == 0).collect();
     let mut found = Vec::with_capacity(nodes.len());
-    let mut at = from;
+    let (mut at, mut been) = (from, vec![from]);
     while !ready.is_empty() {
         let far = |k: usize| distance(at, start_of(nodes[k].pass));
         let nearest = (0..ready.len()).min_by(|&a, &b| far(ready[a]).total_cmp(&far(ready[b])));
         let k = ready.swap_remove(nearest.unwrap_or(0));
         let to = start_of(nodes[k].pass);
-        let is_blocked = |(bounds, outline): &(Option<[f64; 4]>, Outline)| {
-            bounds.is_some_and(|b| meets(&b, at, to)) && (outline.crosses(at, to) || outline.contains(at))
-        };
-        let is_linked = !room.crosses(at, to)
-            && !blocks.iter().zip(&left_of_front).any(|(b, &left)| left > 0 && is_blocked(b));
-        found.push(Ordered { pass: nodes[k].pass, is_linked });
+        let uncleared: Vec<&Block> =
+            blocks.iter().zip(&left_of_front).filter(|(_, n)| **n > 0).map(|(b, _)| b).collect();
+        let is_clear = |p: Place, q: Place| !room.crosses(p, q) && !uncleared.iter().any(|b| b.is_hit(p, q));
+        found.push(Ordered { pass: nodes[k].pass, link: link(at, to, &been, &is_clear) });
+        for place in [to, end_of(nodes[k].pass)] {
+            if !been.iter().any(|b| distance(*b, place) < APART * radius_mm) {
+                been.push(place);
+            }
+        }
         at = end_of(nodes[k].pass);
         left_of_front[nodes[k].front] -= 1;
         for other in std::mem::take(&mut nodes[k].frees) {
@@ -84,13 +99,55 @@ pub(crate) fn order<'a>(
     found
 }
 
+/// What is in the way of links until it is cleared.
+struct Block {
+    bounds: Option<[f64; 4]>,
+    outline: Outline,
+}
+
+impl Block {
+    fn new(part: &PlanarSet, reached: &PlanarSet) -> Self {
+        let inside = in_the_way(part, reached);
+        Block { bounds: inside.bounds(), outline: Outline::new(&inside) }
+    }
+
+    fn is_hit(&self, p: Place, q: Place) -> bool {
+        self.bounds.is_some_and(|b| meets(&b, p, q))
+            && (self.outline.crosses(p, q) || self.outline.contains(p))
+    }
+}
+
+/// A clear way to a place: straight, or over one or two of the places where the tool has been.
+fn link(at: Place, to: Place, been: &[Place], is_clear: &dyn Fn(Place, Place) -> bool) -> Option<Vec<Place>> {
+    if is_clear(at, to) {
+        return Some(Vec::new());
+    }
+    let length_mm = |p: &Place| distance(at, *p) + distance(*p, to);
+    let most_mm = LONGEST_DETOUR * distance(at, to).max(SHORTEST_DETOUR_MM);
+    let mut over: Vec<Place> = been.iter().copied().filter(|p| length_mm(p) < most_mm).collect();
+    over.sort_by(|a, b| length_mm(a).total_cmp(&length_mm(b)));
+    over.truncate(MOST_OVER);
+    if let Some(p) = over.iter().find(|p| is_clear(at, **p) && is_clear(**p, to)) {
+        return Some(vec![*p]);
+    }
+    let first: Vec<Place> = over.iter().copied().filter(|p| is_clear(at, *p)).collect();
+    let second: Vec<Place> = over.iter().copied().filter(|p| is_clear(*p, to)).collect();
+    let both = first.iter().flat_map(|p| second.iter().map(move |q| [*p, *q]));
+    let whole_mm = |[p, q]: &[Place; 2]| distance(at, *p) + distance(*p, *q) + distance(*q, to);
+    let mut both: Vec<[Place; 2]> = both.filter(|pair| whole_mm(pair) < most_mm).collect();
+    both.sort_by(|a, b| whole_mm(a).total_cmp(&whole_mm(b)));
+    both.into_iter().take(MOST_OVER).find(|[p, q]| is_clear(*p, *q)).map(|pair| pair.to_vec())
+}
+
 /// Where a link runs through a part that is not cleared yet. It may graze the side towards cleared ground, but not run along a wall:
 /// beside that the part goes on into what the centre never reaches.
 fn in_the_way(part: &PlanarSet, reached: &PlanarSet) -> PlanarSet {
     const BESIDE_MM: f64 = 4.0 * GRAZE_MM;
     let Some([x0, y0, x1, y1]) = part.bounds() else { return PlanarSet::default() };
     let around = PlanarSet::rectangle([x0 - BESIDE_MM, y0 - BESIDE_MM, x1 + BESIDE_MM, y1 + BESIDE_MM]);
-    part.union(&around.minus(reached)).eroded(GRAZE_MM)
+    // Borders of both that are the same but for the grid leave hairs between them, through which no link leads.
+    let clear = around.intersection(reached).minus(part).eroded(HAIR_MM);
+    around.minus(&clear.dilated(HAIR_MM + GRAZE_MM))
 }
 
 fn meets(b: &[f64; 4], p: Place, q: Place) -> bool {
@@ -157,11 +214,32 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_link_goes_around_a_wall() {
+        let room = PlanarSet::rectangle([0.0, 0.0, 30.0, 30.0]);
+        let wall = Outline::new(&room.minus(&PlanarSet::rectangle([14.0, 5.0, 16.0, 40.0])));
+        let is_clear = |p, q| !wall.crosses(p, q);
+        let been = [[10.0, 10.0], [15.0, 2.0], [15.0, 28.0]];
+        assert_eq!(link([10.0, 3.0], [20.0, 3.0], &been, &is_clear), Some(Vec::new()));
+        assert_eq!(link([10.0, 12.0], [20.0, 12.0], &been, &is_clear), Some(vec![[15.0, 2.0]]));
+        assert_eq!(link([10.0, 12.0], [20.0, 12.0], &been[..1], &is_clear), None);
+        let been = [[12.0, 2.0], [18.0, 2.0]];
+        assert_eq!(link([12.0, 15.0], [18.0, 15.0], &been, &is_clear), Some(been.to_vec()));
+    }
+
+    #[test]
+    fn no_link_leads_between_a_part_and_the_wall() {
+        let reached = PlanarSet::rectangle([-5.0, 0.0, 15.0, 10.0]);
+        // Some steps of the grid away from the wall.
+        let part = PlanarSet::rectangle([0.0, 3e-5, 10.0, 10.0]);
+        assert!(Block::new(&part, &reached).is_hit([-1.0, 0.0], [11.0, 0.0]));
+    }
+
+    #[test]
     fn a_link_along_a_wall_runs_through_what_is_not_cleared_there() {
         let reached = PlanarSet::rectangle([-5.0, 0.0, 15.0, 10.0]);
         let part = PlanarSet::rectangle([0.0, 0.0, 10.0, 10.0]);
-        let block = Outline::new(&in_the_way(&part, &reached));
-        let is_blocked = |from, to| block.crosses(from, to) || block.contains(from);
+        let block = Block::new(&part, &reached);
+        let is_blocked = |from, to| block.is_hit(from, to);
         assert!(is_blocked([-1.0, 0.0], [11.0, 0.0]), "along the wall");
         assert!(is_blocked([-1.0, 5.0], [11.0, 5.0]), "through the middle");
         assert!(!is_blocked([0.0, 1.0], [0.0, 9.0]), "along the side that is cleared");

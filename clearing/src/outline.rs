@@ -127,12 +127,45 @@ impl Outline {
         inside
     }
 
+    /// How much of the front half of a circle lies inside, radians. The front is where it moves to.
+    pub(crate) fn front_inside(&self, centre: Place, radius_mm: f64, [hx, hy]: Place) -> f64 {
+        let (low, high) = (centre.map(|x| x - radius_mm), centre.map(|x| x + radius_mm));
+        let quarter = std::f64::consts::FRAC_PI_2;
+        // Angles from the heading on.
+        let angle = |p: Place| {
+            let [x, y] = [p[0] - centre[0], p[1] - centre[1]];
+            (hx * y - hy * x).atan2(hx * x + hy * y)
+        };
+        let met = self.of_box(low, high).flat_map(|[a, b]| circle_crossings(a, b, centre, radius_mm));
+        let met = met.map(angle).filter(|angle| angle.abs() < quarter);
+        let mut ends: Vec<f64> = met.chain([-quarter, quarter]).collect();
+        ends.sort_unstable_by(f64::total_cmp);
+        let is_inside = |angle: f64| {
+            let (sine, cosine) = angle.sin_cos();
+            let out = [hx * cosine - hy * sine, hy * cosine + hx * sine];
+            self.contains([0, 1].map(|k| centre[k] + radius_mm * out[k]))
+        };
+        let arcs = ends.windows(2).filter(|w| w[1] > w[0] && is_inside(0.5 * (w[0] + w[1])));
+        arcs.map(|w| w[1] - w[0]).sum()
+    }
+
     /// Whether a segment meets a contour.
     pub(crate) fn crosses(&self, a: Place, b: Place) -> bool {
         let low = [a[0].min(b[0]), a[1].min(b[1])];
         let high = [a[0].max(b[0]), a[1].max(b[1])];
         self.of_box(low, high).any(|[c, d]| do_cross(a, b, c, d))
     }
+}
+
+/// Where a segment meets a circle.
+fn circle_crossings(a: Place, b: Place, centre: Place, radius_mm: f64) -> impl Iterator<Item = Place> {
+    let (w, v) = ([b[0] - a[0], b[1] - a[1]], [a[0] - centre[0], a[1] - centre[1]]);
+    let length2 = w[0] * w[0] + w[1] * w[1];
+    let half = (v[0] * w[0] + v[1] * w[1]) / length2;
+    let root = half * half - (v[0] * v[0] + v[1] * v[1] - radius_mm * radius_mm) / length2;
+    let shares = if root >= 0.0 { [-half - root.sqrt(), -half + root.sqrt()] } else { [f64::NAN; 2] };
+    let is_on = |s: &f64| (0.0..=1.0).contains(s);
+    shares.into_iter().filter(is_on).map(move |s| [a[0] + s * w[0], a[1] + s * w[1]])
 }
 
 fn side(a: Place, b: Place, p: Place) -> f64 {
@@ -169,6 +202,12 @@ mod tests {
         assert!((outline.distance([5.0, 4.5], 3.0) - 0.5).abs() < 1e-9);
         assert!((outline.distance([2.0, 2.0], 1.0) - 1.0).abs() < 1e-12);
         assert!(outline.crosses([3.0, 5.0], [7.0, 5.0]));
+        // Along the right side, 1 mm deep: acos(1 − 1/3).
+        let engaged = outline.front_inside([12.0, 5.0], 3.0, [0.0, 1.0]);
+        assert!((engaged - (2.0_f64 / 3.0).acos()).abs() < 1e-12, "{engaged}");
+        assert!(outline.front_inside([13.0, 5.0], 3.0, [0.0, 1.0]) < 1e-12);
+        // In the middle of the frame nothing is behind the walls of the hole.
+        assert!((outline.front_inside([5.0, 5.0], 2.0, [1.0, 0.0]) - std::f64::consts::PI).abs() < 1e-12);
         assert!(!outline.crosses([1.0, 1.0], [9.0, 1.0]));
     }
 }

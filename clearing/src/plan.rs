@@ -14,7 +14,7 @@ use crate::levels::{Depths, flats_mm, standing_flats_mm};
 use crate::moves::{LevelFeeds, Pen};
 use crate::planar_set::{FARTHEST_MM, PlanarSet};
 use crate::reach::Reach;
-use crate::stairs::{Level, Slabs};
+use crate::stairs::{Level, Slabs, disc_mm};
 
 /// The tool's centre may be this far outside of the stock, in radii.
 const OUTSIDE: f64 = 1.25;
@@ -104,7 +104,7 @@ pub fn plan_levels(
 ) -> Result<LevelPlan, ClearingError> {
     let radius_mm = tool.radius_mm();
     let block = &piece.block;
-    limit_at(tool, options.step_mm, options.engagement_deg)?;
+    EngagementLimit::new(disc_mm(tool, options.step_mm), options.engagement_deg)?;
     let part = model.faces.iter().map(|f| f.bounds()).reduce(|a, b| a.union(&b));
     let Some(part) = part else {
         return Err(ClearingError::NoRoom { radius_mm, place: "on no face".into() });
@@ -143,7 +143,7 @@ pub fn plan_levels(
     let slabs = Slabs {
         reach: &reach,
         stock: piece.left.unwrap_or(&whole),
-        radius_mm,
+        tool,
         band_mm: options.band_mm,
         within: piece.within_mm.map(PlanarSet::rectangle),
     };
@@ -176,12 +176,15 @@ pub fn plan_levels(
     Ok(LevelPlan { moves: pen.moves, levels: found, clearance_mm })
 }
 
-/// The limit of a tool that cuts a level of a depth: one that is lower than the corner is high is cut by a narrower disc.
-fn limit_at(tool: &Tool, depth_mm: f64, engagement_deg: f64) -> Result<EngagementLimit, ClearingError> {
-    let (radius_mm, corner_mm) = (tool.radius_mm(), tool.corner_radius_mm());
-    let deep_mm = depth_mm.min(corner_mm);
-    let narrow_mm = corner_mm - (corner_mm * corner_mm - (corner_mm - deep_mm).powi(2)).max(0.0).sqrt();
-    EngagementLimit::new(radius_mm - narrow_mm, engagement_deg)
+/// A slab whose stairs are cut from the bottom up.
+#[derive(Default)]
+struct Slab {
+    /// The next of its levels.
+    next: usize,
+    /// What the levels so far would reach and did not cut.
+    left: PlanarSet,
+    /// What of it is in pockets into which there was no way.
+    refused: PlanarSet,
 }
 
 /// Clears all levels: first those that others come between, then these, which stay out of pockets into which there was no way.
@@ -191,22 +194,40 @@ fn cleared(
     options: &LevelOptions,
     monitor: &dyn Monitor,
 ) -> Result<Vec<Done>, ClearingError> {
-    let (stairs, floors): (Vec<usize>, Vec<usize>) = (0..levels.len()).partition(|&k| levels[k].is_stair);
+    let floors: Vec<usize> = (0..levels.len()).filter(|&k| !levels[k].is_stair).collect();
     let mut done = vec![Done::default(); levels.len()];
-    for (k, of_floor) in floors.iter().zip(side_by_side(levels, &floors, tool, options, monitor)?) {
+    for (k, of_floor) in floors.iter().zip(side_by_side(levels, &floors, options, monitor)?) {
         done[*k] = of_floor;
     }
-    let mut below = 0;
-    for k in 0..levels.len() {
-        if !levels[k].is_stair {
-            below = k;
-        } else if let Some(floor) = done[below].cleared.as_ref().filter(|floor| !floor.closed.is_empty()) {
-            let kept = floor.closed.dilated(tool.radius_mm()).intersection(&floor.left);
-            levels[k].feasible = levels[k].feasible.minus(&kept.dilated(tool.radius_mm()));
+    // The next stair of every slab in turn: it stands on what is left below it, and stays out of pockets that were refused there.
+    let mut slabs: Vec<Slab> = floors.iter().map(|&k| Slab { next: k, ..Slab::default() }).collect();
+    loop {
+        for slab in &mut slabs {
+            let (level, below) = (&levels[slab.next], done[slab.next].cleared.as_ref());
+            let cut = level.feasible.dilated(level.disc_mm);
+            match below {
+                Some(below) => {
+                    let closed = below.closed.dilated(level.disc_mm).intersection(&below.left);
+                    slab.refused = slab.refused.union(&closed);
+                    slab.left = slab.left.minus(&cut).union(&below.left);
+                }
+                None => slab.left = slab.left.union(&cut.intersection(&level.stock)),
+            }
+            slab.next += 1;
         }
-    }
-    for (k, of_stair) in stairs.iter().zip(side_by_side(levels, &stairs, tool, options, monitor)?) {
-        done[*k] = of_stair;
+        slabs.retain(|slab| levels.get(slab.next).is_some_and(|level| level.is_stair));
+        if slabs.is_empty() {
+            break;
+        }
+        for slab in &slabs {
+            let level = &mut levels[slab.next];
+            level.feasible = level.feasible.minus(&slab.refused.dilated(tool.radius_mm()));
+            level.stock = level.stock.union(&slab.left);
+        }
+        let stairs: Vec<usize> = slabs.iter().map(|slab| slab.next).collect();
+        for (k, of_stair) in stairs.iter().zip(side_by_side(levels, &stairs, options, monitor)?) {
+            done[*k] = of_stair;
+        }
     }
     Ok(done)
 }
@@ -215,12 +236,10 @@ fn cleared(
 fn side_by_side(
     levels: &[Level],
     which: &[usize],
-    tool: &Tool,
     options: &LevelOptions,
     monitor: &dyn Monitor,
 ) -> Result<Vec<Done>, ClearingError> {
-    let least_mm2 = LEAST_CUT * std::f64::consts::PI * tool.radius_mm().powi(2);
-    let limit_of = |level: &Level| limit_at(tool, level.above - level.z, options.engagement_deg);
+    let limit_of = |level: &Level| EngagementLimit::new(level.disc_mm, options.engagement_deg);
     let tasks = which.iter().map(|&k| Ok((&levels[k], limit_of(&levels[k])?)));
     let tasks: Vec<(&Level, EngagementLimit)> = tasks.collect::<Result<_, ClearingError>>()?;
     let are_alike = |(a, of_a): &(&Level, EngagementLimit), (b, of_b): &(&Level, EngagementLimit)| {
@@ -241,6 +260,7 @@ fn side_by_side(
         let _span = info_span!("clearing of a level", z_mm = level.z).entered();
         let cut = level.feasible.dilated(limit.radius_mm()).intersection(&level.stock);
         let is_stock = !cut.is_empty();
+        let least_mm2 = LEAST_CUT * std::f64::consts::PI * limit.radius_mm().powi(2);
         let cleared = if cut.area_mm2() < least_mm2 {
             None
         } else {

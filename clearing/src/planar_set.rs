@@ -1,4 +1,4 @@
-//! Sets of the plane, bounded by polygons on a grid of 10 nm: the one type through which the polygon library is used.
+//! Sets of the plane, bounded by polygons on a grid of 20 nm: the one type through which the polygon library is used.
 //!
 //! ```text
 //!      ╭───╮  dilated: inscribed arcs, so never too large          union, intersection, difference: exact
@@ -16,13 +16,13 @@ use i_overlay::i_shape::source::int::resource::IntShapeResource;
 use crate::offset;
 
 /// Steps of the grid per mm.
-pub(crate) const STEPS_PER_MM: f64 = 1e5;
+pub(crate) const STEPS_PER_MM: f64 = 5e4;
 /// Nothing may lie further from the origin than this, mm: the integers of the grid have 32 bits.
-pub const FARTHEST_MM: f64 = 4500.0;
+pub const FARTHEST_MM: f64 = 9000.0;
 /// Arcs become chords within this distance, mm.
 pub(crate) const CHORD_MM: f64 = 1e-3;
 /// Vertices that are no further than this from the line past them are left out, steps of the grid.
-const STRAIGHT_STEPS: f64 = 150.0;
+const STRAIGHT_STEPS: f64 = 75.0;
 /// Vertices that may be left out one after the other.
 const LONGEST_RUN: usize = 64;
 

@@ -18,7 +18,8 @@ use claymill_toolpath::Monitor;
 use crate::engagement::EngagementLimit;
 use crate::error::ClearingError;
 use crate::fronts::{Front, Ground, front};
-use crate::outline::Outline;
+use crate::order::end_of;
+use crate::outline::{Outline, Place};
 use crate::planar_set::{CHORD_MM, PlanarSet};
 
 /// Rounds of a clearing at most.
@@ -69,6 +70,8 @@ pub(crate) struct State {
     pub(crate) reached: PlanarSet,
     /// What is uncut.
     pub(crate) uncut: PlanarSet,
+    /// Where the passes of the last round end.
+    pub(crate) ends: Vec<Place>,
     /// Rounds so far.
     pub(crate) rounds: usize,
 }
@@ -123,9 +126,11 @@ pub(crate) fn run(
             return Ok(fronts);
         }
         let best = parts.iter().map(Front::yield_mm).fold(0.0, f64::max);
+        state.ends.clear();
         for mut part in parts.into_iter().filter(|p| p.yield_mm() >= WORTHWHILE * best) {
             state.reached = state.reached.union(&part.part);
             state.uncut = state.uncut.minus(&part.cleared);
+            state.ends.extend(part.passes.iter().map(end_of));
             part.round = state.rounds;
             fronts.push(part);
         }

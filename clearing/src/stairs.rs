@@ -7,7 +7,7 @@
 //!               w
 //! ```
 
-use claymill_toolpath::Monitor;
+use claymill_toolpath::{Monitor, Tool};
 use rayon::prelude::*;
 
 use crate::error::ClearingError;
@@ -22,6 +22,8 @@ pub(crate) struct Level {
     pub(crate) z: f64,
     /// All above this was cut before, mm.
     pub(crate) above: f64,
+    /// Radius of the disc with which the tool cuts all of it, mm.
+    pub(crate) disc_mm: f64,
     pub(crate) feasible: PlanarSet,
     pub(crate) stock: PlanarSet,
     /// Whether it comes between others, and is cut after the one below it.
@@ -33,7 +35,7 @@ pub(crate) struct Slabs<'a> {
     pub(crate) reach: &'a Reach<'a>,
     /// Where stock is between two heights.
     pub(crate) stock: &'a (dyn Fn([f64; 2]) -> PlanarSet + Sync),
-    pub(crate) radius_mm: f64,
+    pub(crate) tool: &'a Tool,
     pub(crate) band_mm: Option<f64>,
     /// Where the tool's axis stays, if it may not be anywhere.
     pub(crate) within: Option<PlanarSet>,
@@ -70,21 +72,23 @@ impl Slabs<'_> {
         monitor: &dyn Monitor,
     ) -> Result<Vec<Level>, ClearingError> {
         // Where the tool comes from outside, its circles need room there.
-        let air = self.reach.air(2.0 * STRAIGHTEST * self.radius_mm);
+        let air = self.reach.air(2.0 * STRAIGHTEST * self.tool.radius_mm());
         let level = |z: f64, feasible: &PlanarSet, stock: PlanarSet, is_stair: bool| Level {
             z,
             above,
+            disc_mm: disc_mm(self.tool, above - z),
             feasible: self.kept(feasible.union(&air)),
             stock,
             is_stair,
         };
-        let mut floor = feasible.dilated(self.radius_mm);
+        let disc_of = |z: f64| disc_mm(self.tool, above - z);
+        let mut floor = feasible.dilated(disc_of(z));
         let stock = (self.stock)([z, above]);
         let mut levels = vec![level(z, feasible, stock.clone(), false)];
         let Some(band_mm) = self.band_mm else { return Ok(levels) };
         let (mut lowest, mut before): (f64, Option<(f64, PlanarSet)>) = (z, None);
         // All stairs between are narrower and lower than one from the floor up to what was cut before.
-        let all = upper.dilated(self.radius_mm).intersection(&stock).minus(&floor);
+        let all = upper.dilated(self.tool.radius_mm()).intersection(&stock).minus(&floor);
         if !is_too_thick(&all, above - z, band_mm) {
             return Ok(levels);
         }
@@ -95,12 +99,12 @@ impl Slabs<'_> {
                 true => upper.clone(),
                 false => self.reach.region_between(next, [inner, upper], monitor)?,
             };
-            let stairs = region.dilated(self.radius_mm).intersection(&stock).minus(&floor);
+            let stairs = region.dilated(self.tool.radius_mm()).intersection(&stock).minus(&floor);
             if is_too_thick(&stairs, next - lowest, band_mm)
                 && let Some((middle, feasible)) = before.take()
             {
                 let stock = (self.stock)([middle, above]).minus(&floor);
-                floor = floor.union(&feasible.dilated(self.radius_mm));
+                floor = floor.union(&feasible.dilated(disc_of(middle)));
                 levels.push(level(middle, &feasible, stock, true));
                 lowest = middle;
             }
@@ -108,6 +112,14 @@ impl Slabs<'_> {
         }
         Ok(levels)
     }
+}
+
+/// The disc with which a tool cuts a level of a depth: one that is lower than the corner is high is cut by a narrower one.
+pub(crate) fn disc_mm(tool: &Tool, depth_mm: f64) -> f64 {
+    let (radius_mm, corner_mm) = (tool.radius_mm(), tool.corner_radius_mm());
+    let deep_mm = depth_mm.min(corner_mm);
+    let narrow_mm = corner_mm - (corner_mm * corner_mm - (corner_mm - deep_mm).powi(2)).max(0.0).sqrt();
+    radius_mm - narrow_mm
 }
 
 /// Whether stairs of a height are thicker than a band somewhere.

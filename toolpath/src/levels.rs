@@ -33,4 +33,12 @@ impl Levels {
     pub const USUAL_ENGAGEMENT_DEG: f64 = 60.0;
     /// The band as a share of the step-down.
     pub const USUAL_BAND: f64 = 0.1;
+    /// The dead centre where nothing is known of it, as a share of the tool's diameter.
+    pub const USUAL_DEAD_CENTRE: f64 = 0.25;
+
+    /// The diameter about the axis that does not cut, of a tool of a diameter, mm.
+    #[must_use]
+    pub fn dead_centre_of_mm(&self, diameter_mm: f64) -> f64 {
+        self.dead_centre_mm.unwrap_or(Self::USUAL_DEAD_CENTRE * diameter_mm)
+    }
 }

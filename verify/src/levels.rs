@@ -32,6 +32,7 @@ use crate::stock::{
 };
 use crate::surface::spread;
 use crate::verdict::{Finding, FindingCode, Measured, Severity, conclude};
+use crate::way_in::gets_in;
 use crate::{Bench, allowance, contact, holder, mesh, rapids, scene};
 
 /// The engagement may exceed the limit by this, degrees: how exactly arcs are written and measured.
@@ -70,16 +71,41 @@ pub struct LevelsFound {
     pub links: StockContact,
     /// Stock over what is within reach and had stock, against the band.
     pub left: StockLeft,
+    /// What had stock in pockets into which the tool has no way; that is not within reach.
+    #[serde(default)]
+    pub closed: ClosedPockets,
 }
 
-/// Measures all of levels that asks nothing of the stock, and returns the places within reach.
+/// Places of a model at which an end can stand.
+#[derive(Debug, Default)]
+pub(crate) struct Standing {
+    /// To which it gets.
+    pub(crate) reached: Vec<StockSample>,
+    /// In pockets into which it has no way.
+    pub(crate) closed: Vec<StockSample>,
+}
+
+/// Pockets in which an end could stand and into which it has no way: it does not cut in its middle, and has no room to move.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ClosedPockets {
+    /// Area of their walls and floors, mm².
+    pub area_mm2: f64,
+    /// Its share of all on which the end could stand.
+    pub share: f64,
+    /// Diameter about the axis that does not cut, mm.
+    pub dead_centre_mm: f64,
+    /// A place in one of them.
+    pub at: Option<Place>,
+}
+
+/// Measures all of levels that asks nothing of the stock, and returns the places on which the end can stand.
 pub(crate) fn measure_moves(
     model: &Model,
     job: &Job,
     (program, sequence): (&Program, Sequence),
     options: &VerifyOptions,
     monitor: &dyn Monitor,
-) -> Result<(Verification, Vec<StockSample>), VerifyError> {
+) -> Result<(Verification, Standing), VerifyError> {
     let allowance_mm = job.request.allowance_mm;
     let rapids = rapids_of(model, job, program, options, monitor)?;
     let (job, program) = &allowance::on_the_surface(job, program)?;
@@ -200,13 +226,13 @@ fn no_coverage(total_mm2: f64) -> Coverage {
     }
 }
 
-/// Places of all faces that the tool gets to from a setup of the operation.
+/// Places of all faces on which the tool can stand, from a setup of the operation.
 fn within_reach(
     scene: &Scene<'_>,
     meshes: &[Option<FaceMesh>],
     reach: &Reach<'_>,
     stage: &scene::Stage<'_>,
-) -> Result<Vec<StockSample>, Cancelled> {
+) -> Result<Standing, Cancelled> {
     let excluded = excluded_faces(scene);
     let areas: Vec<f64> = scene.model.faces.par_iter().map(claymill_nurbs::Face::area_mm2).collect();
     let sample_mm2 = areas.iter().sum::<f64>() / SAMPLES;
@@ -214,6 +240,7 @@ fn within_reach(
     let body = EndBody { radius_mm: tool.radius_mm(), corner_mm: tool.corner_radius_mm() };
     let band_mm = scene.job.request.levels.map_or(OFF_MM, |levels| levels.band_mm);
     let off_mm = OFF_MM.min(0.5 * band_mm);
+    let farthest_mm = scene.job.request.allowance_mm + band_mm + BEYOND_MM;
     let on_face = |face: usize| {
         let (Some(mesh), false) = (&meshes[face], excluded[face]) else { return Vec::new() };
         let count = ((areas[face] / sample_mm2).ceil() as usize).max(SAMPLES_PER_FACE);
@@ -224,50 +251,64 @@ fn within_reach(
             let point = surface.point(uv.x, uv.y);
             let (normal, _) = surface.normal(uv.x, uv.y)?;
             let sides = [(true, normal), (false, -normal)].into_iter();
-            let mut free =
-                sides.filter(|(along, _)| scene.free_sides[face].allows(*along)).map(|side| side.1);
-            let normal = free.find(|n| gets_to(scene, reach, &body, [&point.coords, n], off_mm))?;
-            Some(StockSample { point, normal, area_mm2 })
+            let free = sides.filter(|(along, _)| scene.free_sides[face].allows(*along)).map(|side| side.1);
+            let stands = free.filter_map(|normal| {
+                let gets_in = stands(scene, reach, &body, [&point.coords, &normal], off_mm)?;
+                // Between two walls each has its half.
+                let ahead_mm = 0.5 * reach.setup(0).clear_ahead_mm(&point, &normal, 2.0 * farthest_mm);
+                Some((gets_in, StockSample { point, normal, area_mm2, ahead_mm }))
+            });
+            stands.reduce(|a, b| if b.0 && !a.0 { b } else { a })
         };
         spots.iter().filter_map(of_spot).collect::<Vec<_>>()
     };
     let faces = (0..meshes.len()).into_par_iter();
     let all = faces.map(|face| stage.part(meshes.len(), || on_face(face)));
-    Ok(all.collect::<Result<Vec<_>, Cancelled>>()?.into_iter().flatten().collect())
+    let all = all.collect::<Result<Vec<_>, Cancelled>>()?.into_iter().flatten();
+    let (reached, closed): (Vec<_>, Vec<_>) = all.partition(|(gets_in, _)| *gets_in);
+    let samples = |all: Vec<(bool, StockSample)>| all.into_iter().map(|(_, sample)| sample).collect();
+    Ok(Standing { reached: samples(reached), closed: samples(closed) })
 }
 
-/// Whether the tool touches a place from the side of its normal and holds nothing above itself, from some setup.
-fn gets_to(
+/// Whether the tool gets to a place from the side of its normal, holding nothing above itself, from some setup; `None` where it
+/// cannot even stand.
+fn stands(
     scene: &Scene<'_>,
     reach: &Reach<'_>,
     body: &EndBody,
     [place, n]: [&Vector3; 2],
     off_mm: f64,
-) -> bool {
+) -> Option<bool> {
     let place = Point3::from(*place);
-    scene.job.setups.iter().enumerate().any(|(setup, record)| {
+    let dead_centre_mm = scene.job.request.levels.map_or(0.0, |l| l.dead_centre_of_mm(2.0 * body.radius_mm));
+    let mut found = None;
+    for (setup, record) in scene.job.setups.iter().enumerate() {
         let (axis, view) = (Vector3::from(record.axis), reach.setup(setup));
         let facing = n.dot(&axis);
         if facing < UPRIGHT {
-            return false;
+            continue;
         }
-        let is_free = |tip: Point3| {
+        let is_free = |at: &Point3| !view.may_hold(at, body);
+        let mut stands = |tip: Point3| {
             let at = view.in_frame(&(tip + n * off_mm));
-            view.highest_tip(&at, body).is_none_or(|height| height <= at.z)
+            let stands = is_free(&at);
+            let gets_in = stands && gets_in(&at, dead_centre_mm, &is_free);
+            found = found.or(stands.then_some(false));
+            gets_in
         };
-        let tip = body.tip_over(&place, n, &axis);
-        if facing < LEVEL_COSINE {
-            return is_free(tip);
-        }
-        let flat_mm = body.radius_mm - body.corner_mm;
+        let flat_mm = if facing < LEVEL_COSINE { 0.0 } else { body.radius_mm - body.corner_mm };
+        let tip = if facing < LEVEL_COSINE { body.tip_over(&place, n, &axis) } else { place };
         let x = across(&axis);
         let y = axis.cross(&x);
         let beside = |k: u32| {
             let (sine, cosine) = (std::f64::consts::TAU * f64::from(k) / f64::from(EDGES)).sin_cos();
             place + (x * cosine + y * sine) * flat_mm
         };
-        is_free(place) || (0..EDGES).any(|k| is_free(beside(k)))
-    })
+        if stands(tip) || (flat_mm > 0.0 && (0..EDGES).any(|k| stands(beside(k)))) {
+            return Some(true);
+        }
+    }
+    found
 }
 
 /// What levels do to the stock, of which the operation's moves are `moves` of all; `whole` follows the stock through all moves, and
@@ -277,7 +318,7 @@ pub(crate) fn measure_stock(
     program: &Program,
     moves: std::ops::Range<usize>,
     [whole, until]: [&StockCheck<'_>; 2],
-    samples: &[StockSample],
+    standing: &Standing,
     monitor: &dyn Monitor,
 ) -> Result<LevelsFound, StockError> {
     let keep_going = &|| monitor.go_on().is_ok();
@@ -315,7 +356,8 @@ pub(crate) fn measure_stock(
     let allowance_mm = job.request.allowance_mm;
     let had_stock =
         |s: &&StockSample| whole.initial().contains(&(s.point + s.normal * (allowance_mm + LESS_MM)));
-    let samples: Vec<StockSample> = samples.iter().filter(had_stock).copied().collect();
+    let [samples, closed] = [&standing.reached, &standing.closed]
+        .map(|all| all.iter().filter(had_stock).copied().collect::<Vec<StockSample>>());
     let band = LeftBand {
         allowance_mm,
         less_mm: LESS_MM,
@@ -323,7 +365,21 @@ pub(crate) fn measure_stock(
         reach_mm: allowance_mm + asked.band_mm + BEYOND_MM,
     };
     let left = info_span!("stock left").in_scope(|| until.stock_left(&samples, &band, keep_going))?;
-    Ok(LevelsFound { asked, engagement: engagement.unwrap_or_default(), links, left })
+    let area_mm2 = |all: &[StockSample]| all.iter().fold(0.0, |sum, s| sum + s.area_mm2);
+    let closed_mm2 = area_mm2(&closed);
+    let closed = ClosedPockets {
+        area_mm2: closed_mm2,
+        share: closed_mm2 / (closed_mm2 + area_mm2(&samples)).max(f64::MIN_POSITIVE),
+        dead_centre_mm: asked.dead_centre_of_mm(2.0 * job.request.tool.radius_mm()),
+        at: closed.first().map(|s| Place {
+            point_mm: s.point.into(),
+            move_seq: None,
+            parameter: None,
+            face: None,
+            entity: None,
+        }),
+    };
+    Ok(LevelsFound { asked, engagement: engagement.unwrap_or_default(), links, left, closed })
 }
 
 /// What of levels is not as it was asked for.
@@ -369,6 +425,19 @@ pub(crate) fn findings(found: &LevelsFound) -> Vec<Finding> {
                 100.0 * left.above
             ),
             place: left.thickest_at.clone(),
+        });
+    }
+    let closed = &found.closed;
+    if closed.area_mm2 > 0.0 {
+        findings.push(Finding {
+            code: FindingCode::ClosedPockets,
+            severity: Severity::Warning,
+            message: format!(
+                "{:.2} % of what the tool fits into lies in pockets without a way in: it does not cut within {:.2} mm about its \
+                 axis; a smaller tool, or one that may plunge, gets in",
+                100.0 * closed.share, closed.dead_centre_mm
+            ),
+            place: closed.at.clone(),
         });
     }
     findings

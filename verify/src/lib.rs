@@ -29,6 +29,7 @@
 #![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
 
 mod across;
+mod ahead;
 mod allowance;
 mod asked;
 mod astray;
@@ -64,6 +65,7 @@ mod swept;
 mod tight;
 mod track;
 mod verdict;
+mod way_in;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -79,7 +81,7 @@ use crate::reach::AskedOfStock;
 pub use crest_file::{CRESTS_FILE, read_crests, write_crests};
 pub use error::VerifyError;
 pub use holder::{HolderClearance, RegionStickOut, ShankContact};
-pub use levels::LevelsFound;
+pub use levels::{ClosedPockets, LevelsFound};
 pub use options::{SCALLOP_BAR, USUAL_RADIUS_MM, USUAL_SCALLOP_MM, VerifyOptions};
 pub use report::{
     AreaAt, BallShare, BoundsKept, Contact, Coverage, CrestSample, Crests, FaceCoverage, Fault, Gouge,

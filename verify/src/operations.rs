@@ -9,11 +9,11 @@ use claymill_toolpath::{
 };
 
 use crate::error::VerifyError;
-use crate::levels::{self, LevelsFound};
+use crate::levels::{self, LevelsFound, Standing};
 use crate::options::VerifyOptions;
 use crate::reach::AskedOfStock;
 use crate::report::{CrestSample, OperationFound, Verification};
-use crate::stock::{InitialStock, StockCheck, StockError, StockHit, StockOptions, StockReport, StockSample};
+use crate::stock::{InitialStock, StockCheck, StockError, StockHit, StockOptions, StockReport};
 use crate::verdict::{Finding, FindingCode, Severity, Verdict};
 use crate::{measure_all, sequence};
 
@@ -147,7 +147,7 @@ fn of_levels(
     part: (&Job, Levels),
     range: Range<usize>,
     whole: &StockCheck<'_>,
-    samples: &[StockSample],
+    samples: &Standing,
     monitor: &dyn Monitor,
 ) -> Result<LevelsFound, VerifyError> {
     let keep_going = || monitor.go_on().is_ok();

@@ -105,6 +105,8 @@ pub enum FindingCode {
     LinkInStock,
     /// Levels leave more stock than the band over what the tool reaches.
     StockLeft,
+    /// The tool has no way into pockets into which it would fit.
+    ClosedPockets,
     /// Scallop crests are higher than the bar.
     Scallop,
     /// Area that the tool reaches was left.

@@ -84,20 +84,43 @@ impl DropMesh<'_> {
     /// below or above it.
     pub(crate) fn highest_tip(&self, at: &Point3, body: &EndBody) -> Option<f64> {
         let best = std::cell::Cell::new(f64::NEG_INFINITY);
+        self.tips_over(&best, at, body, |tip| {
+            best.set(best.get().max(tip));
+            ControlFlow::Continue(())
+        });
+        best.get().is_finite().then(|| best.get())
+    }
+
+    /// Whether an end with its tip at a place of the frame may hold something above itself.
+    pub(crate) fn may_hold(&self, tip: &Point3, body: &EndBody) -> bool {
+        let floor = std::cell::Cell::new(tip.z);
+        let mut holds = false;
+        self.tips_over(&floor, tip, body, |highest| {
+            holds |= highest > tip.z;
+            if holds { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        holds
+    }
+
+    /// Upper bounds of the height of the tip over each triangle that rises above a floor, which may rise meanwhile.
+    fn tips_over(
+        &self,
+        floor: &std::cell::Cell<f64>,
+        at: &Point3,
+        body: &EndBody,
+        mut take: impl FnMut(f64) -> ControlFlow<()>,
+    ) {
         let thick = body.radius_mm + self.worst_deviation_mm();
         self.visit(
             |b| {
                 let beside = |k: usize| (b.min[k] - at[k]).max(at[k] - b.max[k]).max(0.0);
-                b.max.z + self.worst_deviation_mm() > best.get() && beside(0).hypot(beside(1)) < thick
+                b.max.z + self.worst_deviation_mm() > floor.get() && beside(0).hypot(beside(1)) < thick
             },
             |i| {
                 let swollen_mm = self.deviation(i);
-                let tip = body.thicker(swollen_mm).on_triangle(&self.corners(i), at) + swollen_mm;
-                best.set(best.get().max(tip));
-                ControlFlow::Continue(())
+                take(body.thicker(swollen_mm).on_triangle(&self.corners(i), at) + swollen_mm)
             },
         );
-        best.get().is_finite().then(|| best.get())
     }
 }
 

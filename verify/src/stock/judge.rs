@@ -61,7 +61,7 @@ impl StockCheck<'_> {
             .par_iter()
             .map(|s| {
                 if keep_going() {
-                    Ok(self.thickness(&s.point, &s.normal, reach))
+                    Ok(self.thickness(&s.point, &s.normal, reach.min(s.ahead_mm)))
                 } else {
                     Err(StockError::Stopped)
                 }
@@ -84,7 +84,7 @@ impl StockCheck<'_> {
             left.nothing += u64::from(*found == Thickness::Nothing);
             let part = if height < low {
                 &mut left.below
-            } else if height > high {
+            } else if height > high || *found == Thickness::Beyond {
                 &mut left.above
             } else {
                 &mut left.within

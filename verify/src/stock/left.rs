@@ -15,6 +15,8 @@ pub struct StockSample {
     pub normal: Vector3,
     /// Area that it stands for, mm².
     pub area_mm2: f64,
+    /// Stock is looked for no farther along the normal than this, mm: what stands beyond it is not over this place.
+    pub ahead_mm: f64,
 }
 
 /// What is left over a point.

@@ -37,7 +37,7 @@ fn judged(moves: Vec<Move>) -> StockReport {
     for x in 0..30 {
         for y in 0..15 {
             let point = Point3::new(21.0 + 2.0 * f64::from(x), 16.0 + 2.0 * f64::from(y), 8.0);
-            samples.push(StockSample { point, normal: Vector3::z(), area_mm2: 4.0 });
+            samples.push(StockSample { point, normal: Vector3::z(), area_mm2: 4.0, ahead_mm: f64::INFINITY });
         }
     }
     let band = LeftBand { allowance_mm: 0.0, less_mm: 0.005, more_mm: 0.01, reach_mm: 30.0 };

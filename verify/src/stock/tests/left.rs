@@ -26,6 +26,7 @@ fn a4_cusps_on_a_plane() {
             point: Point3::new(1.0, spacing * (1.0 + 2.0 * (f64::from(k) + 0.5) / f64::from(count)), 0.0),
             normal: Vector3::z(),
             area_mm2: 0.5,
+            ahead_mm: f64::INFINITY,
         })
         .collect();
     let band = LeftBand { allowance_mm: 0.0, less_mm: 0.005, more_mm: 0.05, reach_mm: 15.0 };

@@ -1,6 +1,7 @@
 //! What `claymill plan` says of a plan, before and after.
 
 use claymill_paths::{Plan, PlanOptions, flat_mm};
+use claymill_toolpath::UncutReason;
 use claymill_viewer::figures;
 
 use crate::console::Console;
@@ -74,7 +75,15 @@ pub(super) fn say_plan(console: &Console, plan: &Plan) {
         format!("not cut: {}", uncut.join(", "))
     };
     let (cut, total) = (area_of(plan.area.cut_mm2, whole_mm2), area(whole_mm2));
-    console.say_long("area", &format!("{cut} of {total} cut; {not_cut}"));
+    // Levels cut stock, and no surface.
+    let is_roughed =
+        plan.area.cut_mm2 == 0.0 && plan.area.uncut_mm2.keys().all(|r| *r == UncutReason::Roughed);
+    let words = if is_roughed {
+        format!("{total} roughed, none finished")
+    } else {
+        format!("{cut} of {total} cut; {not_cut}")
+    };
+    console.say_long("area", &words);
     let [cut, link, lead, rapid] =
         [totals.length.cut_mm, totals.length.link_mm, totals.length.lead_mm, totals.length.rapid_mm]
             .map(length);

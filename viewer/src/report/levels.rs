@@ -46,6 +46,10 @@ fn operation(name: &str, levels: &LevelsFound) -> Markup {
                     td { (format!("{low_mm:.3} to {high_mm:.2} mm, of what the levels reach")) } }
                 tr { th scope="row" { "More stock than the band" } td.num { (share(left.above, 1.0)) }
                     td { @if let Some(at) = &left.thickest_at { "thickest at " (point(&at.point_mm)) } } }
+                @if let Some(at) = &levels.closed.at {
+                    tr { th scope="row" { "Pockets without a way in" } td.num { (share(levels.closed.share, 1.0)) }
+                        td { (format!("of what the tool fits into; it does not cut within {:.2} mm about its axis; one is at ", levels.closed.dead_centre_mm)) (point(&at.point_mm)) } }
+                }
             }
         }
     }

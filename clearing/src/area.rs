@@ -6,9 +6,8 @@ use crate::arcs::{PathPiece, pieces};
 use crate::engagement::EngagementLimit;
 use crate::entry::{Entry, WayIn, way_in};
 use crate::error::{ClearingError, within};
-use crate::fronts::{Pass, without_steps};
-use crate::leads::Lead;
-use crate::order::{end_of, order};
+use crate::fronts::{Lead, Pass, without_steps};
+use crate::order::order;
 use crate::outline::Place;
 use crate::planar_set::{CHORD_MM, FARTHEST_MM, PlanarSet};
 use crate::rounds::{SHARPEST, STRAIGHTEST, State, run};
@@ -163,7 +162,7 @@ fn clear_room(
             for ordered in order(&fronts, &state.reached, radius_mm, at) {
                 let link = ordered.link.filter(|_| cleared.strokes.len() > before);
                 cleared.strokes.push(stroke(ordered.pass, link));
-                at = end_of(ordered.pass);
+                at = ordered.pass.end();
             }
         }
         let Some(part) = next_entry(area, room, &state, &closed) else { break };

@@ -7,7 +7,7 @@
 //! ```
 
 use crate::engagement::EngagementLimit;
-use crate::leads::{Lead, entered};
+use crate::leads::entered;
 use crate::outline::{Outline, Place, distance};
 use crate::planar_set::PlanarSet;
 use crate::rounds::State;
@@ -42,7 +42,33 @@ pub(crate) struct Pass {
     pub(crate) lead: Option<Lead>,
 }
 
+/// A way in and out of a closed pass.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Lead {
+    /// Along a circle about a middle, from where nothing is left to cut; and out again.
+    Circle { centre: Place, from: Place, to: Place },
+    /// Along points up to the start of the pass, whose end cuts what they leave.
+    Spiral(Vec<Place>),
+}
+
 impl Pass {
+    /// Where the tool comes down to it.
+    pub(crate) fn start(&self) -> Place {
+        match &self.lead {
+            Some(Lead::Circle { from, .. }) => *from,
+            Some(Lead::Spiral(points)) => points[0],
+            None => self.points[0],
+        }
+    }
+
+    /// Where the tool leaves it.
+    pub(crate) fn end(&self) -> Place {
+        match self.lead {
+            Some(Lead::Circle { to, .. }) => to,
+            _ => self.points[self.points.len() - 1],
+        }
+    }
+
     pub(crate) fn length_mm(&self) -> f64 {
         self.points.windows(2).map(|w| distance(w[0], w[1])).sum()
     }

@@ -12,7 +12,7 @@
 //!        A --''                         wall. What it leaves is cut at the end of the pass.
 //! ```
 
-use crate::fronts::{Ground, Pass};
+use crate::fronts::{Ground, Lead, Pass};
 use crate::outline::{Place, distance};
 
 /// Places of a contour that are tried.
@@ -44,15 +44,6 @@ const LEAST_AHEAD: f64 = 0.9;
 const LARGEST_STEP_MM: f64 = 0.05;
 /// A spiral starts this far inside of what was reached, mm.
 const INSIDE_MM: f64 = 2e-3;
-
-/// A way in and out of a closed pass.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Lead {
-    /// Along a circle about a middle, from where nothing is left to cut; and out again.
-    Circle { centre: Place, from: Place, to: Place },
-    /// Along points up to the start of the pass, whose end cuts what they leave.
-    Spiral(Vec<Place>),
-}
 
 /// A whole contour, from where it is entered best; without a way in if none fits.
 pub(crate) fn entered(contour: &[Place], ground: &Ground<'_>) -> Pass {

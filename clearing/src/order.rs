@@ -4,7 +4,6 @@
 //! laid. So one corner is cleared to its end before the tool moves on, which saves most of the links.
 
 use crate::fronts::{Front, Pass};
-use crate::leads::Lead;
 use crate::outline::{Outline, Place, distance};
 use crate::planar_set::PlanarSet;
 
@@ -41,21 +40,6 @@ struct Node<'a> {
     frees: Vec<usize>,
 }
 
-pub(crate) fn start_of(pass: &Pass) -> Place {
-    match &pass.lead {
-        Some(Lead::Circle { from, .. }) => *from,
-        Some(Lead::Spiral(points)) => points[0],
-        None => pass.points[0],
-    }
-}
-
-pub(crate) fn end_of(pass: &Pass) -> Place {
-    match pass.lead {
-        Some(Lead::Circle { to, .. }) => to,
-        _ => pass.points[pass.points.len() - 1],
-    }
-}
-
 /// Passes in order from a place on.
 pub(crate) fn order<'a>(
     fronts: &'a [Front],
@@ -72,20 +56,20 @@ pub(crate) fn order<'a>(
     let mut found = Vec::with_capacity(nodes.len());
     let (mut at, mut been) = (from, vec![from]);
     while !ready.is_empty() {
-        let far = |k: usize| distance(at, start_of(nodes[k].pass));
+        let far = |k: usize| distance(at, nodes[k].pass.start());
         let nearest = (0..ready.len()).min_by(|&a, &b| far(ready[a]).total_cmp(&far(ready[b])));
         let k = ready.swap_remove(nearest.unwrap_or(0));
-        let to = start_of(nodes[k].pass);
+        let to = nodes[k].pass.start();
         let uncleared: Vec<&Block> =
             blocks.iter().zip(&left_of_front).filter(|(_, n)| **n > 0).map(|(b, _)| b).collect();
         let is_clear = |p: Place, q: Place| !room.crosses(p, q) && !uncleared.iter().any(|b| b.is_hit(p, q));
         found.push(Ordered { pass: nodes[k].pass, link: link(at, to, &been, &is_clear) });
-        for place in [to, end_of(nodes[k].pass)] {
+        for place in [to, nodes[k].pass.end()] {
             if !been.iter().any(|b| distance(*b, place) < APART * radius_mm) {
                 been.push(place);
             }
         }
-        at = end_of(nodes[k].pass);
+        at = nodes[k].pass.end();
         left_of_front[nodes[k].front] -= 1;
         for other in std::mem::take(&mut nodes[k].frees) {
             nodes[other].waits_for -= 1;
@@ -161,13 +145,13 @@ fn nodes(fronts: &[Front], radius_mm: f64) -> Vec<Node<'_>> {
     let all = fronts.iter().enumerate().flat_map(of_front);
     all.map(|(front, k)| {
         let pass = &fronts[front].passes[k];
-        let mut samples = vec![start_of(pass)];
+        let mut samples = vec![pass.start()];
         for &p in &pass.points {
             if samples.last().is_none_or(|&last| distance(last, p) >= 0.25 * radius_mm) {
                 samples.push(p);
             }
         }
-        samples.push(end_of(pass));
+        samples.push(pass.end());
         let bounds = pass
             .points
             .iter()

@@ -17,8 +17,7 @@ use claymill_toolpath::Monitor;
 
 use crate::engagement::EngagementLimit;
 use crate::error::ClearingError;
-use crate::fronts::{Front, Ground, front};
-use crate::order::end_of;
+use crate::fronts::{Front, Ground, Pass, front};
 use crate::outline::{Outline, Place};
 use crate::planar_set::{CHORD_MM, PlanarSet};
 
@@ -130,7 +129,7 @@ pub(crate) fn run(
         for mut part in parts.into_iter().filter(|p| p.yield_mm() >= WORTHWHILE * best) {
             state.reached = state.reached.union(&part.part);
             state.uncut = state.uncut.minus(&part.cleared);
-            state.ends.extend(part.passes.iter().map(end_of));
+            state.ends.extend(part.passes.iter().map(Pass::end));
             part.round = state.rounds;
             fronts.push(part);
         }

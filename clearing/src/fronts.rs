@@ -12,6 +12,8 @@ use crate::outline::{Outline, Place, distance};
 use crate::planar_set::PlanarSet;
 use crate::rounds::State;
 
+/// What was reached is known to this, mm.
+const INSIDE_MM: f64 = 1e-3;
 /// A border this near to the one that was reached is no new one, mm.
 const BESIDE_MM: f64 = 1.5e-3;
 /// Borders shorter than this cut nothing that counts, mm.
@@ -104,6 +106,11 @@ impl<'a> Ground<'a> {
             next: Outline::new(&next.union(&state.reached)),
             ends: &state.ends,
         }
+    }
+
+    /// Whether nothing is left to cut where the centre is at a place.
+    pub(crate) fn is_reached(&self, p: Place) -> bool {
+        self.reached.contains(p) && !self.reached.is_within(p, INSIDE_MM)
     }
 
     /// The distance from the nearest end of a pass of the round before, mm.

@@ -135,8 +135,7 @@ fn step(
     let around = (0..STEPS).map(|j| (std::f64::consts::TAU * j as f64 / STEPS as f64).sin_cos());
     let from = around.map(|(sine, cosine)| [cosine, sine].map(|c| c * (away_mm + 2.0 * INSIDE_MM)));
     let mut from = from.map(|d| [on[0] + d[0], on[1] + d[1]]);
-    let from =
-        from.find(|p| ground.reached.contains(*p) && !ground.reached.is_within(*p, 0.5 * INSIDE_MM))?;
+    let from = from.find(|p| ground.is_reached(*p))?;
     let engaged_rad = ground.uncut.front_inside(on, ground.limit.radius_mm(), unit(from, on)?);
     (engaged_rad <= ground.limit.limit_deg().to_radians()).then(|| (k, vec![from, on]))
 }
@@ -156,7 +155,7 @@ fn spiral_from(
     };
     let mut gap_mm = away_mm + INSIDE_MM;
     let mut points = vec![beside(first, gap_mm)];
-    if !ground.reached.contains(points[0]) || ground.reached.is_within(points[0], 0.5 * INSIDE_MM) {
+    if !ground.is_reached(points[0]) {
         return None;
     }
     for k in (first..first + stations.len() - 1).map(|k| k % stations.len()) {
@@ -215,7 +214,6 @@ fn circle(contour: &[Place], k: usize, r: f64, ground: &Ground<'_>) -> Option<Le
         let d = [p[0] - centre[0], p[1] - centre[1]];
         [centre[0] + cosine * d[0] - sine * d[1], centre[1] + sine * d[0] + cosine * d[1]]
     };
-    let is_reached = |p: Place| ground.reached.contains(p) && ground.reached.distance(p, 0.01) > 1e-3;
-    let steps = (STEPS / 8..STEPS * 3 / 4).find(|&s| is_reached(at(-(s as f64))))?;
+    let steps = (STEPS / 8..STEPS * 3 / 4).find(|&s| ground.is_reached(at(-(s as f64))))?;
     Some(Lead::Circle { centre, from: at(-(steps as f64)), to: at(STEPS_OUT as f64) })
 }

@@ -22,10 +22,10 @@ use crate::planar_set::{Contour, STEPS_PER_MM, chord_angle, overlay, side_length
 /// Hollow corners that turn by less are parts of arcs, radians.
 const SMOOTH: f64 = 0.3;
 /// Edges that bulge by less between two of them are left out, steps of the grid: twice the height of chords.
-const SKIPPED_STEPS: f64 = 110.0;
+const SKIPPED_STEPS: f64 = 2.2e-3 * STEPS_PER_MM;
 /// Of an edge beside a hollow corner only the ends are moved, if circles about them leave no more than this between them, steps of
 /// the grid: of a set that grows, and of one that shrinks.
-const NOTCH_STEPS: [f64; 2] = [150.0, 75.0];
+const NOTCH_STEPS: [f64; 2] = [3e-3 * STEPS_PER_MM, 1.5e-3 * STEPS_PER_MM];
 /// Corners are left out between others that are no further from each other than this share of the distance.
 const WIDEST_NOTCH: f64 = 0.125;
 

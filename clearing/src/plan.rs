@@ -179,7 +179,7 @@ pub fn plan_levels(
 /// A slab whose stairs are cut from the bottom up.
 #[derive(Default)]
 struct Slab {
-    /// The next of its levels.
+    /// The one of its levels that is cut next.
     next: usize,
     /// What the levels so far would reach and did not cut.
     left: PlanarSet,
@@ -202,24 +202,22 @@ fn cleared(
     // The next stair of every slab in turn: it stands on what is left below it, and stays out of pockets that were refused there.
     let mut slabs: Vec<Slab> = floors.iter().map(|&k| Slab { next: k, ..Slab::default() }).collect();
     loop {
-        for slab in &mut slabs {
-            let (level, below) = (&levels[slab.next], done[slab.next].cleared.as_ref());
-            let cut = level.feasible.dilated(level.disc_mm);
-            match below {
-                Some(below) => {
-                    let closed = below.closed.dilated(level.disc_mm).intersection(&below.left);
-                    slab.refused = slab.refused.union(&closed);
-                    slab.left = slab.left.minus(&cut).union(&below.left);
-                }
-                None => slab.left = slab.left.union(&cut.intersection(&level.stock)),
-            }
-            slab.next += 1;
-        }
+        slabs.iter_mut().for_each(|slab| slab.next += 1);
         slabs.retain(|slab| levels.get(slab.next).is_some_and(|level| level.is_stair));
         if slabs.is_empty() {
             break;
         }
-        for slab in &slabs {
+        for slab in &mut slabs {
+            let below = &levels[slab.next - 1];
+            let cut = below.feasible.dilated(below.disc_mm);
+            match &done[slab.next - 1].cleared {
+                Some(cleared) => {
+                    let closed = cleared.closed.dilated(below.disc_mm).intersection(&cleared.left);
+                    slab.refused = slab.refused.union(&closed);
+                    slab.left = slab.left.minus(&cut).union(&cleared.left);
+                }
+                None => slab.left = slab.left.union(&cut.intersection(&below.stock)),
+            }
             let level = &mut levels[slab.next];
             level.feasible = level.feasible.minus(&slab.refused.dilated(tool.radius_mm()));
             level.stock = level.stock.union(&slab.left);

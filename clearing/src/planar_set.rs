@@ -22,7 +22,7 @@ pub const FARTHEST_MM: f64 = 9000.0;
 /// Arcs become chords within this distance, mm.
 pub(crate) const CHORD_MM: f64 = 1e-3;
 /// Vertices that are no further than this from the line past them are left out, steps of the grid.
-const STRAIGHT_STEPS: f64 = 75.0;
+const STRAIGHT_STEPS: f64 = 1.5e-3 * STEPS_PER_MM;
 /// Vertices that may be left out one after the other.
 const LONGEST_RUN: usize = 64;
 

@@ -120,7 +120,7 @@ pub(crate) fn measure_moves(
     let (gouge, contact, ..) = contact::measure(scene, &reach, &stage(Stage::GougeAndContact))?;
     let shank = holder::measure_shank(scene, &bench.meshes, &reach, &stage(Stage::Shank))?;
     let holder = holder::measure(scene, &bench.meshes, &reach, &stage(Stage::Holder))?;
-    let samples = within_reach(scene, &bench.meshes, &reach, &stage(Stage::Coverage))?;
+    let samples = standing(scene, &bench.meshes, &reach, &stage(Stage::Coverage))?;
     let bounds = axis_in_its_box(job, program)?;
     let measured = Measured {
         gouge: &gouge,
@@ -227,7 +227,7 @@ fn no_coverage(total_mm2: f64) -> Coverage {
 }
 
 /// Places of all faces on which the tool can stand, from a setup of the operation.
-fn within_reach(
+fn standing(
     scene: &Scene<'_>,
     meshes: &[Option<FaceMesh>],
     reach: &Reach<'_>,
@@ -296,15 +296,16 @@ fn stands(
             found = found.or(stands.then_some(false));
             gets_in
         };
-        let flat_mm = if facing < LEVEL_COSINE { 0.0 } else { body.radius_mm - body.corner_mm };
-        let tip = if facing < LEVEL_COSINE { body.tip_over(&place, n, &axis) } else { place };
+        let is_level = facing >= LEVEL_COSINE;
+        let flat_mm = body.radius_mm - body.corner_mm;
+        let tip = if is_level { place } else { body.tip_over(&place, n, &axis) };
         let x = across(&axis);
         let y = axis.cross(&x);
         let beside = |k: u32| {
             let (sine, cosine) = (std::f64::consts::TAU * f64::from(k) / f64::from(EDGES)).sin_cos();
             place + (x * cosine + y * sine) * flat_mm
         };
-        if stands(tip) || (flat_mm > 0.0 && (0..EDGES).any(|k| stands(beside(k)))) {
+        if stands(tip) || (is_level && (0..EDGES).any(|k| stands(beside(k)))) {
             return Some(true);
         }
     }

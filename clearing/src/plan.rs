@@ -13,7 +13,7 @@ use crate::error::ClearingError;
 use crate::levels::{Depths, flats_mm, standing_flats_mm};
 use crate::moves::{LevelFeeds, Pen};
 use crate::planar_set::{FARTHEST_MM, PlanarSet};
-use crate::reach::Reach;
+use crate::reach::{Reach, wider};
 use crate::stairs::{Level, Slabs, disc_mm};
 
 /// The tool's centre may be this far outside of the stock, in radii.
@@ -22,6 +22,9 @@ const OUTSIDE: f64 = 1.25;
 const CLEARANCE_MM: f64 = 5.0;
 /// Levels that would cut less than this share of a tool's disc are left out.
 const LEAST_CUT: f64 = 0.02;
+/// A tool keeps this clear of what is beside it, mm: what borders lose where they are simplified, offset and drawn as arcs
+/// comes to this.
+const KEPT_CLEAR_MM: f64 = 2e-3;
 /// A part that is larger than the stock by less fits, mm.
 const SLACK_MM: f64 = 1e-6;
 
@@ -134,7 +137,8 @@ pub fn plan_levels(
     if !(around[0] < around[2] && around[1] < around[3]) {
         return Err(ClearingError::NoRoom { radius_mm, place: "in the box that it is kept in".into() });
     }
-    let reach = Reach::new(model, covering, frame, tool, options.allowance_mm, around)?;
+    let reach =
+        Reach::new(model, covering, frame, &wider(tool, KEPT_CLEAR_MM), options.allowance_mm, around)?;
     let flats = flats_mm(model, frame, options.allowance_mm);
     let flats = standing_flats_mm(&reach, &flats, radius_mm, monitor)?;
     let heights = depths.levels_mm(&flats)?;

@@ -76,6 +76,14 @@ fn end_of(disc_mm: f64, corner_mm: f64) -> Option<Tool> {
     end.map(Tool::of)
 }
 
+/// The same end on a wider disc; a ball, which has none, stays one.
+pub(crate) fn wider(tool: &Tool, mm: f64) -> Tool {
+    let (radius_mm, corner_mm) = (tool.radius_mm(), tool.corner_radius_mm());
+    let disc_mm = radius_mm - corner_mm;
+    let wide = if disc_mm > 0.0 { end_of(disc_mm + mm, corner_mm) } else { None };
+    wide.unwrap_or(*tool)
+}
+
 impl<'a> Reach<'a> {
     /// Looks at a covered model from a setup, with a tool that leaves an allowance along the normals. `within_mm` is where its centre
     /// may be: xmin, ymin, xmax, ymax of the setup.

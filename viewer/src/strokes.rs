@@ -1,5 +1,5 @@
 //! Tool paths as coloured polylines: flattened within a chord error, drawn where the ball touches
-//! the surface, coloured by region, kind, pass or feed.
+//! the surface, coloured by region, setup, kind, pass or feed.
 
 use std::collections::BTreeMap;
 
@@ -19,6 +19,8 @@ pub enum ColourBy {
     /// Cuts take a dark shade of their region's colour, where [`StrokeStyle::region_colours`] has one; all else its kind's.
     #[default]
     Region,
+    /// Every setup has its colour: where one ends and the next goes on.
+    Setup,
     /// Every kind of move has its colour.
     Kind,
     /// From the first pass of a region to its last.
@@ -62,6 +64,10 @@ pub fn kind_colour(kind: MoveKind) -> Rgb {
         MoveKind::Rapid => [205, 62, 0],
     }
 }
+
+/// Colours of setups, of the Okabe-Ito set.
+const SETUP_COLOURS: [Rgb; 6] =
+    [[0, 114, 178], [230, 159, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [213, 94, 0]];
 
 /// Points along `curve` such that no chord is farther than `chord_mm` from it (within each knot span:
 /// distance ≤ h²·max|C″|/8). Straight curves give their control points.
@@ -199,6 +205,8 @@ pub(crate) struct PathColours<'a> {
     feeds: Vec<f64>,
     /// Lowest and highest pass number of each setup and region.
     passes: BTreeMap<(&'a str, usize), [u32; 2]>,
+    /// In the order of the program.
+    setups: Vec<&'a str>,
 }
 
 impl<'a> PathColours<'a> {
@@ -207,16 +215,24 @@ impl<'a> PathColours<'a> {
         feeds.sort_by(f64::total_cmp);
         feeds.dedup();
         let mut passes: BTreeMap<(&str, usize), [u32; 2]> = BTreeMap::new();
+        let mut setups: Vec<&str> = Vec::new();
         for m in &program.moves {
+            if !setups.contains(&m.setup.as_str()) {
+                setups.push(&m.setup);
+            }
             let range = passes.entry((m.setup.as_str(), m.region)).or_insert([m.pass; 2]);
             *range = [range[0].min(m.pass), range[1].max(m.pass)];
         }
-        PathColours { style: *style, feeds, passes }
+        PathColours { style: *style, feeds, passes, setups }
     }
 
     pub(crate) fn of(&self, m: &Move) -> Rgb {
         match self.style.by {
             ColourBy::Kind => kind_colour(m.kind),
+            ColourBy::Setup => {
+                let number = self.setups.iter().position(|setup| *setup == m.setup).unwrap_or(0);
+                SETUP_COLOURS[number % SETUP_COLOURS.len()]
+            }
             ColourBy::Region => {
                 let of_region = self.style.region_colours.and_then(|colours| colours.get(m.region));
                 match of_region {
@@ -245,6 +261,15 @@ impl<'a> PathColours<'a> {
         };
         match self.style.by {
             ColourBy::Region | ColourBy::Kind => Vec::new(),
+            ColourBy::Setup => {
+                let numbered = self.setups.iter().zip(SETUP_COLOURS.iter().cycle());
+                let named = |(setup, colour): (&&str, &Rgb)| LegendEntry {
+                    mark: Mark::Line(WIDTH_PX),
+                    colour: *colour,
+                    text: (*setup).to_owned(),
+                };
+                numbered.map(named).collect()
+            }
             ColourBy::Pass => [(0.0, "first pass of its region"), (0.5, "in the middle"), (1.0, "last pass")]
                 .map(|(share, text)| entry(share, text.to_owned()))
                 .into(),

@@ -214,6 +214,8 @@ pub(crate) enum ShowName {
 pub(crate) enum PathColour {
     /// Cuts by their region, all else by its kind.
     Region,
+    /// Where one setup ends and the next goes on.
+    Setup,
     /// Cut, link, lead and rapid.
     Kind,
     /// First to last pass of each region.

@@ -130,6 +130,7 @@ fn of_job(
         region_colours: Some(&colours),
         by: match args.paths_by {
             PathColour::Region => ColourBy::Region,
+            PathColour::Setup => ColourBy::Setup,
             PathColour::Kind => ColourBy::Kind,
             PathColour::Pass => ColourBy::Pass,
             PathColour::Feed => ColourBy::Feed,

@@ -75,6 +75,9 @@ impl SetupContext<'_> {
         let mesh = &self.covering.meshes()[face];
         let [a, b, c] = mesh.triangles[triangle].map(|i| mesh.uv[i as usize].coords);
         let uv = Point2::from((a + b + c) / 3.0);
+        if !self.claims.holds(face, uv) {
+            return None;
+        }
         let jet = self.ball.surface(face).jet(uv.x, uv.y);
         let normal = jet.normal().map(|n| n * assignment.side(self.index))?;
         if normal.z < self.least_facing || !self.slopes.hold(&jet) {

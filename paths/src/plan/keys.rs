@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use std::convert::Infallible;
 
 use claymill_contact::{BallDrop, Covering, Frame};
-use claymill_nurbs::{Aabb, FaceId, Model, Point2};
+use claymill_nurbs::{Aabb, FaceId, Model};
 use claymill_surface_merge::{EdgeStretch, Joint};
 use claymill_toolpath::{Bounds, Kept, KeyMaker, MachineLimits, PartKey};
 use rayon::prelude::*;
@@ -165,19 +165,24 @@ impl<'a> PlanKeys<'a> {
 
     /// Keys of passes, where it is known who cuts what.
     pub(crate) fn of_passes(&'a self, assignments: &'a Assignments, balls: &[BallDrop]) -> PassKeys<'a> {
-        let assigned = |(of, missed): (&Vec<Assignment>, &Vec<[Point2; 3]>)| {
+        let assigned = |face: FaceId| {
             let mut key = KeyMaker::new("assigned");
-            for &assignment in of {
+            for &assignment in &assignments.of[face] {
                 let (bits, cut, walls_cut, not_cut) = Packed::from(assignment);
                 let shares = cut.into_iter().chain(walls_cut).chain(not_cut).map(f64::from);
                 key = key.bytes(&bits).numbers(shares);
             }
-            key.numbers(missed.iter().flatten().flat_map(|uv| [uv.x, uv.y])).finish()
+            for border in &assignments.borders[face] {
+                let inside_mm = border.inside_mm.map(f64::from);
+                key = key.count(border.triangle as usize).bytes(&[border.setup]).numbers(inside_mm);
+            }
+            let missed = assignments.missed[face].iter().flatten();
+            key.numbers(missed.flat_map(|uv| [uv.x, uv.y])).finish()
         };
         PassKeys {
             plan: self,
             assignments,
-            assigned: assignments.of.par_iter().zip(&assignments.missed).map(assigned).collect(),
+            assigned: (0..assignments.of.len()).into_par_iter().map(assigned).collect(),
             boxes: balls.par_iter().map(BallDrop::face_boxes).collect(),
         }
     }

@@ -353,7 +353,7 @@ impl<'a> View<'a> {
         regions: &Regions<'a>,
     ) -> Self {
         View {
-            claims: Claims::new(covering, assignments, |assignment| assignment.is_cut_by(setup)),
+            claims: Claims::of_setup(covering, assignments, setup),
             walls: Walls::new(covering, assignments, setup, space, &regions.merged.joints),
             heights: Heights::new(ball),
         }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::pattern::together::together;
 use crate::plan::regions::Regions;
+use crate::setup::borders::{Border, Ground, smooth};
 use crate::setup::probe::{
     PROBES, Probed, Prober, Seen, Slants, Views, by_setup, centroid, is_in_doubt, of_setup,
 };
@@ -83,6 +84,27 @@ impl Assignment {
         self.setups & (1 << setup) != 0
     }
 
+    /// The setup that cuts most of it, if none cuts it as a wall.
+    pub(crate) fn main_setup(&self) -> Option<u8> {
+        if self.walls != [0, 0] {
+            return None;
+        }
+        let setups = (0..MOST_SETUPS).filter(|&k| self.is_cut_by(k));
+        setups.reduce(|a, b| if self.cut[b] > self.cut[a] { b } else { a }).map(|k| k as u8)
+    }
+
+    /// Parts what is cut between setups by the shares that are their own; others do not get there.
+    pub(crate) fn part(&mut self, shares: [Option<f32>; MOST_SETUPS]) {
+        let side = u8::from(self.main_setup().is_some_and(|k| self.side(usize::from(k)) < 0.0));
+        let all: f32 = self.cut.iter().sum();
+        (self.setups, self.other_side) = (0, 0);
+        for (k, share) in shares.into_iter().enumerate() {
+            self.cut[k] = all * share.unwrap_or(0.0);
+            self.setups |= u8::from(share.is_some()) << k;
+            self.other_side |= (u8::from(share.is_some()) & side) << k;
+        }
+    }
+
     /// Whether it is a wall of the setup, on the side of `Su × Sv` or on the other.
     pub(crate) fn is_wall_of(&self, setup: usize, other_side: bool) -> bool {
         self.walls[usize::from(other_side)] & (1 << setup) != 0
@@ -135,6 +157,8 @@ pub(crate) struct Assignments {
     pub(crate) of: Vec<Vec<Assignment>>,
     /// By face: parts of triangles that no setup gets to, though one does to others of the triangle.
     pub(crate) missed: Vec<Vec<[Point2; 3]>>,
+    /// By face: where borders between setups cross triangles, by triangle and setup.
+    pub(crate) borders: Vec<Vec<Border>>,
     /// Whether anything is cut of which no setup faces more than a slant.
     pub(crate) slants: bool,
 }
@@ -177,9 +201,11 @@ pub(crate) fn assign(model: &Model, covering: &Covering, views: &Views, regions:
         .collect();
     let (mut assignments, missed): (Vec<Vec<Assignment>>, Vec<Vec<[Point2; 3]>>) =
         decided.into_iter().unzip();
+    let ground = Ground { covering, region_of_face: regions.of_face, seen: &seen, setups, radius_mm };
+    let borders = smooth(&ground, &mut assignments);
     leave_small_walls(covering, &mut assignments, setups, LEAST_WALL_RADII2 * radius_mm.powi(2), radius_mm);
     let slants = slants.contains(&Slants::Cut);
-    Assignments { of: assignments, missed, slants }
+    Assignments { of: assignments, missed, borders, slants }
 }
 
 /// Region by region, whether what slants is worth passes; what is seen of it says so from then on.

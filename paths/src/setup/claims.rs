@@ -5,6 +5,7 @@ use std::sync::Arc;
 use claymill_contact::Covering;
 use claymill_nurbs::{FaceId, FaceMesh, Point2};
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use crate::setup::assignment::{Assignment, Assignments};
 use crate::setup::in_triangle::contains;
@@ -26,29 +27,65 @@ struct Bins {
     low: Point2,
     size: [f64; 2],
     count: [usize; 2],
-    /// Per bin: claimed triangles, and (false) parts of these that no setup gets to.
-    bins: Vec<Vec<([Point2; 3], bool)>>,
+    bins: Vec<Vec<Piece>>,
+    /// By triangle, how far the corners of those are inside that the setup's border crosses, mm.
+    borders: FxHashMap<u32, [f32; 3]>,
+}
+
+/// A piece of a face.
+#[derive(Clone, Copy)]
+struct Piece {
+    corners: [Point2; 3],
+    what: What,
+}
+
+#[derive(Clone, Copy)]
+enum What {
+    Claimed,
+    /// As far as it is inside; that is known at the corners, mm.
+    Crossed([f32; 3]),
+    /// No setup gets to it, though one does to others of its triangle.
+    Missed,
 }
 
 impl Claims {
-    /// Of the triangles whose fates are `mine`, without what is missed of them.
-    pub(crate) fn new(
+    /// What a setup cuts from above.
+    pub(crate) fn of_setup(covering: &Covering, assignments: &Assignments, setup: usize) -> Self {
+        let borders = |face: FaceId| {
+            let own = assignments.borders[face].iter().filter(|border| usize::from(border.setup) == setup);
+            own.map(|border| (border.triangle, border.inside_mm)).collect()
+        };
+        Self::new(covering, assignments, |assignment| assignment.is_cut_by(setup), borders)
+    }
+
+    /// What a setup cuts as walls, on one side of `Su × Sv`.
+    pub(crate) fn of_walls(
+        covering: &Covering,
+        assignments: &Assignments,
+        setup: usize,
+        other_side: bool,
+    ) -> Self {
+        let mine = |assignment: &Assignment| assignment.is_wall_of(setup, other_side);
+        Self::new(covering, assignments, mine, |_| FxHashMap::default())
+    }
+
+    /// Of the triangles whose fates are `mine`, without what is missed of them, within `borders`.
+    fn new(
         covering: &Covering,
         assignments: &Assignments,
         mine: impl Fn(&Assignment) -> bool + Sync,
+        borders: impl Fn(FaceId) -> FxHashMap<u32, [f32; 3]> + Sync,
     ) -> Self {
-        let faces = covering
-            .meshes()
-            .par_iter()
-            .zip(&assignments.of)
-            .zip(&assignments.missed)
-            .map(|((mesh, assignments), missed)| match assignments.iter().filter(|f| mine(f)).count() {
+        let claimed = |(face, mesh): (FaceId, &FaceMesh)| {
+            let (all, missed) = (&assignments.of[face], &assignments.missed[face]);
+            let borders = borders(face);
+            match all.iter().filter(|f| mine(f)).count() {
                 0 => Claimed::None,
-                all if all == assignments.len() && missed.is_empty() => Claimed::All,
-                _ => Claimed::Part(Arc::new(Bins::new(mesh, assignments.iter().map(&mine), missed))),
-            })
-            .collect();
-        Claims { faces }
+                count if count == all.len() && missed.is_empty() && borders.is_empty() => Claimed::All,
+                _ => Claimed::Part(Arc::new(Bins::new(mesh, all.iter().map(&mine), missed, borders))),
+            }
+        };
+        Claims { faces: covering.meshes().par_iter().enumerate().map(claimed).collect() }
     }
 
     /// For some faces, what one of two claims on each, and nothing else.
@@ -69,6 +106,18 @@ impl Claims {
         }
     }
 
+    /// How far the corners of a triangle are inside of what the setup cuts, mm, if its border crosses the triangle.
+    pub(crate) fn inside_mm(&self, face: FaceId, triangle: usize) -> Option<[f64; 3]> {
+        let Claimed::Part(bins) = &self.faces[face] else { return None };
+        bins.borders.get(&(triangle as u32)).map(|inside_mm| inside_mm.map(f64::from))
+    }
+
+    /// Whether a border of the setup crosses the triangle with these parameters.
+    pub(crate) fn is_crossed(&self, face: FaceId, at: Point2) -> bool {
+        let Claimed::Part(bins) = &self.faces[face] else { return false };
+        bins.pieces_with(at).any(|piece| matches!(piece.what, What::Crossed(_)))
+    }
+
     /// Whether the setup cuts any of the face.
     pub(crate) fn any(&self, face: FaceId) -> bool {
         !matches!(self.faces[face], Claimed::None)
@@ -76,7 +125,12 @@ impl Claims {
 }
 
 impl Bins {
-    fn new(mesh: &FaceMesh, mine: impl Iterator<Item = bool>, missed: &[[Point2; 3]]) -> Self {
+    fn new(
+        mesh: &FaceMesh,
+        mine: impl Iterator<Item = bool>,
+        missed: &[[Point2; 3]],
+        borders: FxHashMap<u32, [f32; 3]>,
+    ) -> Self {
         let mut low = Point2::new(f64::INFINITY, f64::INFINITY);
         let mut high = -low;
         for p in &mesh.uv {
@@ -89,11 +143,18 @@ impl Bins {
             size: [0, 1].map(|k| ((high[k] - low[k]) / along as f64).max(f64::MIN_POSITIVE)),
             count: [along; 2],
             bins: vec![Vec::new(); along * along],
+            borders,
         };
-        let claimed = mesh.triangles.iter().zip(mine).filter(|(_, mine)| *mine);
-        let claimed = claimed.map(|(t, _)| (t.map(|i| mesh.uv[i as usize]), true));
-        for part in claimed.chain(missed.iter().map(|part| (*part, false))) {
-            bins.met(&part.0).for_each(|bin| bins.bins[bin].push(part));
+        let claimed = mesh.triangles.iter().zip(mine).enumerate().filter(|(_, (_, mine))| *mine);
+        let claimed: Vec<Piece> = claimed
+            .map(|(k, (t, _))| Piece {
+                corners: t.map(|i| mesh.uv[i as usize]),
+                what: bins.borders.get(&(k as u32)).map_or(What::Claimed, |inside| What::Crossed(*inside)),
+            })
+            .collect();
+        let missed = missed.iter().map(|&corners| Piece { corners, what: What::Missed });
+        for piece in claimed.into_iter().chain(missed) {
+            bins.met(&piece.corners).for_each(|bin| bins.bins[bin].push(piece));
         }
         bins
     }
@@ -110,10 +171,32 @@ impl Bins {
         [0, 1].map(|k| (((p[k] - self.low[k]) / self.size[k]).max(0.0) as usize).min(self.count[k] - 1))
     }
 
-    fn holds(&self, p: Point2) -> bool {
+    /// The pieces that a place is in.
+    fn pieces_with(&self, p: Point2) -> impl Iterator<Item = &Piece> {
         let [i, j] = self.bin(&p);
-        let bin = &self.bins[j * self.count[0] + i];
-        let is_in = |claimed: bool| bin.iter().any(|part| part.1 == claimed && contains(&part.0, p));
-        is_in(true) && !is_in(false)
+        self.bins[j * self.count[0] + i].iter().filter(move |piece| contains(&piece.corners, p))
+    }
+
+    fn holds(&self, p: Point2) -> bool {
+        let mut claimed = false;
+        for piece in self.pieces_with(p) {
+            match piece.what {
+                What::Claimed => claimed = true,
+                What::Crossed(inside_mm) => claimed |= within(&piece.corners, inside_mm, p) >= 0.0,
+                What::Missed => return false,
+            }
+        }
+        claimed
+    }
+}
+
+/// What is given at the corners of a triangle, at a place in it; at a corner of one without an area, the least of them.
+fn within(corners: &[Point2; 3], given: [f32; 3], p: Point2) -> f64 {
+    let [a, b, c] = corners.map(|q| q - p);
+    let parts = [b.perp(&c), c.perp(&a), a.perp(&b)];
+    let all: f64 = parts.iter().sum();
+    match all == 0.0 {
+        true => given.into_iter().fold(f64::INFINITY, |least, mm| least.min(f64::from(mm))),
+        false => parts.iter().zip(given).map(|(part, mm)| part / all * f64::from(mm)).sum(),
     }
 }

@@ -24,6 +24,8 @@ struct Corner {
     uv: Point2,
     normal: Vector3,
     centre: Point3,
+    /// How far it is inside of the setup's border, mm.
+    inside_mm: f64,
 }
 
 impl SetupContext<'_> {
@@ -34,8 +36,10 @@ impl SetupContext<'_> {
             let surface = self.ball.surface(face);
             let cut = mesh.triangles.iter().zip(&self.assignments[face]).enumerate();
             cut.filter(|(k, (_, assignment))| assignment.is_cut_by(self.index) && kept(face, *k))
-                .flat_map(|(_, (t, assignment))| {
-                    self.cut_up(surface, t.map(|i| mesh.uv[i as usize]), assignment.side(self.index))
+                .flat_map(|(k, (t, assignment))| {
+                    let inside_mm = self.claims.inside_mm(face, k);
+                    let uv = t.map(|i| mesh.uv[i as usize]);
+                    self.cut_up(surface, uv, inside_mm, assignment.side(self.index))
                 })
                 .collect::<Vec<_>>()
         };
@@ -43,17 +47,25 @@ impl SetupContext<'_> {
     }
 
     /// Nothing where the surface has no normal at a corner.
-    fn cut_up(&self, surface: &NurbsSurface, uv: [Point2; 3], side: f64) -> Vec<Cut> {
+    fn cut_up(
+        &self,
+        surface: &NurbsSurface,
+        uv: [Point2; 3],
+        inside_mm: Option<[f64; 3]>,
+        side: f64,
+    ) -> Vec<Cut> {
         let mut cuts = Vec::new();
-        let corner = |uv: Point2| self.corner(surface, uv, side);
-        let [Some(a), Some(b), Some(c)] = uv.map(corner) else {
+        let corner = |uv: Point2, inside_mm: f64| self.corner(surface, uv, side, inside_mm);
+        let at = inside_mm.unwrap_or([f64::INFINITY; 3]);
+        let [Some(a), Some(b), Some(c)] = [0, 1, 2].map(|k| corner(uv[k], at[k])) else {
             return cuts;
         };
         let mut left = vec![([a, b, c], HALVINGS)];
         while let Some((corners, halvings)) = left.pop() {
             let bent = self.bent_side(&corners).filter(|_| halvings > 0);
             if let Some([a, b, c]) = bent
-                && let Some(middle) = corner(nalgebra::center(&a.uv, &b.uv))
+                && let Some(middle) =
+                    corner(nalgebra::center(&a.uv, &b.uv), 0.5 * (a.inside_mm + b.inside_mm))
             {
                 left.extend([([a, middle, c], halvings - 1), ([middle, b, c], halvings - 1)]);
                 continue;
@@ -65,16 +77,26 @@ impl SetupContext<'_> {
                 continue;
             }
             let inside = corners.map(|c| self.slopes.inside(&surface.jet(c.uv.x, c.uv.y)));
-            cuts.extend(clipped(corners.map(|c| c.centre), inside).map(|centres| Cut { centres, jet }));
+            let pieces = clipped(corners.map(|c| (c.centre, c.inside_mm)), inside);
+            for piece in pieces {
+                let inside_mm = piece.map(|(_, mm)| mm);
+                match inside_mm.iter().all(|mm| *mm >= 0.0) {
+                    true => cuts.push(Cut { centres: piece.map(|(centre, _)| centre), jet }),
+                    false => cuts.extend(
+                        clipped(piece, inside_mm)
+                            .map(|piece| Cut { centres: piece.map(|(centre, _)| centre), jet }),
+                    ),
+                }
+            }
         }
         cuts
     }
 
     /// Where the ball touches one side of the surface.
-    fn corner(&self, surface: &NurbsSurface, uv: Point2, side: f64) -> Option<Corner> {
+    fn corner(&self, surface: &NurbsSurface, uv: Point2, side: f64, inside_mm: f64) -> Option<Corner> {
         let (n, _) = surface.normal(uv.x, uv.y)?;
         let centre = surface.point(uv.x, uv.y) + self.ball.end().to_middle(&(n * side));
-        Some(Corner { uv, normal: n, centre })
+        Some(Corner { uv, normal: n, centre, inside_mm })
     }
 
     /// The corners, first those of the side over which the normal turns most: if that is too much, and if the side is
@@ -88,16 +110,22 @@ impl SetupContext<'_> {
     }
 }
 
+/// A place, and how far it is inside of a border.
+type Inside = (Point3, f64);
+
 /// The part of a triangle where what is given at its corners is not negative, as triangles.
-fn clipped(corners: [Point3; 3], inside: [f64; 3]) -> impl Iterator<Item = [Point3; 3]> {
-    let mut kept: Vec<Point3> = Vec::with_capacity(4);
+fn clipped(corners: [Inside; 3], given: [f64; 3]) -> impl Iterator<Item = [Inside; 3]> {
+    let mut kept: Vec<Inside> = Vec::with_capacity(4);
     for i in 0..3 {
         let j = (i + 1) % 3;
-        if inside[i] >= 0.0 {
+        if given[i] >= 0.0 {
             kept.push(corners[i]);
         }
-        if (inside[i] >= 0.0) != (inside[j] >= 0.0) {
-            kept.push(corners[i] + (corners[j] - corners[i]) * (inside[i] / (inside[i] - inside[j])));
+        if (given[i] >= 0.0) != (given[j] >= 0.0) {
+            let share = given[i] / (given[i] - given[j]);
+            let ((p, a), (q, b)) = (corners[i], corners[j]);
+            let inside_mm = if a == b { a } else { a + (b - a) * share };
+            kept.push((p + (q - p) * share, inside_mm));
         }
     }
     (2..kept.len()).map(move |k| [kept[0], kept[k - 1], kept[k]])

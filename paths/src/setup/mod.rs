@@ -1,6 +1,7 @@
 //! One setup: what it sees of the model, what it cuts of it, and what its parts share.
 
 pub(crate) mod assignment;
+pub(crate) mod borders;
 pub(crate) mod claimed_mesh;
 pub(crate) mod claims;
 pub(crate) mod context;

@@ -26,9 +26,7 @@ impl<'a> Walls<'a> {
         space: &'a Space<'_>,
         joints: &'a [Joint],
     ) -> Self {
-        let claims = |other_side| {
-            Claims::new(covering, assignments, |assignment| assignment.is_wall_of(setup, other_side))
-        };
+        let claims = |other_side| Claims::of_walls(covering, assignments, setup, other_side);
         Walls { claims: [false, true].map(claims), closest: &space.closest, joints }
     }
 }

@@ -388,7 +388,7 @@ impl SetupContext<'_> {
     }
 
     /// Whether the parameters lead from one place to the next: on one face, but not across the seam of a closed one.
-    fn go_on(&self, from: &Place, to: &Place) -> bool {
+    pub(super) fn go_on(&self, from: &Place, to: &Place) -> bool {
         let (a, b) = (from.spot, to.spot);
         a.face == b.face && {
             let halfway = self.ball.surface(a.face).point(0.5 * (a.u + b.u), 0.5 * (a.v + b.v));

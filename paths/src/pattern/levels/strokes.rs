@@ -12,6 +12,9 @@ use crate::pattern::rows::crests::PlannedPass;
 use crate::setup::context::SetupContext;
 use crate::setup::leaning::OVERHANGING;
 
+/// Where a border crosses a line is bisected so many times: to 1 µm of a few millimetres.
+const BISECTIONS: usize = 12;
+
 /// A place where the ball should touch.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place {
@@ -99,9 +102,43 @@ impl SetupContext<'_> {
         for line in pattern.lines(level) {
             let places = self.places(&line);
             leans |= pattern.height_mm(level).is_some() && self.leans(&places, &line);
-            all.extend(runs(&places));
+            all.extend(runs(&places).into_iter().map(|run| self.up_to_borders(run)));
         }
         (all, leans)
+    }
+
+    /// A run whose ends lie where the border of the setup crosses the line, and not at the place beyond.
+    fn up_to_borders(&self, mut run: Vec<Place>) -> Vec<Place> {
+        let last = run.len() - 1;
+        for (beyond, within) in [(0, 1), (last, last - 1)] {
+            if let Some(end) = self.at_border(&run[within], &run[beyond]) {
+                run[beyond] = end;
+            }
+        }
+        run
+    }
+
+    /// Where the border of the setup crosses the way from a claimed place to one that is not, if it does on their face.
+    fn at_border(&self, within: &Place, beyond: &Place) -> Option<Place> {
+        let (a, b) = (within.spot, beyond.spot);
+        if beyond.claimed || !self.go_on(within, beyond) {
+            return None;
+        }
+        let at = |share: f64| Spot { u: a.u + (b.u - a.u) * share, v: a.v + (b.v - a.v) * share, ..a };
+        let along = beyond.point - within.point;
+        let is_claimed = |place: &Place| place.claimed || self.is_claimed_beside(place, along);
+        let (mut inside, mut outside) = (0.0, 1.0);
+        let mut end = *within;
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (inside + outside);
+            match self.place(at(middle)).filter(is_claimed) {
+                Some(place) => (inside, end) = (middle, place),
+                None => outside = middle,
+            }
+        }
+        let far = at(outside);
+        let is_border = self.claims.is_crossed(far.face, Point2::new(far.u, far.v));
+        is_border.then_some(Place { claimed: true, ..end })
     }
 
     /// Whether claimed places of a line lean too far, or end at one that does.

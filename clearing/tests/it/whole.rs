@@ -74,6 +74,26 @@ fn a_dome_in_a_block_is_roughed_within_the_limit() {
 }
 
 /// Low stairs are cut by a ball near its pole, where it is narrower than its helices are elsewhere.
+/// A flat end of radius `r` at a height `z` beside a dome of radius `R` keeps `√(R² − z²) + r` away from its axis.
+#[test]
+fn no_move_cuts_into_a_wall() {
+    let options = LevelOptions { allowance_mm: 0.0, band_mm: Some(0.4), ..options() };
+    let plan = planned("flat:4,length:20", &block(20.0, 14.0), &options).expect("planned");
+    let mut deepest_mm = f64::NEG_INFINITY;
+    for m in &plan.moves {
+        let curve = m.curve().expect("a curve");
+        let (from, to) = curve.domain();
+        for k in 0..=50 {
+            let p = curve.point(from + (to - from) * f64::from(k) / 50.0);
+            let beside_mm = (144.0_f64 - p.z * p.z).max(0.0).sqrt() + 4.0;
+            if p.z < 12.0 {
+                deepest_mm = deepest_mm.max(beside_mm - p.x.hypot(p.y));
+            }
+        }
+    }
+    assert!((-5e-3..1e-3).contains(&deepest_mm), "{deepest_mm}");
+}
+
 #[test]
 fn a_ball_cuts_stairs_that_are_lower_than_its_corner() {
     let stairs = LevelOptions { band_mm: Some(0.5), ..options() };

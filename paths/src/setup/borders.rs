@@ -31,9 +31,6 @@ const BLUR_TRIANGLES: f64 = 1.0;
 const FARTHEST: f64 = 3.0;
 /// A setup may get a triangle that another one faces better from this facing on (`n·axis`, 72°).
 const LEAST_FACING_OF_OTHERS: f64 = 0.3;
-/// A setup keeps this clear of what it does not reach, where another one reaches that and the place itself, in standard
-/// deviations.
-const CLEAR_SIGMAS: f64 = 1.0;
 /// Rounds of blurring at most.
 const MOST_ROUNDS: usize = 8;
 
@@ -84,7 +81,6 @@ struct Nodes {
 pub(crate) fn smooth(ground: &Ground, assignments: &mut [Vec<Assignment>]) -> Vec<Vec<Border>> {
     let mut borders = vec![Vec::new(); assignments.len()];
     let Some(mut nodes) = ground.nodes(assignments) else { return borders };
-    nodes.keep_clear();
     for _ in 0..MOST_ROUNDS {
         if !nodes.flow() {
             break;
@@ -237,29 +233,6 @@ impl Nodes {
         }
         let sum: f64 = shares.iter().sum();
         if sum > 0.0 { shares.map(|share| share / sum) } else { shares }
-    }
-
-    /// Gives what lies close to where its setup does not get to the one that cuts there, if that gets to both: the border has
-    /// room then to become smooth.
-    fn keep_clear(&mut self) {
-        let clear_mm = CLEAR_SIGMAS * self.sigma_mm;
-        let next = |node: &Node| {
-            let barred = |other: &&Node| {
-                other.choices != 0
-                    && other.choices & (1 << node.setup) == 0
-                    && node.choices & (1 << other.setup) != 0
-                    && (other.centre - node.centre).norm_squared() < clear_mm * clear_mm
-            };
-            if node.choices.count_ones() < 2 {
-                return node.setup;
-            }
-            let away = |other: &Node| (other.centre - node.centre).norm_squared();
-            let nearest =
-                self.around(&node.centre, node).filter(barred).map(|other| (away(other), other.setup));
-            nearest.reduce(|a, b| if b.0 < a.0 { b } else { a }).map_or(node.setup, |(_, setup)| setup)
-        };
-        let next: Vec<u8> = self.all.par_iter().map(next).collect();
-        self.all.iter_mut().zip(next).for_each(|(node, setup)| node.setup = setup);
     }
 
     /// Gives every node to the setup with the largest share around. Whether any changes.

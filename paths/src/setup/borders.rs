@@ -264,28 +264,34 @@ impl Nodes {
         if node.choices == 0 {
             return None;
         }
+        let choices: Vec<usize> = (0..MOST_SETUPS).filter(|k| node.choices & (1 << k) != 0).collect();
         let mesh = &covering.meshes()[node.face];
         let [a, b, c] = mesh.triangles[node.triangle].map(|i| mesh.points[i as usize]);
         let shares = [node.centre, a, b, c].map(|at| self.shares(&at, node));
-        let mm = self.sigma_mm * std::f64::consts::FRAC_PI_2.sqrt();
-        let choices: Vec<usize> = (0..MOST_SETUPS).filter(|k| node.choices & (1 << k) != 0).collect();
-        let inside_mm = |k: usize| {
+        // How much more a setup has at each corner than others.
+        let before = |k: usize, others: &[usize]| {
             [1, 2, 3].map(|corner: usize| {
                 let shares = &shares[corner];
-                let others = choices.iter().filter(|&&l| l != k).map(|&l| shares[l]).fold(0.0, f64::max);
-                mm * (shares[k] - others)
+                shares[k] - others.iter().filter(|&&l| l != k).map(|&l| shares[l]).fold(0.0, f64::max)
             })
         };
+        let is_there = |k: &usize| before(*k, &choices).iter().any(|more| *more > 0.0);
+        let there: Vec<usize> = choices.iter().copied().filter(is_there).collect();
+        // Without an area it has no neighbours.
+        if there.is_empty() {
+            return None;
+        }
+        let mm = self.sigma_mm * std::f64::consts::FRAC_PI_2.sqrt();
         let mut parted = Parted { cut: [None; MOST_SETUPS], inside_mm: [[0.0; 3]; MOST_SETUPS] };
-        let inside = choices.iter().map(|&k| (k, inside_mm(k)));
-        let there: Vec<(usize, [f64; 3])> = inside.filter(|(_, mm)| mm.iter().any(|mm| *mm > 0.0)).collect();
-        for &(k, inside_mm) in &there {
-            // Where three meet, the triangle is cut as a whole by each.
-            parted.inside_mm[k] = if there.len() > 2 { [0.0; 3] } else { inside_mm };
+        for &k in &there {
             parted.cut[k] = Some(0.0);
+            // Where three meet, the triangle is cut as a whole by each.
+            if there.len() == 2 {
+                parted.inside_mm[k] = before(k, &there).map(|more| mm * more);
+            }
         }
         for shares in shares {
-            let best = there.iter().map(|(k, _)| *k).reduce(|a, b| if shares[b] > shares[a] { b } else { a });
+            let best = there.iter().copied().reduce(|a, b| if shares[b] > shares[a] { b } else { a });
             if let Some(share) = best.and_then(|k| parted.cut[k].as_mut()) {
                 *share += 1.0 / PROBES as f32;
             }
@@ -311,14 +317,20 @@ mod tests {
     const RADIUS_MM: f64 = 6.0;
     const SIZE_MM: [f64; 2] = [200.0, 100.0];
 
-    /// A plate that two setups cut, each what `is_second` tells of the middles of triangles, and get to as `reached` tells.
+    const SETUPS: usize = 3;
+    const TWO: [bool; SETUPS] = [true, true, false];
+
+    /// A plate that setups cut, each what `setup_of` tells of the middles of triangles, and get to as `reached` tells.
     struct Plate {
         covering: Covering,
         assignments: Assignments,
     }
 
     impl Plate {
-        fn new(mut is_second: impl FnMut(&Point3) -> bool, reached: impl Fn(&Point3) -> [bool; 2]) -> Self {
+        fn new(
+            mut setup_of: impl FnMut(&Point3) -> usize,
+            reached: impl Fn(&Point3) -> [bool; SETUPS],
+        ) -> Self {
             let placement = Placement::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
             let surface = plane_patch(&placement, (0.0, SIZE_MM[0]), (0.0, SIZE_MM[1])).unwrap();
             let model = claymill_tests::model_of([surface]);
@@ -333,7 +345,7 @@ mod tests {
                     seen.extend([if reached { here } else { Seen::Hidden }; PROBES]);
                 }
                 let mut assignment = Assignment::default();
-                let setup = usize::from(is_second(&centre));
+                let setup = setup_of(&centre);
                 assignment.setups = 1 << setup;
                 assignment.cut[setup] = 1.0;
                 of_face.push(assignment);
@@ -343,7 +355,7 @@ mod tests {
                 covering: &covering,
                 region_of_face: &[0],
                 seen: &[seen],
-                setups: 2,
+                setups: SETUPS,
                 radius_mm: RADIUS_MM,
             };
             let borders = smooth(&ground, &mut of);
@@ -353,8 +365,8 @@ mod tests {
             }
         }
 
-        fn claims(&self) -> [Claims; 2] {
-            [0, 1].map(|setup| Claims::of_setup(&self.covering, &self.assignments, setup))
+        fn claims(&self) -> [Claims; SETUPS] {
+            [0, 1, 2].map(|setup| Claims::of_setup(&self.covering, &self.assignments, setup))
         }
 
         /// The places on a raster that are cut by one setup, by both or by none, as bits.
@@ -363,7 +375,7 @@ mod tests {
             let count = SIZE_MM.map(|mm| (mm / step_mm) as usize);
             let places = (0..count[0] * count[1]).map(|k| [k % count[0], k / count[0]]);
             let places = places.map(|[i, j]| Point2::new(i as f64 + 0.37, j as f64 + 0.41) * step_mm);
-            let cut = |at: Point2| (0..2).map(|k| usize::from(claims[k].holds(0, at)) << k).sum();
+            let cut = |at: Point2| (0..SETUPS).map(|k| usize::from(claims[k].holds(0, at)) << k).sum();
             places.map(|at| (at, cut(at))).collect()
         }
 
@@ -386,17 +398,17 @@ mod tests {
     }
 
     /// What lies beyond a border with teeth of 4 mm.
-    fn toothed(mean_mm: f64) -> impl FnMut(&Point3) -> bool {
+    fn toothed(mean_mm: f64) -> impl FnMut(&Point3) -> usize {
         let mut share: f64 = 0.0;
         move |p| {
             share = (share + 0.618_034).fract();
-            p.x + 8.0 * (share - 0.5) > mean_mm
+            usize::from(p.x + 8.0 * (share - 0.5) > mean_mm)
         }
     }
 
     #[test]
     fn a_border_with_teeth_becomes_a_line() {
-        let plate = Plate::new(toothed(100.0), |_| [true; 2]);
+        let plate = Plate::new(toothed(100.0), |_| TWO);
         let pieces = plate.pieces();
         let length_mm: f64 = pieces.iter().map(|[a, b]| (b - a).norm()).sum();
         assert!((99.0..102.0).contains(&length_mm), "{length_mm}");
@@ -410,7 +422,7 @@ mod tests {
 
     #[test]
     fn every_place_is_cut_and_but_for_the_border_once() {
-        let plate = Plate::new(toothed(80.0), |_| [true; 2]);
+        let plate = Plate::new(toothed(80.0), |_| TWO);
         for (at, cut) in plate.cut_by(0.7) {
             assert_ne!(cut, 0, "{at} is nobody's");
             let expected = 1 + usize::from(at.x > 80.0);
@@ -422,11 +434,11 @@ mod tests {
     fn an_island_as_large_as_the_ball_vanishes() {
         let radius_mm = RADIUS_MM;
         let on_island = |p: &Point3| (p - Point3::new(60.0, 50.0, 0.0)).norm() < radius_mm;
-        let plate = Plate::new(|p| p.x > 140.0 || on_island(p), |_| [true; 2]);
+        let plate = Plate::new(|p| usize::from(p.x > 140.0 || on_island(p)), |_| TWO);
         let cut = plate.cut_by(0.7);
         assert!(cut.iter().all(|(at, cut)| at.x > 130.0 || *cut == 1));
         let large = |p: &Point3| (p - Point3::new(60.0, 50.0, 0.0)).norm() < 4.0 * radius_mm;
-        let plate = Plate::new(|p| p.x > 140.0 || large(p), |_| [true; 2]);
+        let plate = Plate::new(|p| usize::from(p.x > 140.0 || large(p)), |_| TWO);
         let cut = plate.cut_by(0.7);
         assert!(cut.iter().any(|(at, cut)| at.x < 130.0 && *cut == 2));
     }
@@ -435,7 +447,8 @@ mod tests {
     fn nobody_gets_what_he_does_not_reach() {
         // The second setup alone reaches an island.
         let on_island = |p: &Point3| (p - Point3::new(60.0, 50.0, 0.0)).norm() < RADIUS_MM;
-        let plate = Plate::new(|p| p.x > 140.0 || on_island(p), |p| [!on_island(p), true]);
+        let plate =
+            Plate::new(|p| usize::from(p.x > 140.0 || on_island(p)), |p| [!on_island(p), true, false]);
         let well_on = |at: &Point2| (at - Point2::new(60.0, 50.0)).norm() < 0.5 * RADIUS_MM;
         for (at, cut) in plate.cut_by(0.7).into_iter().filter(|(at, _)| well_on(at)) {
             assert_eq!(cut, 2, "{at}");
@@ -444,8 +457,35 @@ mod tests {
 
     #[test]
     fn one_setup_alone_has_no_borders() {
-        let plate = Plate::new(|_| false, |_| [true; 2]);
+        let plate = Plate::new(|_| 0, |_| TWO);
         assert!(plate.assignments.borders[0].is_empty());
         assert!(plate.cut_by(2.0).iter().all(|(_, cut)| *cut == 1));
+    }
+
+    /// Whatever the setups reach, somebody cuts every place, and nobody what he does not reach.
+    #[test]
+    fn where_three_meet_every_place_is_cut_by_one_that_reaches_it() {
+        for seed in 0..20 {
+            let random = move |p: &Point3, k: usize| {
+                let phase = f64::from(seed) + 1.7 * k as f64;
+                (0.11 * p.x + phase).sin() * (0.13 * p.y + 2.0 * phase).cos() + 0.4 * (1.3 * p.x * p.y).sin()
+            };
+            let setup_of =
+                move |p: &Point3| (0..SETUPS).max_by(|&a, &b| random(p, a).total_cmp(&random(p, b))).unwrap();
+            let reached = move |p: &Point3| {
+                [0, 1, 2].map(|k| k == setup_of(p) || random(&Point3::new(p.y, p.x, 0.0), k) > -0.3)
+            };
+            let plate = Plate::new(setup_of, reached);
+            let mesh = &plate.covering.meshes()[0];
+            for (at, cut) in plate.cut_by(1.3) {
+                assert_ne!(cut, 0, "{at} is nobody's, seed {seed}");
+                let uv = |i: u32| mesh.uv[i as usize];
+                let mut triangles = mesh.triangles.iter().map(|t| t.map(uv));
+                let [a, b, c] = triangles.find(|t| crate::setup::in_triangle::contains(t, at)).unwrap();
+                let reached = reached(&Point3::from(((a.coords + b.coords + c.coords) / 3.0).push(0.0)));
+                let missed = (0..SETUPS).filter(|k| cut & (1 << k) != 0 && !reached[*k]).count();
+                assert_eq!(missed, 0, "{at}, seed {seed}");
+            }
+        }
     }
 }

@@ -89,7 +89,12 @@ impl Assignment {
         if self.walls != [0, 0] {
             return None;
         }
-        let setups = (0..MOST_SETUPS).filter(|&k| self.is_cut_by(k));
+        self.main_of(self.setups)
+    }
+
+    /// The one of some setups, given as bits, that cuts most of it.
+    pub(crate) fn main_of(&self, setups: u8) -> Option<u8> {
+        let setups = (0..MOST_SETUPS).filter(|k| setups & (1 << k) != 0);
         setups.reduce(|a, b| if self.cut[b] > self.cut[a] { b } else { a }).map(|k| k as u8)
     }
 

@@ -21,7 +21,9 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
+use crate::pattern::together::{Cell, around, cell_of};
 use crate::setup::assignment::{Assignment, MOST_SETUPS};
+use crate::setup::in_triangle::area_vector;
 use crate::setup::probe::{PROBES, Seen, is_in_doubt, of_setup};
 
 /// What is blurred is blurred over so many ball radii (standard deviation), or over so many triangles where these are larger.
@@ -53,8 +55,6 @@ pub(crate) struct Ground<'a> {
     pub(crate) setups: usize,
     pub(crate) radius_mm: f64,
 }
-
-type Cell = [i32; 3];
 
 /// A triangle beside a border.
 struct Node {
@@ -116,14 +116,13 @@ impl Ground<'_> {
     /// The triangles around borders between setups.
     fn nodes(&self, assignments: &[Vec<Assignment>]) -> Option<Nodes> {
         let sigma_mm = self.sigma_mm();
-        let cell_mm = FARTHEST * sigma_mm;
-        let cell_of = |centre: &Point3| -> Cell { [0, 1, 2].map(|k| (centre[k] / cell_mm).floor() as i32) };
         let mut setups_in: FxHashMap<Cell, u8> = FxHashMap::default();
         let each = |then: &mut dyn FnMut(FaceId, usize, u8, Cell)| {
             for (face, of_face) in assignments.iter().enumerate() {
                 for (triangle, assignment) in of_face.iter().enumerate() {
                     if let Some(setup) = assignment.main_setup() {
-                        then(face, triangle, setup, cell_of(&self.centre(face, triangle)));
+                        let cell = cell_of(&self.centre(face, triangle), FARTHEST * sigma_mm);
+                        then(face, triangle, setup, cell);
                     }
                 }
             }
@@ -131,12 +130,13 @@ impl Ground<'_> {
         each(&mut |face, triangle, _, cell| {
             *setups_in.entry(cell).or_default() |= assignments[face][triangle].setups;
         });
-        let around = |cell: &Cell| neighbours(cell).filter_map(|c| setups_in.get(&c)).fold(0, |a, b| a | b);
+        let setups_around =
+            |cell: &Cell| around(*cell).filter_map(|c| setups_in.get(&c)).fold(0, |a, b| a | b);
         let mixed: FxHashMap<Cell, bool> =
-            setups_in.keys().map(|cell| (*cell, around(cell).count_ones() > 1)).collect();
+            setups_in.keys().map(|cell| (*cell, setups_around(cell).count_ones() > 1)).collect();
         let is_mixed = |cell: &Cell| mixed.get(cell) == Some(&true);
         let wanted: FxHashMap<Cell, bool> =
-            mixed.keys().map(|cell| (*cell, neighbours(cell).any(|c| is_mixed(&c)))).collect();
+            mixed.keys().map(|cell| (*cell, around(*cell).any(|c| is_mixed(&c)))).collect();
         let mut nodes = Nodes { all: Vec::new(), of_cell: FxHashMap::default(), sigma_mm };
         each(&mut |face, triangle, setup, cell| {
             if wanted[&cell] {
@@ -158,37 +158,29 @@ impl Ground<'_> {
         (BLUR_RADII * self.radius_mm).max(BLUR_TRIANGLES * triangle_mm)
     }
 
-    fn corners(&self, face: FaceId, triangle: usize) -> [Point3; 3] {
-        let mesh = &self.covering.meshes()[face];
-        mesh.triangles[triangle].map(|i| mesh.points[i as usize])
-    }
-
     fn centre(&self, face: FaceId, triangle: usize) -> Point3 {
-        let [a, b, c] = self.corners(face, triangle);
-        Point3::from((a.coords + b.coords + c.coords) / 3.0)
+        let mesh = &self.covering.meshes()[face];
+        let [a, b, c] = mesh.triangles[triangle].map(|i| mesh.points[i as usize].coords);
+        Point3::from((a + b + c) / 3.0)
     }
 
     fn node(&self, face: FaceId, triangle: usize, setup: u8, assignment: &Assignment) -> Node {
-        let [a, b, c] = self.corners(face, triangle);
         let mesh = &self.covering.meshes()[face];
-        let [p, q, r] = mesh.triangles[triangle].map(|i| mesh.uv[i as usize]);
-        let along = (b - a).cross(&(c - a)) * (q - p).perp(&(r - p)).signum();
+        let area = area_vector(mesh, &mesh.triangles[triangle]);
         let side = assignment.side(usize::from(setup));
         let choices = match self.choices(face, triangle, side) {
             // What is faced too little by any other is its own setup's.
             bits if assignment.setups == 1 << setup && bits != 0 => bits | 1 << setup,
             bits => bits,
         };
-        let best = |a: usize, b: usize| if assignment.cut[b] > assignment.cut[a] { b } else { a };
-        let own = (0..MOST_SETUPS).filter(|k| choices & (1 << k) != 0).reduce(best);
         Node {
             face,
             triangle,
             region: self.region_of_face[face],
             centre: self.centre(face, triangle),
-            normal: (along * side).try_normalize(0.0).unwrap_or_else(Vector3::zeros),
-            area_mm2: 0.5 * along.norm(),
-            setup: own.map_or(setup, |k| k as u8),
+            normal: (area * side).try_normalize(0.0).unwrap_or_else(Vector3::zeros),
+            area_mm2: area.norm(),
+            setup: assignment.main_of(choices).unwrap_or(setup),
             choices,
         }
     }
@@ -213,10 +205,9 @@ impl Ground<'_> {
 impl Nodes {
     /// The nodes around a place on the side of the surface that a node is on, and in its region.
     fn around(&self, at: &Point3, node: &Node) -> impl Iterator<Item = &Node> {
-        let cell_mm = FARTHEST * self.sigma_mm;
-        let cell = [0, 1, 2].map(|k| (at[k] / cell_mm).floor() as i32);
+        let cell = cell_of(at, FARTHEST * self.sigma_mm);
         let (region, normal) = (node.region, node.normal);
-        let near = neighbours(&cell).filter_map(|c| self.of_cell.get(&c)).flatten();
+        let near = around(cell).filter_map(|c| self.of_cell.get(&c)).flatten();
         near.map(|&k| &self.all[k as usize])
             .filter(move |other| other.region == region && other.normal.dot(&normal) > 0.0)
     }
@@ -298,11 +289,6 @@ impl Nodes {
         }
         Some(parted)
     }
-}
-
-/// A cell and those around it.
-fn neighbours(&[x, y, z]: &Cell) -> impl Iterator<Item = Cell> + use<> {
-    (0..27).map(move |k| [x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1])
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use claymill_nurbs::{FaceId, FaceMesh, Vector3};
 
 use crate::Frame;
 use crate::setup::assignment::{Assignment, MOST_SETUPS};
+use crate::setup::in_triangle::area_vector;
 use crate::setup::leaning::LEAST_FACING;
 
 /// What a setup cuts of a region from the other side than most is cut from may be this share of it for it to count as
@@ -31,12 +32,10 @@ impl Sides {
             for (t, assignment) in
                 mesh.triangles.iter().zip(assignments).filter(|(_, assignment)| assignment.setups != 0)
             {
-                let [a, b, c] = t.map(|i| mesh.points[i as usize]);
-                let [p, q, r] = t.map(|i| mesh.uv[i as usize]);
-                let double = (b - a).cross(&(c - a)) * (q - p).perp(&(r - p)).signum();
-                let area_mm2 = 0.5 * double.norm();
+                let area = area_vector(mesh, t);
+                let area_mm2 = area.norm();
                 for (k, frame) in frames.iter().enumerate() {
-                    let facing = 0.5 * double.dot(&frame.axis());
+                    let facing = area.dot(&frame.axis());
                     if facing.abs() > LEAST_FACING * area_mm2 {
                         side.cut_mm2[k][usize::from(facing < 0.0)] += area_mm2 * f64::from(assignment.cut[k]);
                     }

@@ -190,7 +190,7 @@ impl Bins {
     }
 }
 
-/// What is given at the corners of a triangle, at a place in it; at a corner of one without an area, the least of them.
+/// What is given at the corners of a triangle, at a place in it; in one without an area, the least of that.
 fn within(corners: &[Point2; 3], given: [f32; 3], p: Point2) -> f64 {
     let [a, b, c] = corners.map(|q| q - p);
     let parts = [b.perp(&c), c.perp(&a), a.perp(&b)];

@@ -77,17 +77,9 @@ impl SetupContext<'_> {
                 continue;
             }
             let inside = corners.map(|c| self.slopes.inside(&surface.jet(c.uv.x, c.uv.y)));
-            let pieces = clipped(corners.map(|c| (c.centre, c.inside_mm)), inside);
-            for piece in pieces {
-                let inside_mm = piece.map(|(_, mm)| mm);
-                match inside_mm.iter().all(|mm| *mm >= 0.0) {
-                    true => cuts.push(Cut { centres: piece.map(|(centre, _)| centre), jet }),
-                    false => cuts.extend(
-                        clipped(piece, inside_mm)
-                            .map(|piece| Cut { centres: piece.map(|(centre, _)| centre), jet }),
-                    ),
-                }
-            }
+            let places = corners.map(|c| (c.centre, c.inside_mm));
+            let pieces = clipped(places, inside).flat_map(|piece| clipped(piece, piece.map(|(_, mm)| mm)));
+            cuts.extend(pieces.map(|piece| Cut { centres: piece.map(|(centre, _)| centre), jet }));
         }
         cuts
     }

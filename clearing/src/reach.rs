@@ -22,8 +22,13 @@ use crate::planar_set::PlanarSet;
 /// Cells are not divided below this share of the tool's radius.
 const SMALLEST_CELL: f64 = 1.0 / 16.0;
 /// Borders on the sides of cells are known to this, mm, in a few steps; where those do not get on, by halvings.
-const BORDER_MM: f64 = 2e-5;
+const BORDER_MM: f64 = 1e-3;
 const TOLD_STEPS: usize = 12;
+/// Where it is not found out whether the tool is kept off, the next place is so many times as far away, up to this, mm.
+const PERHAPS: f64 = 8.0;
+const UNKNOWN_MM: f64 = 0.05;
+/// For a place that has no way to go.
+const ANY_WAY: Place = [1.0, 0.0];
 const MOST_STEPS: usize = 40;
 /// Chords of borders that cut into what is to be left by less stay, mm; they are halved so often at most.
 const BOW_MM: f64 = 1e-3;
@@ -133,7 +138,7 @@ impl<'a> Reach<'a> {
     /// Whether the tool's tip gets down to a height (setup coordinates, mm).
     #[must_use]
     pub fn is_free(&self, [x, y]: [f64; 2], z: f64) -> bool {
-        !self.own.is_blocked_at(x, y, z + self.corner_mm)
+        self.own.kept_off([x, y], ANY_WAY, z + self.corner_mm) == KeptOff::No
     }
 
     /// The allowance, mm.
@@ -273,10 +278,11 @@ impl<'a> Reach<'a> {
             return Standing::Out;
         }
         let Some([wide, narrow]) = self.around.get(cell.depth) else { return Standing::Out };
-        if wide.as_ref().is_some_and(|w| !w.is_blocked_at(middle[0], middle[1], height)) {
+        let kept_off = |ball: &BallDrop| ball.kept_off_at_a_glance(middle, height);
+        if wide.as_ref().is_some_and(|wide| kept_off(wide) == KeptOff::No) {
             return Standing::In;
         }
-        if narrow.as_ref().is_some_and(|n| n.is_blocked_at(middle[0], middle[1], height)) {
+        if narrow.as_ref().is_some_and(|narrow| matches!(kept_off(narrow), KeptOff::Until { .. })) {
             return Standing::Out;
         }
         Standing::Unknown
@@ -351,34 +357,29 @@ impl<'a> Reach<'a> {
 
     /// Where the border is between a free place and another, on the free side.
     ///
-    /// A point that keeps the tool off says how far it has to go at least: from there on most borders are found in a few steps, as
-    /// by Newton's method.
+    /// What keeps the tool off says how far it has to go at least: from there on most borders are found in two steps. Beside walls,
+    /// where that takes long to find out, a border is known less exactly.
     fn border(&self, inside: Place, outside: Place, z: f64) -> Place {
         let length_mm = distance(inside, outside);
         let way = [0, 1].map(|k| (inside[k] - outside[k]) / length_mm);
         let at = |mm: f64| [outside[0] + way[0] * mm, outside[1] + way[1] * mm];
         // From the outer end.
         let (mut kept_off_mm, mut free_mm, mut next_mm) = (0.0, length_mm, 0.0);
+        let mut beyond_mm = 0.5 * BORDER_MM;
         for step in 0..MOST_STEPS {
-            let [x, y] = at(next_mm);
-            let mut is_told = false;
-            match self.own.kept_off_at(x, y, z + self.corner_mm) {
+            match self.own.kept_off(at(next_mm), way, z + self.corner_mm) {
                 KeptOff::No => free_mm = next_mm,
-                KeptOff::Perhaps => kept_off_mm = next_mm,
-                KeptOff::By { place, away_mm } => {
-                    let (dx, dy) = (place[0] - outside[0], place[1] - outside[1]);
-                    let (along, beside) = (dx * way[0] + dy * way[1], dx * way[1] - dy * way[0]);
-                    let clear_mm = along + (away_mm * away_mm - beside * beside).max(0.0).sqrt();
-                    kept_off_mm = clear_mm.clamp(next_mm, free_mm);
-                    is_told = true;
+                KeptOff::Until { along_mm } => kept_off_mm = (next_mm + along_mm).min(free_mm),
+                KeptOff::Perhaps => {
+                    kept_off_mm = next_mm;
+                    beyond_mm = (PERHAPS * beyond_mm).min(UNKNOWN_MM);
                 }
             }
-            if free_mm - kept_off_mm <= BORDER_MM {
+            if free_mm - kept_off_mm <= 2.0 * beyond_mm {
                 break;
             }
-            let just_beyond_mm = kept_off_mm + 0.5 * BORDER_MM;
-            next_mm = match is_told && step < TOLD_STEPS {
-                true => just_beyond_mm,
+            next_mm = match step < TOLD_STEPS {
+                true => kept_off_mm + beyond_mm,
                 false => 0.5 * (kept_off_mm + free_mm),
             };
         }

@@ -1,6 +1,7 @@
 //! Whether a ball gets to a place of the model at all.
 
 use crate::certificate::support_bound::SupportBound;
+use crate::cutter::Effort;
 use crate::drop::{BallDrop, Search};
 use crate::{Location, Support};
 
@@ -16,17 +17,15 @@ pub enum Blocked {
     Far,
 }
 
-/// What keeps a tool off a place at a height.
+/// Whether something keeps a tool off a place at a height.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum KeptOff {
-    /// Nothing.
+    /// Nothing does.
     No,
-    /// A point of the model over this place in the setup, from which the tool's axis has to be so far away at this height.
-    By {
-        /// Where the point is, seen along the axis, mm.
-        place: [f64; 2],
-        /// Distance from there, mm.
-        away_mm: f64,
+    /// A point of the model does.
+    Until {
+        /// So far along the way that was asked for, at least, that point does, mm.
+        along_mm: f64,
     },
     /// Something, which has not been found, or nothing, which has not been proven.
     Perhaps,
@@ -72,14 +71,28 @@ impl BallDrop<'_> {
             || self.drop_between(x, y, [height, height]).is_some()
     }
 
-    /// What keeps the tool off `(x, y)` with its middle at this height, as far as it is found; [`BallDrop::is_blocked_at`] says
-    /// whether anything does.
+    /// Whether something keeps the tool off a place (setup coordinates, mm) with its middle at this height, and how far it would
+    /// have to go along a unit vector.
     #[must_use]
-    pub fn kept_off_at(&self, x: f64, y: f64, height: f64) -> KeptOff {
+    pub fn kept_off(&self, from: [f64; 2], along: [f64; 2], height: f64) -> KeptOff {
         if !self.end().is_ball() {
-            return self.kept_off([x, y], height);
+            return self.end_kept_off(from, along, height, Effort::OF_BORDER);
         }
-        if self.is_blocked_at(x, y, height) { KeptOff::Perhaps } else { KeptOff::No }
+        match self.is_blocked_at(from[0], from[1], height) {
+            true => KeptOff::Until { along_mm: 0.0 },
+            false => KeptOff::No,
+        }
+    }
+
+    /// Whether something keeps the tool off a place with its middle at this height, as far as that is found out soon: where it all
+    /// but touches a wall, that takes long.
+    #[must_use]
+    pub fn kept_off_at_a_glance(&self, at: [f64; 2], height: f64) -> KeptOff {
+        const ANY_WAY: [f64; 2] = [1.0, 0.0];
+        if self.end().is_ball() {
+            return self.kept_off(at, ANY_WAY, height);
+        }
+        self.end_kept_off(at, ANY_WAY, height, Effort::AT_A_GLANCE)
     }
 
     /// Whether something holds a ball up by more than `by_mm` that would touch the model in `touch`.

@@ -3,15 +3,12 @@
 
 use claymill_nurbs::Point3;
 
-use super::offset::{Contact, contact_at};
-use super::search::{Effort, Touch, held_above, kept_off};
+use super::offset::{Contact, contact_along, contact_at};
+use super::search::{Effort, Stand, Touch, held_above, stand};
 use super::{CUTTER_EPSILON_MM, EndShape, ToolPart};
 use crate::blocked::KeptOff;
 use crate::{BallDrop, Blocked, CONTACT_EPSILON_MM, Location, Support};
 
-/// Heights of passes are looked for as exactly as those of balls; where that takes long, beside walls, so far at first.
-const OF_PASS: Effort = Effort { epsilon: CONTACT_EPSILON_MM, known_to: CONTACT_EPSILON_MM, cuts: 250 };
-const AT_LENGTH: Effort = Effort { cuts: 4000, ..OF_PASS };
 /// What a search that is not ended early leaves open, and a little for rounding, mm.
 const SETTLED_MM: f64 = 1.01 * CONTACT_EPSILON_MM;
 /// No pass runs where the ground is steeper than this (`n·axis`): how high an end is held there need not be known.
@@ -32,9 +29,9 @@ impl BallDrop<'_> {
             _ => None,
         });
         let floor = from.map_or(low, |(contact, _)| contact.middle.z.max(low)) - end.corner_mm;
-        let held = held_above(self, &self.bodies, at, floor, OF_PASS).and_then(|held| {
+        let held = held_above(self, &self.bodies, at, floor, Effort::OF_PASS).and_then(|held| {
             let is_known = held.gap_mm <= SETTLED_MM || held.normal.z.abs() < STEEP_NZ;
-            if is_known { Some(held) } else { held_above(self, &self.bodies, at, floor, AT_LENGTH) }
+            if is_known { Some(held) } else { held_above(self, &self.bodies, at, floor, Effort::AT_LENGTH) }
         });
         match held {
             Some(held) => Some(self.location(&held, at)),
@@ -44,12 +41,41 @@ impl BallDrop<'_> {
 
     /// Whether something holds an end that is no ball up with its middle above a height.
     pub(crate) fn is_end_blocked_at(&self, at: [f64; 2], height: f64) -> bool {
-        !matches!(self.kept_off(at, height), KeptOff::No)
+        let floor = height - self.end().corner_mm;
+        !matches!(stand(self, &self.bodies, at, floor, Effort::AT_LENGTH), Stand::Free)
     }
 
-    /// What keeps an end that is no ball off a place, with its middle at a height.
-    pub(crate) fn kept_off(&self, at: [f64; 2], height: f64) -> KeptOff {
-        kept_off(self, &self.bodies, at, height - self.end().corner_mm, AT_LENGTH)
+    /// Whether something keeps an end that is no ball off a place, with its middle at a height, and how far along a unit vector.
+    pub(crate) fn end_kept_off(
+        &self,
+        from: [f64; 2],
+        along: [f64; 2],
+        height: f64,
+        effort: Effort,
+    ) -> KeptOff {
+        let floor = height - self.end().corner_mm;
+        let touch = match stand(self, &self.bodies, from, floor, effort) {
+            Stand::Free => return KeptOff::No,
+            Stand::Unknown => return KeptOff::Perhaps,
+            Stand::Held(touch) => touch,
+        };
+        let on_the_way = |[x, y]: [f64; 2]| {
+            let (x, y) = (x - from[0], y - from[1]);
+            [x * along[0] + y * along[1], x * along[1] - y * along[0]]
+        };
+        // A point of the model keeps the axis as far away as the tool is wide where it is.
+        let Point3 { coords: first, .. } = touch.contact;
+        let [ahead_mm, beside_mm] = on_the_way([first.x, first.y]);
+        let wide_mm = self.bodies[touch.body].radius_at(first.z - floor - 0.5 * CONTACT_EPSILON_MM);
+        let first_mm = ahead_mm + (wide_mm * wide_mm - beside_mm * beside_mm).max(0.0).sqrt();
+        // The first point found is anywhere inside of the tool. The last one that is touched on the way out is on its rim.
+        let last_mm = touch.uv.filter(|_| touch.body == 0).and_then(|uv| {
+            let of = &self.faces[touch.face];
+            let last = contact_along(&of.leaves, uv.into(), (from, along), height, &self.end())?;
+            let is_inside = of.domain.as_ref().is_none_or(|d| d.contains(last.u, last.v));
+            is_inside.then(|| on_the_way([last.middle.x, last.middle.y])[0])
+        });
+        KeptOff::Until { along_mm: first_mm.max(last_mm.unwrap_or(0.0)).max(0.0) }
     }
 
     /// A contact inside of the trims of a face, near a place on it.

@@ -6,18 +6,21 @@ use std::collections::BinaryHeap;
 
 use claymill_nurbs::{Boxes, FaceId, Point2, Point3, Vector3};
 
+use super::body::Rested;
 use super::{Body, CUTTER_EPSILON_MM, ToolPart};
-use crate::BallDrop;
-use crate::blocked::KeptOff;
 use crate::covering::EdgePiece;
 use crate::drop::{Triangle, weighted};
 use crate::exact::shape::{Flat, Shape};
+use crate::{BallDrop, CONTACT_EPSILON_MM};
 
 /// A triangle at the rim is enlarged by this many times its own size at most, to take in what bulges beyond its chord; of
 /// slivers more than that is left to the edge itself.
 const LARGEST_GROWTH: f64 = 2.0;
 /// Triangles cut this often that are outside the trims wherever they are looked at are outside.
 const OUTSIDE_LEVEL: u32 = 4;
+/// Pieces of a rim are halved until they are within this share of what a body is swollen by, and so often at most.
+const RIM_SHARE: f64 = 0.25;
+const MOST_HALVINGS: usize = 200;
 /// More than rounding takes from a bound, mm.
 const ROUNDING_MM: f64 = 1e-9;
 
@@ -107,6 +110,14 @@ impl Effort {
     /// For the height of an end.
     pub(crate) const FULL: Effort =
         Effort { epsilon: CUTTER_EPSILON_MM, known_to: CUTTER_EPSILON_MM, cuts: 4000 };
+    /// For the heights of passes, as exact as those of balls. Where that takes long, beside walls, the search is ended early.
+    pub(crate) const OF_PASS: Effort =
+        Effort { epsilon: CONTACT_EPSILON_MM, known_to: CONTACT_EPSILON_MM, cuts: 250 };
+    /// The same, ended late.
+    pub(crate) const AT_LENGTH: Effort = Effort { cuts: 4000, ..Effort::OF_PASS };
+    /// The same, ended before a wall that the tool all but touches is looked into.
+    pub(crate) const OF_BORDER: Effort = Effort { cuts: 2000, ..Effort::OF_PASS };
+    pub(crate) const AT_A_GLANCE: Effort = Effort { cuts: 100, ..Effort::OF_PASS };
     /// For whether something is in the way of a side: how high it holds it matters little, and what grazes it, as a wall
     /// along a shank, may be taken to hold it.
     pub(crate) const IN_THE_WAY: Effort = Effort { epsilon: CUTTER_EPSILON_MM, known_to: 0.1, cuts: 60 };
@@ -131,28 +142,26 @@ pub(crate) fn held_above(
     Some(Touch { tip, gap_mm: tip - search.low, ..touched })
 }
 
-/// What keeps a tool from standing with its tip on a floor, by the first point that is touched.
-pub(crate) fn kept_off(
-    sheets: &BallDrop,
-    bodies: &[Body],
-    at: [f64; 2],
-    floor: f64,
-    effort: Effort,
-) -> KeptOff {
+/// What is known of a tool that stands with its tip on a floor.
+pub(crate) enum Stand {
+    Free,
+    /// The first point that was found in its way.
+    Held(Touch),
+    Unknown,
+}
+
+/// Whether a tool can stand with its tip on a floor.
+pub(crate) fn stand(sheets: &BallDrop, bodies: &[Body], at: [f64; 2], floor: f64, effort: Effort) -> Stand {
     let mut search = Search::new(sheets, bodies, at, floor, effort);
-    let enough = floor + 0.5 * effort.epsilon;
-    search.enough = enough;
+    search.enough = floor + 0.5 * effort.epsilon;
     search.gather();
     search.settle();
     match search.held.filter(|_| search.low == f64::INFINITY) {
-        Some(Touch { contact, body, .. }) => {
-            let away_mm = bodies[body].radius_at(contact.z - enough);
-            KeptOff::By { place: [contact.x, contact.y], away_mm }
-        }
+        Some(touch) => Stand::Held(touch),
         None if search.waiting.peek().is_some_and(|left| left.bound > search.low + search.step) => {
-            KeptOff::Perhaps
+            Stand::Unknown
         }
-        None => KeptOff::No,
+        None => Stand::Free,
     }
 }
 
@@ -172,6 +181,20 @@ struct Search<'a> {
     met: usize,
     /// The last flat face that was looked at.
     flat: Option<u32>,
+    /// Rims of faces that were looked at.
+    rims: Vec<Rim>,
+}
+
+/// How far the rim of a face is from a body that stands as high as is known.
+struct Rim {
+    face: u32,
+    body: usize,
+    /// Swollen by so much the body is clear of it, mm.
+    clear_mm: f64,
+    /// Swollen by so much it is not, as far as has been looked, mm.
+    held_mm: f64,
+    /// Pieces of the rim that hold it then: of those that it is swollen by less, no other does.
+    near: Vec<EdgePiece>,
 }
 
 /// Where a touched point is.
@@ -194,6 +217,7 @@ impl<'a> Search<'a> {
             waiting: BinaryHeap::new(),
             met: 0,
             flat: None,
+            rims: Vec::new(),
         }
     }
 
@@ -376,7 +400,7 @@ impl<'a> Search<'a> {
     fn wait_for(&mut self, mut sheet: Sheet<'a>) {
         let n = (sheet.p[1] - sheet.p[0]).cross(&(sheet.p[2] - sheet.p[0]));
         let mut bound = f64::NEG_INFINITY;
-        for body in self.bodies {
+        for (k, body) in self.bodies.iter().enumerate() {
             let by_plane =
                 body.on_plane_of(&sheet.p[0], &n, self.at, sheet.off_plane).map_or(f64::INFINITY, |t| t.tip);
             let least = bound.max(self.low + self.step) - ROUNDING_MM;
@@ -386,7 +410,7 @@ impl<'a> Search<'a> {
             let rested = body.on_triangle(&sheet.p, &n, self.at, sheet.off_triangle, least);
             let Some(rested) = rested else { continue };
             let tip = by_plane.min(rested.tip) + ROUNDING_MM;
-            if tip > bound && !self.rests_on_the_rim(&sheet, &n, body, rested.tip) {
+            if tip > bound && !self.is_left_to_the_rim(&sheet, &n, k, &rested) {
                 bound = tip;
                 sheet.at = rested.weights;
             }
@@ -394,19 +418,75 @@ impl<'a> Search<'a> {
         self.push(bound, Piece::Sheet(sheet));
     }
 
-    /// Whether what a triangle has inside the trims holds the body no higher than the rim does, by half a step.
+    /// Whether what a triangle has inside the trims does not hold the body, or no higher than the rim does, by half a step.
     ///
-    /// The body would touch the flat triangle highest in a place outside the trims. On the way there from any place inside
-    /// the height does not fall, being concave, and the rim is crossed: so the rim holds it as high, but for the two
-    /// distances from the surface.
-    fn rests_on_the_rim(&self, sheet: &Sheet<'a>, n: &Vector3, body: &Body, swollen: f64) -> bool {
-        let face = &self.sheets.faces[sheet.of.face as usize];
+    /// ```text
+    ///     trims ┊                 The flat triangle would hold the swollen body in a place `m` outside the trims. On the way
+    ///        q ─┼─ m              there from a place `q` inside that does, the height is concave: the rim is crossed where
+    ///           ┊                 it is high enough, too. The surface is `off_triangle` from the flat one in `q` and on the rim:
+    /// ```
+    ///
+    /// where the rim is clear of the body swollen by both, nothing inside the trims is high enough. Or else, where swelling
+    /// the body changes little, the rim holds it as high.
+    fn is_left_to_the_rim(&mut self, sheet: &Sheet<'a>, n: &Vector3, k: usize, swollen: &Rested) -> bool {
+        let (sheets, bodies) = (self.sheets, self.bodies);
+        let face = &sheets.faces[sheet.of.face as usize];
         let Some(domain) = face.domain.as_ref().filter(|_| sheet.of.rimmed) else { return false };
-        let flat = body.on_triangle(&sheet.p, n, self.at, 0.0, f64::NEG_INFINITY);
-        flat.is_some_and(|flat| {
-            let at = weighted(&sheet.uv, flat.weights);
-            swollen - flat.tip <= 0.5 * self.step && !domain.contains(at.x, at.y)
-        })
+        let is_outside = |weights: [f64; 3]| {
+            let at = weighted(&sheet.uv, weights);
+            !domain.contains(at.x, at.y)
+        };
+        if sheet.level >= OUTSIDE_LEVEL
+            && self.is_rim_clear(sheet.of.face, k, 2.0 * sheet.off_triangle)
+            && is_outside(swollen.weights)
+        {
+            return true;
+        }
+        let flat = bodies[k].on_triangle(&sheet.p, n, self.at, 0.0, f64::NEG_INFINITY);
+        flat.is_some_and(|flat| swollen.tip - flat.tip <= 0.5 * self.step && is_outside(flat.weights))
+    }
+
+    /// Whether the rim of a face holds a body that is swollen by this no higher than what is known to hold it.
+    fn is_rim_clear(&mut self, face: u32, body: usize, mm: f64) -> bool {
+        let known = self.rims.iter().position(|rim| (rim.face, rim.body) == (face, body));
+        let known = known.unwrap_or_else(|| {
+            let edges = &self.sheets.edges;
+            let first = edges.partition_point(|piece| piece.face < face);
+            let of_face = edges[first..].iter().take_while(|piece| piece.face == face);
+            let near = of_face.filter(|piece| self.may_hold(piece, body, mm)).cloned().collect();
+            self.rims.push(Rim { face, body, clear_mm: f64::NEG_INFINITY, held_mm: f64::INFINITY, near });
+            self.rims.len() - 1
+        });
+        let Rim { clear_mm, held_mm, .. } = self.rims[known];
+        if mm <= clear_mm || mm >= held_mm {
+            return mm <= clear_mm;
+        }
+        let near = std::mem::take(&mut self.rims[known].near);
+        let near: Vec<EdgePiece> = near.into_iter().filter(|piece| self.may_hold(piece, body, mm)).collect();
+        let is_clear = self.is_clear_of(near.clone(), body, mm);
+        let rim = &mut self.rims[known];
+        rim.near = near;
+        *if is_clear { &mut rim.clear_mm } else { &mut rim.held_mm } = mm;
+        is_clear
+    }
+
+    /// Whether none of some pieces of a rim holds a swollen body.
+    fn is_clear_of(&self, mut near: Vec<EdgePiece>, body: usize, mm: f64) -> bool {
+        for _ in 0..MOST_HALVINGS {
+            let Some(piece) = near.pop() else { return true };
+            if piece.deviation_mm <= RIM_SHARE * mm {
+                return false;
+            }
+            near.extend(self.halves(&piece).into_iter().filter(|half| self.may_hold(half, body, mm)));
+        }
+        near.is_empty()
+    }
+
+    /// Whether a piece of a rim may hold a swollen body.
+    fn may_hold(&self, piece: &EdgePiece, body: usize, mm: f64) -> bool {
+        let least = self.low + self.step - ROUNDING_MM;
+        let held = self.bodies[body].on_segment(&piece.a, &piece.b, self.at, piece.deviation_mm + mm, least);
+        held.is_some_and(|(tip, _)| tip > least)
     }
 
     fn wait_for_edge(&mut self, piece: EdgePiece) {
@@ -485,14 +565,22 @@ impl<'a> Search<'a> {
     }
 
     fn halve(&mut self, piece: &EdgePiece) {
+        let halves = self.halves(piece);
+        self.touch_edge(piece, halves[0].b, halves[0].t.1);
+        halves.into_iter().for_each(|half| self.wait_for_edge(half));
+    }
+
+    fn halves(&self, piece: &EdgePiece) -> [EdgePiece; 2] {
         let face = &self.sheets.faces[piece.face as usize];
         let (t0, t1) = piece.t;
         let t = 0.5 * (t0 + t1);
         let m = face.leaves.point_on(&face.boundary[piece.pcurve as usize], t);
-        self.touch_edge(piece, m, t);
+        // Second derivatives make the distance a quarter.
         let deviation_mm = 0.25 * piece.deviation_mm;
-        self.wait_for_edge(EdgePiece { t: (t0, t), b: m, deviation_mm, ..*piece });
-        self.wait_for_edge(EdgePiece { t: (t, t1), a: m, deviation_mm, ..*piece });
+        [
+            EdgePiece { t: (t0, t), b: m, deviation_mm, ..*piece },
+            EdgePiece { t: (t, t1), a: m, deviation_mm, ..*piece },
+        ]
     }
 }
 

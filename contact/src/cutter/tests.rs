@@ -12,7 +12,7 @@ use claymill_toolpath::Tool;
 
 use super::{CUTTER_EPSILON_MM, CutterDrop, CutterLocation, ToolPart};
 use crate::Frame;
-use crate::{BallDrop, Covering};
+use crate::{BallDrop, Covering, KeptOff};
 
 fn face(surface: NurbsSurface) -> Face {
     Face { surface, loops: Vec::new(), reversed: false, kind: SurfaceKind::Nurbs, source: Source::default() }
@@ -25,6 +25,23 @@ fn placed(origin: Point3, z: Vector3) -> Placement {
 fn top() -> Frame {
     // Front +x: setup coordinates are model coordinates.
     Frame::five("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap()[0]
+}
+
+/// A circle of 30 mm about the origin of the parameter plane.
+fn round_trim() -> TrimLoop {
+    let arc = |from: f64| {
+        let corner = |a: f64| Point2::new(30.0 * a.cos(), 30.0 * a.sin());
+        let w = (PI / 4.0).cos();
+        let middle = corner(from + PI / 4.0).coords / w;
+        Curve2::new(
+            KnotVector::clamped_uniform(2, 3),
+            vec![corner(from), middle.into(), corner(from + FRAC_PI_2)],
+            Some(vec![1.0, w, 1.0]),
+        )
+        .unwrap()
+    };
+    let edges = (0..4).map(|k| TrimEdge { pcurve: arc(f64::from(k) * FRAC_PI_2), shared: None }).collect();
+    TrimLoop { edges }
 }
 
 /// A model covered for tools.
@@ -196,21 +213,9 @@ fn groove_step_needle_and_rim() {
         assert_eq!(end.drop(10.2, 0.0).map(|l| l.tip.z), None);
     }
     // A disc with a round trim: from outside, its rim is met.
-    let arc = |from: f64| {
-        let corner = |a: f64| Point2::new(30.0 * a.cos(), 30.0 * a.sin());
-        let w = (PI / 4.0).cos();
-        let middle = corner(from + PI / 4.0).coords / w;
-        Curve2::new(
-            KnotVector::clamped_uniform(2, 3),
-            vec![corner(from), middle.into(), corner(from + FRAC_PI_2)],
-            Some(vec![1.0, w, 1.0]),
-        )
-        .unwrap()
-    };
-    let edges = (0..4).map(|k| TrimEdge { pcurve: arc(f64::from(k) * FRAC_PI_2), shared: None }).collect();
     let plate =
         analytic::plane_patch(&placed(Point3::origin(), Vector3::z()), (-50.0, 50.0), (-50.0, 50.0)).unwrap();
-    let disc = Bench::of(vec![Face { loops: vec![TrimLoop { edges }], ..face(plate) }]);
+    let disc = Bench::of(vec![Face { loops: vec![round_trim()], ..face(plate) }]);
     for (tool, flat, r) in [("flat:10", 10.0, 0.0_f64), ("bull:10:4", 6.0, 4.0), ("ball:10", 0.0, 10.0)] {
         let end = disc.tool(tool);
         for i in 0..40 {
@@ -384,4 +389,68 @@ fn a_flat_end_rests_on_all_of_a_tilted_sheet_and_beside_it() {
         }
     }
     assert!(met > 3000, "{met}");
+}
+
+#[test]
+fn what_keeps_a_tool_off_a_sphere_tells_how_far() {
+    let rho = 40.0;
+    let sphere =
+        analytic::sphere(&placed(Point3::origin(), Vector3::z()), rho, (0.0, TAU), (-FRAC_PI_2, FRAC_PI_2))
+            .unwrap();
+    let bench = Bench::surfaces(vec![sphere]);
+    let mut all_steps = 0;
+    for (tool, flat, r) in [("flat:10", 10.0_f64, 0.0_f64), ("bull:10:2", 8.0, 2.0)] {
+        let end = BallDrop::of_tool(&bench.model, &bench.covering, &top(), &tool.parse().unwrap());
+        for k in 0..200 {
+            let share = |prime: f64| (f64::from(k) * prime).fract();
+            let (turn, height) = (TAU * share(0.618_034), 38.0 * share(0.754_878));
+            // At this distance from the middle it is clear.
+            let clear = flat + ((rho + r).powi(2) - height * height).sqrt();
+            let beside = 0.7 * clear * share(0.324_718);
+            let (sine, cosine) = turn.sin_cos();
+            let along = [cosine, sine];
+            let at = |mm: f64| [mm * cosine - beside * sine, mm * sine + beside * cosine];
+            let exact = (clear * clear - beside * beside).sqrt();
+            let ahead = exact - 2.0 * share(0.569_840);
+            // On and on past what keeps it off, and a little further each time.
+            let (mut mm, mut steps) = (ahead, 0);
+            while let KeptOff::Until { along_mm } = end.kept_off(at(mm), along, height) {
+                (mm, steps) = (mm + along_mm, steps + 1);
+                assert!(mm <= exact + 1e-6, "{tool} {k}: {mm} is beyond {exact}");
+                mm += 1e-4;
+            }
+            assert_eq!(end.kept_off(at(mm), along, height), KeptOff::No, "{tool} {k}");
+            assert!(mm >= exact - 1e-3, "{tool} {k}: {mm} instead of {exact}");
+            all_steps += steps;
+        }
+    }
+    // Most take the first point that is found and the last one that is touched.
+    assert!(all_steps < 400 * 3, "{all_steps}");
+}
+
+/// A sheet goes on beyond its trims, and so through the tool beside it: it is not looked into all along the rim.
+#[test]
+fn a_tool_close_to_a_rim_is_soon_known_to_be_free() {
+    // z = −(x² + y²) / 200 over a square, trimmed to a disc.
+    let bezier = |k: usize| [-50.0, 0.0, 50.0][k];
+    let square = |k: usize| [2500.0, -2500.0, 2500.0][k];
+    let at = |k: usize| {
+        let (i, j) = (k / 3, k % 3);
+        Point3::new(bezier(i), bezier(j), -(square(i) + square(j)) / 200.0)
+    };
+    let knots = KnotVector::new(2, vec![-50.0, -50.0, -50.0, 50.0, 50.0, 50.0]).unwrap();
+    let dome = NurbsSurface::new(knots.clone(), knots, (0..9).map(at).collect(), None).unwrap();
+    let bench = Bench::of(vec![Face { loops: vec![round_trim()], ..face(dome) }]);
+    let end = BallDrop::of_tool(&bench.model, &bench.covering, &top(), &"flat:10".parse().unwrap());
+    for k in 0..40 {
+        let (sine, cosine) = (0.157 * f64::from(k) + 0.05).sin_cos();
+        let beside = |mm: f64| [(40.0 + mm) * cosine, (40.0 + mm) * sine];
+        assert_eq!(end.kept_off(beside(2e-3), [cosine, sine], -6.0), KeptOff::No, "{k}");
+        assert_eq!(end.kept_off_at_a_glance(beside(0.02), -6.0), KeptOff::No, "{k}");
+        let held = end.kept_off(beside(-1e-3), [cosine, sine], -6.0);
+        assert!(
+            matches!(held, KeptOff::Until { along_mm } if (along_mm - 1e-3).abs() < 1e-3),
+            "{k}: {held:?}"
+        );
+    }
 }

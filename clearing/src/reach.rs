@@ -22,14 +22,14 @@ use crate::planar_set::PlanarSet;
 /// Cells are not divided below this share of the tool's radius.
 const SMALLEST_CELL: f64 = 1.0 / 16.0;
 /// Borders on the sides of cells are known to this, mm, in a few steps; where those do not get on, by halvings.
-const BORDER_MM: f64 = 1e-3;
+const BORDER_MM: f64 = 2e-5;
 const TOLD_STEPS: usize = 12;
+const MOST_STEPS: usize = 40;
 /// Where it is not found out whether the tool is kept off, the next place is so many times as far away, up to this, mm.
-const PERHAPS: f64 = 8.0;
+const PERHAPS: f64 = 32.0;
 const UNKNOWN_MM: f64 = 0.05;
 /// For a place that has no way to go.
 const ANY_WAY: Place = [1.0, 0.0];
-const MOST_STEPS: usize = 40;
 /// Chords of borders that cut into what is to be left by less stay, mm; they are halved so often at most.
 const BOW_MM: f64 = 1e-3;
 const MOST_BOWS: u32 = 4;
@@ -367,18 +367,23 @@ impl<'a> Reach<'a> {
         let (mut kept_off_mm, mut free_mm, mut next_mm) = (0.0, length_mm, 0.0);
         let mut beyond_mm = 0.5 * BORDER_MM;
         for step in 0..MOST_STEPS {
+            let mut is_told = false;
             match self.own.kept_off(at(next_mm), way, z + self.corner_mm) {
                 KeptOff::No => free_mm = next_mm,
-                KeptOff::Until { along_mm } => kept_off_mm = (next_mm + along_mm).min(free_mm),
+                KeptOff::Until { along_mm } => {
+                    kept_off_mm = (next_mm + along_mm).min(free_mm);
+                    is_told = along_mm > 0.0;
+                }
                 KeptOff::Perhaps => {
                     kept_off_mm = next_mm;
                     beyond_mm = (PERHAPS * beyond_mm).min(UNKNOWN_MM);
+                    is_told = true;
                 }
             }
             if free_mm - kept_off_mm <= 2.0 * beyond_mm {
                 break;
             }
-            next_mm = match step < TOLD_STEPS {
+            next_mm = match is_told && step < TOLD_STEPS {
                 true => kept_off_mm + beyond_mm,
                 false => 0.5 * (kept_off_mm + free_mm),
             };

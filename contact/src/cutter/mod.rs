@@ -10,6 +10,7 @@ mod body;
 pub(crate) mod end;
 mod offset;
 mod rest;
+mod rim;
 mod search;
 #[cfg(test)]
 mod tests;

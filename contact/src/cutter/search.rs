@@ -7,6 +7,7 @@ use std::collections::BinaryHeap;
 use claymill_nurbs::{Boxes, FaceId, Point2, Point3, Vector3};
 
 use super::body::Rested;
+use super::rim::{Rims, halves};
 use super::{Body, CUTTER_EPSILON_MM, ToolPart};
 use crate::covering::EdgePiece;
 use crate::drop::{Triangle, weighted};
@@ -18,9 +19,6 @@ use crate::{BallDrop, CONTACT_EPSILON_MM};
 const LARGEST_GROWTH: f64 = 2.0;
 /// Triangles cut this often that are outside the trims wherever they are looked at are outside.
 const OUTSIDE_LEVEL: u32 = 4;
-/// Pieces of a rim are halved until they are within this share of what a body is swollen by, and so often at most.
-const RIM_SHARE: f64 = 0.25;
-const MOST_HALVINGS: usize = 200;
 /// More than rounding takes from a bound, mm.
 const ROUNDING_MM: f64 = 1e-9;
 
@@ -115,8 +113,9 @@ impl Effort {
         Effort { epsilon: CONTACT_EPSILON_MM, known_to: CONTACT_EPSILON_MM, cuts: 250 };
     /// The same, ended late.
     pub(crate) const AT_LENGTH: Effort = Effort { cuts: 4000, ..Effort::OF_PASS };
-    /// The same, ended before a wall that the tool all but touches is looked into.
+    /// For borders of where a tool gets down, all but in touch with what keeps it off.
     pub(crate) const OF_BORDER: Effort = Effort { cuts: 2000, ..Effort::OF_PASS };
+    /// For cells, of which most are far from all.
     pub(crate) const AT_A_GLANCE: Effort = Effort { cuts: 100, ..Effort::OF_PASS };
     /// For whether something is in the way of a side: how high it holds it matters little, and what grazes it, as a wall
     /// along a shank, may be taken to hold it.
@@ -181,20 +180,7 @@ struct Search<'a> {
     met: usize,
     /// The last flat face that was looked at.
     flat: Option<u32>,
-    /// Rims of faces that were looked at.
-    rims: Vec<Rim>,
-}
-
-/// How far the rim of a face is from a body that stands as high as is known.
-struct Rim {
-    face: u32,
-    body: usize,
-    /// Swollen by so much the body is clear of it, mm.
-    clear_mm: f64,
-    /// Swollen by so much it is not, as far as has been looked, mm.
-    held_mm: f64,
-    /// Pieces of the rim that hold it then: of those that it is swollen by less, no other does.
-    near: Vec<EdgePiece>,
+    rims: Rims<'a>,
 }
 
 /// Where a touched point is.
@@ -217,7 +203,7 @@ impl<'a> Search<'a> {
             waiting: BinaryHeap::new(),
             met: 0,
             flat: None,
-            rims: Vec::new(),
+            rims: Rims::new(sheets, bodies, at),
         }
     }
 
@@ -437,56 +423,18 @@ impl<'a> Search<'a> {
             !domain.contains(at.x, at.y)
         };
         if sheet.level >= OUTSIDE_LEVEL
-            && self.is_rim_clear(sheet.of.face, k, 2.0 * sheet.off_triangle)
+            && self.rims.is_clear(
+                sheet.of.face,
+                k,
+                2.0 * sheet.off_triangle,
+                self.low + self.step - ROUNDING_MM,
+            )
             && is_outside(swollen.weights)
         {
             return true;
         }
         let flat = bodies[k].on_triangle(&sheet.p, n, self.at, 0.0, f64::NEG_INFINITY);
         flat.is_some_and(|flat| swollen.tip - flat.tip <= 0.5 * self.step && is_outside(flat.weights))
-    }
-
-    /// Whether the rim of a face holds a body that is swollen by this no higher than what is known to hold it.
-    fn is_rim_clear(&mut self, face: u32, body: usize, mm: f64) -> bool {
-        let known = self.rims.iter().position(|rim| (rim.face, rim.body) == (face, body));
-        let known = known.unwrap_or_else(|| {
-            let edges = &self.sheets.edges;
-            let first = edges.partition_point(|piece| piece.face < face);
-            let of_face = edges[first..].iter().take_while(|piece| piece.face == face);
-            let near = of_face.filter(|piece| self.may_hold(piece, body, mm)).cloned().collect();
-            self.rims.push(Rim { face, body, clear_mm: f64::NEG_INFINITY, held_mm: f64::INFINITY, near });
-            self.rims.len() - 1
-        });
-        let Rim { clear_mm, held_mm, .. } = self.rims[known];
-        if mm <= clear_mm || mm >= held_mm {
-            return mm <= clear_mm;
-        }
-        let near = std::mem::take(&mut self.rims[known].near);
-        let near: Vec<EdgePiece> = near.into_iter().filter(|piece| self.may_hold(piece, body, mm)).collect();
-        let is_clear = self.is_clear_of(near.clone(), body, mm);
-        let rim = &mut self.rims[known];
-        rim.near = near;
-        *if is_clear { &mut rim.clear_mm } else { &mut rim.held_mm } = mm;
-        is_clear
-    }
-
-    /// Whether none of some pieces of a rim holds a swollen body.
-    fn is_clear_of(&self, mut near: Vec<EdgePiece>, body: usize, mm: f64) -> bool {
-        for _ in 0..MOST_HALVINGS {
-            let Some(piece) = near.pop() else { return true };
-            if piece.deviation_mm <= RIM_SHARE * mm {
-                return false;
-            }
-            near.extend(self.halves(&piece).into_iter().filter(|half| self.may_hold(half, body, mm)));
-        }
-        near.is_empty()
-    }
-
-    /// Whether a piece of a rim may hold a swollen body.
-    fn may_hold(&self, piece: &EdgePiece, body: usize, mm: f64) -> bool {
-        let least = self.low + self.step - ROUNDING_MM;
-        let held = self.bodies[body].on_segment(&piece.a, &piece.b, self.at, piece.deviation_mm + mm, least);
-        held.is_some_and(|(tip, _)| tip > least)
     }
 
     fn wait_for_edge(&mut self, piece: EdgePiece) {
@@ -565,22 +513,9 @@ impl<'a> Search<'a> {
     }
 
     fn halve(&mut self, piece: &EdgePiece) {
-        let halves = self.halves(piece);
+        let halves = halves(self.sheets, piece);
         self.touch_edge(piece, halves[0].b, halves[0].t.1);
         halves.into_iter().for_each(|half| self.wait_for_edge(half));
-    }
-
-    fn halves(&self, piece: &EdgePiece) -> [EdgePiece; 2] {
-        let face = &self.sheets.faces[piece.face as usize];
-        let (t0, t1) = piece.t;
-        let t = 0.5 * (t0 + t1);
-        let m = face.leaves.point_on(&face.boundary[piece.pcurve as usize], t);
-        // Second derivatives make the distance a quarter.
-        let deviation_mm = 0.25 * piece.deviation_mm;
-        [
-            EdgePiece { t: (t0, t), b: m, deviation_mm, ..*piece },
-            EdgePiece { t: (t, t1), a: m, deviation_mm, ..*piece },
-        ]
     }
 }
 

@@ -428,10 +428,8 @@ fn what_keeps_a_tool_off_a_sphere_tells_how_far() {
     assert!(all_steps < 400 * 3, "{all_steps}");
 }
 
-/// A sheet goes on beyond its trims, and so through the tool beside it: it is not looked into all along the rim.
-#[test]
-fn a_tool_close_to_a_rim_is_soon_known_to_be_free() {
-    // z = −(x² + y²) / 200 over a square, trimmed to a disc.
+/// z = −(x² + y²) / 200 over a disc of 30 mm. The sheet goes on beyond it.
+fn trimmed_dome() -> Bench {
     let bezier = |k: usize| [-50.0, 0.0, 50.0][k];
     let square = |k: usize| [2500.0, -2500.0, 2500.0][k];
     let at = |k: usize| {
@@ -440,7 +438,12 @@ fn a_tool_close_to_a_rim_is_soon_known_to_be_free() {
     };
     let knots = KnotVector::new(2, vec![-50.0, -50.0, -50.0, 50.0, 50.0, 50.0]).unwrap();
     let dome = NurbsSurface::new(knots.clone(), knots, (0..9).map(at).collect(), None).unwrap();
-    let bench = Bench::of(vec![Face { loops: vec![round_trim()], ..face(dome) }]);
+    Bench::of(vec![Face { loops: vec![round_trim()], ..face(dome) }])
+}
+
+#[test]
+fn a_tool_close_to_a_rim_is_soon_known_to_be_free() {
+    let bench = trimmed_dome();
     let end = BallDrop::of_tool(&bench.model, &bench.covering, &top(), &"flat:10".parse().unwrap());
     for k in 0..40 {
         let (sine, cosine) = (0.157 * f64::from(k) + 0.05).sin_cos();
@@ -453,4 +456,46 @@ fn a_tool_close_to_a_rim_is_soon_known_to_be_free() {
             "{k}: {held:?}"
         );
     }
+}
+
+#[test]
+fn a_tool_beside_a_rim_is_held_where_the_sheet_inside_the_trims_holds_it() {
+    let bench = trimmed_dome();
+    let mut counts = [0; 3];
+    for (tool, flat, corner) in [("flat:10", 10.0, 0.0), ("bull:10:3", 7.0, 3.0), ("bull:10:9", 1.0, 9.0_f64)]
+    {
+        let end = BallDrop::of_tool(&bench.model, &bench.covering, &top(), &tool.parse().unwrap());
+        for k in 0..3000 {
+            let share = |prime: f64| (f64::from(k) * prime).fract();
+            let (away, tip) = (38.0 + 2.5 * share(0.618_034), -12.0 + 9.0 * share(0.754_878));
+            let (sine, cosine) = (TAU * share(0.569_840)).sin_cos();
+            // Everything is round about the dome's axis: the tool is held highest on the line to it.
+            let held_mm = (0..=40_000).map(|i| 18.0 + 12.0 * f64::from(i) / 40_000.0).map(|r| {
+                let out: f64 = (away - r - flat).max(0.0);
+                let rise = corner - (corner * corner - out * out).max(0.0).sqrt();
+                if out <= corner { -r * r / 200.0 - rise } else { f64::NEG_INFINITY }
+            });
+            let held_mm = held_mm.fold(f64::NEG_INFINITY, f64::max);
+            let is_close = (away - 40.0).abs() < 2e-3 || (held_mm - tip).abs() < 2e-3;
+            for found in [
+                end.kept_off([away * cosine, away * sine], [cosine, sine], tip + corner),
+                end.kept_off_at_a_glance([away * cosine, away * sine], tip + corner),
+            ] {
+                match found {
+                    KeptOff::Perhaps => counts[0] += 1,
+                    _ if is_close => {}
+                    KeptOff::No => {
+                        counts[1] += 1;
+                        assert!(held_mm < tip, "{tool} {away} {tip}: held at {held_mm}");
+                    }
+                    KeptOff::Until { .. } => {
+                        counts[2] += 1;
+                        assert!(held_mm > tip, "{tool} {away} {tip}: held at {held_mm}");
+                    }
+                }
+            }
+        }
+    }
+    // Both happen often, and little is left open.
+    assert!(counts[1] > 3000 && counts[2] > 3000 && counts[0] < 200, "{counts:?}");
 }

@@ -10,7 +10,7 @@ use crate::fronts::{Lead, Pass, without_steps};
 use crate::order::order;
 use crate::outline::Place;
 use crate::planar_set::{CHORD_MM, FARTHEST_MM, PlanarSet};
-use crate::rounds::{SHARPEST, STRAIGHTEST, State, run};
+use crate::rounds::{SHARPEST, STRAIGHTEST, State, THINNEST_MM, run};
 
 /// Entries of a level at most.
 const MOST_ENTRIES: usize = 500;
@@ -122,7 +122,7 @@ pub(crate) fn clear_rooms(area: &Area<'_>, monitor: &dyn Monitor) -> Result<Clea
     if area.feasible.is_empty() {
         return Err(ClearingError::NoRoom { radius_mm, place: "on the level".into() });
     }
-    let wanted = area.feasible.dilated(radius_mm).intersection(area.stock);
+    let wanted = area.feasible.dilated(radius_mm).intersection(area.stock).without_slivers(THINNEST_MM);
     let mut cleared = Cleared {
         strokes: Vec::new(),
         area_mm2: wanted.area_mm2(),
@@ -148,7 +148,8 @@ fn clear_room(
     monitor: &dyn Monitor,
 ) -> Result<Place, ClearingError> {
     let radius_mm = area.limit.radius_mm();
-    let wanted = room.dilated(radius_mm).intersection(&cleared.left);
+    // Borders of stock and of what the tool reaches run along each other: noise between them would be hundreds of parts.
+    let wanted = room.dilated(radius_mm).intersection(&cleared.left).without_slivers(THINNEST_MM);
     if wanted.is_empty() {
         return Ok(at);
     }

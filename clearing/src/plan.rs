@@ -1,5 +1,7 @@
 //! A block roughed by levels: regions, levels, strokes, moves.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use claymill_contact::{Covering, Frame};
 use claymill_nurbs::{Aabb, Model};
 use claymill_toolpath::{Monitor, Move, Stage, Tool};
@@ -152,9 +154,10 @@ pub fn plan_levels(
         within: piece.within_mm.map(PlanarSet::rectangle),
     };
     let mut levels = slabs.levels(&heights, depths.top_mm, monitor)?;
-    let done = cleared(&mut levels, tool, options, monitor)?;
+    let clearing = Clearing { options, monitor, all: levels.len(), done: AtomicUsize::new(0) };
+    let done = clearing.cleared(&mut levels, tool)?;
     let clearance_mm = stock_box.max.z.max(part_box.max.z) + CLEARANCE_MM;
-    let mut pen = Pen::new(frame, options.feeds, clearance_mm);
+    let mut pen = Pen::new(frame, options.feeds, clearance_mm, tool.corner_radius_mm());
     let mut found = Vec::new();
     // Rapids end above what was left for too little as well.
     let mut left_above_mm = f64::NEG_INFINITY;
@@ -191,89 +194,92 @@ struct Slab {
     refused: PlanarSet,
 }
 
-/// Clears all levels: first those that others come between, then these, which stay out of pockets into which there was no way.
-fn cleared(
-    levels: &mut [Level],
-    tool: &Tool,
-    options: &LevelOptions,
-    monitor: &dyn Monitor,
-) -> Result<Vec<Done>, ClearingError> {
-    let floors: Vec<usize> = (0..levels.len()).filter(|&k| !levels[k].is_stair).collect();
-    let mut done = vec![Done::default(); levels.len()];
-    for (k, of_floor) in floors.iter().zip(side_by_side(levels, &floors, options, monitor)?) {
-        done[*k] = of_floor;
-    }
-    // The next stair of every slab in turn: it stands on what is left below it, and stays out of pockets that were refused there.
-    let mut slabs: Vec<Slab> = floors.iter().map(|&k| Slab { next: k, ..Slab::default() }).collect();
-    loop {
-        slabs.iter_mut().for_each(|slab| slab.next += 1);
-        slabs.retain(|slab| levels.get(slab.next).is_some_and(|level| level.is_stair));
-        if slabs.is_empty() {
-            break;
-        }
-        for slab in &mut slabs {
-            let below = &levels[slab.next - 1];
-            let cut = below.feasible.dilated(below.disc_mm);
-            match &done[slab.next - 1].cleared {
-                Some(cleared) => {
-                    let closed = cleared.closed.dilated(below.disc_mm).intersection(&cleared.left);
-                    slab.refused = slab.refused.union(&closed);
-                    slab.left = slab.left.minus(&cut).union(&cleared.left);
-                }
-                None => slab.left = slab.left.union(&cut.intersection(&below.stock)),
-            }
-            let level = &mut levels[slab.next];
-            level.feasible = level.feasible.minus(&slab.refused.dilated(tool.radius_mm()));
-            level.stock = level.stock.union(&slab.left);
-        }
-        let stairs: Vec<usize> = slabs.iter().map(|slab| slab.next).collect();
-        for (k, of_stair) in stairs.iter().zip(side_by_side(levels, &stairs, options, monitor)?) {
-            done[*k] = of_stair;
-        }
-    }
-    Ok(done)
+/// The clearing of all levels of a setup.
+struct Clearing<'a> {
+    options: &'a LevelOptions,
+    monitor: &'a dyn Monitor,
+    /// Levels.
+    all: usize,
+    /// How many of them are cleared.
+    done: AtomicUsize,
 }
 
-/// Clears levels side by side. Between upright walls many are alike, and are cleared once.
-fn side_by_side(
-    levels: &[Level],
-    which: &[usize],
-    options: &LevelOptions,
-    monitor: &dyn Monitor,
-) -> Result<Vec<Done>, ClearingError> {
-    let limit_of = |level: &Level| EngagementLimit::new(level.disc_mm, options.engagement_deg);
-    let tasks = which.iter().map(|&k| Ok((&levels[k], limit_of(&levels[k])?)));
-    let tasks: Vec<(&Level, EngagementLimit)> = tasks.collect::<Result<_, ClearingError>>()?;
-    let are_alike = |(a, of_a): &(&Level, EngagementLimit), (b, of_b): &(&Level, EngagementLimit)| {
-        of_a == of_b && a.feasible == b.feasible && a.stock == b.stock
-    };
-    let mut own: Vec<usize> = Vec::new();
-    let mut alike = Vec::with_capacity(tasks.len());
-    for k in 0..tasks.len() {
-        let same = own.iter().position(|&other| are_alike(&tasks[other], &tasks[k]));
-        alike.push(same.unwrap_or_else(|| {
-            own.push(k);
-            own.len() - 1
-        }));
+impl Clearing<'_> {
+    /// Clears all levels: first those that others come between, then these, which stay out of pockets into which there was no way.
+    fn cleared(&self, levels: &mut [Level], tool: &Tool) -> Result<Vec<Done>, ClearingError> {
+        let floors: Vec<usize> = (0..levels.len()).filter(|&k| !levels[k].is_stair).collect();
+        let mut done = vec![Done::default(); levels.len()];
+        for (k, of_floor) in floors.iter().zip(self.side_by_side(levels, &floors)?) {
+            done[*k] = of_floor;
+        }
+        // The next stair of every slab in turn: it stands on what is left below it, and stays out of pockets that were refused there.
+        let mut slabs: Vec<Slab> = floors.iter().map(|&k| Slab { next: k, ..Slab::default() }).collect();
+        loop {
+            slabs.iter_mut().for_each(|slab| slab.next += 1);
+            slabs.retain(|slab| levels.get(slab.next).is_some_and(|level| level.is_stair));
+            if slabs.is_empty() {
+                break;
+            }
+            for slab in &mut slabs {
+                let below = &levels[slab.next - 1];
+                let cut = below.feasible.dilated(below.disc_mm);
+                match &done[slab.next - 1].cleared {
+                    Some(cleared) => {
+                        let closed = cleared.closed.dilated(below.disc_mm).intersection(&cleared.left);
+                        slab.refused = slab.refused.union(&closed);
+                        slab.left = slab.left.minus(&cut).union(&cleared.left);
+                    }
+                    None => slab.left = slab.left.union(&cut.intersection(&below.stock)),
+                }
+                let level = &mut levels[slab.next];
+                level.feasible = level.feasible.minus(&slab.refused.dilated(tool.radius_mm()));
+                level.stock = level.stock.union(&slab.left);
+            }
+            let stairs: Vec<usize> = slabs.iter().map(|slab| slab.next).collect();
+            for (k, of_stair) in stairs.iter().zip(self.side_by_side(levels, &stairs)?) {
+                done[*k] = of_stair;
+            }
+        }
+        Ok(done)
     }
-    let done = std::sync::atomic::AtomicUsize::new(0);
-    let one = |&k: &usize| {
-        let (level, limit) = tasks[k];
-        let _span = info_span!("clearing of a level", z_mm = level.z).entered();
-        let cut = level.feasible.dilated(limit.radius_mm()).intersection(&level.stock);
-        let is_stock = !cut.is_empty();
-        let least_mm2 = LEAST_CUT * std::f64::consts::PI * limit.radius_mm().powi(2);
-        let cleared = if cut.area_mm2() < least_mm2 {
-            None
-        } else {
-            let entry = options.entry.of_disc(limit.radius_mm());
-            let area = Area { feasible: &level.feasible, stock: &level.stock, limit, entry };
-            Some(clear_rooms(&area, monitor)?)
+
+    /// Clears levels side by side. Between upright walls many are alike, and are cleared once.
+    fn side_by_side(&self, levels: &[Level], which: &[usize]) -> Result<Vec<Done>, ClearingError> {
+        let Clearing { options, monitor, .. } = *self;
+        let limit_of = |level: &Level| EngagementLimit::new(level.disc_mm, options.engagement_deg);
+        let tasks = which.iter().map(|&k| Ok((&levels[k], limit_of(&levels[k])?)));
+        let tasks: Vec<(&Level, EngagementLimit)> = tasks.collect::<Result<_, ClearingError>>()?;
+        let are_alike = |(a, of_a): &(&Level, EngagementLimit), (b, of_b): &(&Level, EngagementLimit)| {
+            of_a == of_b && a.feasible == b.feasible && a.stock == b.stock
         };
-        let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-        monitor.at(Stage::Paths, count as f64 / own.len() as f64);
-        Ok(Done { cleared, is_stock })
-    };
-    let found: Vec<Done> = own.par_iter().map(one).collect::<Result<_, ClearingError>>()?;
-    Ok(alike.into_iter().map(|k| found[k].clone()).collect())
+        let mut own: Vec<usize> = Vec::new();
+        let mut alike = Vec::with_capacity(tasks.len());
+        for k in 0..tasks.len() {
+            let same = own.iter().position(|&other| are_alike(&tasks[other], &tasks[k]));
+            alike.push(same.unwrap_or_else(|| {
+                own.push(k);
+                own.len() - 1
+            }));
+        }
+        let one = |&k: &usize| {
+            let (level, limit) = tasks[k];
+            let _span = info_span!("clearing of a level", z_mm = level.z).entered();
+            let cut = level.feasible.dilated(limit.radius_mm()).intersection(&level.stock);
+            let is_stock = !cut.is_empty();
+            let least_mm2 = LEAST_CUT * std::f64::consts::PI * limit.radius_mm().powi(2);
+            let cleared = if cut.area_mm2() < least_mm2 {
+                None
+            } else {
+                let entry = options.entry.of_disc(limit.radius_mm());
+                let area = Area { feasible: &level.feasible, stock: &level.stock, limit, entry };
+                Some(clear_rooms(&area, monitor)?)
+            };
+            let alike = alike.iter().filter(|&&other| own[other] == k).count();
+            let done = self.done.fetch_add(alike, Ordering::Relaxed) + alike;
+            monitor.at(Stage::Paths, done as f64 / self.all as f64);
+            Ok(Done { cleared, is_stock })
+        };
+        let found: Vec<Done> = own.par_iter().map(one).collect::<Result<_, ClearingError>>()?;
+        Ok(alike.into_iter().map(|k| found[k].clone()).collect())
+    }
 }

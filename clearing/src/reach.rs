@@ -28,8 +28,6 @@ const MOST_STEPS: usize = 40;
 /// Where it is not found out whether the tool is kept off, the next place is so many times as far away, up to this, mm.
 const PERHAPS: f64 = 32.0;
 const UNKNOWN_MM: f64 = 0.05;
-/// For a place that has no way to go.
-const ANY_WAY: Place = [1.0, 0.0];
 /// Chords of borders that cut into what is to be left by less stay, mm; they are halved so often at most.
 const BOW_MM: f64 = 1e-3;
 const MOST_BOWS: u32 = 4;
@@ -138,7 +136,7 @@ impl<'a> Reach<'a> {
     /// Whether the tool's tip gets down to a height (setup coordinates, mm).
     #[must_use]
     pub fn is_free(&self, [x, y]: [f64; 2], z: f64) -> bool {
-        self.own.kept_off([x, y], ANY_WAY, z + self.corner_mm) == KeptOff::No
+        self.own.is_kept_off([x, y], z + self.corner_mm) == Some(false)
     }
 
     /// The allowance, mm.
@@ -278,11 +276,11 @@ impl<'a> Reach<'a> {
             return Standing::Out;
         }
         let Some([wide, narrow]) = self.around.get(cell.depth) else { return Standing::Out };
-        let kept_off = |ball: &BallDrop| ball.kept_off_at_a_glance(middle, height);
-        if wide.as_ref().is_some_and(|wide| kept_off(wide) == KeptOff::No) {
+        let is_kept_off = |tool: &BallDrop| tool.is_kept_off_at_a_glance(middle, height);
+        if wide.as_ref().and_then(is_kept_off) == Some(false) {
             return Standing::In;
         }
-        if narrow.as_ref().is_some_and(|narrow| matches!(kept_off(narrow), KeptOff::Until { .. })) {
+        if narrow.as_ref().and_then(is_kept_off) == Some(true) {
             return Standing::Out;
         }
         Standing::Unknown

@@ -36,7 +36,7 @@ const RESERVE_DEG: f64 = 1.0;
 /// What chords and fitted arcs may cut too much, mm.
 const MARGIN_MM: f64 = 0.015;
 /// Parts that are thinner on the mean are noise of the grid, mm.
-const THINNEST_MM: f64 = 0.002;
+pub(crate) const THINNEST_MM: f64 = 0.002;
 /// What a smaller circle adds to larger ones is wider than this on the mean, mm.
 const SLIVER_MM: f64 = 0.004;
 /// Middles of circles may be nearer to the uncut than they should by this, mm.

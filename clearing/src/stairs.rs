@@ -7,7 +7,9 @@
 //!               w
 //! ```
 
-use claymill_toolpath::{Monitor, Tool};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use claymill_toolpath::{Monitor, Stage, Tool};
 use rayon::prelude::*;
 
 use crate::error::ClearingError;
@@ -49,12 +51,19 @@ impl Slabs<'_> {
         top_mm: f64,
         monitor: &dyn Monitor,
     ) -> Result<Vec<Level>, ClearingError> {
+        monitor.at(Stage::Setups, 0.0);
         let all: Vec<f64> = std::iter::once(top_mm).chain(heights.iter().copied()).collect();
         let regions = self.reach.regions(&all, monitor)?.into_iter().map(|region| self.kept(region));
         let regions: Vec<PlanarSet> = regions.collect();
-        let slab = |k: usize| self.slab([(all[k + 1], &regions[k + 1]), (all[k], &regions[k])], monitor);
+        let done = AtomicUsize::new(0);
+        let slab = |k: usize| {
+            let slab = self.slab([(all[k + 1], &regions[k + 1]), (all[k], &regions[k])], monitor)?;
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            monitor.at(Stage::Setups, done as f64 / heights.len() as f64);
+            Ok(slab)
+        };
         let levels: Vec<Vec<Level>> =
-            (0..heights.len()).into_par_iter().map(slab).collect::<Result<_, _>>()?;
+            (0..heights.len()).into_par_iter().map(slab).collect::<Result<_, ClearingError>>()?;
         Ok(levels.into_iter().flatten().collect())
     }
 

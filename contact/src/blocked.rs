@@ -71,28 +71,36 @@ impl BallDrop<'_> {
             || self.drop_between(x, y, [height, height]).is_some()
     }
 
-    /// Whether something keeps the tool off a place (setup coordinates, mm) with its middle at this height, and how far it would
-    /// have to go along a unit vector.
+    /// Whether something keeps the tool off a place (setup coordinates, mm) with its middle at this height; `None` where that is not
+    /// found out.
+    #[must_use]
+    pub fn is_kept_off(&self, at: [f64; 2], height: f64) -> Option<bool> {
+        self.is_kept_off_within(at, height, Effort::OF_BORDER)
+    }
+
+    /// The same as far as it is found out soon: where the tool all but touches a wall, that takes long.
+    #[must_use]
+    pub fn is_kept_off_at_a_glance(&self, at: [f64; 2], height: f64) -> Option<bool> {
+        self.is_kept_off_within(at, height, Effort::AT_A_GLANCE)
+    }
+
+    fn is_kept_off_within(&self, at: [f64; 2], height: f64, effort: Effort) -> Option<bool> {
+        match self.end().is_ball() {
+            true => Some(self.is_blocked_at(at[0], at[1], height)),
+            false => self.is_end_kept_off(at, height, effort),
+        }
+    }
+
+    /// Whether something keeps the tool off a place, and how far it would have to go along a unit vector.
     #[must_use]
     pub fn kept_off(&self, from: [f64; 2], along: [f64; 2], height: f64) -> KeptOff {
         if !self.end().is_ball() {
-            return self.end_kept_off(from, along, height, Effort::OF_BORDER);
+            return self.end_kept_off(from, along, height);
         }
         match self.is_blocked_at(from[0], from[1], height) {
             true => KeptOff::Until { along_mm: 0.0 },
             false => KeptOff::No,
         }
-    }
-
-    /// Whether something keeps the tool off a place with its middle at this height, as far as that is found out soon: where it all
-    /// but touches a wall, that takes long.
-    #[must_use]
-    pub fn kept_off_at_a_glance(&self, at: [f64; 2], height: f64) -> KeptOff {
-        const ANY_WAY: [f64; 2] = [1.0, 0.0];
-        if self.end().is_ball() {
-            return self.kept_off(at, ANY_WAY, height);
-        }
-        self.end_kept_off(at, ANY_WAY, height, Effort::AT_A_GLANCE)
     }
 
     /// Whether something holds a ball up by more than `by_mm` that would touch the model in `touch`.

@@ -204,3 +204,18 @@ fn a_slot_in_the_middle_of_a_part_is_cleared_to_both_ends() {
     assert!(cleared.refused.is_empty(), "{:?}", cleared.refused);
     assert!(cleared.left.area_mm2() < 5e-4 * cleared.area_mm2, "{}", cleared.left.area_mm2());
 }
+
+#[test]
+fn hairs_between_borders_that_run_along_each_other_are_no_stock() {
+    let feasible = PlanarSet::rectangle([0.0, 0.0, 60.0, 60.0]);
+    let hair = |k: u32| {
+        let x = 0.5 * f64::from(k);
+        vec![[x, 10.0], [x + 4e-4, 10.0], [x + 4e-4, 10.3], [x, 10.3]]
+    };
+    let stock = PlanarSet::of_polygons(&(0..100).map(hair).collect::<Vec<_>>());
+    assert_eq!(stock.parts().len(), 100);
+    let limit = EngagementLimit::new(RADIUS_MM, LIMIT_DEG).expect("a limit");
+    let area = Area { feasible: &feasible, stock: &stock, limit, entry: Entry::usual(RADIUS_MM) };
+    let cleared = clear(&area, &()).expect("an area");
+    assert!(cleared.strokes.is_empty() && cleared.left.is_empty(), "{} mm²", cleared.area_mm2);
+}

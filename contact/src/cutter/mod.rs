@@ -8,6 +8,8 @@
 
 mod body;
 pub(crate) mod end;
+#[cfg(test)]
+mod kept_off_tests;
 mod offset;
 mod rest;
 mod rim;

@@ -45,16 +45,19 @@ impl BallDrop<'_> {
         !matches!(stand(self, &self.bodies, at, floor, Effort::AT_LENGTH), Stand::Free)
     }
 
-    /// Whether something keeps an end that is no ball off a place, with its middle at a height, and how far along a unit vector.
-    pub(crate) fn end_kept_off(
-        &self,
-        from: [f64; 2],
-        along: [f64; 2],
-        height: f64,
-        effort: Effort,
-    ) -> KeptOff {
+    /// Whether something keeps an end that is no ball off a place with its middle at a height; `None` where that takes more effort.
+    pub(crate) fn is_end_kept_off(&self, at: [f64; 2], height: f64, effort: Effort) -> Option<bool> {
+        match stand(self, &self.bodies, at, height - self.end().corner_mm, effort) {
+            Stand::Free => Some(false),
+            Stand::Held(_) => Some(true),
+            Stand::Unknown => None,
+        }
+    }
+
+    /// Whether something keeps an end that is no ball off a place, and how far along a unit vector.
+    pub(crate) fn end_kept_off(&self, from: [f64; 2], along: [f64; 2], height: f64) -> KeptOff {
         let floor = height - self.end().corner_mm;
-        let touch = match stand(self, &self.bodies, from, floor, effort) {
+        let touch = match stand(self, &self.bodies, from, floor, Effort::OF_BORDER) {
             Stand::Free => return KeptOff::No,
             Stand::Unknown => return KeptOff::Perhaps,
             Stand::Held(touch) => touch,

@@ -21,7 +21,7 @@ pub(crate) const TURN_MM: f64 = 60.0;
 /// A crest higher than this share of the scallop height is worth a further row. Written passes lie up to
 /// [`FitTolerance::fit_mm`] higher than they are laid, which a hundredth of all crests make use of: in a large part those are
 /// not the ones that are high already, in a small one a single place counts for a hundredth.
-const TOO_HIGH: f64 = 1.04;
+const TOO_HIGH: f64 = 1.08;
 const TOO_HIGH_IN_SMALL: f64 = 1.03;
 /// A part is small up to this area, in flat step-overs squared.
 const SMALL_STEPS2: f64 = 2500.0;

@@ -45,8 +45,6 @@ const PINHOLE_MM: f64 = 0.004;
 const LOOKED_AT: usize = 24;
 /// Circles that gain nothing are left alone for twice as many rounds each time, up to this.
 const MOST_PATIENCE: usize = 16;
-/// Rounds after which circles forget where nothing is left to reach.
-const ROUNDS_TO_FORGET: usize = 8;
 /// A part is taken in a round if it clears this share of what the best one clears by length of its pass.
 const WORTHWHILE: f64 = 0.6;
 
@@ -56,7 +54,7 @@ struct Circle {
     /// The uncut is this far from its middle at least, mm.
     clear_mm: f64,
     middles: PlanarSet,
-    /// All that such circles cover, as far as it was not reached when they last forgot.
+    /// All that such circles cover.
     covered: PlanarSet,
     is_done: bool,
     /// It is not looked at before this round, having gained nothing; and so long it is left alone the next time.
@@ -138,9 +136,6 @@ pub(crate) fn run(
         state.reached = state.reached.simplified().without_slivers(THINNEST_MM);
         state.uncut = state.uncut.simplified().without_slivers(THINNEST_MM);
         state.rounds += 1;
-        if state.rounds.is_multiple_of(ROUNDS_TO_FORGET) {
-            forget(&mut circles, &feasible.minus(&state.reached));
-        }
         // What larger circles cover, smaller ones do.
         for circle in circles.iter_mut().filter(|c| !c.is_done) {
             circle.is_done = !circle.covered.minus(&state.reached).parts().iter().any(is_thick);
@@ -148,15 +143,6 @@ pub(crate) fn run(
                 break;
             }
         }
-    }
-}
-
-/// Leaves out middles of circles that reach nothing of what is open: what they cover was reached.
-fn forget(circles: &mut [Circle], open: &PlanarSet) {
-    let open = open.without_slivers(THINNEST_MM);
-    for circle in circles.iter_mut().filter(|c| !c.is_done) {
-        circle.middles = circle.middles.intersection(&open.dilated(circle.radius_mm + PINHOLE_MM));
-        circle.covered = circle.covered.intersection(&open);
     }
 }
 

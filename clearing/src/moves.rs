@@ -3,12 +3,8 @@
 //! ```text
 //!   rapid ───────╮            ╭─────── rapid     above the stock
 //!                │ lead-in    │ lead-out
-//!                │            │ ╭─ link ─╮        above the ridges that the tool's corner leaves
-//!                ╰── cut ─────┴─╯        ╰─ cut   on the level
+//!                ╰── cut ─────┴── link ── cut    on the level
 //! ```
-//!
-//! Two passes that come from both sides clear all between them as far as the tool is wide. Its corner, which is narrower, leaves a
-//! ridge there that is no higher than the corner.
 
 use claymill_contact::Frame;
 use claymill_nurbs::{Curve3, KnotVector, NurbsError, Point3};
@@ -18,7 +14,7 @@ use crate::arcs::{ArcAbout, PathPiece};
 use crate::area::{Approach, Stroke};
 use crate::outline::distance;
 
-/// Links are lifted by this off the floor, and off ridges, mm.
+/// Links are lifted by this off the floor, mm.
 const LIFT_MM: f64 = 0.3;
 /// Rapids end this far above what was cut before, mm.
 const GAP_MM: f64 = 1.0;
@@ -44,7 +40,7 @@ pub struct LevelFeeds {
     pub ramp_deg: f64,
 }
 
-/// The moves of one level with a flat end, of which all above `above_mm` was cut before; rapids are at `clearance_mm` (setup coordinates).
+/// The moves of one level, of which all above `above_mm` was cut before; rapids are at `clearance_mm` (setup coordinates).
 ///
 /// # Errors
 /// A piece is no curve.
@@ -54,7 +50,7 @@ pub fn level_moves(
     frame: &Frame,
     feeds: LevelFeeds,
 ) -> Result<Vec<Move>, NurbsError> {
-    let mut pen = Pen::new(frame, feeds, clearance_mm, 0.0);
+    let mut pen = Pen::new(frame, feeds, clearance_mm);
     pen.strokes(strokes, z_mm, above_mm)?;
     Ok(pen.moves)
 }
@@ -65,8 +61,6 @@ pub(crate) struct Pen<'a> {
     pub(crate) feeds: LevelFeeds,
     /// Height of rapids, mm.
     pub(crate) clearance_mm: f64,
-    /// Radius of the tool's corner, mm.
-    corner_mm: f64,
     pub(crate) moves: Vec<Move>,
     /// Where the tool is, setup coordinates.
     at: Option<Point3>,
@@ -80,8 +74,8 @@ fn is_ring(pass: &[PathPiece]) -> bool {
 }
 
 impl<'a> Pen<'a> {
-    pub(crate) fn new(frame: &'a Frame, feeds: LevelFeeds, clearance_mm: f64, corner_mm: f64) -> Self {
-        Pen { frame, feeds, clearance_mm, corner_mm, moves: Vec::new(), at: None, pass: 0 }
+    pub(crate) fn new(frame: &'a Frame, feeds: LevelFeeds, clearance_mm: f64) -> Self {
+        Pen { frame, feeds, clearance_mm, moves: Vec::new(), at: None, pass: 0 }
     }
 
     fn feed(&self, kind: MoveKind) -> f64 {
@@ -224,11 +218,10 @@ impl<'a> Pen<'a> {
                 }
                 Approach::Along => {
                     if let (Some(at), Some(first)) = (self.at, first) {
-                        let height = z + LIFT_MM + self.corner_mm.min((above_mm - z).max(0.0));
-                        let via =
-                            stroke.via.iter().chain([&first.from]).map(|[x, y]| Point3::new(*x, *y, height));
-                        self.straight(MoveKind::Link, Point3::new(at.x, at.y, height));
-                        via.for_each(|place| self.straight(MoveKind::Link, place));
+                        self.straight(MoveKind::Link, Point3::new(at.x, at.y, z + LIFT_MM));
+                        for [x, y] in stroke.via.iter().chain([&first.from]) {
+                            self.straight(MoveKind::Link, Point3::new(*x, *y, z + LIFT_MM));
+                        }
                         self.straight(MoveKind::Link, Point3::new(first.from[0], first.from[1], z));
                     }
                 }
@@ -305,35 +298,5 @@ impl<'a> Pen<'a> {
             })
             .collect();
         self.along(MoveKind::LeadIn, &pieces, self.feeds.lead_mm_per_min)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn stroke(approach: Approach, y: f64) -> Stroke {
-        let cut = vec![PathPiece::line([0.0, y], [100.0, y])];
-        Stroke { approach, via: Vec::new(), lead_in: Vec::new(), cut, lead_out: Vec::new() }
-    }
-
-    /// The highest tip of the links between two passes of a bull-nosed tool, 25 mm wide with a corner of 5 mm, at −12 mm.
-    fn link_mm(above_mm: f64) -> f64 {
-        let [top, ..] = Frame::five("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap();
-        let feeds =
-            LevelFeeds { cut_mm_per_min: 1e3, lead_mm_per_min: 500.0, rapid_mm_per_min: 1e4, ramp_deg: 3.0 };
-        let mut pen = Pen::new(&top, feeds, 5.0, 5.0);
-        pen.strokes(&[stroke(Approach::Over, 0.0), stroke(Approach::Along, 48.8)], -12.0, above_mm).unwrap();
-        let links = pen.moves.iter().filter(|m| m.kind == MoveKind::Link);
-        links.flat_map(|m| m.points.iter().map(|p| p[2])).fold(f64::NEG_INFINITY, f64::max)
-    }
-
-    #[test]
-    fn links_run_over_the_ridge_between_two_passes() {
-        // Where both corners are 24.4 mm wide.
-        let ridge_mm = -12.0 + 5.0 - (5.0_f64.powi(2) - 4.4_f64.powi(2)).sqrt();
-        assert!(link_mm(0.0) > ridge_mm, "{}", link_mm(0.0));
-        // There is none above what was cut before.
-        assert!((link_mm(-11.0) - (-11.0 + LIFT_MM)).abs() < 1e-9, "{}", link_mm(-11.0));
     }
 }

@@ -157,7 +157,7 @@ pub fn plan_levels(
     let clearing = Clearing { options, monitor, all: levels.len(), done: AtomicUsize::new(0) };
     let done = clearing.cleared(&mut levels, tool)?;
     let clearance_mm = stock_box.max.z.max(part_box.max.z) + CLEARANCE_MM;
-    let mut pen = Pen::new(frame, options.feeds, clearance_mm, tool.corner_radius_mm());
+    let mut pen = Pen::new(frame, options.feeds, clearance_mm);
     let mut found = Vec::new();
     // Rapids end above what was left for too little as well.
     let mut left_above_mm = f64::NEG_INFINITY;

@@ -52,6 +52,12 @@ impl Prism {
 
     /// Whether a plane along the triangle, or else any, keeps the two this far apart.
     pub(super) fn keeps(&self, body: &Frustum, offset: f64, distance: f64) -> bool {
+        self.keeps_at_a_glance(body, offset, distance)
+            || self.gap(body, offset, distance).at_least >= distance
+    }
+
+    /// Whether a plane along the triangle, or the triangle's outline beside a cylinder, says that they are this far apart.
+    pub(super) fn keeps_at_a_glance(&self, body: &Frustum, offset: f64, distance: f64) -> bool {
         let [a, b, c, ..] = self.corners;
         let normal = (b - a).cross(&(c - a));
         let size = normal.norm();
@@ -68,9 +74,7 @@ impl Prism {
                 return true;
             }
         }
-        let is_beside =
-            || body.is_cylinder() && self.aside_mm(body.low + offset - distance) >= body.outer + distance;
-        is_beside() || self.gap(body, offset, distance).at_least >= distance
+        body.is_cylinder() && self.aside_mm(body.low + offset - distance) >= body.outer + distance
     }
 
     /// How far all of the triangle that gets above a height over the tip is from the axis: over the ground, on a stretch that

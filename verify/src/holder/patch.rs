@@ -7,6 +7,8 @@ use crate::drop::DropMesh;
 
 /// Triangles are cut in four at most so often.
 const CUTS: u32 = 6;
+/// A triangle that was cut less often is large.
+const LARGE_CUTS: u32 = 2;
 
 /// A piece of a face and the triangle that stands for it, in the frame of a setup.
 #[derive(Debug, Clone, Copy)]
@@ -29,6 +31,11 @@ pub(super) struct Patches<'a> {
 impl Patch {
     pub(super) fn face(&self) -> Option<FaceId> {
         self.origin.map(|o| o.0)
+    }
+
+    /// Whether it may well be cut before it is looked at closely.
+    pub(super) fn is_large(&self) -> bool {
+        self.origin.is_some() && self.cuts < LARGE_CUTS
     }
 }
 

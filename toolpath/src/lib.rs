@@ -41,6 +41,7 @@ mod monitor;
 mod moves;
 mod operation;
 mod output;
+mod packed;
 mod place;
 mod plain_file;
 mod plausible;
@@ -74,6 +75,7 @@ pub use monitor::{Cancelled, Monitor, Stage};
 pub use moves::{Move, MoveError, MoveKind, Program, WRITTEN_STEP_MM, round_to_written};
 pub use operation::{Operation, OperationKind, Stock};
 pub use output::{Kind, Output, OutputError, job_files};
+pub use packed::Packed;
 pub use place::{FilePlace, find_file, path_from_text, path_to_text};
 pub use plain_file::{LONGEST_MADE, LONGEST_WRITTEN, open_plain, read_plain, read_plain_text};
 pub use regions::{

@@ -2,10 +2,11 @@
 
 use claymill_nurbs::{Foot, Hint};
 use claymill_toolpath::{Cancelled, MoveKind};
-use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::distribution::Distribution;
 use crate::end::contact::EndWalk;
+use crate::parts::{Numbers, Parts, Portable, Sees, through};
 use crate::reach::Reach;
 use crate::report::{Contact, Gouge, GougeSample, Place};
 use crate::scene::{Scene, Stage};
@@ -37,11 +38,13 @@ pub(crate) const GOUGE_MM: f64 = 1e-3;
 pub(crate) const MARKED: usize = 200;
 
 /// What was found along one track.
-#[derive(Default)]
+#[derive(Clone, Default, Serialize, Deserialize)]
 pub(crate) struct Along {
     pub(crate) samples: u64,
     pub(crate) deepest: Option<(f64, Place)>,
     pub(crate) deeper: [u64; 3],
+    /// Marks for a picture; they are not kept.
+    #[serde(skip)]
     pub(crate) gouges: Vec<GougeSample>,
     pub(crate) excess: Option<(f64, Place)>,
     pub(crate) edge_excess: Option<(f64, Place)>,
@@ -58,7 +61,7 @@ pub(crate) struct Along {
 }
 
 /// Where the ball is on the side of the material.
-#[derive(Default)]
+#[derive(Clone, Default, Serialize, Deserialize)]
 pub(crate) struct InMaterial {
     pub(crate) length_mm: f64,
     /// The first place.
@@ -75,34 +78,53 @@ pub(crate) struct InMaterial {
 pub(crate) fn measure(
     scene: &Scene<'_>,
     reach: &Reach<'_>,
+    parts: &Parts<'_>,
     stage: &Stage<'_>,
 ) -> Result<(Gouge, Contact, InMaterial, Vec<GougeSample>), Cancelled> {
     let tracks: Vec<&Track> = scene.tracks.iter().filter(|t| t.sweeps()).collect();
-    let walk = |track| Walk {
-        scene,
-        track,
-        margin: scene.options.path_spacing_mm,
-        on_path: Hint::default(),
-        lifted: Hint::default(),
+    let margin_mm = scene.options.path_spacing_mm;
+    let look = |track: &Track| match track.end {
+        None => {
+            let (on_path, lifted) = Default::default();
+            Walk { scene, track, margin: margin_mm, on_path, lifted }.run()
+        }
+        Some(body) => EndWalk { scene, reach, track, body, margin_mm }.run(),
     };
-    let found: Vec<Along> = tracks
-        .par_iter()
-        .map(|track| {
-            stage.part(tracks.len(), || match track.end {
-                None => walk(track).run(),
-                Some(body) => {
-                    let margin_mm = scene.options.path_spacing_mm;
-                    EndWalk { scene, reach, track, body, margin_mm }.run()
-                }
-            })
-        })
-        .collect::<Result<_, _>>()?;
+    let found: Vec<Along> = parts.along(("contact", Sees::Faces), &tracks, stage, look)?;
     Ok(summarise(found, limits_mm(scene)))
 }
 
 /// How far the ball may enter a face, and how far off it may run.
 pub(crate) fn limits_mm(scene: &Scene<'_>) -> [f64; 2] {
     [scene.options.gouge_limit_mm, scene.options.excess_limit_mm]
+}
+
+impl Portable for Along {
+    type Form = Along;
+
+    fn form(&self, numbers: &Numbers<'_>) -> Option<Along> {
+        let own = |at: &Option<(f64, Place)>| numbers.own_at(at.as_ref());
+        Some(Along {
+            deepest: own(&self.deepest)?,
+            excess: own(&self.excess)?,
+            edge_excess: own(&self.edge_excess)?,
+            material: InMaterial {
+                at: through(self.material.at.as_ref(), |at| numbers.own(at))?,
+                ..self.material
+            },
+            ..self.clone()
+        })
+    }
+
+    fn of_form(own: Along, numbers: &Numbers<'_>) -> Option<Along> {
+        Some(Along {
+            deepest: numbers.at(own.deepest)?,
+            excess: numbers.at(own.excess)?,
+            edge_excess: numbers.at(own.edge_excess)?,
+            material: InMaterial { at: through(own.material.at, |at| numbers.place(at))?, ..own.material },
+            ..own
+        })
+    }
 }
 
 struct Walk<'a> {

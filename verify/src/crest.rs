@@ -5,13 +5,14 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 use claymill_nurbs::{Hint, Point3, Vector3};
-use claymill_toolpath::{Cancelled, MoveKind};
-use rayon::prelude::*;
+use claymill_toolpath::{Cancelled, MoveKind, Packed};
+use serde::{Deserialize, Serialize};
 
 use crate::crest_peak::{OF_PASS, Seed, keep_best};
 use crate::distribution::Distribution;
 use crate::end::crest::EndCrests;
 use crate::options::SCALLOP_BAR;
+use crate::parts::{Numbers, Outlook, Parts, Portable, Sees};
 use crate::reach::Reach;
 use crate::report::{CrestSample, Crests, HISTOGRAM_BIN, HISTOGRAM_BINS, Place, RegionCrests};
 use crate::scene::{Scene, Stage};
@@ -20,7 +21,7 @@ use crate::track::Track;
 
 /// Neighbouring passes are looked for within this many nominal step-overs of the ball's centre, so that the
 /// gap of a missing pass is still seen.
-const REACH_STEPS: f64 = 3.0;
+pub(crate) const REACH_STEPS: f64 = 3.0;
 /// A third pass that has been deeper than this beyond a crest has cut it away: a share of the scallop height, at least in mm.
 /// It has to be more than chords take from the paths ([`VerifyOptions::chord_mm`](crate::VerifyOptions::chord_mm)).
 const CUT_AWAY_SHARE: f64 = 0.01;
@@ -58,6 +59,8 @@ pub(crate) struct Along {
     pub(crate) out_of_reach: u64,
     /// Where the crests may be higher between two samples, or beyond the last one.
     pub(crate) seeds: Vec<Seed>,
+    /// Where it was asked what the tool can reach.
+    pub(crate) asked: Vec<Outlook>,
 }
 
 impl Along {
@@ -68,6 +71,56 @@ impl Along {
         if self.highest.as_ref().is_none_or(|highest| height_mm > highest.0) {
             self.highest = Some((height_mm, place()));
         }
+    }
+}
+
+/// Crests along a pass as they are kept.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct KeptAlong {
+    /// Foot and height of each, mm.
+    crests: Packed,
+    /// Length of the pass that each stands for, mm; negative where it is not inside.
+    lengths: Packed,
+    highest: Option<(f64, Place)>,
+    out_of_reach: u64,
+    /// Place and promise, mm.
+    seeds: Packed,
+}
+
+impl Portable for Along {
+    type Form = KeptAlong;
+
+    fn form(&self, numbers: &Numbers<'_>) -> Option<KeptAlong> {
+        let row = |p: &Point3, mm: f64| [p.x, p.y, p.z, mm];
+        let length = |s: &Standing| if s.inside { s.length_mm } else { -s.length_mm };
+        Some(KeptAlong {
+            crests: Packed::doubles(self.crests.iter().flat_map(|s| row(&s.crest.foot, s.crest.height_mm))),
+            lengths: Packed::singles(self.crests.iter().map(length)),
+            highest: numbers.own_at(self.highest.as_ref())?,
+            out_of_reach: self.out_of_reach,
+            seeds: Packed::doubles(self.seeds.iter().flat_map(|s| row(&s.at, s.promise_mm))),
+        })
+    }
+
+    fn of_form(form: KeptAlong, numbers: &Numbers<'_>) -> Option<Along> {
+        let crests = form.crests.rows_of_doubles().zip(form.lengths.rows_of_singles());
+        let standing = |([x, y, z, height_mm], [length_mm]): ([f64; 4], [f32; 1])| Standing {
+            crest: CrestSample { foot: Point3::new(x, y, z), height_mm },
+            length_mm: length_mm.abs(),
+            inside: length_mm.is_sign_positive(),
+        };
+        let seed = |[x, y, z, promise_mm]: [f64; 4]| Seed { at: Point3::new(x, y, z), promise_mm };
+        Some(Along {
+            crests: crests.map(standing).collect(),
+            highest: numbers.at(form.highest)?,
+            out_of_reach: form.out_of_reach,
+            seeds: form.seeds.rows_of_doubles().map(seed).collect(),
+            asked: Vec::new(),
+        })
+    }
+
+    fn asks_far(&self) -> &[Outlook] {
+        &self.asked
     }
 }
 
@@ -93,18 +146,15 @@ pub(crate) fn measure(
     scene: &Scene<'_>,
     swept: &Swept<'_>,
     reach: &Reach<'_>,
+    parts: &Parts<'_>,
     stage: &Stage<'_>,
 ) -> Result<(Crests, Vec<CrestSample>, Vec<Seed>), Cancelled> {
     let passes: Vec<&Track> = scene.tracks.iter().filter(|t| t.kind == MoveKind::Cut).collect();
-    let found: Vec<Along> = passes
-        .par_iter()
-        .map(|track| {
-            stage.part(passes.len(), || match &track.end {
-                None => crests_along(scene, swept, reach, track),
-                Some(body) => EndCrests { scene, swept, reach, track, body }.along(),
-            })
-        })
-        .collect::<Result<_, _>>()?;
+    let look = |track: &Track| match &track.end {
+        None => crests_along(scene, swept, reach, track),
+        Some(body) => EndCrests { scene, swept, reach, track, body }.along(),
+    };
+    let found: Vec<Along> = parts.along(("crests", Sees::Moves), &passes, stage, look)?;
 
     let (mut heights, mut inside) = (Distribution::default(), Distribution::default());
     let mut by_region: BTreeMap<usize, Distribution> = BTreeMap::new();
@@ -214,9 +264,12 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
                 free.allows(n.dot(&normal) > 0.0)
                     && reach.is_left(&foot.point, &normal, spare, free.is_both())
             };
-            if height_mm > limit && !is_left() {
-                along.out_of_reach += 1;
-                continue;
+            if height_mm > limit {
+                along.asked.push(Outlook { at: foot.point, normal });
+                if !is_left() {
+                    along.out_of_reach += 1;
+                    continue;
+                }
             }
             if let Some(last) = beside_pass[side].last_mut() {
                 *last = Some(Beside { foot: foot.point, height_mm, feed });

@@ -1,12 +1,27 @@
 //! Weighted values with mean, share, histogram and percentiles. Values are kept in single
 //! precision.
 
+use claymill_toolpath::Packed;
 use rayon::prelude::*;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Weighted values of which mean and percentiles are wanted.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Distribution {
     samples: Vec<(f32, f32)>,
+}
+
+impl Serialize for Distribution {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Packed::singles(self.samples.iter().flat_map(|&(v, w)| [v, w])).serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Distribution {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let packed = Packed::deserialize(deserializer)?;
+        Ok(Distribution { samples: packed.rows_of_singles().map(|[v, w]| (v, w)).collect() })
+    }
 }
 
 impl Distribution {

@@ -72,6 +72,11 @@ impl<'a> DropMesh<'a> {
         self.mesh.face_of(triangle)
     }
 
+    /// A box around a face in the frame.
+    pub(crate) fn face_box(&self, face: FaceId) -> Aabb {
+        self.mesh.face_box_of(face, &self.points)
+    }
+
     /// Calls `item` for every triangle in boxes that are `wanted`, until it breaks.
     pub(crate) fn visit(
         &self,

@@ -21,6 +21,7 @@ use crate::asked::excluded_faces;
 use crate::end::EndBody;
 use crate::error::VerifyError;
 use crate::options::VerifyOptions;
+use crate::parts::Parts;
 use crate::reach::Reach;
 use crate::report::{
     BoundsKept, Coverage, Crests, Place, Rapids, Scallop, Sequence, SurfaceResidual, Verification,
@@ -117,8 +118,9 @@ pub(crate) fn measure_moves(
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &scene.obstacles.triangles);
     let reach = Reach::new(scene, &mesh, &bench.meshes);
     let stage = |name| scene::Stage::begin(name, monitor);
-    let (gouge, contact, ..) = contact::measure(scene, &reach, &stage(Stage::GougeAndContact))?;
-    let shank = holder::measure_shank(scene, &bench.meshes, &reach, &stage(Stage::Shank))?;
+    let parts = Parts::nowhere();
+    let (gouge, contact, ..) = contact::measure(scene, &reach, &parts, &stage(Stage::GougeAndContact))?;
+    let shank = holder::measure_shank(scene, &bench.meshes, &reach, &parts, &stage(Stage::Shank))?;
     let holder = holder::measure(scene, &bench.meshes, &reach, &stage(Stage::Holder))?;
     let samples = standing(scene, &bench.meshes, &reach, &stage(Stage::Coverage))?;
     let bounds = axis_in_its_box(job, program)?;

@@ -52,6 +52,7 @@ mod mesh;
 mod obstacles;
 mod operations;
 mod options;
+mod parts;
 mod rapids;
 mod reach;
 mod report;
@@ -72,10 +73,11 @@ use std::path::{Path, PathBuf};
 
 use claymill_nurbs::{ClosestPoints, MeshOptions, Model};
 use claymill_toolpath::{
-    FORMAT_VERSION, Job, LATEST_FORMAT_VERSION, Monitor, Program, Stage, read_job, read_moves_judged,
+    FORMAT_VERSION, Job, Kept, LATEST_FORMAT_VERSION, Monitor, Program, Stage, read_job, read_moves_judged,
     sha256_of,
 };
 
+use crate::parts::Parts;
 use crate::reach::AskedOfStock;
 
 pub use crest_file::{CRESTS_FILE, read_crests, write_crests};
@@ -121,7 +123,15 @@ pub fn verify_instead(
 ) -> Result<Verification, VerifyError> {
     let job = known_job(folder)?;
     let (model, options) = asked_of(folder, &job, options)?;
-    Ok(measure_all(&model, &job, (program, None, AskedOfStock::default()), &options, monitor)?.0)
+    Ok(measure_all(
+        &model,
+        &job,
+        (program, None, AskedOfStock::default()),
+        &options,
+        &Kept::nowhere(),
+        monitor,
+    )?
+    .0)
 }
 
 /// The job, if its format is known; the other files are not looked at before.
@@ -182,16 +192,26 @@ pub fn verify_with_crests(
     options: &VerifyOptions,
     monitor: &dyn Monitor,
 ) -> Result<(Verification, Vec<CrestSample>), VerifyError> {
+    verify_keeping(model, job, program, options, &Kept::nowhere(), monitor)
+}
+
+/// As [`verify_with_crests`], where findings along moves are kept and taken from what is kept.
+///
+/// # Errors
+/// As [`verify_program`].
+pub fn verify_keeping(
+    model: &Model,
+    job: &Job,
+    program: &Program,
+    options: &VerifyOptions,
+    kept: &Kept,
+    monitor: &dyn Monitor,
+) -> Result<(Verification, Vec<CrestSample>), VerifyError> {
     if !job.operations.is_empty() {
         return operations::measure(model, job, program, options, monitor);
     }
-    measure_all(
-        model,
-        job,
-        (program, Some(sequence::measure(job, program, 0)), AskedOfStock::default()),
-        options,
-        monitor,
-    )
+    let sequence = Some(sequence::measure(job, program, 0));
+    measure_all(model, job, (program, sequence, AskedOfStock::default()), options, kept, monitor)
 }
 
 /// The moves, what is known of their sequence, and the stock that there is.
@@ -200,6 +220,7 @@ fn measure_all(
     job: &Job,
     (program, sequence, stock): (&Program, Option<Sequence>, AskedOfStock<'_>),
     options: &VerifyOptions,
+    kept: &Kept,
     monitor: &dyn Monitor,
 ) -> Result<(Verification, Vec<CrestSample>), VerifyError> {
     let allowance_mm = job.request.allowance_mm;
@@ -210,15 +231,18 @@ fn measure_all(
     let swept = swept::Swept::new(&scene.tracks, scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &scene.obstacles.triangles);
     let reach = reach::Reach::new(scene, &mesh, &bench.meshes).in_stock(stock);
+    let parts = Parts::new(kept, scene, &reach, &mesh);
 
     let stage = |name| scene::Stage::begin(name, monitor);
-    let (gouge, contact, touched, _) = contact::measure(scene, &reach, &stage(Stage::GougeAndContact))?;
+    let (gouge, contact, touched, _) =
+        contact::measure(scene, &reach, &parts, &stage(Stage::GougeAndContact))?;
     let rapids = rapids::measure(scene, &bench.meshes, &reach, &stage(Stage::Rapids))?;
     let obstacles = obstacles::measure(scene, &stage(Stage::Obstacles))?;
     let bounds = bounds::measure(scene, reach.limits(), &stage(Stage::Bounds))?;
-    let shank = holder::measure_shank(scene, &bench.meshes, &reach, &stage(Stage::Shank))?;
+    let shank = holder::measure_shank(scene, &bench.meshes, &reach, &parts, &stage(Stage::Shank))?;
     let holder = holder::measure(scene, &bench.meshes, &reach, &stage(Stage::Holder))?;
-    let (mut crests, samples, seeds) = crest::measure(scene, &swept, &reach, &stage(Stage::ScallopCrests))?;
+    let (mut crests, samples, seeds) =
+        crest::measure(scene, &swept, &reach, &parts, &stage(Stage::ScallopCrests))?;
     let faces = surface::measure(scene, &bench.meshes, &swept, &reach, &stage(Stage::Coverage))?;
     crest_peak::raise(scene, &swept, &reach, &faces, seeds, &mut crests);
     let coverage = coverage::account(scene, &faces, tight::measure(scene, &reach, &faces));
@@ -304,7 +328,14 @@ pub fn crest_samples(
     let swept = swept::Swept::new(&scene.tracks, scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &scene.obstacles.triangles);
     let reach = reach::Reach::new(scene, &mesh, &bench.meshes);
-    Ok(crest::measure(scene, &swept, &reach, &scene::Stage::begin(Stage::ScallopCrests, monitor))?.1)
+    Ok(crest::measure(
+        scene,
+        &swept,
+        &reach,
+        &Parts::nowhere(),
+        &scene::Stage::begin(Stage::ScallopCrests, monitor),
+    )?
+    .1)
 }
 
 /// What the swept balls leave on points spread evenly over all faces, face by face: the data of a residual
@@ -347,7 +378,7 @@ pub fn gouge_samples(
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &bench.scene.obstacles.triangles);
     let reach = reach::Reach::new(&bench.scene, &mesh, &bench.meshes);
     let stage = scene::Stage::begin(Stage::GougeAndContact, monitor);
-    Ok(contact::measure(&bench.scene, &reach, &stage)?.3)
+    Ok(contact::measure(&bench.scene, &reach, &Parts::nowhere(), &stage)?.3)
 }
 
 /// What all measurements need.

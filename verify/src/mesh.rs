@@ -62,6 +62,19 @@ impl Mesh {
         }
     }
 
+    /// A box around a face: around its triangles and as far around them as the surface may be.
+    pub(crate) fn face_box(&self, face: FaceId) -> Aabb {
+        self.face_box_of(face, &self.points)
+    }
+
+    /// The same with other coordinates of the points.
+    pub(crate) fn face_box_of(&self, face: FaceId, points: &[Point3]) -> Aabb {
+        let own = self.first_of_face[face]..self.first_of_face[face + 1];
+        let corners = self.triangles[own.clone()].iter().flatten();
+        let deviation_mm = self.deviation_mm[own].iter().copied().fold(0.0, f32::max);
+        Aabb::of(corners.map(|&i| &points[i as usize])).inflated(f64::from(deviation_mm))
+    }
+
     /// The face that a triangle is of, and its number there; `None` for obstacles.
     pub(crate) fn face_of(&self, triangle: usize) -> Option<(FaceId, usize)> {
         let behind = self.first_of_face.partition_point(|&first| first <= triangle);

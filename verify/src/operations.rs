@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use claymill_nurbs::{MeshOptions, Model, Point3, Vector3};
 use claymill_toolpath::{
-    Cancelled, Job, LATEST_FORMAT_VERSION, Levels, Monitor, Move, MoveKind, Program, Stage, Stock,
+    Cancelled, Job, Kept, LATEST_FORMAT_VERSION, Levels, Monitor, Move, MoveKind, Program, Stage, Stock,
 };
 
 use crate::error::VerifyError;
@@ -105,7 +105,8 @@ pub(crate) fn measure(
             is_struck: struck.as_ref().map(|struck| struck as _),
         };
         first_seq = ends;
-        let (found, samples) = measure_all(model, &part, (&moves, Some(sequence), stock), options, monitor)?;
+        let (found, samples) =
+            measure_all(model, &part, (&moves, Some(sequence), stock), options, &Kept::nowhere(), monitor)?;
         if operation.kind.is_of_surface() {
             crests.extend(samples);
         }

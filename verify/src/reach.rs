@@ -120,6 +120,29 @@ impl<'a> Reach<'a> {
         Reach { stock, ..self }
     }
 
+    /// Whether nothing but the faces says what can be reached by a ball.
+    pub(crate) fn is_of_faces_alone(&self) -> bool {
+        let AskedOfStock { stands, is_struck } = &self.stock;
+        let scene = self.scene;
+        self.limits.is_none()
+            && self.earlier.is_none()
+            && self.end.is_none()
+            && stands.is_none()
+            && is_struck.is_none()
+            && scene.obstacles.triangles.is_empty()
+            && scene.kept_clear.is_empty()
+    }
+
+    /// All views with their axes, those of the job's setups first.
+    pub(crate) fn views(&self) -> impl Iterator<Item = (&Vector3, &DropMesh<'a>)> {
+        self.views.iter().map(|(axis, view)| (axis, view))
+    }
+
+    /// The farthest that a tool has to go to be out of the model, if that is asked, mm.
+    pub(crate) fn way_out_mm(&self) -> Option<f64> {
+        self.way_out_mm
+    }
+
     /// The view of one setup.
     pub(crate) fn setup(&self, index: usize) -> &DropMesh<'a> {
         &self.views[index].1

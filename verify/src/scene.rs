@@ -143,6 +143,12 @@ impl<'a> Stage<'a> {
         Stage { stage, monitor, done: AtomicUsize::new(0) }
     }
 
+    /// Passes over so many of `total` parts that are known.
+    pub(crate) fn pass(&self, parts: usize, total: usize) {
+        let done = self.done.fetch_add(parts, Ordering::Relaxed) + parts;
+        self.monitor.at(self.stage, done as f64 / total as f64);
+    }
+
     /// Does one of `total` parts, unless the work is to end.
     pub(crate) fn part<T>(&self, total: usize, work: impl FnOnce() -> T) -> Result<T, Cancelled> {
         self.monitor.go_on()?;

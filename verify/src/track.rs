@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use claymill_nurbs::{Curve3, Point3, Vector3};
-use claymill_toolpath::{Job, Move, MoveError, MoveKind, Program};
+use claymill_nurbs::{Aabb, Curve3, Point3, Vector3};
+use claymill_toolpath::{Job, KeyMaker, Move, MoveError, MoveKind, PartKey, Program, Tool};
 
 use crate::VerifyError;
 use crate::end::EndBody;
@@ -111,6 +111,29 @@ impl Track {
     pub(crate) fn axis_at(&self, t: f64) -> Vector3 {
         let (t0, t1) = self.tip.domain();
         (self.axis_start + (self.axis_end - self.axis_start) * ((t - t0) / (t1 - t0))).normalize()
+    }
+
+    /// A box around the tip's way.
+    pub(crate) fn box_of_tips(&self) -> Aabb {
+        Aabb::of(self.tip.points())
+    }
+
+    /// The same in other coordinates.
+    pub(crate) fn box_of_tips_in(&self, turned: impl Fn(&Point3) -> Point3) -> Aabb {
+        Aabb::of(&self.tip.points().iter().map(turned).collect::<Vec<_>>())
+    }
+
+    /// What it is, without its number: the way of a tool.
+    pub(crate) fn key(&self, tool: &Tool) -> PartKey {
+        let (knots, points) = (self.tip.knots(), self.tip.points());
+        KeyMaker::new("move")
+            .debug(&(self.kind, tool))
+            .count(knots.degree())
+            .numbers(knots.as_slice().iter().copied())
+            .numbers(points.iter().flat_map(|p| [p.x, p.y, p.z]))
+            .numbers(self.tip.weights().unwrap_or_default().iter().copied())
+            .numbers(self.axis_start.iter().chain(self.axis_end.iter()).copied())
+            .finish()
     }
 
     /// The tip at parameter `t`.

@@ -34,6 +34,7 @@ use patch::Patches;
 use sweep::Sweep;
 
 use crate::drop::DropMesh;
+use crate::parts::{Numbers, Parts, Portable, Sees};
 use crate::reach::Reach;
 use crate::report::Place;
 use crate::scene::{Scene, Stage};
@@ -179,11 +180,12 @@ pub(crate) fn measure_shank(
     scene: &Scene<'_>,
     meshes: &[Option<FaceMesh>],
     reach: &Reach<'_>,
+    parts: &Parts<'_>,
     stage: &Stage<'_>,
 ) -> Result<ShankContact, Cancelled> {
     let checked = |t: &&Track| t.sweeps() && t.stands_along(&axis(scene, t));
     let tracks: Vec<&Track> = scene.tracks.iter().filter(checked).collect();
-    let look = |track: &&Track| {
+    let look = |track: &Track| {
         let view = reach.setup(track.setup);
         let tool = &scene.job.tools[track.tool].tool;
         let sunk_mm = if tool.is_straight() { ALONGSIDE_MM } else { scene.options.gouge_limit_mm };
@@ -191,18 +193,33 @@ pub(crate) fn measure_shank(
         let sweep = Sweep { patches: Patches { model: scene.model, meshes, view }, body: &body };
         let mut entry = Entry { scene, view, tool, found: None };
         sweep.along(track, &mut entry);
-        entry.found.map(|(mm, spot)| (mm, spot.place(scene, view, track.seq)))
+        Entered(entry.found.map(|(mm, spot)| (mm, spot.place(scene, view, track.seq))))
     };
-    let part = |track| stage.part(tracks.len(), || look(track));
-    let found: Vec<Option<(f64, Place)>> = tracks.par_iter().map(part).collect::<Result<_, _>>()?;
-    let touching = found.iter().flatten().count() as u64;
-    let deepest = found.into_iter().flatten().reduce(|a, b| if b.0 > a.0 { b } else { a });
+    let found: Vec<Entered> = parts.along(("shank", Sees::Along), &tracks, stage, look)?;
+    let found = || found.iter().filter_map(|entered| entered.0.as_ref());
+    let touching = found().count() as u64;
+    let deepest = found().reduce(|a, b| if b.0 > a.0 { b } else { a });
     Ok(ShankContact {
         moves: tracks.len() as u64,
         touching,
-        deepest_mm: deepest.as_ref().map_or(0.0, |d| d.0),
-        deepest_at: deepest.map(|d| d.1),
+        deepest_mm: deepest.map_or(0.0, |d| d.0),
+        deepest_at: deepest.map(|d| d.1.clone()),
     })
+}
+
+/// How deep flutes and shank enter the model on a move, mm, and where; `None` where they do not.
+struct Entered(Option<(f64, Place)>);
+
+impl Portable for Entered {
+    type Form = Option<(f64, Place)>;
+
+    fn form(&self, numbers: &Numbers<'_>) -> Option<Self::Form> {
+        numbers.own_at(self.0.as_ref())
+    }
+
+    fn of_form(form: Self::Form, numbers: &Numbers<'_>) -> Option<Self> {
+        Some(Entered(numbers.at(form)?))
+    }
 }
 
 /// How far flutes and shank, where they are not just as thick as the ball, could be lowered everywhere along a move before they

@@ -6,6 +6,7 @@ mod defects;
 mod ends;
 mod folder;
 mod holder;
+mod kept;
 mod scallop_tables;
 mod sequence;
 mod sides;

@@ -1,0 +1,164 @@
+//! Findings along moves that are kept: a few dozen moves are one part, and what is found along them follows from what lies near
+//! them.
+//!
+//! ```text
+//!    ╭──────── near ────────╮       A part follows from its own moves, the faces and the moves near them, and for shanks
+//!    │  ═══════════ moves   │       from all faces along the axis. Numbers of faces and moves are no part of it: they
+//!    │  ▔▔▔▔▔▔▔▔▔▔▔ faces   │       count from the part's own first ones.
+//!    ╰──────────────────────╯
+//! ```
+
+mod around;
+mod numbers;
+
+use claymill_nurbs::{Point3, Vector3};
+use claymill_toolpath::{Cancelled, Kept, Packed};
+use rayon::prelude::*;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+pub(crate) use numbers::{Numbers, through};
+
+use crate::mesh::Mesh;
+use crate::parts::around::{Around, Surroundings};
+use crate::reach::Reach;
+use crate::scene::{Scene, Stage};
+use crate::track::Track;
+
+/// So many moves at most are one part.
+const MOVES: usize = 16;
+
+/// What is found along a move, and the form in which it is kept.
+pub(crate) trait Portable: Sized + Send {
+    type Form: Serialize + DeserializeOwned + Send;
+
+    /// Its form, with the part's own numbers; `None` where something in it is none of the part's.
+    fn form(&self, numbers: &Numbers<'_>) -> Option<Self::Form>;
+
+    /// What has this form.
+    fn of_form(form: Self::Form, numbers: &Numbers<'_>) -> Option<Self>;
+
+    /// From where faces farther away along the tool axes were asked.
+    fn asks_far(&self) -> &[Outlook] {
+        &[]
+    }
+}
+
+/// A place of the surface and the side of it, of which it is asked whether a tool gets there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Outlook {
+    pub(crate) at: Point3,
+    pub(crate) normal: Vector3,
+}
+
+impl Outlook {
+    fn row(&self) -> [f64; 6] {
+        let Outlook { at, normal } = self;
+        [at.x, at.y, at.z, normal.x, normal.y, normal.z]
+    }
+
+    fn of_row([x, y, z, nx, ny, nz]: [f64; 6]) -> Self {
+        Outlook { at: Point3::new(x, y, z), normal: Vector3::new(nx, ny, nz) }
+    }
+}
+
+/// What findings follow from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sees {
+    /// Faces near the moves.
+    Faces,
+    /// Faces and other moves near the moves.
+    Moves,
+    /// Faces along the setup's axis.
+    Along,
+}
+
+/// What a store says under the key of what is near.
+#[derive(Serialize, Deserialize)]
+enum Entry<T> {
+    Found(Vec<T>),
+    /// More is asked, from these places: the findings are under the key of that.
+    AsksFar(Packed),
+}
+
+/// Findings along moves, where they are kept.
+pub(crate) struct Parts<'a>(Option<Keeping<'a>>);
+
+struct Keeping<'a> {
+    kept: &'a Kept,
+    surroundings: Surroundings<'a>,
+}
+
+impl<'a> Parts<'a> {
+    /// Nothing is kept.
+    pub(crate) fn nowhere() -> Self {
+        Parts(None)
+    }
+
+    /// Of a scene in which nothing but faces and moves has a say: elsewhere nothing is kept.
+    pub(crate) fn new(kept: &'a Kept, scene: &'a Scene<'_>, reach: &'a Reach<'_>, mesh: &'a Mesh) -> Self {
+        let is_plain = kept.is_somewhere() && reach.is_of_faces_alone();
+        Parts(
+            is_plain
+                .then(|| Surroundings::new(scene, reach, mesh))
+                .flatten()
+                .map(|surroundings| Keeping { kept, surroundings }),
+        )
+    }
+
+    /// What is found along each of these moves: from the store, or as it is looked for.
+    pub(crate) fn along<T: Portable>(
+        &self,
+        (name, sees): (&str, Sees),
+        tracks: &[&'a Track],
+        stage: &Stage<'_>,
+        look: impl Fn(&Track) -> T + Sync,
+    ) -> Result<Vec<T>, Cancelled> {
+        let look = |track: &&Track| stage.part(tracks.len(), || look(track));
+        let Some(keeping) = &self.0 else { return tracks.par_iter().map(look).collect() };
+        let runs = tracks.chunk_by(|a, b| (a.setup, a.region) == (b.setup, b.region));
+        let parts: Vec<&[&Track]> = runs.flat_map(|run| run.chunks(MOVES)).collect();
+        let part = |part: &&[&'a Track]| {
+            let around = keeping.surroundings.around(name, sees, part);
+            if let Some(found) = keeping.known(&around) {
+                stage.pass(part.len(), tracks.len());
+                return Ok(found);
+            }
+            let found: Vec<T> = part.par_iter().map(look).collect::<Result<_, _>>()?;
+            keeping.keep(&around, &found);
+            Ok(found)
+        };
+        let found: Vec<Vec<T>> = parts.par_iter().map(part).collect::<Result<_, Cancelled>>()?;
+        Ok(found.into_iter().flatten().collect())
+    }
+}
+
+impl Keeping<'_> {
+    fn known<T: Portable>(&self, around: &Around<'_, '_>) -> Option<Vec<T>> {
+        let forms = match self.kept.known(&around.key())? {
+            Entry::Found(forms) => forms,
+            Entry::AsksFar(from) => {
+                let from: Vec<Outlook> = from.rows_of_doubles().map(Outlook::of_row).collect();
+                self.kept.known::<Vec<T::Form>>(&self.surroundings.far(around, &from))?
+            }
+        };
+        let numbers = around.numbers();
+        let found: Option<Vec<T>> = forms.into_iter().map(|form| T::of_form(form, &numbers)).collect();
+        found.filter(|found| found.len() == around.moves())
+    }
+
+    fn keep<T: Portable>(&self, around: &Around<'_, '_>, found: &[T]) {
+        let numbers = around.numbers();
+        let Some(forms) = found.iter().map(|one| one.form(&numbers)).collect::<Option<Vec<T::Form>>>() else {
+            return;
+        };
+        let from: Vec<Outlook> = found.iter().flat_map(T::asks_far).copied().collect();
+        if from.is_empty() {
+            self.kept.keep(&around.key(), &Entry::Found(forms));
+        } else {
+            self.kept.keep(&self.surroundings.far(around, &from), &forms);
+            let from = Packed::doubles(from.iter().flat_map(Outlook::row));
+            self.kept.keep(&around.key(), &Entry::<T::Form>::AsksFar(from));
+        }
+    }
+}

@@ -1,10 +1,11 @@
 //! What the parts of a plan follow from, as keys under which they are kept.
 //!
 //! ```text
-//!      axis ↑      ┌╌╌╌╌╌╌╌╌┐         A part follows from the faces whose boxes meet the column over what it cuts: the tool
-//!           │      ╎ ╭────╮ ╎         goes no farther aside than its margin, and along the axis it may meet anything.
+//!      axis ↑      ┌╌╌╌╌╌╌╌╌┐         A part follows from the faces whose boxes meet the columns over the faces that it cuts: the
+//!           │      ╎ ╭────╮ ╎         tool goes no farther aside than its margin, and up along the axis it may meet anything.
 //!           │   ───╎─┴────┴─╎───      A face is its geometry and what is asked of it, never its number, so that parts of a
-//!                  ╎ column ╎         model are those of its variants where nothing differs.
+//!                  ╎ column ╎         model are those of its variants where nothing differs. Rapids between the columns
+//!                  └╌╌╌╌╌╌╌╌┘         follow from the map of heights.
 //! ```
 
 use std::collections::BTreeSet;
@@ -29,6 +30,8 @@ use crate::setup::context::SetupContext;
 /// rows run over gaps of 30 mm.
 const MARGIN_MM: f64 = 50.0;
 const MARGIN_WIDTHS: f64 = 3.0;
+/// Nor farther down below all that a part cuts, where rows run over gaps.
+const BELOW_MM: f64 = 500.0;
 
 /// What all parts of a plan follow from, and where they are kept.
 pub(crate) struct PlanKeys<'a> {
@@ -146,14 +149,30 @@ impl<'a> PlanKeys<'a> {
         self.faces.iter().zip(entities).fold(key, |key, (face, entity)| key.key(face).text(entity)).finish()
     }
 
+    /// Where parts are kept.
+    pub(crate) fn kept(&self) -> &Kept {
+        self.kept
+    }
+
+    /// The key of each face: its geometry and what is asked of it.
+    pub(crate) fn faces(&self) -> &[PartKey] {
+        &self.faces
+    }
+
+    /// Begins the key of something that setups decide.
+    pub(crate) fn asked_of_setups(&self, what: &str, frames: &[Frame]) -> KeyMaker {
+        let key = KeyMaker::new(what).key(&self.asked).debug(&frames);
+        // The stock is asked where there is something left.
+        match self.options.rest() {
+            Ok(Some(rest)) => key.bytes(&rest.stock.digest()).numbers([rest.above_mm]),
+            _ => key,
+        }
+    }
+
     /// What each setup cuts: of the whole model at once, for setups take the lead in whole regions.
     pub(crate) fn assignments(&self, frames: &[Frame], make: impl FnOnce() -> Assignments) -> Assignments {
         let key = || {
-            let mut key = KeyMaker::new("assignments").key(&self.asked).debug(&frames);
-            // The stock is asked where there is something left.
-            if let Ok(Some(rest)) = self.options.rest() {
-                key = key.bytes(&rest.stock.digest()).numbers([rest.above_mm]);
-            }
+            let mut key = self.asked_of_setups("assignments", frames);
             for (face, first) in self.faces.iter().zip(&self.first_of_region) {
                 key = key.key(face).count(*first);
             }
@@ -164,7 +183,7 @@ impl<'a> PlanKeys<'a> {
     }
 
     /// Keys of passes, where it is known who cuts what.
-    pub(crate) fn of_passes(&'a self, assignments: &'a Assignments, balls: &[BallDrop]) -> PassKeys<'a> {
+    pub(crate) fn of_passes(&'a self, assignments: &'a Assignments, boxes: &'a [Vec<Aabb>]) -> PassKeys<'a> {
         let assigned = |face: FaceId| {
             let mut key = KeyMaker::new("assigned");
             for &assignment in &assignments.of[face] {
@@ -183,7 +202,7 @@ impl<'a> PlanKeys<'a> {
             plan: self,
             assignments,
             assigned: (0..assignments.of.len()).into_par_iter().map(assigned).collect(),
-            boxes: balls.par_iter().map(BallDrop::face_boxes).collect(),
+            boxes,
         }
     }
 }
@@ -194,7 +213,7 @@ pub(crate) struct PassKeys<'a> {
     assignments: &'a Assignments,
     assigned: Vec<PartKey>,
     /// By setup, around each face, in its coordinates.
-    boxes: Vec<Vec<Aabb>>,
+    boxes: &'a [Vec<Aabb>],
 }
 
 impl PassKeys<'_> {
@@ -203,10 +222,15 @@ impl PassKeys<'_> {
         let boxes = &self.boxes[context.index];
         let is_cut = |a: &Assignment| a.is_cut_by(context.index) || a.is_a_wall_of(context.index);
         let cut = faces.iter().filter(|&&face| self.assignments.of[face].iter().any(is_cut));
-        let column =
-            cut.fold(Aabb::empty(), |all, &face| all.union(&boxes[face])).inflated(self.margin_mm(context));
+        let margin_mm = self.margin_mm(context);
+        let columns: Vec<Aabb> = cut.map(|&face| boxes[face].inflated(margin_mm)).collect();
+        let column = columns.iter().fold(Aabb::empty(), |all, column| all.union(column));
         let sides = [0, 1].map(|k| [column.min[k], column.max[k]]);
-        let meets = |b: &Aabb| (0..2).all(|k| b.min[k] <= sides[k][1] && sides[k][0] <= b.max[k]);
+        let floor = column.min.z - BELOW_MM;
+        let meets = |b: &Aabb| {
+            let is_beside = |c: &Aabb| (0..2).all(|k| b.min[k] <= c.max[k] && c.min[k] <= b.max[k]);
+            b.max.z >= floor && is_beside(&column) && columns.iter().any(is_beside)
+        };
         let in_region = |face: FaceId| faces.binary_search(&face).is_ok();
         let mut key = KeyMaker::new("passes")
             .key(&self.plan.asked)

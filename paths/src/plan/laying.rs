@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use claymill_contact::{BallDrop, Covering, FreeSides, Material, Rims, near_mm};
-use claymill_nurbs::{FaceId, Model, Point3};
+use claymill_nurbs::{Aabb, FaceId, Model, Point3};
 use claymill_surface_merge::{Guides, RegionMesh};
 use claymill_toolpath::{Cancelled, Monitor, PartKey, Stage, Tool};
 use rayon::prelude::*;
@@ -19,6 +19,7 @@ use crate::plan::covered::Covered;
 use crate::plan::error::{FARTHEST_GUIDE_MM, PlanError};
 use crate::plan::keys::{Aside, PassKeys, PlanKeys};
 use crate::plan::options::PlanOptions;
+use crate::plan::probe_keys::ProbeKeys;
 use crate::plan::regions::{Regions, open_borders};
 use crate::plan::whole::divides;
 use crate::program::account::Account;
@@ -146,7 +147,21 @@ pub(super) fn with_laying<T>(
         scallop_mm: options.scallop_mm,
         divides: divides(area_mm2, radius_mm),
     };
-    let make = || info_span!("assignment to setups").in_scope(|| assign(model, covering, &views, regions));
+    let boxes: Vec<Vec<Aabb>> = match keys {
+        Some(_) => balls.par_iter().map(BallDrop::face_boxes).collect(),
+        None => Vec::new(),
+    };
+    let widest_mm = balls.iter().chain(&earlier).map(BallDrop::widest_mm).fold(radius_mm, f64::max);
+    // Bounds may follow from all of the model.
+    let is_unbound = keeps.iter().all(Option::is_none);
+    let probes = keys.filter(|_| is_unbound).map(|keys| {
+        let height_mm = options.scallop_mm.max(1.0) + options.stock_above_mm;
+        ProbeKeys::new(keys, &views, &boxes, options.orientation.up.vector(), [widest_mm, height_mm])
+    });
+    let make = || {
+        let _span = info_span!("assignment to setups").entered();
+        assign(model, covering, &views, regions, probes.as_ref())
+    };
     let assignments = match keys {
         Some(keys) => keys.assignments(&frames, make),
         None => make(),
@@ -210,7 +225,7 @@ pub(super) fn with_laying<T>(
         faces_of,
         shares,
         kept_in: &kept_in,
-        keys: keys.map(|keys| keys.of_passes(&assignments, &balls)),
+        keys: keys.map(|keys| keys.of_passes(&assignments, &boxes)),
         sides: Sides::new(covering, &assignments.of, &frames),
     })
 }

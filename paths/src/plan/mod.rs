@@ -16,6 +16,7 @@ pub(crate) mod obstacles;
 pub(crate) mod options;
 pub(crate) mod parts;
 pub(crate) mod planned;
+pub(crate) mod probe_keys;
 pub(crate) mod regions;
 mod whole;
 

@@ -4,13 +4,16 @@ use claymill_contact::{BallDrop, Covering};
 use claymill_nurbs::{Model, Point2, Point3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use tracing::info_span;
 
 use crate::pattern::together::together;
+use crate::plan::probe_keys::ProbeKeys;
 use crate::plan::regions::Regions;
 use crate::setup::borders::{Border, Ground, smooth};
 use crate::setup::probe::{
     PROBES, Probed, Prober, Seen, Slants, Views, by_setup, centroid, is_in_doubt, of_setup,
 };
+use crate::setup::seen_log::{Recorder, SeenLog};
 
 /// A place counts as reached when the ball is kept away from it by no more than this, in scallop heights.
 const ALLOWED: f64 = 0.5;
@@ -171,17 +174,38 @@ pub(crate) struct Assignments {
 /// Decides for every triangle of every face which setups cut it; none does where a face is excluded.
 ///
 /// Probes that keep the ball up by no more than half a scallop height along the normal count as reached.
-pub(crate) fn assign(model: &Model, covering: &Covering, views: &Views, regions: &Regions) -> Assignments {
+///
+/// What is `known` of the places of faces is not asked again.
+pub(crate) fn assign(
+    model: &Model,
+    covering: &Covering,
+    views: &Views,
+    regions: &Regions,
+    known: Option<&ProbeKeys>,
+) -> Assignments {
     let allowed_mm = ALLOWED * views.scallop_mm;
     let prober = |face: usize, slants: Slants| Prober { model, covering, views, face, allowed_mm, slants };
-    let probed = |face: usize| {
-        if regions.excluded[face] {
-            return Vec::new();
-        }
-        prober(face, Slants::Asked).triangles()
-    };
     let setups = views.frames.len();
-    let mut seen: Vec<Vec<Seen>> = (0..model.faces.len()).into_par_iter().map(probed).collect();
+    let probed = |face: usize, log: Option<&SeenLog>| {
+        let prober = prober(face, Slants::Asked);
+        let mut recorder = Recorder::default();
+        let ask = |uv| {
+            let seen = prober.probe(uv);
+            recorder.add(&seen);
+            seen
+        };
+        let seen = match log {
+            _ if regions.excluded[face] => Vec::new(),
+            Some(log) => prober.triangles(log.replay(setups, ask)),
+            None => prober.triangles(ask),
+        };
+        (seen, recorder.log())
+    };
+    let mut seen: Vec<Vec<Seen>> = info_span!("probes").in_scope(|| match known {
+        Some(known) => known.all(probed),
+        None => (0..model.faces.len()).into_par_iter().map(|face| probed(face, None).0).collect(),
+    });
+    let _span = info_span!("decisions").entered();
     let radius_mm = views.balls.first().map_or(0.0, BallDrop::radius_mm);
     let least_part_mm2 = LEAST_PART_RADII2 * radius_mm.powi(2);
     let slants = worthy_slants(covering, &mut seen, setups, regions.of_face, least_part_mm2);

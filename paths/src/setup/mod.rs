@@ -12,6 +12,7 @@ pub(crate) mod leaning;
 pub(crate) mod orientation;
 pub(crate) mod probe;
 pub(crate) mod rows_along;
+pub(crate) mod seen_log;
 pub(crate) mod sides;
 pub(crate) mod slopes;
 pub(crate) mod space;

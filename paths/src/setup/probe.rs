@@ -294,10 +294,10 @@ pub(crate) enum Slants {
 }
 
 impl Prober<'_> {
-    /// What is seen of all triangles, one after the other.
-    pub(crate) fn triangles(&self) -> Vec<Seen> {
+    /// What is seen of all triangles, one after the other, where this is what the setups see of a place.
+    pub(crate) fn triangles(&self, mut probe: impl FnMut(Point2) -> Vec<Seen>) -> Vec<Seen> {
         let mesh = &self.covering.meshes()[self.face];
-        let corners: Vec<Vec<Seen>> = mesh.uv.iter().map(|&uv| self.probe(uv)).collect();
+        let corners: Vec<Vec<Seen>> = mesh.uv.iter().map(|&uv| probe(uv)).collect();
         let radius_mm = self.views.balls.first().map_or(0.0, BallDrop::radius_mm);
         // Of a whole vehicle this is a large part of the memory: no more is taken than is needed.
         let mut seen = Vec::with_capacity(mesh.triangles.len() * PROBES * self.views.frames.len());
@@ -309,7 +309,7 @@ impl Prober<'_> {
             let middle = if longest_mm < radius_mm && agree(at) {
                 at[0]
             } else {
-                probed = self.probe(centroid(t.map(|i| mesh.uv[i as usize])));
+                probed = probe(centroid(t.map(|i| mesh.uv[i as usize])));
                 &probed
             };
             seen.extend(by_setup([middle, at[0], at[1], at[2]]));

@@ -18,7 +18,7 @@
 use claymill_contact::Covering;
 use claymill_nurbs::{FaceId, Point3, Vector3};
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use serde::{Deserialize, Serialize};
 
 use crate::pattern::together::{Cell, around, cell_of};
@@ -81,10 +81,13 @@ struct Nodes {
 pub(crate) fn smooth(ground: &Ground, assignments: &mut [Vec<Assignment>]) -> Vec<Vec<Border>> {
     let mut borders = vec![Vec::new(); assignments.len()];
     let Some(mut nodes) = ground.nodes(assignments) else { return borders };
+    let mut changed = None;
     for _ in 0..MOST_ROUNDS {
-        if !nodes.flow() {
+        let now = nodes.flow(changed.as_ref());
+        if now.is_empty() {
             break;
         }
+        changed = Some(now);
     }
     let parted: Vec<Option<Parted>> =
         nodes.all.par_iter().map(|node| nodes.parted(node, ground.covering)).collect();
@@ -226,10 +229,15 @@ impl Nodes {
         if sum > 0.0 { shares.map(|share| share / sum) } else { shares }
     }
 
-    /// Gives every node to the setup with the largest share around. Whether any changes.
-    fn flow(&mut self) -> bool {
+    /// Gives every node to the setup with the largest share around, and tells the cells in which any changes: elsewhere than around
+    /// those that `changed` before, all stays as it is.
+    fn flow(&mut self, changed: Option<&FxHashSet<Cell>>) -> FxHashSet<Cell> {
+        let own_cell = |node: &Node| cell_of(&node.centre, FARTHEST * self.sigma_mm);
+        let is_settled = |node: &Node| {
+            changed.is_some_and(|changed| !around(own_cell(node)).any(|cell| changed.contains(&cell)))
+        };
         let next = |node: &Node| {
-            if node.choices.count_ones() < 2 {
+            if node.choices.count_ones() < 2 || is_settled(node) {
                 return node.setup;
             }
             let shares = self.shares(&node.centre, node);
@@ -242,9 +250,10 @@ impl Nodes {
             )
         };
         let next: Vec<u8> = self.all.par_iter().map(next).collect();
-        let mut changes = false;
-        for (node, setup) in self.all.iter_mut().zip(next) {
-            changes |= node.setup != setup;
+        let mut changes = FxHashSet::default();
+        let cell_mm = FARTHEST * self.sigma_mm;
+        for (node, setup) in self.all.iter_mut().zip(next).filter(|(node, setup)| node.setup != *setup) {
+            changes.insert(cell_of(&node.centre, cell_mm));
             node.setup = setup;
         }
         changes

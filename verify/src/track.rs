@@ -9,6 +9,8 @@ use claymill_toolpath::{Job, KeyMaker, Move, MoveError, MoveKind, PartKey, Progr
 use crate::VerifyError;
 use crate::end::EndBody;
 
+/// Ways shorter than this have one box, mm.
+const SHORT_WAY_MM: f64 = 100.0;
 /// Axes that differ by less are one direction.
 const SAME_AXIS: f64 = 1e-9;
 
@@ -113,14 +115,18 @@ impl Track {
         (self.axis_start + (self.axis_end - self.axis_start) * ((t - t0) / (t1 - t0))).normalize()
     }
 
-    /// A box around the tip's way.
-    pub(crate) fn box_of_tips(&self) -> Aabb {
-        Aabb::of(self.tip.points())
-    }
-
-    /// The same in other coordinates.
-    pub(crate) fn box_of_tips_in(&self, turned: impl Fn(&Point3) -> Point3) -> Aabb {
-        Aabb::of(&self.tip.points().iter().map(turned).collect::<Vec<_>>())
+    /// Boxes around the tip's way in some coordinates, one behind the other: spans together, as long as they are short.
+    pub(crate) fn boxes_of_tips(&self, turned: impl Fn(&Point3) -> Point3) -> Vec<Aabb> {
+        let mut boxes: Vec<Aabb> = Vec::new();
+        for span in self.spans() {
+            let points: Vec<Point3> = self.hull(&span).iter().map(&turned).collect();
+            let own = Aabb::of(&points);
+            match boxes.last_mut() {
+                Some(last) if last.union(&own).diagonal() <= SHORT_WAY_MM => *last = last.union(&own),
+                _ => boxes.push(own),
+            }
+        }
+        boxes
     }
 
     /// What it is, without its number: the way of a tool.

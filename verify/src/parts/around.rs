@@ -37,7 +37,7 @@ pub(super) struct Surroundings<'a> {
     boxes: Vec<Aabb>,
     /// In the order of the scene.
     moves: Vec<PartKey>,
-    centres: Vec<Aabb>,
+    centres: Vec<Boxes>,
     near_mm: f64,
     /// By view, around each face as seen along the axis.
     columns: Vec<Vec<Aabb>>,
@@ -87,7 +87,7 @@ impl<'a> Surroundings<'a> {
             centres: scene
                 .tracks
                 .par_iter()
-                .map(|track| track.box_of_tips().inflated(track.radius_mm))
+                .map(|track| Boxes::of(track.boxes_of_tips(|p| *p).into_iter(), track.radius_mm))
                 .collect(),
             columns: reach
                 .views()
@@ -102,12 +102,12 @@ impl<'a> Surroundings<'a> {
         let index: Vec<usize> = own.iter().map(|track| self.index(track)).collect();
         let faces = match sees {
             Sees::Faces | Sees::Moves => {
-                let near = Boxes::of(index.iter().map(|&i| self.centres[i]).collect(), self.near_mm);
+                let near = self.near(&index);
                 self.boxes.iter().enumerate().filter(|(_, b)| near.meet(b)).map(|(face, _)| face).collect()
             }
             Sees::Along => {
                 let drop = self.reach.setup(own[0].setup);
-                let boxes = own.iter().map(|track| track.box_of_tips_in(|p| drop.in_frame(p)));
+                let boxes = own.iter().flat_map(|track| track.boxes_of_tips(|p| drop.in_frame(p)));
                 self.column(own[0].setup, boxes, self.widest_mm() + SPARE_MM)
             }
         };
@@ -118,13 +118,18 @@ impl<'a> Surroundings<'a> {
         Around { all: self, own, key: key.finish(), faces }
     }
 
+    /// Around the ball's centre on moves of these numbers, and as far as anything near has a say.
+    fn near(&self, own: &[usize]) -> Boxes {
+        Boxes::of(own.iter().flat_map(|&i| self.centres[i].each.iter().copied()), self.near_mm)
+    }
+
     /// Goes on with the moves near those of these numbers: which of them are of one pass, and which passes of one region, whatever
     /// the order in which regions are cut.
     fn moves_around(&self, key: KeyMaker, own: &[usize]) -> KeyMaker {
-        let near = Boxes::of(own.iter().map(|&i| self.centres[i]).collect(), self.near_mm);
+        let near = self.near(own);
         let mut regions: BTreeMap<(usize, usize), BTreeMap<u32, KeyMaker>> = BTreeMap::new();
         for (i, track) in self.scene.tracks.iter().enumerate() {
-            if track.sweeps() && near.meet(&self.centres[i]) {
+            if track.sweeps() && near.meet_any(&self.centres[i]) {
                 let passes = regions.entry((track.setup, track.region)).or_default();
                 let pass = passes.entry(track.pass).or_insert_with(|| KeyMaker::new("pass"));
                 *pass = pass.clone().key(&self.moves[i]).count(usize::from(own.contains(&i)));
@@ -142,7 +147,7 @@ impl<'a> Surroundings<'a> {
     /// Faces above boxes as a view sees them, and this far around.
     fn column(&self, view: usize, boxes: impl Iterator<Item = Aabb>, around_mm: f64) -> Vec<FaceId> {
         let upwards = |b: Aabb| Aabb { max: Point3::new(b.max.x, b.max.y, f64::INFINITY), ..b };
-        let near = Boxes::of(boxes.map(upwards).collect(), around_mm);
+        let near = Boxes::of(boxes.map(upwards), around_mm);
         (0..self.faces.len()).filter(|&face| near.meet(&self.columns[view][face])).collect()
     }
 
@@ -204,13 +209,20 @@ struct Boxes {
 }
 
 impl Boxes {
-    fn of(boxes: Vec<Aabb>, near_mm: f64) -> Self {
-        let each: Vec<Aabb> = boxes.into_iter().map(|b| b.inflated(near_mm)).collect();
+    fn of(boxes: impl Iterator<Item = Aabb>, near_mm: f64) -> Self {
+        let each: Vec<Aabb> = boxes.map(|b| b.inflated(near_mm)).collect();
         Boxes { all: each.iter().fold(Aabb::empty(), |all, b| all.union(b)), each }
     }
 
     fn meet(&self, other: &Aabb) -> bool {
-        let meets = |b: &Aabb| (0..3).all(|k| b.min[k] <= other.max[k] && other.min[k] <= b.max[k]);
-        meets(&self.all) && self.each.iter().any(meets)
+        meet(&self.all, other) && self.each.iter().any(|own| meet(own, other))
     }
+
+    fn meet_any(&self, other: &Boxes) -> bool {
+        meet(&self.all, &other.all) && other.each.iter().any(|other| self.meet(other))
+    }
+}
+
+fn meet(a: &Aabb, b: &Aabb) -> bool {
+    (0..3).all(|k| a.min[k] <= b.max[k] && b.min[k] <= a.max[k])
 }

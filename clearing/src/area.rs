@@ -6,8 +6,8 @@ use crate::arcs::{PathPiece, pieces};
 use crate::engagement::EngagementLimit;
 use crate::entry::{Entry, WayIn, way_in};
 use crate::error::{ClearingError, within};
-use crate::fronts::{Lead, Pass, without_steps};
-use crate::order::order;
+use crate::fronts::{Lead, without_steps};
+use crate::order::{Floor, Ordered, order};
 use crate::outline::Place;
 use crate::planar_set::{CHORD_MM, FARTHEST_MM, PlanarSet};
 use crate::rounds::{SHARPEST, STRAIGHTEST, State, THINNEST_MM, run};
@@ -85,6 +85,8 @@ pub struct Cleared {
     pub refused: Vec<ClearingError>,
     /// Where the tool's centre would have to be in them.
     pub(crate) closed: PlanarSet,
+    /// What the tool's centre has reached by its own passes.
+    pub(crate) swept: PlanarSet,
 }
 
 impl Cleared {
@@ -101,15 +103,19 @@ impl Cleared {
 /// # Errors
 /// The tool fits nowhere or gets in nowhere, the level is too large or takes too many rounds, or the monitor ends it.
 pub fn clear(area: &Area<'_>, monitor: &dyn Monitor) -> Result<Cleared, ClearingError> {
-    let cleared = clear_rooms(area, monitor)?;
+    let cleared = clear_rooms(area, &PlanarSet::default(), monitor)?;
     match cleared.refused.first() {
         Some(error) if cleared.strokes.is_empty() => Err(error.clone()),
         _ => Ok(cleared),
     }
 }
 
-/// The same where it is no error that the tool gets in nowhere.
-pub(crate) fn clear_rooms(area: &Area<'_>, monitor: &dyn Monitor) -> Result<Cleared, ClearingError> {
+/// The same where it is no error that the tool gets in nowhere, and its centre meets ridges of levels below in some places.
+pub(crate) fn clear_rooms(
+    area: &Area<'_>,
+    ridges: &PlanarSet,
+    monitor: &dyn Monitor,
+) -> Result<Cleared, ClearingError> {
     let radius_mm = area.limit.radius_mm();
     within("radius of the helix, mm,", area.entry.helix_mm, 0.0, radius_mm)?;
     within("least radius of a helix, mm,", area.entry.least_helix_mm, 0.0, radius_mm)?;
@@ -130,11 +136,12 @@ pub(crate) fn clear_rooms(area: &Area<'_>, monitor: &dyn Monitor) -> Result<Clea
         rounds: 0,
         refused: Vec::new(),
         closed: PlanarSet::default(),
+        swept: PlanarSet::default(),
     };
     // Rooms that the tool cannot get to from each other share nothing but what both reach of their walls.
     let mut at = [0.0, 0.0];
     for room in area.feasible.parts() {
-        at = clear_room(area, &room, &mut cleared, at, monitor)?;
+        at = clear_room(area, (&room, ridges), &mut cleared, at, monitor)?;
     }
     Ok(cleared)
 }
@@ -142,7 +149,7 @@ pub(crate) fn clear_rooms(area: &Area<'_>, monitor: &dyn Monitor) -> Result<Clea
 /// Clears a connected room, coming from a place; says where the tool is then.
 fn clear_room(
     area: &Area<'_>,
-    room: &PlanarSet,
+    (room, ridges): (&PlanarSet, &PlanarSet),
     cleared: &mut Cleared,
     mut at: Place,
     monitor: &dyn Monitor,
@@ -154,15 +161,16 @@ fn clear_room(
         return Ok(at);
     }
     let reached = room.minus(&wanted.dilated(radius_mm + 2.0 * CHORD_MM));
-    let mut state = State { reached, uncut: wanted.clone(), ends: Vec::new(), rounds: 0 };
+    let mut state = State { reached: reached.clone(), uncut: wanted.clone(), ends: Vec::new(), rounds: 0 };
     let (mut closed, mut is_new) = (PlanarSet::default(), true);
     let before = cleared.strokes.len();
     for _ in 0..MOST_ENTRIES {
         if is_new {
             let fronts = run(room, &mut state, &area.limit, monitor)?;
-            for ordered in order(&fronts, &state.reached, radius_mm, at) {
-                let link = ordered.link.filter(|_| cleared.strokes.len() > before);
-                cleared.strokes.push(stroke(ordered.pass, link));
+            let is_here = cleared.strokes.len() > before;
+            let floor = Floor { reached: &state.reached, ridges };
+            for ordered in order(&fronts, &floor, radius_mm, (at, is_here)) {
+                cleared.strokes.push(stroke(&ordered));
                 at = ordered.pass.end();
             }
         }
@@ -184,24 +192,29 @@ fn clear_room(
             }
         }
     }
+    cleared.swept = cleared.swept.union(&state.reached.minus(&reached));
     cleared.closed = cleared.closed.union(&closed);
     cleared.rounds += state.rounds;
     cleared.left = cleared.left.minus(&wanted.minus(&state.uncut));
     Ok(at)
 }
 
-fn stroke(pass: &Pass, link: Option<Vec<Place>>) -> Stroke {
-    let approach = if link.is_some() { Approach::Along } else { Approach::Over };
-    let (mut lead_in, mut lead_out) = (Vec::new(), Vec::new());
+fn stroke(ordered: &Ordered<'_>) -> Stroke {
+    let pass = ordered.pass;
+    let approach = if ordered.link.is_some() { Approach::Along } else { Approach::Over };
+    let mut way = ordered.through.clone();
+    way.push(pass.start());
+    let mut lead_in: Vec<PathPiece> = way.windows(2).map(|w| PathPiece::line(w[0], w[1])).collect();
+    let mut lead_out = Vec::new();
     match &pass.lead {
         Some(Lead::Circle { centre, from, to }) => {
             lead_in.push(PathPiece::anticlockwise(*from, pass.points[0], *centre));
             lead_out.push(PathPiece::anticlockwise(pass.points[0], *to, *centre));
         }
-        Some(Lead::Spiral(points)) => lead_in = pieces(points),
+        Some(Lead::Spiral(points)) => lead_in.extend(pieces(points)),
         None => {}
     }
-    let via = link.unwrap_or_default();
+    let via = ordered.link.clone().unwrap_or_default();
     Stroke { approach, via, lead_in, cut: pieces(&without_steps(&pass.points)), lead_out }
 }
 

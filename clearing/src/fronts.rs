@@ -71,6 +71,11 @@ impl Pass {
         }
     }
 
+    /// Whether no circle and no spiral leads into it, and it is closed: the tool goes down along it.
+    pub(crate) fn is_ramped(&self) -> bool {
+        self.lead.is_none() && self.points.first() == self.points.last()
+    }
+
     pub(crate) fn length_mm(&self) -> f64 {
         self.points.windows(2).map(|w| distance(w[0], w[1])).sum()
     }

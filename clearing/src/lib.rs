@@ -39,6 +39,7 @@ mod outline;
 mod plan;
 mod planar_set;
 mod reach;
+mod ridges;
 mod rounds;
 mod stairs;
 

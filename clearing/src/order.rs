@@ -20,11 +20,21 @@ const SHORTEST_DETOUR_MM: f64 = 10.0;
 /// Places that are tried on the way.
 const MOST_OVER: usize = 24;
 
+/// What links lead over.
+pub(crate) struct Floor<'a> {
+    /// What the centre has reached in the end.
+    pub(crate) reached: &'a PlanarSet,
+    /// Where it meets what levels below have left.
+    pub(crate) ridges: &'a PlanarSet,
+}
+
 /// A pass in its turn.
 pub(crate) struct Ordered<'a> {
     pub(crate) pass: &'a Pass,
     /// Over which places there is a clear way from the end of the pass before, if there is one.
     pub(crate) link: Option<Vec<Place>>,
+    /// From where, and over which places, the tool comes to the pass through ridges: along the level, which cuts them.
+    pub(crate) through: Vec<Place>,
 }
 
 /// A pass as the order sees it.
@@ -40,15 +50,17 @@ struct Node<'a> {
     frees: Vec<usize>,
 }
 
-/// Passes in order from a place on.
+/// Passes in order from a place on, at which the tool is or is not.
 pub(crate) fn order<'a>(
     fronts: &'a [Front],
-    reached: &PlanarSet,
+    floor: &Floor<'_>,
     radius_mm: f64,
-    from: Place,
+    (from, is_here): (Place, bool),
 ) -> Vec<Ordered<'a>> {
     let mut nodes = nodes(fronts, radius_mm);
     wait(&mut nodes, radius_mm);
+    let Floor { reached, ridges } = floor;
+    let ridges = Ridges::new(ridges, reached);
     let room = Outline::new(&reached.dilated(GRAZE_MM / 3.0));
     let blocks: Vec<Block> = fronts.iter().map(|f| Block::new(&f.part, reached)).collect();
     let mut left_of_front: Vec<usize> = fronts.iter().map(|f| f.passes.len()).collect();
@@ -63,7 +75,9 @@ pub(crate) fn order<'a>(
         let uncleared: Vec<&Block> =
             blocks.iter().zip(&left_of_front).filter(|(_, n)| **n > 0).map(|(b, _)| b).collect();
         let is_clear = |p: Place, q: Place| !room.crosses(p, q) && !uncleared.iter().any(|b| b.is_hit(p, q));
-        found.push(Ordered { pass: nodes[k].pass, link: link(at, to, &been, &is_clear) });
+        let is_linked = is_here || !found.is_empty();
+        let link = is_linked.then(|| link(at, to, &been, &is_clear)).flatten();
+        found.push(ridges.avoided(nodes[k].pass, at, link, &is_clear));
         for place in [to, nodes[k].pass.end()] {
             if !been.iter().any(|b| distance(*b, place) < APART * radius_mm) {
                 been.push(place);
@@ -81,6 +95,59 @@ pub(crate) fn order<'a>(
         ready.sort_unstable();
     }
     found
+}
+
+/// Ridges of levels below, and where there are none.
+struct Ridges {
+    outline: Option<Outline>,
+    /// Places on the border of what is reached without them: the tool may come straight down there.
+    clear: Vec<Place>,
+}
+
+impl Ridges {
+    fn new(ridges: &PlanarSet, reached: &PlanarSet) -> Self {
+        if ridges.is_empty() {
+            return Ridges { outline: None, clear: Vec::new() };
+        }
+        let clear = reached.minus(&ridges.dilated(GRAZE_MM));
+        let clear = clear.contours().into_iter().flatten().collect();
+        Ridges { outline: Some(Outline::new(ridges)), clear }
+    }
+
+    /// A pass to which no link and no way straight down leads through ridges.
+    fn avoided<'a>(
+        &self,
+        pass: &'a Pass,
+        at: Place,
+        link: Option<Vec<Place>>,
+        is_clear: &dyn Fn(Place, Place) -> bool,
+    ) -> Ordered<'a> {
+        let as_it_is = |link| Ordered { pass, link, through: Vec::new() };
+        let Some(outline) = self.outline.as_ref().filter(|_| !pass.is_ramped()) else {
+            return as_it_is(link);
+        };
+        let to = pass.start();
+        let is_met = |p: Place, q: Place| outline.contains(p) || outline.crosses(p, q);
+        match link {
+            Some(via) => {
+                let through: Vec<Place> = std::iter::once(at).chain(via.iter().copied()).collect();
+                let ends = through.iter().skip(1).chain([&to]);
+                if through.iter().zip(ends).any(|(p, q)| is_met(*p, *q)) {
+                    Ordered { pass, link: Some(Vec::new()), through }
+                } else {
+                    as_it_is(Some(via))
+                }
+            }
+            None if outline.contains(to) => {
+                let mut clear: Vec<(f64, Place)> =
+                    self.clear.iter().map(|p| (distance(*p, to), *p)).collect();
+                clear.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+                let through = clear.iter().map(|c| c.1).find(|p| is_clear(*p, to));
+                Ordered { pass, link: None, through: through.into_iter().collect() }
+            }
+            None => as_it_is(None),
+        }
+    }
 }
 
 /// What is in the way of links until it is cleared.

@@ -16,6 +16,7 @@ use crate::levels::{Depths, flats_mm, standing_flats_mm};
 use crate::moves::{LevelFeeds, Pen};
 use crate::planar_set::{FARTHEST_MM, PlanarSet};
 use crate::reach::{Reach, wider};
+use crate::ridges::{Swept, ridges};
 use crate::stairs::{Level, Slabs, disc_mm};
 
 /// The tool's centre may be this far outside of the stock, in radii.
@@ -192,6 +193,8 @@ struct Slab {
     left: PlanarSet,
     /// What of it is in pockets into which there was no way.
     refused: PlanarSet,
+    /// Where the tool was on the levels so far.
+    swept: Vec<Swept>,
 }
 
 /// The clearing of all levels of a setup.
@@ -228,12 +231,18 @@ impl Clearing<'_> {
                         let closed = cleared.closed.dilated(below.disc_mm).intersection(&cleared.left);
                         slab.refused = slab.refused.union(&closed);
                         slab.left = slab.left.minus(&cut).union(&cleared.left);
+                        slab.swept.push(Swept { z: below.z, centres: cleared.swept.clone() });
                     }
                     None => slab.left = slab.left.union(&cut.intersection(&below.stock)),
                 }
                 let level = &mut levels[slab.next];
                 level.feasible = level.feasible.minus(&slab.refused.dilated(tool.radius_mm()));
                 level.stock = level.stock.union(&slab.left);
+            }
+            let ridges_of = |slab: &Slab| ridges(tool, &levels[slab.next], &slab.swept);
+            let ridges: Vec<PlanarSet> = slabs.par_iter().map(ridges_of).collect();
+            for (slab, ridges) in slabs.iter().zip(ridges) {
+                levels[slab.next].ridges = ridges;
             }
             let stairs: Vec<usize> = slabs.iter().map(|slab| slab.next).collect();
             for (k, of_stair) in stairs.iter().zip(self.side_by_side(levels, &stairs)?) {
@@ -250,7 +259,7 @@ impl Clearing<'_> {
         let tasks = which.iter().map(|&k| Ok((&levels[k], limit_of(&levels[k])?)));
         let tasks: Vec<(&Level, EngagementLimit)> = tasks.collect::<Result<_, ClearingError>>()?;
         let are_alike = |(a, of_a): &(&Level, EngagementLimit), (b, of_b): &(&Level, EngagementLimit)| {
-            of_a == of_b && a.feasible == b.feasible && a.stock == b.stock
+            of_a == of_b && a.feasible == b.feasible && a.stock == b.stock && a.ridges == b.ridges
         };
         let mut own: Vec<usize> = Vec::new();
         let mut alike = Vec::with_capacity(tasks.len());
@@ -272,7 +281,7 @@ impl Clearing<'_> {
             } else {
                 let entry = options.entry.of_disc(limit.radius_mm());
                 let area = Area { feasible: &level.feasible, stock: &level.stock, limit, entry };
-                Some(clear_rooms(&area, monitor)?)
+                Some(clear_rooms(&area, &level.ridges, monitor)?)
             };
             let alike = alike.iter().filter(|&&other| own[other] == k).count();
             let done = self.done.fetch_add(alike, Ordering::Relaxed) + alike;

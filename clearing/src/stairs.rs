@@ -28,6 +28,10 @@ pub(crate) struct Level {
     pub(crate) disc_mm: f64,
     pub(crate) feasible: PlanarSet,
     pub(crate) stock: PlanarSet,
+    /// What else there was, and levels below count as having cut as wide as the tool is.
+    pub(crate) taken: PlanarSet,
+    /// Where the centre meets what they left of it: known once they are cleared.
+    pub(crate) ridges: PlanarSet,
     /// Whether it comes between others, and is cut after the one below it.
     pub(crate) is_stair: bool,
 }
@@ -82,18 +86,20 @@ impl Slabs<'_> {
     ) -> Result<Vec<Level>, ClearingError> {
         // Where the tool comes from outside, its circles need room there.
         let air = self.reach.air(2.0 * STRAIGHTEST * self.tool.radius_mm());
-        let level = |z: f64, feasible: &PlanarSet, stock: PlanarSet, is_stair: bool| Level {
+        let level = |z: f64, feasible: &PlanarSet, [stock, taken]: [PlanarSet; 2], is_stair: bool| Level {
             z,
             above,
             disc_mm: disc_mm(self.tool, above - z),
             feasible: self.kept(feasible.union(&air)),
             stock,
+            taken,
+            ridges: PlanarSet::default(),
             is_stair,
         };
         let disc_of = |z: f64| disc_mm(self.tool, above - z);
         let mut floor = feasible.dilated(disc_of(z));
         let stock = (self.stock)([z, above]);
-        let mut levels = vec![level(z, feasible, stock.clone(), false)];
+        let mut levels = vec![level(z, feasible, [stock.clone(), PlanarSet::default()], false)];
         let Some(band_mm) = self.band_mm else { return Ok(levels) };
         let (mut lowest, mut before): (f64, Option<(f64, PlanarSet)>) = (z, None);
         // All stairs between are narrower and lower than one from the floor up to what was cut before.
@@ -112,7 +118,8 @@ impl Slabs<'_> {
             if is_too_thick(&stairs, next - lowest, band_mm)
                 && let Some((middle, feasible)) = before.take()
             {
-                let stock = (self.stock)([middle, above]).minus(&floor);
+                let stock = (self.stock)([middle, above]);
+                let stock = [stock.minus(&floor), stock.intersection(&floor)];
                 floor = floor.union(&feasible.dilated(disc_of(middle)));
                 levels.push(level(middle, &feasible, stock, true));
                 lowest = middle;

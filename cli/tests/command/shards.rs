@@ -141,8 +141,8 @@ fn what_cannot_be_joined_is_named_with_what_to_run() {
     assert_eq!(list["shards"].as_array().unwrap().len(), count);
     let parts: Vec<_> = fs::read_dir(folder.join("work/parts")).unwrap().map(|e| e.unwrap().path()).collect();
     let parts: Vec<_> = parts.iter().filter(|path| path.extension().is_some_and(|e| e == "part")).collect();
-    // One more part says what setups cut: who joins needs it no more than others do, and can make it again.
-    assert_eq!(parts.len(), count + 1);
+    // Others say what setups see and cut: who joins needs them no more than others do, and can make them again.
+    assert!(parts.len() > count);
     for path in &parts {
         let mut bytes = fs::read(path).unwrap();
         let middle = bytes.len() / 2;

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::crest_peak::{OF_PASS, Seed, keep_best};
 use crate::distribution::Distribution;
 use crate::end::crest::EndCrests;
-use crate::options::SCALLOP_BAR;
+use crate::options::{REACH_STEPS, SCALLOP_BAR};
 use crate::parts::{Numbers, Outlook, Parts, Portable, Sees};
 use crate::reach::Reach;
 use crate::report::{CrestSample, Crests, HISTOGRAM_BIN, HISTOGRAM_BINS, Place, RegionCrests};
@@ -19,9 +19,6 @@ use crate::scene::{Scene, Stage};
 use crate::swept::{Piece, Swept};
 use crate::track::Track;
 
-/// Neighbouring passes are looked for within this many nominal step-overs of the ball's centre, so that the
-/// gap of a missing pass is still seen.
-pub(crate) const REACH_STEPS: f64 = 3.0;
 /// A third pass that has been deeper than this beyond a crest has cut it away: a share of the scallop height, at least in mm.
 /// It has to be more than chords take from the paths ([`VerifyOptions::chord_mm`](crate::VerifyOptions::chord_mm)).
 const CUT_AWAY_SHARE: f64 = 0.01;

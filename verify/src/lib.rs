@@ -231,7 +231,8 @@ fn measure_all(
     let swept = swept::Swept::new(&scene.tracks, scene.options.chord_mm);
     let mesh = mesh::Mesh::joined(model, &bench.meshes, &scene.obstacles.triangles);
     let reach = reach::Reach::new(scene, &mesh, &bench.meshes).in_stock(stock);
-    let parts = Parts::new(kept, scene, &reach, &mesh);
+    let outward = reach.is_of_faces_alone().then(|| reach.outward());
+    let parts = Parts::new(kept, scene, outward, &mesh);
 
     let stage = |name| scene::Stage::begin(name, monitor);
     let (gouge, contact, touched, _) =

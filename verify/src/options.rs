@@ -75,6 +75,10 @@ impl Default for VerifyOptions {
     }
 }
 
+/// Neighbouring passes are looked for within this many nominal step-overs of the ball's centre, so that the
+/// gap of a missing pass is still seen.
+pub(crate) const REACH_STEPS: f64 = 3.0;
+
 /// Usual bar for scallop crests, in the height asked for.
 pub const SCALLOP_BAR: f64 = 1.05;
 /// The ball and the scallop height whose spacings the options tell, mm.

@@ -133,14 +133,9 @@ impl<'a> Reach<'a> {
             && scene.kept_clear.is_empty()
     }
 
-    /// All views with their axes, those of the job's setups first.
-    pub(crate) fn views(&self) -> impl Iterator<Item = (&Vector3, &DropMesh<'a>)> {
-        self.views.iter().map(|(axis, view)| (axis, view))
-    }
-
-    /// The farthest that a tool has to go to be out of the model, if that is asked, mm.
-    pub(crate) fn way_out_mm(&self) -> Option<f64> {
-        self.way_out_mm
+    /// All views with their axes, those of the job's setups first, and as far as a tool has to go to be out of the model, mm.
+    pub(crate) fn outward(&self) -> (Vec<(Vector3, &DropMesh<'a>)>, Option<f64>) {
+        (self.views.iter().map(|(axis, view)| (*axis, view)).collect(), self.way_out_mm)
     }
 
     /// The view of one setup.

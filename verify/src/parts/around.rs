@@ -7,12 +7,11 @@ use claymill_nurbs::{Aabb, FaceId, Point3, Vector3};
 use claymill_toolpath::{KeyMaker, PartKey};
 use rayon::prelude::*;
 
-use crate::crest::REACH_STEPS;
 use crate::directions::axis;
+use crate::drop::DropMesh;
 use crate::mesh::Mesh;
-use crate::options::VerifyOptions;
-use crate::parts::{Numbers, Outlook, Sees};
-use crate::reach::Reach;
+use crate::options::{REACH_STEPS, VerifyOptions};
+use crate::parts::{Numbers, Outlook, Outward, Sees};
 use crate::scene::Scene;
 use crate::track::Track;
 
@@ -30,7 +29,9 @@ const SAME_AXIS: f64 = 1e-9;
 /// Faces and moves with their keys and boxes.
 pub(super) struct Surroundings<'a> {
     scene: &'a Scene<'a>,
-    reach: &'a Reach<'a>,
+    /// Tool axes and the model as it is seen along them, the job's setups first.
+    views: Vec<(Vector3, &'a DropMesh<'a>)>,
+    way_out_mm: Option<f64>,
     /// Of what all findings follow from.
     asked: PartKey,
     faces: Vec<PartKey>,
@@ -54,7 +55,7 @@ pub(super) struct Around<'a, 's> {
 
 impl<'a> Surroundings<'a> {
     /// `None` where the tool leans, for what is along its axis is not told by columns; and where moves are not numbered in order.
-    pub(super) fn new(scene: &'a Scene<'a>, reach: &'a Reach<'a>, mesh: &Mesh) -> Option<Self> {
+    pub(super) fn new(scene: &'a Scene<'a>, (views, way_out_mm): Outward<'a>, mesh: &Mesh) -> Option<Self> {
         let axis_of = |track: &Track| Vector3::from(scene.job.setups[track.setup].axis).normalize();
         let is_upright = scene.tracks.iter().all(|track| track.stands_along(&axis_of(track)));
         if !is_upright || !scene.tracks.is_sorted_by(|a, b| a.seq < b.seq) {
@@ -66,7 +67,7 @@ impl<'a> Surroundings<'a> {
             .debug(&(&job.request.tool, &job.request.up, &job.request.material_side))
             .numbers([scene.scallop_mm(), model.tolerance_mm, model.coordinate_step_mm])
             .numbers(
-                reach.views().flat_map(|(axis, view)| [axis.x, axis.y, axis.z, view.worst_deviation_mm()]),
+                views.iter().flat_map(|(axis, view)| [axis.x, axis.y, axis.z, view.worst_deviation_mm()]),
             );
         let face = |face: FaceId| {
             KeyMaker::new("face").face(&model.faces[face]).debug(&scene.free_sides[face]).finish()
@@ -79,7 +80,7 @@ impl<'a> Surroundings<'a> {
         let across_mm = 3.0 * largest_mm + step_over_mm + 6.0 * h + 2.0 * options.path_spacing_mm;
         Some(Surroundings {
             scene,
-            reach,
+            way_out_mm,
             asked: asked.finish(),
             faces: (0..model.faces.len()).into_par_iter().map(face).collect(),
             boxes: (0..model.faces.len()).into_par_iter().map(|face| mesh.face_box(face)).collect(),
@@ -89,10 +90,11 @@ impl<'a> Surroundings<'a> {
                 .par_iter()
                 .map(|track| Boxes::of(track.boxes_of_tips(|p| *p).into_iter(), track.radius_mm))
                 .collect(),
-            columns: reach
-                .views()
+            columns: views
+                .iter()
                 .map(|(_, view)| (0..model.faces.len()).map(|face| view.face_box(face)).collect())
                 .collect(),
+            views,
             near_mm: across_mm.max(REACH_STEPS * step_over_mm) + SPARE_MM,
         })
     }
@@ -106,7 +108,7 @@ impl<'a> Surroundings<'a> {
                 self.boxes.iter().enumerate().filter(|(_, b)| near.meet(b)).map(|(face, _)| face).collect()
             }
             Sees::Along => {
-                let drop = self.reach.setup(own[0].setup);
+                let drop = self.views[own[0].setup].1;
                 let boxes = own.iter().flat_map(|track| track.boxes_of_tips(|p| drop.in_frame(p)));
                 self.column(own[0].setup, boxes, self.widest_mm() + SPARE_MM)
             }
@@ -158,9 +160,9 @@ impl<'a> Surroundings<'a> {
         let aside_mm = (ASIDE_RADII * largest_mm).max(2.0 * largest_mm + self.widest_mm() + SPARE_MM);
         let up = axis(&self.scene.job.request.up);
         let is_up = |axis: &Vector3| up.is_some_and(|up| (axis - up).norm() < SAME_AXIS);
-        let sees_up = up.is_none() || self.reach.views().any(|(axis, _)| is_up(axis));
-        let mut key = KeyMaker::new("far").key(&around.key).debug(&self.reach.way_out_mm());
-        for (view, (axis, drop)) in self.reach.views().enumerate() {
+        let sees_up = up.is_none() || self.views.iter().any(|(axis, _)| is_up(axis));
+        let mut key = KeyMaker::new("far").key(&around.key).debug(&self.way_out_mm);
+        for (view, (axis, drop)) in self.views.iter().enumerate() {
             let faces_it = |one: &&Outlook| is_up(axis) || one.normal.dot(axis) >= LEAST_FACING;
             let turned: Vec<Point3> =
                 from.iter().filter(faces_it).map(|one| drop.in_frame(&one.at)).collect();

@@ -19,9 +19,9 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use numbers::{Numbers, through};
 
+use crate::drop::DropMesh;
 use crate::mesh::Mesh;
 use crate::parts::around::{Around, Surroundings};
-use crate::reach::Reach;
 use crate::scene::{Scene, Stage};
 use crate::track::Track;
 
@@ -62,6 +62,9 @@ impl Outlook {
     }
 }
 
+/// Tool axes with the model as it is seen along them, the job's setups first, and as far as a tool has to go to be out of it, mm.
+pub(crate) type Outward<'a> = (Vec<(Vector3, &'a DropMesh<'a>)>, Option<f64>);
+
 /// What findings follow from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Sees {
@@ -95,15 +98,16 @@ impl<'a> Parts<'a> {
         Parts(None)
     }
 
-    /// Of a scene in which nothing but faces and moves has a say: elsewhere nothing is kept.
-    pub(crate) fn new(kept: &'a Kept, scene: &'a Scene<'_>, reach: &'a Reach<'_>, mesh: &'a Mesh) -> Self {
-        let is_plain = kept.is_somewhere() && reach.is_of_faces_alone();
-        Parts(
-            is_plain
-                .then(|| Surroundings::new(scene, reach, mesh))
-                .flatten()
-                .map(|surroundings| Keeping { kept, surroundings }),
-        )
+    /// Of a scene in which nothing but faces and moves has a say, as it is seen outwards; without that nothing is kept.
+    pub(crate) fn new(
+        kept: &'a Kept,
+        scene: &'a Scene<'_>,
+        outward: Option<Outward<'a>>,
+        mesh: &'a Mesh,
+    ) -> Self {
+        let outward = outward.filter(|_| kept.is_somewhere());
+        let surroundings = outward.and_then(|outward| Surroundings::new(scene, outward, mesh));
+        Parts(surroundings.map(|surroundings| Keeping { kept, surroundings }))
     }
 
     /// What is found along each of these moves: from the store, or as it is looked for.

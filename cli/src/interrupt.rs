@@ -104,9 +104,10 @@ fn remove(folder: &Path) {
     }
 }
 
-/// Names a folder or file that is removed when the process is interrupted.
-pub(crate) fn remove_on_interrupt(path: PathBuf) {
-    unfinished().push(path);
+/// Names folders and files that are removed when the process is interrupted: all of these or none, so that no lock stays without
+/// its folder.
+pub(crate) fn remove_on_interrupt(paths: impl IntoIterator<Item = PathBuf>) {
+    unfinished().extend(paths);
 }
 
 /// Returns at once, or never when the process is ending because of an interruption: a job that fails because

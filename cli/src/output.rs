@@ -36,7 +36,7 @@ pub(crate) fn begin(
         ));
     }
     let output = Output::begin(told, kind, inputs, context.force)?;
-    output.leftovers().into_iter().for_each(remove_on_interrupt);
+    remove_on_interrupt(output.leftovers());
     Ok(output)
 }
 

@@ -176,7 +176,7 @@ fn interruption(finished: &[String], all: usize) -> String {
 /// Begins to write the comparison's own files.
 fn begin(out: &Path) -> Result<Renewal, Failure> {
     let renewal = Renewal::begin(out, &FILES)?;
-    renewal.leftovers().into_iter().for_each(interrupt::remove_on_interrupt);
+    interrupt::remove_on_interrupt(renewal.leftovers());
     Ok(renewal)
 }
 

@@ -35,7 +35,7 @@ const SHOWN: usize = 10;
 pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Failure> {
     let folder =
         args.out.as_deref().map(|out| FolderWriter::begin_replacing(out, REGIONS_FILE)).transpose()?;
-    folder.iter().flat_map(FolderWriter::leftovers).for_each(interrupt::remove_on_interrupt);
+    interrupt::remove_on_interrupt(folder.iter().flat_map(FolderWriter::leftovers));
     let target = |path: &Option<PathBuf>| -> Result<Option<Target>, Failure> {
         let Some(path) = path.clone() else { return Ok(None) };
         let format = ExportFormat::of(&path)?;

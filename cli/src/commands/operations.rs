@@ -161,7 +161,7 @@ pub(super) fn run(
     };
     let base = base.ok_or_else(|| Failure::problem("the job has no operations", ADVICE))?;
     let folder = FolderWriter::begin(out)?;
-    folder.leftovers().into_iter().for_each(interrupt::remove_on_interrupt);
+    interrupt::remove_on_interrupt(folder.leftovers());
     let reuse = Reuse::new(reuse, out, console)?;
     let loaded = context.load(model)?;
 

@@ -67,7 +67,7 @@ pub(crate) fn run(
 ) -> Result<Done, Failure> {
     let console = context.console;
     let folder = FolderWriter::begin(out)?;
-    folder.leftovers().into_iter().for_each(interrupt::remove_on_interrupt);
+    interrupt::remove_on_interrupt(folder.leftovers());
     let reuse = Reuse::new(reuse, out, console)?;
     let loaded = context.load(&request.model)?;
     let faces = loaded.model().faces.len();

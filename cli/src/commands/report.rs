@@ -32,7 +32,7 @@ pub(crate) fn report(context: &Context, args: &ReportArgs) -> Result<ExitCode, F
     let folder = &args.folder;
     let (job, regions) = (read_job(folder)?, read_regions(folder)?);
     let renewal = Renewal::begin(folder, &MADE_ANEW)?;
-    renewal.leftovers().into_iter().for_each(interrupt::remove_on_interrupt);
+    interrupt::remove_on_interrupt(renewal.leftovers());
     let path = model_of(folder, &job, args.model.as_deref())?;
     let loaded = context.load(&path)?;
     let model = &loaded.import.model;

@@ -65,7 +65,7 @@ fn keep(context: &Context, folder: &Path, found: &Verification) {
         return;
     }
     let kept = Renewal::begin(folder, &[VERIFY_FILE]).map_err(Failure::from).and_then(|renewal| {
-        renewal.leftovers().into_iter().for_each(interrupt::remove_on_interrupt);
+        interrupt::remove_on_interrupt(renewal.leftovers());
         write(renewal.path(), found)?;
         Ok(renewal.finish()?)
     });

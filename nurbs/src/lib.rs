@@ -39,6 +39,7 @@ mod area;
 mod bernstein;
 mod bisect;
 mod boundary;
+mod box_set;
 mod box_tree;
 mod closest;
 mod curve;
@@ -66,6 +67,7 @@ mod winding;
 
 pub use area::FaceArea;
 pub use bisect::{between, bisect};
+pub use box_set::BoxSet;
 pub use box_tree::{BRANCHES, BoxTree, Boxes, Eight, outward};
 pub use closest::{ClosestPoints, Crossing, Crossings, Foot, Hint, Nearest};
 pub use curve::{Curve2, Curve3, NurbsCurve};

@@ -107,6 +107,13 @@ impl Aabb {
         Aabb { min: self.min - m, max: self.max + m }
     }
 
+    /// The same aside, from a height upwards without end.
+    #[must_use]
+    pub fn upwards_from(&self, z: f64) -> Self {
+        let [min, max] = [(self.min, z), (self.max, f64::INFINITY)].map(|(p, z)| Point3::new(p.x, p.y, z));
+        Aabb { min, max }
+    }
+
     /// Whether it holds no point.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -123,6 +130,12 @@ impl Aabb {
     #[must_use]
     pub fn centre(&self) -> Point3 {
         nalgebra::center(&self.min, &self.max)
+    }
+
+    /// Whether the two have a point in common.
+    #[must_use]
+    pub fn meets(&self, other: &Aabb) -> bool {
+        (0..3).all(|k| self.min[k] <= other.max[k] && other.min[k] <= self.max[k])
     }
 
     /// Squared distance from `p` to the box; 0 inside.

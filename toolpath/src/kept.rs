@@ -12,7 +12,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use claymill_nurbs::{Face, KnotVector, TrimEdge};
+use claymill_nurbs::{Face, KnotVector, NurbsCurve, TrimEdge};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
@@ -120,16 +120,19 @@ impl KeyMaker {
             self.debug(&(knots.map(KnotVector::degree), surface.is_rational(), face.reversed, face.kind));
         let key = knots.into_iter().fold(key, |key, knots| key.numbers(knots.as_slice().iter().copied()));
         let key = key.numbers(surface.net().iter().flat_map(|p| [p.x, p.y, p.z, p.w]));
-        let edge = |key: KeyMaker, edge: &TrimEdge| {
-            let curve = &edge.pcurve;
-            key.count(curve.knots().degree())
-                .numbers(curve.knots().as_slice().iter().copied())
-                .numbers(curve.points().iter().flat_map(|p| [p.x, p.y]))
-                .numbers(curve.weights().unwrap_or_default().iter().copied())
-        };
+        let edge = |key: KeyMaker, edge: &TrimEdge| key.curve(&edge.pcurve);
         face.loops.iter().fold(key.count(face.loops.len()), |key, trim| {
             trim.edges.iter().fold(key.count(trim.edges.len()), edge)
         })
+    }
+
+    /// Goes on with a curve.
+    #[must_use]
+    pub fn curve<const D: usize>(self, curve: &NurbsCurve<D>) -> Self {
+        self.count(curve.knots().degree())
+            .numbers(curve.knots().as_slice().iter().copied())
+            .numbers(curve.points().iter().flat_map(|p| p.iter().copied()))
+            .numbers(curve.weights().unwrap_or_default().iter().copied())
     }
 
     /// Goes on with a count.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use serde::de::{Error, SeqAccess, Visitor};
+use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Numbers, bit for bit.
@@ -63,7 +63,7 @@ impl<'de> Deserialize<'de> for Packed {
     }
 }
 
-/// Takes a string of bytes, whichever way it comes.
+/// Takes a string of bytes, borrowed or not.
 struct Bytes;
 
 impl<'de> Visitor<'de> for Bytes {
@@ -79,14 +79,6 @@ impl<'de> Visitor<'de> for Bytes {
 
     fn visit_byte_buf<E: Error>(self, bytes: Vec<u8>) -> Result<Vec<u8>, E> {
         Ok(bytes)
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut bytes: A) -> Result<Vec<u8>, A::Error> {
-        let mut all = Vec::new();
-        while let Some(byte) = bytes.next_element()? {
-            all.push(byte);
-        }
-        Ok(all)
     }
 }
 

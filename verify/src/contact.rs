@@ -85,7 +85,7 @@ pub(crate) fn measure(
     let margin_mm = scene.options.path_spacing_mm;
     let look = |track: &Track| match track.end {
         None => {
-            let (on_path, lifted) = Default::default();
+            let [on_path, lifted] = [Hint::default(), Hint::default()];
             Walk { scene, track, margin: margin_mm, on_path, lifted }.run()
         }
         Some(body) => EndWalk { scene, reach, track, body, margin_mm }.run(),

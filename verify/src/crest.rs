@@ -208,7 +208,7 @@ fn crests_along(scene: &Scene<'_>, swept: &Swept<'_>, reach: &Reach<'_>, track: 
     let limit = scene.options.scallop_limit * scene.scallop_mm();
     let spare = limit - scene.scallop_mm();
     let (radius, h) = (track.radius_mm, scene.scallop_mm().min(track.radius_mm));
-    let step_over = 2.0 * (2.0 * radius * h - h * h).sqrt();
+    let step_over = scene.step_over_mm(radius);
     let cut_away_mm = CUT_AWAY_MM.max(CUT_AWAY_SHARE * scene.scallop_mm());
     let mut along = Along::default();
     let mut at_contact = Hint::default();

@@ -72,8 +72,8 @@ pub(crate) fn raise(
     keep_best(&mut others, FROM_SURFACE);
     keep_best(&mut seeds, FROM_CRESTS);
     // Samples of the surface are anywhere beside their crests: they promise whatever these do.
-    let climber =
-        Climber { scene, swept, cap_mm: CAP * scene.scallop_mm(), step_over_mm: step_over_mm(scene) };
+    let step_over_mm = scene.step_over_mm(scene.job.request.tool.radius_mm());
+    let climber = Climber { scene, swept, cap_mm: CAP * scene.scallop_mm(), step_over_mm };
     let limit = scene.options.scallop_limit * scene.scallop_mm();
     let spare = limit - scene.scallop_mm();
     let groups = [&others[..]].into_iter().chain(seeds.chunks(GROUP));
@@ -105,13 +105,6 @@ pub(crate) fn raise(
             }
         }
     }
-}
-
-/// The step-over on a plane, mm.
-fn step_over_mm(scene: &Scene<'_>) -> f64 {
-    let radius_mm = scene.job.request.tool.radius_mm();
-    let h = scene.scallop_mm().min(radius_mm);
-    2.0 * (2.0 * radius_mm * h - h * h).sqrt()
 }
 
 struct Climber<'a, 'b> {

@@ -55,6 +55,17 @@ impl Scene<'_> {
         self.job.request.scallop_mm
     }
 
+    /// The step-over of a ball on a plane, mm.
+    pub(crate) fn step_over_mm(&self, radius_mm: f64) -> f64 {
+        let h = self.scallop_mm().min(radius_mm);
+        2.0 * (2.0 * radius_mm * h - h * h).sqrt()
+    }
+
+    /// The tool axis of the setup that a track is of.
+    pub(crate) fn axis_of(&self, track: &Track) -> Vector3 {
+        Vector3::from(self.job.setups[track.setup].axis).normalize()
+    }
+
     /// What holds a tool in a setup: what is asked about, or else what the job says.
     pub(crate) fn holder(&self, tool: usize, setup: usize) -> Option<Holder> {
         let of_job = || self.job.tools[tool].in_setup(&self.job.setups[setup].name).holder;
@@ -143,21 +154,28 @@ impl<'a> Stage<'a> {
         Stage { stage, monitor, done: AtomicUsize::new(0) }
     }
 
-    /// Passes over so many of `total` parts that are known.
-    pub(crate) fn pass(&self, parts: usize, total: usize) {
-        let done = self.done.fetch_add(parts, Ordering::Relaxed) + parts;
-        self.monitor.at(self.stage, done as f64 / total as f64);
-    }
-
     /// Does one of `total` parts, unless the work is to end.
     pub(crate) fn part<T>(&self, total: usize, work: impl FnOnce() -> T) -> Result<T, Cancelled> {
         self.monitor.go_on()?;
         let result = info_span!("verify", stage = %self.stage).in_scope(work);
-        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        self.advance(1, total);
+        Ok(result)
+    }
+
+    /// Passes over so many of `total` parts that are known, unless the work is to end.
+    pub(crate) fn pass(&self, parts: usize, total: usize) -> Result<(), Cancelled> {
+        self.monitor.go_on()?;
+        self.advance(parts, total);
+        Ok(())
+    }
+
+    fn advance(&self, parts: usize, total: usize) {
+        let before = self.done.fetch_add(parts, Ordering::Relaxed);
+        let done = before + parts;
         // About a hundred calls a stage are enough for any display.
-        if done.is_multiple_of(total.div_ceil(100).max(1)) || done == total {
+        let step = total.div_ceil(100).max(1);
+        if before / step != done / step || done == total {
             self.monitor.at(self.stage, done as f64 / total as f64);
         }
-        Ok(result)
     }
 }

@@ -119,8 +119,7 @@ impl Track {
     pub(crate) fn boxes_of_tips(&self, turned: impl Fn(&Point3) -> Point3) -> Vec<Aabb> {
         let mut boxes: Vec<Aabb> = Vec::new();
         for span in self.spans() {
-            let points: Vec<Point3> = self.hull(&span).iter().map(&turned).collect();
-            let own = Aabb::of(&points);
+            let own = self.box_of(&span, &turned);
             match boxes.last_mut() {
                 Some(last) if last.union(&own).diagonal() <= SHORT_WAY_MM => *last = last.union(&own),
                 _ => boxes.push(own),
@@ -131,13 +130,9 @@ impl Track {
 
     /// What it is, without its number: the way of a tool.
     pub(crate) fn key(&self, tool: &Tool) -> PartKey {
-        let (knots, points) = (self.tip.knots(), self.tip.points());
         KeyMaker::new("move")
             .debug(&(self.kind, tool))
-            .count(knots.degree())
-            .numbers(knots.as_slice().iter().copied())
-            .numbers(points.iter().flat_map(|p| [p.x, p.y, p.z]))
-            .numbers(self.tip.weights().unwrap_or_default().iter().copied())
+            .curve(&self.tip)
             .numbers(self.axis_start.iter().chain(self.axis_end.iter()).copied())
             .finish()
     }
@@ -160,9 +155,13 @@ impl Track {
             .map(|k| Span { last: k, ends: (knots[k], knots[k + 1]) })
     }
 
-    /// The control points of a span of the tip's curve, whose hull holds it.
-    pub(crate) fn hull(&self, span: &Span) -> &[Point3] {
-        &self.tip.points()[span.last - self.tip.knots().degree()..=span.last]
+    /// A box around a span of the tip's curve in some coordinates: around its control points.
+    pub(crate) fn box_of(&self, span: &Span, turned: impl Fn(&Point3) -> Point3) -> Aabb {
+        let hull = &self.tip.points()[span.last - self.tip.knots().degree()..=span.last];
+        hull.iter().fold(Aabb::empty(), |mut bounds, p| {
+            bounds.add(&turned(p));
+            bounds
+        })
     }
 
     /// First and last parameter.

@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use std::convert::Infallible;
 
 use claymill_contact::{BallDrop, Covering, Frame};
-use claymill_nurbs::{Aabb, FaceId, Model};
+use claymill_nurbs::{Aabb, BoxSet, FaceId, Model};
 use claymill_surface_merge::{EdgeStretch, Joint};
 use claymill_toolpath::{Bounds, Kept, KeyMaker, MachineLimits, PartKey};
 use rayon::prelude::*;
@@ -223,14 +223,10 @@ impl PassKeys<'_> {
         let is_cut = |a: &Assignment| a.is_cut_by(context.index) || a.is_a_wall_of(context.index);
         let cut = faces.iter().filter(|&&face| self.assignments.of[face].iter().any(is_cut));
         let margin_mm = self.margin_mm(context);
-        let columns: Vec<Aabb> = cut.map(|&face| boxes[face].inflated(margin_mm)).collect();
-        let column = columns.iter().fold(Aabb::empty(), |all, column| all.union(column));
-        let sides = [0, 1].map(|k| [column.min[k], column.max[k]]);
-        let floor = column.min.z - BELOW_MM;
-        let meets = |b: &Aabb| {
-            let is_beside = |c: &Aabb| (0..2).all(|k| b.min[k] <= c.max[k] && c.min[k] <= b.max[k]);
-            b.max.z >= floor && is_beside(&column) && columns.iter().any(is_beside)
-        };
+        let cut: Vec<Aabb> = cut.map(|&face| boxes[face].inflated(margin_mm)).collect();
+        let lowest = cut.iter().map(|b| b.min.z).fold(f64::INFINITY, f64::min);
+        let columns = BoxSet::of(cut.iter().map(|b| b.upwards_from(lowest - BELOW_MM)));
+        let sides = [0, 1].map(|k| [columns.around().min[k], columns.around().max[k]]);
         let in_region = |face: FaceId| faces.binary_search(&face).is_ok();
         let mut key = KeyMaker::new("passes")
             .key(&self.plan.asked)
@@ -239,7 +235,7 @@ impl PassKeys<'_> {
             .numbers([area_mm2])
             .numbers(context.heights.within(sides));
         for (face, own) in self.plan.faces.iter().enumerate() {
-            if in_region(face) || meets(&boxes[face]) {
+            if in_region(face) || columns.meets(&boxes[face]) {
                 key = key.key(own).key(&self.assigned[face]).count(usize::from(in_region(face)));
             }
         }

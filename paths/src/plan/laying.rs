@@ -29,7 +29,7 @@ use crate::setup::claims::Claims;
 use crate::setup::context::SetupContext;
 use crate::setup::heights::Heights;
 use crate::setup::leaning::{LEAST_FACING, LEAST_SLANT};
-use crate::setup::probe::Views;
+use crate::setup::probe::{SeenBefore, Views};
 use crate::setup::sides::Sides;
 use crate::setup::slopes::Slopes;
 use crate::setup::space::Space;
@@ -160,7 +160,7 @@ pub(super) fn with_laying<T>(
     });
     let make = || {
         let _span = info_span!("assignment to setups").entered();
-        assign(model, covering, &views, regions, probes.as_ref())
+        assign(model, covering, &views, regions, probes.as_ref().map(|keys| keys as &dyn SeenBefore))
     };
     let assignments = match keys {
         Some(keys) => keys.assignments(&frames, make),

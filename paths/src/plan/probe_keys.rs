@@ -9,13 +9,13 @@
 
 use std::collections::BTreeMap;
 
-use claymill_nurbs::{Aabb, FaceId, Vector3};
+use claymill_nurbs::{Aabb, BoxSet, FaceId, Vector3};
 use claymill_toolpath::{KeyMaker, PartKey};
 use rayon::prelude::*;
 
 use crate::plan::keys::PlanKeys;
-use crate::setup::probe::{Seen, Views};
-use crate::setup::seen_log::SeenLog;
+use crate::setup::probe::{Prober, Seen, SeenBefore, Views};
+use crate::setup::seen_log::{Recorder, SeenLog};
 
 /// Side of a cell, mm.
 const CELL_MM: f64 = 256.0;
@@ -59,29 +59,6 @@ impl<'a> ProbeKeys<'a> {
         ProbeKeys { plan, asked, boxes, aside_mm: if is_upright { aside_mm } else { below_mm }, below_mm }
     }
 
-    /// What is seen of all faces: where it is known from before it only has to be put together.
-    pub(crate) fn all(
-        &self,
-        probed: impl Fn(FaceId, Option<&SeenLog>) -> (Vec<Seen>, SeenLog) + Sync,
-    ) -> Vec<Vec<Seen>> {
-        let of_group = |group: &Vec<FaceId>| {
-            let key = self.key(group);
-            let logs = self.plan.kept().known::<Vec<SeenLog>>(&key).filter(|logs| logs.len() == group.len());
-            if let Some(logs) = logs {
-                let seen = |(&face, log): (&FaceId, &SeenLog)| (face, probed(face, Some(log)).0);
-                return group.iter().zip(&logs).map(seen).collect::<Vec<_>>();
-            }
-            let all: Vec<(Vec<Seen>, SeenLog)> = group.par_iter().map(|&face| probed(face, None)).collect();
-            let (seen, logs): (Vec<Vec<Seen>>, Vec<SeenLog>) = all.into_iter().unzip();
-            self.plan.kept().keep(&key, &logs);
-            group.iter().copied().zip(seen).collect()
-        };
-        let groups = self.groups();
-        let mut all: Vec<(FaceId, Vec<Seen>)> = groups.par_iter().flat_map(of_group).collect();
-        all.sort_unstable_by_key(|(face, _)| *face);
-        all.into_iter().map(|(_, seen)| seen).collect()
-    }
-
     /// Faces cell by cell.
     fn groups(&self) -> Vec<Vec<FaceId>> {
         let mut groups: BTreeMap<[i64; 3], Vec<FaceId>> = BTreeMap::new();
@@ -103,11 +80,8 @@ impl<'a> ProbeKeys<'a> {
         let key = KeyMaker::new("seen").key(&self.asked);
         let mut key = group.iter().fold(key, |key, &face| key.key(&faces[face]));
         for boxes in self.boxes {
-            let columns: Vec<Aabb> = group.iter().map(|&face| self.column(&boxes[face])).collect();
-            let around = columns.iter().fold(Aabb::empty(), |all, column| all.union(column));
-            let meets = |a: &Aabb, b: &Aabb| (0..3).all(|k| a.min[k] <= b.max[k] && b.min[k] <= a.max[k]);
-            let met = |b: &Aabb| meets(&around, b) && columns.iter().any(|column| meets(column, b));
-            let met = boxes.iter().zip(faces).filter(|(b, _)| met(b));
+            let columns = BoxSet::of(group.iter().map(|&face| self.column(&boxes[face])));
+            let met = boxes.iter().zip(faces).filter(|(b, _)| columns.meets(b));
             key = met.fold(key.text("setup"), |key, (_, face)| key.key(face));
         }
         key.finish()
@@ -115,9 +89,41 @@ impl<'a> ProbeKeys<'a> {
 
     /// Where faces have a say in what is seen of a face.
     fn column(&self, face: &Aabb) -> Aabb {
-        let mut column = face.inflated(self.aside_mm);
-        column.min.z = face.min.z - self.below_mm;
-        column.max.z = f64::INFINITY;
-        column
+        face.inflated(self.aside_mm).upwards_from(face.min.z - self.below_mm)
+    }
+}
+
+impl SeenBefore for ProbeKeys<'_> {
+    fn all<'p>(&self, prober: &(dyn Fn(FaceId) -> Option<Prober<'p>> + Sync)) -> Vec<Vec<Seen>> {
+        let setups = self.boxes.len();
+        let known = |face: FaceId, log: &SeenLog| {
+            let seen = |prober: Prober| prober.triangles(log.replay(setups, |uv| prober.probe(uv)));
+            prober(face).map_or_else(Vec::new, seen)
+        };
+        let asked = |face: FaceId| {
+            let mut recorder = Recorder::default();
+            let seen = |prober: Prober| {
+                prober.triangles(|uv| {
+                    let seen = prober.probe(uv);
+                    recorder.add(&seen);
+                    seen
+                })
+            };
+            (prober(face).map_or_else(Vec::new, seen), recorder.log())
+        };
+        let of_group = |group: &Vec<FaceId>| -> Vec<(FaceId, Vec<Seen>)> {
+            let key = self.key(group);
+            let logs = self.plan.kept().known::<Vec<SeenLog>>(&key).filter(|logs| logs.len() == group.len());
+            if let Some(logs) = logs {
+                return group.iter().zip(&logs).map(|(&face, log)| (face, known(face, log))).collect();
+            }
+            let (seen, logs): (Vec<Vec<Seen>>, Vec<SeenLog>) = group.par_iter().map(|&f| asked(f)).unzip();
+            self.plan.kept().keep(&key, &logs);
+            group.iter().copied().zip(seen).collect()
+        };
+        let groups = self.groups();
+        let mut all: Vec<(FaceId, Vec<Seen>)> = groups.par_iter().flat_map(of_group).collect();
+        all.sort_unstable_by_key(|(face, _)| *face);
+        all.into_iter().map(|(_, seen)| seen).collect()
     }
 }

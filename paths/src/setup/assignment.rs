@@ -7,13 +7,11 @@ use serde::{Deserialize, Serialize};
 use tracing::info_span;
 
 use crate::pattern::together::together;
-use crate::plan::probe_keys::ProbeKeys;
 use crate::plan::regions::Regions;
 use crate::setup::borders::{Border, Ground, smooth};
 use crate::setup::probe::{
-    PROBES, Probed, Prober, Seen, Slants, Views, by_setup, centroid, is_in_doubt, of_setup,
+    PROBES, Probed, Prober, Seen, SeenBefore, Slants, Views, by_setup, centroid, is_in_doubt, of_setup,
 };
-use crate::setup::seen_log::{Recorder, SeenLog};
 
 /// A place counts as reached when the ball is kept away from it by no more than this, in scallop heights.
 const ALLOWED: f64 = 0.5;
@@ -181,29 +179,17 @@ pub(crate) fn assign(
     covering: &Covering,
     views: &Views,
     regions: &Regions,
-    known: Option<&ProbeKeys>,
+    known: Option<&dyn SeenBefore>,
 ) -> Assignments {
     let allowed_mm = ALLOWED * views.scallop_mm;
     let prober = |face: usize, slants: Slants| Prober { model, covering, views, face, allowed_mm, slants };
     let setups = views.frames.len();
-    let probed = |face: usize, log: Option<&SeenLog>| {
-        let prober = prober(face, Slants::Asked);
-        let mut recorder = Recorder::default();
-        let ask = |uv| {
-            let seen = prober.probe(uv);
-            recorder.add(&seen);
-            seen
-        };
-        let seen = match log {
-            _ if regions.excluded[face] => Vec::new(),
-            Some(log) => prober.triangles(log.replay(setups, ask)),
-            None => prober.triangles(ask),
-        };
-        (seen, recorder.log())
-    };
+    let asking = |face: usize| (!regions.excluded[face]).then(|| prober(face, Slants::Asked));
+    let probed =
+        |face: usize| asking(face).map_or_else(Vec::new, |prober| prober.triangles(|uv| prober.probe(uv)));
     let mut seen: Vec<Vec<Seen>> = info_span!("probes").in_scope(|| match known {
-        Some(known) => known.all(probed),
-        None => (0..model.faces.len()).into_par_iter().map(|face| probed(face, None).0).collect(),
+        Some(known) => known.all(&asking),
+        None => (0..model.faces.len()).into_par_iter().map(probed).collect(),
     });
     let _span = info_span!("decisions").entered();
     let radius_mm = views.balls.first().map_or(0.0, BallDrop::radius_mm);

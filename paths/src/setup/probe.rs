@@ -1,7 +1,7 @@
 //! What each setup sees of places on the model.
 
 use claymill_contact::{BallDrop, Blocked, Covering, FreeSides, Location};
-use claymill_nurbs::{Model, Point2, Point3, Vector3};
+use claymill_nurbs::{FaceId, Model, Point2, Point3, Vector3};
 use claymill_stock::Stock;
 
 use crate::containment::{Containment, On};
@@ -280,6 +280,13 @@ pub(crate) struct Prober<'a> {
     pub(crate) allowed_mm: f64,
     /// What slants is looked at as [`Seen::with_slants`] or without.
     pub(crate) slants: Slants,
+}
+
+/// Whoever may know what is seen of faces from before.
+pub(crate) trait SeenBefore: Sync {
+    /// What is seen of all faces, by who asks of each of them: where it is known nobody is asked. Nothing is seen of a face of
+    /// which nobody asks.
+    fn all<'p>(&self, prober: &(dyn Fn(FaceId) -> Option<Prober<'p>> + Sync)) -> Vec<Vec<Seen>>;
 }
 
 /// Whether a face's slants are worth passes.

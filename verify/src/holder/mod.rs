@@ -22,7 +22,7 @@ mod tests;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use claymill_nurbs::{FaceMesh, Point3, Vector3};
+use claymill_nurbs::{FaceMesh, Point3};
 use claymill_toolpath::{Cancelled, Holder, Tool};
 use rayon::prelude::*;
 
@@ -86,7 +86,7 @@ pub(crate) fn measure(
     }
     let asked_mm = scene.holder_clearance_mm();
     let (upright, tilted): (Vec<&Track>, Vec<&Track>) =
-        tracks.into_iter().partition(|t| t.stands_along(&axis(scene, t)));
+        tracks.into_iter().partition(|t| t.stands_along(&scene.axis_of(t)));
 
     let mut needed: BTreeMap<(usize, usize, usize), (f64, Option<Place>)> = BTreeMap::new();
     let mut nearest: (f64, Option<Place>) = (FAR_MM.max(asked_mm), None);
@@ -183,7 +183,7 @@ pub(crate) fn measure_shank(
     parts: &Parts<'_>,
     stage: &Stage<'_>,
 ) -> Result<ShankContact, Cancelled> {
-    let checked = |t: &&Track| t.sweeps() && t.stands_along(&axis(scene, t));
+    let checked = |t: &&Track| t.sweeps() && t.stands_along(&scene.axis_of(t));
     let tracks: Vec<&Track> = scene.tracks.iter().filter(checked).collect();
     let look = |track: &Track| {
         let view = reach.setup(track.setup);
@@ -232,7 +232,7 @@ pub(crate) fn clearance_of_sides(
     known_mm: f64,
 ) -> Option<(f64, Place)> {
     let tool = &scene.job.tools[track.tool].tool;
-    if tool.is_straight() || !track.stands_along(&axis(scene, track)) {
+    if tool.is_straight() || !track.stands_along(&scene.axis_of(track)) {
         return None;
     }
     let view = reach.setup(track.setup);
@@ -270,8 +270,4 @@ pub(crate) fn sides_enter(view: &DropMesh<'_>, tool: &Tool, tip: &Point3) -> boo
 
 fn key(track: &Track) -> (usize, usize, usize) {
     (track.setup, track.region, track.tool)
-}
-
-fn axis(scene: &Scene<'_>, track: &Track) -> Vector3 {
-    Vector3::from(scene.job.setups[track.setup].axis).normalize()
 }

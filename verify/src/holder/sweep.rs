@@ -59,13 +59,8 @@ impl Sweep<'_> {
     /// triangles, then pieces of them. Whatever is left out by one of these is clear of the body, whole stretches at once.
     pub(super) fn along(&self, track: &Track, aim: &mut impl Aim) {
         let view = self.patches.view;
-        let hull = |span: &Span| {
-            track.hull(span).iter().fold(Aabb::empty(), |mut bounds, p| {
-                bounds.add(&view.in_frame(p));
-                bounds
-            })
-        };
-        let spans: Vec<(Span, Aabb)> = track.spans().map(|span| (span, hull(&span))).collect();
+        let bounds = |span: &Span| track.box_of(span, |p| view.in_frame(p));
+        let spans: Vec<(Span, Aabb)> = track.spans().map(|span| (span, bounds(&span))).collect();
         let stride = spans.len().div_ceil(TRIED).max(1);
         for (span, _) in spans.iter().skip(stride / 2).step_by(stride) {
             self.try_tip(track, span.middle(), aim);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use claymill_nurbs::{Aabb, FaceId, Point3, Vector3};
+use claymill_nurbs::{Aabb, BoxSet, FaceId, Point3, Vector3};
 use claymill_toolpath::{KeyMaker, PartKey};
 use rayon::prelude::*;
 
@@ -38,7 +38,7 @@ pub(super) struct Surroundings<'a> {
     boxes: Vec<Aabb>,
     /// In the order of the scene.
     moves: Vec<PartKey>,
-    centres: Vec<Boxes>,
+    centres: Vec<BoxSet>,
     near_mm: f64,
     /// By view, around each face as seen along the axis.
     columns: Vec<Vec<Aabb>>,
@@ -56,8 +56,7 @@ pub(super) struct Around<'a, 's> {
 impl<'a> Surroundings<'a> {
     /// `None` where the tool leans, for what is along its axis is not told by columns; and where moves are not numbered in order.
     pub(super) fn new(scene: &'a Scene<'a>, (views, way_out_mm): Outward<'a>, mesh: &Mesh) -> Option<Self> {
-        let axis_of = |track: &Track| Vector3::from(scene.job.setups[track.setup].axis).normalize();
-        let is_upright = scene.tracks.iter().all(|track| track.stands_along(&axis_of(track)));
+        let is_upright = scene.tracks.iter().all(|track| track.stands_along(&scene.axis_of(track)));
         if !is_upright || !scene.tracks.is_sorted_by(|a, b| a.seq < b.seq) {
             return None;
         }
@@ -74,8 +73,7 @@ impl<'a> Surroundings<'a> {
         };
         let tool = |track: &Track| &job.tools[track.tool].tool;
         let largest_mm = scene.tracks.iter().map(|t| t.radius_mm).fold(0.0, f64::max);
-        let h = scene.scallop_mm();
-        let step_over_mm = 2.0 * (2.0 * largest_mm * h - h * h).max(0.0).sqrt();
+        let (h, step_over_mm) = (scene.scallop_mm(), scene.step_over_mm(largest_mm));
         // The nearest face, a ball of twice the size that touches it, the cusp, and what has been over or beyond that.
         let across_mm = 3.0 * largest_mm + step_over_mm + 6.0 * h + 2.0 * options.path_spacing_mm;
         Some(Surroundings {
@@ -88,7 +86,7 @@ impl<'a> Surroundings<'a> {
             centres: scene
                 .tracks
                 .par_iter()
-                .map(|track| Boxes::of(track.boxes_of_tips(|p| *p).into_iter(), track.radius_mm))
+                .map(|track| near(track.boxes_of_tips(|p| *p), track.radius_mm))
                 .collect(),
             columns: views
                 .iter()
@@ -105,7 +103,7 @@ impl<'a> Surroundings<'a> {
         let faces = match sees {
             Sees::Faces | Sees::Moves => {
                 let near = self.near(&index);
-                self.boxes.iter().enumerate().filter(|(_, b)| near.meet(b)).map(|(face, _)| face).collect()
+                self.boxes.iter().enumerate().filter(|(_, b)| near.meets(b)).map(|(face, _)| face).collect()
             }
             Sees::Along => {
                 let drop = self.views[own[0].setup].1;
@@ -121,8 +119,8 @@ impl<'a> Surroundings<'a> {
     }
 
     /// Around the ball's centre on moves of these numbers, and as far as anything near has a say.
-    fn near(&self, own: &[usize]) -> Boxes {
-        Boxes::of(own.iter().flat_map(|&i| self.centres[i].each.iter().copied()), self.near_mm)
+    fn near(&self, own: &[usize]) -> BoxSet {
+        near(own.iter().flat_map(|&i| self.centres[i].each().iter().copied()), self.near_mm)
     }
 
     /// Goes on with the moves near those of these numbers: which of them are of one pass, and which passes of one region, whatever
@@ -131,7 +129,7 @@ impl<'a> Surroundings<'a> {
         let near = self.near(own);
         let mut regions: BTreeMap<(usize, usize), BTreeMap<u32, KeyMaker>> = BTreeMap::new();
         for (i, track) in self.scene.tracks.iter().enumerate() {
-            if track.sweeps() && near.meet_any(&self.centres[i]) {
+            if track.sweeps() && near.meets_any(&self.centres[i]) {
                 let passes = regions.entry((track.setup, track.region)).or_default();
                 let pass = passes.entry(track.pass).or_insert_with(|| KeyMaker::new("pass"));
                 *pass = pass.clone().key(&self.moves[i]).count(usize::from(own.contains(&i)));
@@ -148,9 +146,8 @@ impl<'a> Surroundings<'a> {
 
     /// Faces above boxes as a view sees them, and this far around.
     fn column(&self, view: usize, boxes: impl Iterator<Item = Aabb>, around_mm: f64) -> Vec<FaceId> {
-        let upwards = |b: Aabb| Aabb { max: Point3::new(b.max.x, b.max.y, f64::INFINITY), ..b };
-        let near = Boxes::of(boxes.map(upwards), around_mm);
-        (0..self.faces.len()).filter(|&face| near.meet(&self.columns[view][face])).collect()
+        let columns = near(boxes.map(|b| b.upwards_from(b.min.z)), around_mm);
+        (0..self.faces.len()).filter(|&face| columns.meets(&self.columns[view][face])).collect()
     }
 
     /// The key of the same moves where faces farther along the axes have a say, as seen from these places: along those that a
@@ -204,27 +201,7 @@ impl Around<'_, '_> {
     }
 }
 
-/// Boxes, and one around all of them, that others meet where they are as near as asked.
-struct Boxes {
-    all: Aabb,
-    each: Vec<Aabb>,
-}
-
-impl Boxes {
-    fn of(boxes: impl Iterator<Item = Aabb>, near_mm: f64) -> Self {
-        let each: Vec<Aabb> = boxes.map(|b| b.inflated(near_mm)).collect();
-        Boxes { all: each.iter().fold(Aabb::empty(), |all, b| all.union(b)), each }
-    }
-
-    fn meet(&self, other: &Aabb) -> bool {
-        meet(&self.all, other) && self.each.iter().any(|own| meet(own, other))
-    }
-
-    fn meet_any(&self, other: &Boxes) -> bool {
-        meet(&self.all, &other.all) && other.each.iter().any(|other| self.meet(other))
-    }
-}
-
-fn meet(a: &Aabb, b: &Aabb) -> bool {
-    (0..3).all(|k| a.min[k] <= b.max[k] && b.min[k] <= a.max[k])
+/// Boxes grown by as much.
+fn near(boxes: impl IntoIterator<Item = Aabb>, near_mm: f64) -> BoxSet {
+    BoxSet::of(boxes.into_iter().map(|b| b.inflated(near_mm)))
 }

@@ -125,7 +125,7 @@ impl<'a> Parts<'a> {
         let part = |part: &&[&'a Track]| {
             let around = keeping.surroundings.around(name, sees, part);
             if let Some(found) = keeping.known(&around) {
-                stage.pass(part.len(), tracks.len());
+                stage.pass(part.len(), tracks.len())?;
                 return Ok(found);
             }
             let found: Vec<T> = part.par_iter().map(look).collect::<Result<_, _>>()?;

@@ -89,7 +89,7 @@ pub(super) fn depth(
         boxes,
     };
     let bounds = sweep.bounds();
-    if !overlap(&bounds, &stock.bounds()) || stock.signed_mm(&bounds.centre()) > 0.5 * bounds.diagonal() {
+    if !bounds.meets(&stock.bounds()) || stock.signed_mm(&bounds.centre()) > 0.5 * bounds.diagonal() {
         return nothing(0);
     }
     let mut all = nothing(0);
@@ -251,8 +251,4 @@ fn first_box(sweep: &Sweep, frame: &[Vector3; 3], stock: &Aabb) -> Option<(Point
     let middle = 0.5 * (from + to);
     let place = frame[0] * middle[0] + frame[1] * middle[1] + frame[2] * middle[2];
     Some((Point3::from(place), 0.5 * (to - from)))
-}
-
-fn overlap(a: &Aabb, b: &Aabb) -> bool {
-    (0..3).all(|k| a.min[k] <= b.max[k] && b.min[k] <= a.max[k])
 }

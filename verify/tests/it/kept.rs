@@ -1,31 +1,13 @@
 //! Findings that are taken from a store are those that are measured, whatever has changed since.
 
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use claymill_nurbs::{KnotVector, Model, NurbsSurface, Point3};
-use claymill_toolpath::{Job, Kept, Move, MoveKind, PartKey, PartStore, Program};
+use claymill_store::Store;
+use claymill_toolpath::{Job, Kept, Move, MoveKind, Program};
 use claymill_verify::{Verification, verify_keeping, verify_with_crests};
 
 use crate::synthetic::{H, R, job, model, options, program, rectangle, straight};
-
-/// Keeps parts in memory.
-#[derive(Debug, Default)]
-struct InMemory(Mutex<BTreeMap<PartKey, Vec<u8>>>);
-
-impl PartStore for InMemory {
-    fn get(&self, key: &PartKey) -> Option<Vec<u8>> {
-        self.0.lock().unwrap().get(key).cloned()
-    }
-
-    fn has(&self, key: &PartKey) -> bool {
-        self.0.lock().unwrap().contains_key(key)
-    }
-
-    fn put(&self, key: &PartKey, payload: &[u8]) {
-        self.0.lock().unwrap().insert(*key, payload.to_vec());
-    }
-}
 
 const FACES: usize = 4;
 const LONG_MM: f64 = 120.0;
@@ -60,7 +42,7 @@ fn passes() -> Vec<Move> {
 }
 
 /// What is found with what is kept; it has to be what is found without. And the share of parts that were known.
-fn found(store: &Arc<InMemory>, model: &Model, job: &Job, program: &Program) -> (Verification, f64) {
+fn found(store: &Arc<Store>, model: &Model, job: &Job, program: &Program) -> (Verification, f64) {
     let kept = Kept::in_store(store.clone(), "this");
     let (with, crests_with) = verify_keeping(model, job, program, &options(), &kept, &()).unwrap();
     let (without, crests_without) = verify_with_crests(model, job, program, &options(), &()).unwrap();
@@ -72,7 +54,8 @@ fn found(store: &Arc<InMemory>, model: &Model, job: &Job, program: &Program) -> 
 
 #[test]
 fn what_is_kept_is_what_is_measured_after_any_change() {
-    let store = Arc::new(InMemory::default());
+    let folder = tempfile::tempdir().unwrap();
+    let store = Arc::new(Store::open(folder.path(), Store::USUAL_LIMIT_BYTES).unwrap());
     let (faces, moves) = (model(floors()), program(passes()));
     let job_of = |model: &Model| job(model);
     let (first, known) = found(&store, &faces, &job_of(&faces), &moves);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use claymill_clearing::ClearingError;
 use claymill_controller::PostError;
-use claymill_exchange::{MeshError, ReadError};
+use claymill_exchange::{MeshError, ReadError, SolidError};
 use claymill_paths::{EndRefusal, ParallelAxes, PlanError};
 use claymill_reach::ReachError;
 use claymill_stock::StockError;
@@ -29,6 +29,9 @@ pub enum Error {
     /// An obstacle cannot be read.
     #[error(transparent)]
     Obstacle(#[from] MeshError),
+    /// The file of a stock cannot be read, or encloses nothing.
+    #[error("stock: {0}")]
+    Solid(#[from] SolidError),
     /// The job cannot be meant as it is asked for.
     #[error(transparent)]
     Job(#[from] JobError),
@@ -148,6 +151,7 @@ impl Error {
         match self {
             Error::Read(e) => e.advice(),
             Error::Obstacle(e) => e.advice().to_owned(),
+            Error::Solid(e) => e.advice(),
             Error::Stock(_) => {
                 "Look at the stock of the job: its box, its layer, and the unit of the model.".to_owned()
             }

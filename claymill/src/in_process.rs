@@ -9,15 +9,19 @@
 //!
 //! It decides where an operation is worth its passes, and what pictures show. The verifier has a stock of its own.
 
+use std::path::Path;
 use std::sync::Arc;
 
-use claymill_nurbs::{Aabb, FaceMesh, MeshOptions, Model, Point3, tessellate};
+use claymill_nurbs::{Aabb, FaceMesh, MeshOptions, Model, Point3, Vector3, tessellate};
 use claymill_stock::{Chords, Family, Grid, Stock, StockError, SurfaceMesh, Sweep, ToolBody};
-use claymill_toolpath::{Job as JobRecord, Monitor, MoveKind, Program, Stage, Stock as StockRecord, Tool};
+use claymill_toolpath::{
+    Job as JobRecord, Monitor, Move, MoveKind, Program, Stage, Stock as StockRecord, Tool,
+};
 use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::job_error::JobError;
+use crate::stock_file::ReadStock;
 
 /// Rays along the longest side of the stock, where nothing finer is asked for.
 const USUAL_RAYS: f64 = 400.0;
@@ -27,6 +31,8 @@ const MOST_RAYS: f64 = 2000.0;
 const CHORD_PITCHES: f64 = 0.1;
 /// Faces are within this share of a layer's thickness of their triangles.
 const LAYER_DEVIATION: f64 = 0.004;
+/// A curve whose points differ less in height is level, mm.
+const LEVEL_MM: f64 = 1e-7;
 /// Moves are cut so many at a time.
 const BATCH: usize = 20_000;
 
@@ -38,22 +44,23 @@ pub struct InProcessStock {
 }
 
 impl InProcessStock {
+    /// Levels know outlines of stock to a share of the rays' distance, which is to be small in their band: rays are no farther apart
+    /// than this many bands.
+    pub(crate) const RAYS_OF_BAND: f64 = 1.4;
+
     /// The stock of a job before its first operation. Where operations cut only what stands above a thickness, `least_rest_mm` is
     /// the smallest one.
     ///
     /// # Errors
     /// It is empty, or too far out.
-    pub(crate) fn new(
-        record: &StockRecord,
-        model: &Model,
-        least_rest_mm: Option<f64>,
-    ) -> Result<Self, Error> {
+    pub(crate) fn new(stock: &ReadStock, model: &Model, least_rest_mm: Option<f64>) -> Result<Self, Error> {
+        let record = &stock.record;
         let bounds = match *record {
             StockRecord::Layer { thickness_mm } => {
                 let faces = model.faces.iter().fold(Aabb::empty(), |all, face| all.union(&face.bounds()));
                 faces.inflated(1.01 * thickness_mm)
             }
-            StockRecord::Block { .. } | StockRecord::Bar { .. } => {
+            StockRecord::Block { .. } | StockRecord::Bar { .. } | StockRecord::File(_) => {
                 Aabb::of_corners(record.box_mm().unwrap_or_default())
             }
         };
@@ -65,6 +72,10 @@ impl InProcessStock {
             other => other?,
         };
         let stock = match *record {
+            StockRecord::File(_) => match &stock.solid {
+                Some(solid) => Stock::solid(grid, &solid.points, &solid.triangles)?,
+                None => return Err(StockError::Empty { pitch_mm: grid.pitch_mm() }.into()),
+            },
             StockRecord::Block { .. } => Stock::block_in(grid, &bounds)?,
             StockRecord::Bar { from_mm, to_mm, diameter_mm } => {
                 let along = record.bar_axis().ok_or(JobError::Bar { from_mm, to_mm })?;
@@ -79,19 +90,25 @@ impl InProcessStock {
         Ok(InProcessStock { stock: Arc::new(stock), chord_mm: CHORD_PITCHES * grid.pitch_mm() })
     }
 
-    /// The stock of a job before its first operation, and after each, from its moves; nothing of a job without stock.
+    /// The stock of a job before its first operation, and after each, from its moves; nothing of a job without stock. What the
+    /// job names is found from its folder. Rays are no farther apart than `pitch_mm`, within limits of memory.
     ///
     /// # Errors
     /// The stock is empty or too far out, a move is no curve, or the monitor ends it.
     pub fn states_of(
         model: &Model,
-        job: &JobRecord,
+        (job, folder): (&JobRecord, &Path),
         program: &Program,
+        pitch_mm: Option<f64>,
         monitor: &dyn Monitor,
     ) -> Result<Vec<Self>, Error> {
         let Some(record) = &job.stock else { return Ok(Vec::new()) };
-        let least_rest_mm = job.operations.iter().filter_map(|o| o.request.rest_above_mm).reduce(f64::min);
-        let mut state = InProcessStock::new(record, model, least_rest_mm)?;
+        let stock = ReadStock::of(record, folder)?;
+        let rests = job.operations.iter().filter_map(|o| o.request.rest_above_mm);
+        let bands =
+            job.operations.iter().filter_map(|o| Some(Self::RAYS_OF_BAND * o.request.levels?.band_mm));
+        let least_rest_mm = rests.chain(bands).chain(pitch_mm).reduce(f64::min);
+        let mut state = InProcessStock::new(&stock, model, least_rest_mm)?;
         let mut states = vec![state.clone()];
         for (index, operation) in job.operations.iter().enumerate() {
             if let Some(tool) = job.tools.iter().find(|tool| tool.id == operation.tool) {
@@ -107,7 +124,7 @@ impl InProcessStock {
     /// # Errors
     /// A move is no curve, or the monitor ends it.
     pub(crate) fn cut(&mut self, program: &Program, tool: &Tool, monitor: &dyn Monitor) -> Result<(), Error> {
-        let body = ToolBody::cutting(tool)?.offset(-self.chord_mm)?;
+        let bodies = Bodies::of(tool, self.chord_mm)?;
         let stock = Arc::make_mut(&mut self.stock);
         let cutting: Vec<_> = program.moves.iter().filter(|m| m.kind != MoveKind::Rapid).collect();
         for (k, batch) in cutting.chunks(BATCH).enumerate() {
@@ -115,7 +132,7 @@ impl InProcessStock {
             monitor.at(Stage::Stock, (k * BATCH) as f64 / cutting.len() as f64);
             let sweeps = batch
                 .par_iter()
-                .map(|m| Chords::of_move(m, self.chord_mm)?.sweeps(&body, m.axis_start.into()));
+                .map(|m| Chords::of_move(m, self.chord_mm)?.sweeps(bodies.along(m), m.axis_start.into()));
             let sweeps: Vec<Sweep<'_>> = sweeps.collect::<Result<Vec<_>, _>>()?.concat();
             stock.cut_all(&sweeps);
         }
@@ -139,10 +156,47 @@ impl InProcessStock {
         Ok(self.stock.surface((f64::from(most) / USUAL_RAYS).floor().max(1.0) as u32)?)
     }
 
+    /// Its surface by all rays, as a closed mesh.
+    ///
+    /// # Errors
+    /// It has too many vertices.
+    pub fn closed_surface(&self) -> Result<SurfaceMesh, Error> {
+        Ok(self.stock.surface(1)?)
+    }
+
     /// How much there is, mm³.
     #[must_use]
     pub fn volume_mm3(&self) -> f64 {
         self.stock.volume().best_mm3()
+    }
+}
+
+/// What a tool cuts for certain where chords stand for its curves.
+struct Bodies {
+    whole: ToolBody,
+    /// Where curves stay at one height: what is level is cut to its height.
+    narrower: Option<ToolBody>,
+    smaller: ToolBody,
+}
+
+impl Bodies {
+    fn of(tool: &Tool, chord_mm: f64) -> Result<Self, StockError> {
+        let whole = ToolBody::cutting(tool)?;
+        Ok(Bodies { narrower: whole.narrowed(chord_mm), smaller: whole.offset(-chord_mm)?, whole })
+    }
+
+    fn along(&self, m: &Move) -> &ToolBody {
+        let axis = Vector3::from(m.axis_start);
+        let height = |p: &[f64; 3]| Vector3::from(*p).dot(&axis);
+        let is_level = || {
+            let first = height(&m.points[0]);
+            m.points.iter().all(|p| (height(p) - first).abs() < LEVEL_MM)
+        };
+        match &self.narrower {
+            _ if m.points.len() == 2 => &self.whole,
+            Some(narrower) if is_level() => narrower,
+            _ => &self.smaller,
+        }
     }
 }
 

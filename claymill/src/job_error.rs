@@ -119,6 +119,9 @@ pub enum JobError {
         "rapids cannot keep {clearance_mm} mm: it is between {LEAST_RAPID_MM} and {LARGEST_CLEARANCE_MM}"
     )]
     RapidClearance { clearance_mm: f64 },
+    /// The file of a stock is another one than the job was planned with.
+    #[error("{}: the stock has changed since the job was planned", path.display())]
+    StockChanged { path: std::path::PathBuf },
     /// A bar that lies along no axis.
     #[error("a bar from {from_mm:?} to {to_mm:?} does not ascend along one axis")]
     Bar { from_mm: [f64; 3], to_mm: [f64; 3] },
@@ -166,6 +169,9 @@ impl JobError {
             JobError::EmptyBox { .. } => "The first corner of a box has the smaller coordinates.",
             JobError::HolderClearance { .. } | JobError::ObstacleClearance { .. } => "Usually it is 1 mm.",
             JobError::RapidClearance { .. } => "Usually it is 5 mm.",
+            JobError::StockChanged { .. } => {
+                "Plan again, or bring back the file that the job was planned with."
+            }
             JobError::Bar { .. } => "Its ends differ in one coordinate; the first one is the lower end.",
         }
     }

@@ -26,8 +26,16 @@ use crate::prepared::Prepared;
 
 /// Slope of a helix into a pocket, degrees: what end mills for metal are made for.
 const RAMP_DEG: f64 = 3.0;
-/// Between rays nothing is known of the stock: it may reach this much farther, in their pitches.
-const WIDER: f64 = 1.0;
+/// Between rays across, material may reach this much farther than its outline, in their pitches.
+const WIDER: f64 = 0.15;
+/// The same of cells, where the tool is not along an axis.
+const WIDER_CELLS: f64 = 1.0;
+/// What is no thicker than this is what the outline was made wider by, in pitches.
+const THIN: f64 = 0.35;
+/// Stock that stands no higher than this above the foot of a level, or than this share of its height, is none: what was cut to
+/// that height before is known to rounding, mm.
+const SKIN_MM: f64 = 0.05;
+const SKIN: f64 = 0.1;
 /// Sheets with more open border than this have no inside, mm.
 const OPEN_MM: f64 = 1.0;
 /// A side of a box is along an axis of the setup if no more of it is along another (1 − cosine).
@@ -160,23 +168,30 @@ impl Rough<'_, '_> {
         let bounds = match *record {
             Stock::Block { box_mm } => Aabb::of_corners(box_mm),
             // The rays know where it is.
-            Stock::Bar { .. } | Stock::Layer { .. } => {
+            Stock::Bar { .. } | Stock::Layer { .. } | Stock::File(_) => {
                 let boxes = self.prepared.file.model().faces.iter().map(|face| face.bounds());
                 boxes.fold(stock.grid().bounds(), |all, face| all.union(&face))
             }
         };
         let axes = frame.axes();
         let across = frame.box_in_setup(&bounds);
-        let wider_mm = WIDER * stock.grid().pitch_mm();
-        let left = |[low, high]: [f64; 2]| match stock.slice(axes, low, high) {
-            Ok(slice) => cells(&slice).dilated(wider_mm),
-            // Of what cannot be asked, all is there.
-            Err(_) => PlanarSet::rectangle([across.min.x, across.min.y, across.max.x, across.max.y]),
+        let pitch_mm = stock.grid().pitch_mm();
+        let left = |[low, high]: [f64; 2]| {
+            let low = low + SKIN_MM.min(SKIN * (high - low));
+            if let Some(polygons) = stock.outline(axes, low, high) {
+                return PlanarSet::covered_by(&polygons).dilated(WIDER * pitch_mm);
+            }
+            match stock.slice(axes, low, high) {
+                Ok(slice) => cells(&slice).dilated(WIDER_CELLS * pitch_mm),
+                // Of what cannot be asked, all is there.
+                Err(_) => PlanarSet::rectangle([across.min.x, across.min.y, across.max.x, across.max.y]),
+            }
         };
         let is_block = is_whole && matches!(record, Stock::Block { .. });
         let piece = Workpiece {
             block: bounds,
             left: if is_block { None } else { Some(&left) },
+            thin_mm: if is_block || frame.is_tilted() { 0.0 } else { THIN * pitch_mm },
             within_mm: within(options.bounds.centre_within_mm.as_ref(), frame)?,
         };
         let asked = LevelOptions {

@@ -68,6 +68,7 @@ mod prototype_error;
 mod reach;
 mod record;
 mod select;
+mod stock_file;
 mod verified;
 
 pub use claymill_controller as controller;

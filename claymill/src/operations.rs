@@ -1,10 +1,12 @@
 //! A job of several operations: planned one after the other on the same regions, written as one program, verified as one job.
 
+use std::path::Path;
+
 use claymill_clearing::ClearingError;
 use claymill_paths::{InProcess, PlanOptions};
 use claymill_toolpath::{
-    FolderWriter, Job as JobRecord, LATEST_FORMAT_VERSION, Monitor, Operation, OperationKind, Program, Setup,
-    Stock, Totals,
+    FilePlace, FolderWriter, Job as JobRecord, LATEST_FORMAT_VERSION, Monitor, Operation, OperationKind,
+    Program, Setup, Stock, Totals,
 };
 
 use crate::error::Error;
@@ -14,6 +16,7 @@ use crate::job_error::JobError;
 use crate::job_record::job_record;
 use crate::planned::Planned;
 use crate::prepared::Prepared;
+use crate::stock_file::ReadStock;
 use crate::verified::Verified;
 
 /// Most operations of a job.
@@ -58,9 +61,16 @@ impl<'m> PlannedOperations<'m> {
     ) -> Result<Self, Error> {
         check(operations)?;
         let (mut done, mut nothing) = (Vec::new(), None);
-        let least_rest_mm = operations.iter().filter_map(|o| o.job.passes.rest_above_mm).reduce(f64::min);
-        let begin = |stock| InProcessStock::new(stock, regions.file.model(), least_rest_mm);
-        let mut states: Vec<InProcessStock> = record.as_ref().map(begin).transpose()?.into_iter().collect();
+        let rests = operations.iter().filter_map(|o| o.job.passes.rest_above_mm);
+        let bands =
+            operations.iter().filter_map(|o| Some(InProcessStock::RAYS_OF_BAND * o.job.levels?.band_mm));
+        let least_rest_mm = rests.chain(bands).reduce(f64::min);
+        // No folder is there yet: paths are as they were given.
+        let stock = record.map(|record| ReadStock::of(&record, Path::new(""))).transpose()?;
+        let begin = |stock: &ReadStock| InProcessStock::new(stock, regions.file.model(), least_rest_mm);
+        let mut states: Vec<InProcessStock> = stock.as_ref().map(begin).transpose()?.into_iter().collect();
+        let lack = stock.as_ref().and_then(|stock| stock.lack(regions.file.model()));
+        let record = stock.map(|stock| stock.record);
         for operation in operations {
             let mut prepared = regions.again(&operation.job)?;
             let PlanOptions { tool, allowance_mm, .. } = prepared.options;
@@ -72,7 +82,8 @@ impl<'m> PlannedOperations<'m> {
                 _ => prepared.plan(monitor),
             };
             match plan {
-                Ok(plan) => {
+                Ok(mut plan) => {
+                    plan.plan.notes.extend(lack.clone().filter(|_| done.is_empty()));
                     if let Some(mut state) = states.last().cloned() {
                         state.cut(&plan.plan.program, operation.job.tool(), monitor)?;
                         states.push(state);
@@ -112,7 +123,7 @@ impl<'m> PlannedOperations<'m> {
         let main = self.main();
         let records: Vec<JobRecord> =
             self.planned.iter().map(|(_, plan)| job_record(plan, folder.destination())).collect();
-        let job = self.record(&records, main);
+        let job = JobRecord { stock: self.stock_in(folder.destination()), ..self.record(&records, main) };
         let (mut program, mut seconds) = (Program::default(), Vec::new());
         let mut prepared: Option<Prepared<'m>> = None;
         for (op, (_, Planned { prepared: own, plan })) in self.planned.into_iter().enumerate() {
@@ -130,6 +141,15 @@ impl<'m> PlannedOperations<'m> {
         drop(program);
         let prepared = prepared.ok_or(JobError::Operations { most: MOST_OPERATIONS })?;
         Verified::of_record(prepared, job, seconds, folder, monitor)
+    }
+
+    /// The stock as a job folder refers to it.
+    fn stock_in(&self, folder: &Path) -> Option<Stock> {
+        let mut stock = self.stock.clone();
+        if let Some(Stock::File(file)) = &mut stock {
+            file.place = Some(FilePlace::of(Path::new(&file.path), folder));
+        }
+        stock
     }
 
     fn main(&self) -> usize {
@@ -161,7 +181,6 @@ impl<'m> PlannedOperations<'m> {
         records.iter().for_each(|record| totals += record.totals);
         JobRecord {
             format_version: LATEST_FORMAT_VERSION,
-            stock: self.stock.clone(),
             tools,
             setups: together(records.iter().flat_map(|record| &record.setups)),
             totals,

@@ -24,6 +24,7 @@
 //! # Ok::<(), claymill_clearing::ClearingError>(())
 //! ```
 
+mod above;
 mod arcs;
 mod area;
 mod engagement;

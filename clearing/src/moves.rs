@@ -10,6 +10,7 @@ use claymill_contact::Frame;
 use claymill_nurbs::{Curve3, KnotVector, NurbsError, Point3};
 use claymill_toolpath::{Move, MoveKind, round_to_written};
 
+use crate::above::Above;
 use crate::arcs::{ArcAbout, PathPiece};
 use crate::area::{Approach, Stroke};
 use crate::outline::distance;
@@ -51,7 +52,7 @@ pub fn level_moves(
     feeds: LevelFeeds,
 ) -> Result<Vec<Move>, NurbsError> {
     let mut pen = Pen::new(frame, feeds, clearance_mm);
-    pen.strokes(strokes, z_mm, above_mm)?;
+    pen.strokes(strokes, z_mm, &Above::flat(above_mm))?;
     Ok(pen.moves)
 }
 
@@ -195,10 +196,12 @@ impl<'a> Pen<'a> {
         self.straight(MoveKind::Rapid, Point3::new(x, y, (above_mm + GAP_MM).min(self.clearance_mm)));
     }
 
-    /// The strokes of a level, of which all above `above_mm` was cut before.
-    pub(crate) fn strokes(&mut self, strokes: &[Stroke], z: f64, above_mm: f64) -> Result<(), NurbsError> {
+    /// The strokes of a level.
+    pub(crate) fn strokes(&mut self, strokes: &[Stroke], z: f64, above: &Above) -> Result<(), NurbsError> {
         for stroke in strokes {
             self.pass += 1;
+            let comes_up = self.at.map_or(above.cut_mm, |at| above.over(&[[at.x, at.y]]));
+            let above_mm = above.of_stroke(stroke).max(comes_up);
             let first = stroke.lead_in.first().or(stroke.cut.first());
             let is_passed = matches!(stroke.approach, Approach::Along | Approach::Over);
             if is_passed && stroke.lead_in.is_empty() && is_ring(&stroke.cut) && z < above_mm {
@@ -236,7 +239,8 @@ impl<'a> Pen<'a> {
             self.level(MoveKind::Cut, &stroke.cut, z)?;
             self.level(MoveKind::LeadOut, &stroke.lead_out, z)?;
         }
-        self.lift(above_mm);
+        let up_to_mm = self.at.map_or(above.cut_mm, |at| above.over(&[[at.x, at.y]]));
+        self.lift(up_to_mm);
         Ok(())
     }
 

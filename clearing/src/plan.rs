@@ -8,6 +8,7 @@ use claymill_toolpath::{Monitor, Move, Stage, Tool};
 use rayon::prelude::*;
 use tracing::info_span;
 
+use crate::above::Above;
 use crate::area::{Area, Cleared, clear_rooms};
 use crate::engagement::EngagementLimit;
 use crate::entry::Entry;
@@ -83,6 +84,8 @@ pub struct Workpiece<'a> {
     pub block: Aabb,
     /// Where stock is between two heights of the setup, mm; no less than there is. All of the block where nothing is known.
     pub left: Option<&'a (dyn Fn([f64; 2]) -> PlanarSet + Sync)>,
+    /// What of it is thinner than this was cut before: it is there since no less is said than there is, mm.
+    pub thin_mm: f64,
     /// Box that the tool's axis stays in, seen along it, in the setup's coordinates, as xmin, ymin, xmax, ymax, mm.
     pub within_mm: Option<[f64; 4]>,
 }
@@ -91,8 +94,8 @@ pub struct Workpiece<'a> {
 #[derive(Clone, Default)]
 struct Done {
     cleared: Option<Cleared>,
-    /// Whether something is there to be cut.
-    is_stock: bool,
+    /// What there is, if it is too little to be cut.
+    left_out: PlanarSet,
 }
 
 /// Plans a roughing by levels of a model in a workpiece.
@@ -155,19 +158,22 @@ pub fn plan_levels(
         within: piece.within_mm.map(PlanarSet::rectangle),
     };
     let mut levels = slabs.levels(&heights, depths.top_mm, monitor)?;
-    let clearing = Clearing { options, monitor, all: levels.len(), done: AtomicUsize::new(0) };
+    let clearing =
+        Clearing { options, monitor, thin_mm: piece.thin_mm, all: levels.len(), done: AtomicUsize::new(0) };
     let done = clearing.cleared(&mut levels, tool)?;
     let clearance_mm = stock_box.max.z.max(part_box.max.z) + CLEARANCE_MM;
     let mut pen = Pen::new(frame, options.feeds, clearance_mm);
     let mut found = Vec::new();
-    // Rapids end above what was left for too little as well.
-    let mut left_above_mm = f64::NEG_INFINITY;
-    for (level, Done { cleared, is_stock }) in levels.iter().zip(&done) {
+    let mut above = Above::flat(f64::NEG_INFINITY);
+    for (level, Done { cleared, left_out }) in levels.iter().zip(&done) {
         let Some(cleared) = cleared else {
-            left_above_mm = if *is_stock { left_above_mm.max(level.above) } else { left_above_mm };
+            if !left_out.is_empty() {
+                above.leave(level.above, left_out, radius_mm);
+            }
             continue;
         };
-        let written = pen.strokes(&cleared.strokes, level.z, level.above.max(left_above_mm));
+        above.cut_mm = level.above;
+        let written = pen.strokes(&cleared.strokes, level.z, &above);
         written.map_err(|e| ClearingError::Curve { what: e.to_string() })?;
         found.push(LevelFound {
             z_mm: level.z,
@@ -201,6 +207,8 @@ struct Slab {
 struct Clearing<'a> {
     options: &'a LevelOptions,
     monitor: &'a dyn Monitor,
+    /// What is thinner than this was cut before, mm.
+    thin_mm: f64,
     /// Levels.
     all: usize,
     /// How many of them are cleared.
@@ -254,7 +262,7 @@ impl Clearing<'_> {
 
     /// Clears levels side by side. Between upright walls many are alike, and are cleared once.
     fn side_by_side(&self, levels: &[Level], which: &[usize]) -> Result<Vec<Done>, ClearingError> {
-        let Clearing { options, monitor, .. } = *self;
+        let Clearing { options, monitor, thin_mm, .. } = *self;
         let limit_of = |level: &Level| EngagementLimit::new(level.disc_mm, options.engagement_deg);
         let tasks = which.iter().map(|&k| Ok((&levels[k], limit_of(&levels[k])?)));
         let tasks: Vec<(&Level, EngagementLimit)> = tasks.collect::<Result<_, ClearingError>>()?;
@@ -274,19 +282,20 @@ impl Clearing<'_> {
             let (level, limit) = tasks[k];
             let _span = info_span!("clearing of a level", z_mm = level.z).entered();
             let cut = level.feasible.dilated(limit.radius_mm()).intersection(&level.stock);
-            let is_stock = !cut.is_empty();
+            let cut = if thin_mm > 0.0 { cut.eroded(0.5 * thin_mm).dilated(0.5 * thin_mm) } else { cut };
             let least_mm2 = LEAST_CUT * std::f64::consts::PI * limit.radius_mm().powi(2);
-            let cleared = if cut.area_mm2() < least_mm2 {
-                None
+            let (cleared, left_out) = if cut.area_mm2() < least_mm2 {
+                (None, cut)
             } else {
                 let entry = options.entry.of_disc(limit.radius_mm());
-                let area = Area { feasible: &level.feasible, stock: &level.stock, limit, entry };
-                Some(clear_rooms(&area, &level.ridges, monitor)?)
+                let stock = if thin_mm > 0.0 { &cut } else { &level.stock };
+                let area = Area { feasible: &level.feasible, stock, limit, entry };
+                (Some(clear_rooms(&area, &level.ridges, monitor)?), PlanarSet::default())
             };
             let alike = alike.iter().filter(|&&other| own[other] == k).count();
             let done = self.done.fetch_add(alike, Ordering::Relaxed) + alike;
             monitor.at(Stage::Paths, done as f64 / self.all as f64);
-            Ok(Done { cleared, is_stock })
+            Ok(Done { cleared, left_out })
         };
         let found: Vec<Done> = own.par_iter().map(one).collect::<Result<_, ClearingError>>()?;
         Ok(alike.into_iter().map(|k| found[k].clone()).collect())

@@ -68,6 +68,13 @@ impl PlanarSet {
         Self::of_contours(&contours(polygons), FillRule::EvenOdd)
     }
 
+    /// All that lies in any of the polygons, which may overlap, and run one way round or the other. Coordinates beyond
+    /// [`FARTHEST_MM`] are moved there.
+    #[must_use]
+    pub fn covered_by(polygons: &[Vec<[f64; 2]>]) -> Self {
+        Self::of_contours(&contours(polygons), FillRule::NonZero)
+    }
+
     /// What anticlockwise polygons enclose, which may touch and overlap.
     pub(crate) fn of_disjoint(polygons: &[Vec<[f64; 2]>]) -> Self {
         Self::of_contours(&contours(polygons), FillRule::Positive)

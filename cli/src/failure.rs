@@ -204,6 +204,7 @@ impl From<claymill::JobError> for Failure {
             | E::TwiceNamed { .. }
             | E::OneNumber { .. }
             | E::Bar { .. }
+            | E::StockChanged { .. }
             | E::LevelsWithoutStock
             | E::NotByLevels { .. } => {
                 let advice = error.advice();
@@ -308,6 +309,7 @@ impl From<claymill::Error> for Failure {
             E::Tooling(_)
             | E::Clearing(_)
             | E::Stock(_)
+            | E::Solid(_)
             | E::Choice { .. }
             | E::Reach(_)
             | E::Prototype(_) => {

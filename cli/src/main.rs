@@ -75,6 +75,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Merge(args) => commands::merge(&context, args),
         Command::Plan(args) => commands::plan(&context, args),
         Command::Diff(args) => commands::diff(&context, args),
+        Command::Stock(args) => commands::stock(&context, args),
         Command::Store(args) => commands::store(&context, args),
         Command::Shard(args) => commands::shard(&context, args),
         Command::Compare(args) => commands::compare(&context, args),

@@ -44,6 +44,7 @@ mod mesh_file;
 mod nesting;
 mod offset;
 mod plausible;
+mod solid_file;
 mod step;
 mod subcurve;
 mod threedm;
@@ -60,7 +61,8 @@ pub use format::Format;
 pub use glb::{Lines, write_glb};
 pub use iges::write_iges;
 pub use import::{EntityCount, Import, ImportReport, Repair, Skipped, Units};
-pub use mesh_file::{MeshError, MeshFault, MeshFormat, ObstacleMesh, read_mesh, read_mesh_bytes};
+pub use mesh_file::{MeshError, MeshFault, MeshFormat, ObstacleMesh, read_mesh, read_mesh_bytes, stl_bytes};
+pub use solid_file::{SolidError, read_solid};
 pub use step::write_step;
 
 /// A face smaller than this is degenerate, mm².

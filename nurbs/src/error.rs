@@ -76,4 +76,12 @@ pub enum NurbsError {
         /// Why.
         reason: String,
     },
+    /// Faces that enclose nothing.
+    #[error("the faces are open: {sides} sides of their triangles have no neighbour, the first at ({:.2}, {:.2}, {:.2}) mm", at_mm[0], at_mm[1], at_mm[2])]
+    OpenMesh {
+        /// How many sides of triangles have no counterpart.
+        sides: usize,
+        /// Where the first of them is, mm.
+        at_mm: [f64; 3],
+    },
 }

@@ -1,10 +1,15 @@
 //! Triangles of a trimmed face whose deviation from the surface is bounded.
 
+mod closed;
 mod constraints;
 mod grid;
+mod inside;
 mod lines;
 pub(crate) mod sampling;
 mod trimmed;
+
+pub use closed::ClosedMesh;
+pub use inside::{Inside, nearest_on_triangle};
 
 use crate::curvedness::Curvedness;
 use crate::rings::{Ring, polygon_rings, rings};

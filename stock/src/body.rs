@@ -125,6 +125,23 @@ impl ToolBody {
         Ok(ToolBody { solids })
     }
 
+    /// The body narrower by a distance, and no shorter: what lies in it on a curve at one height lies in the tool wherever that is
+    /// beside the curve by no more than the distance. `None` of a ball, or of another end with less flat than that, mm.
+    #[must_use]
+    pub fn narrowed(&self, distance_mm: f64) -> Option<Self> {
+        let narrower = |solid: &Solid| match *solid {
+            Solid::Swollen { height, flat, corner } => {
+                (flat > distance_mm).then_some(Solid::Swollen { height, flat: flat - distance_mm, corner })
+            }
+            Solid::Frustum { low, high, tangent } => {
+                let [low, high] = [low, high].map(|[height, radius]| [height, radius - distance_mm]);
+                (low[1].min(high[1]) > 0.0).then_some(Solid::Frustum { low, high, tangent })
+            }
+        };
+        let solids = self.solids.iter().map(narrower).collect::<Option<Vec<_>>>()?;
+        Some(ToolBody { solids })
+    }
+
     /// The distance from the axis beyond which nothing of it is, mm.
     #[must_use]
     pub fn widest_mm(&self) -> f64 {

@@ -62,59 +62,6 @@ impl std::fmt::Display for OperationKind {
     }
 }
 
-/// What the model is cut from.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "shape", rename_all = "snake_case")]
-pub enum Stock {
-    /// A layer on all faces, as clay on an armature.
-    Layer {
-        /// Its thickness along the faces' normals, mm.
-        thickness_mm: f64,
-    },
-    /// A block whose sides are along the model's axes.
-    Block {
-        /// Box: xmin, ymin, zmin, xmax, ymax, zmax.
-        box_mm: [f64; 6],
-    },
-    /// A round bar along an axis of the model.
-    Bar {
-        /// Middle of its lower end, mm.
-        from_mm: [f64; 3],
-        /// Middle of its upper end, mm: farther along one axis.
-        to_mm: [f64; 3],
-        /// Its diameter, mm.
-        diameter_mm: f64,
-    },
-}
-
-impl Stock {
-    /// Its box, as xmin, ymin, zmin, xmax, ymax, zmax, mm; of a layer none is known without the model.
-    #[must_use]
-    pub fn box_mm(&self) -> Option<[f64; 6]> {
-        match *self {
-            Stock::Layer { .. } => None,
-            Stock::Block { box_mm } => Some(box_mm),
-            Stock::Bar { from_mm, to_mm, diameter_mm } => {
-                let axis = self.bar_axis();
-                let half = |k: usize| if Some(k) == axis { 0.0 } else { 0.5 * diameter_mm };
-                Some(std::array::from_fn(|i| match i {
-                    0..3 => from_mm[i] - half(i),
-                    _ => to_mm[i - 3] + half(i - 3),
-                }))
-            }
-        }
-    }
-
-    /// The axis along which a bar lies: 0 for x, 1 for y, 2 for z. `None` for what is no bar, or does not ascend along one axis.
-    #[must_use]
-    pub fn bar_axis(&self) -> Option<usize> {
-        let Stock::Bar { from_mm, to_mm, .. } = self else { return None };
-        let mut along = (0..3).filter(|&k| from_mm[k] != to_mm[k]);
-        let axis = along.next().filter(|&k| from_mm[k] < to_mm[k])?;
-        along.next().is_none().then_some(axis)
-    }
-}
-
 /// One operation of a job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Operation {

@@ -22,7 +22,7 @@ pub enum Kind {
     Program,
     /// Totals or answers in JSON.
     Json,
-    /// A model: IGES, STEP or glTF.
+    /// A model: IGES, STEP, glTF, or a mesh as binary STL.
     Model,
     /// A picture or an animation.
     Picture,
@@ -311,7 +311,7 @@ fn is_ours(path: &Path, kind: Kind) -> io::Result<bool> {
         // The mark of an IGES file stands in its first, fixed columns; a STEP file and a glTF begin with a word.
         Kind::Model => {
             let iges = head.get(72) == Some(&b'S');
-            (iges || begins(&[b"ISO-10303-21", b"glTF"])) && has(&head, MARK)
+            (iges || begins(&[b"ISO-10303-21", b"glTF", b"claymill, millimetres"])) && has(&head, MARK)
         }
         // As pages of roff begin that are made by a program.
         Kind::Manual => begins(&[b".ie "]) && has(&head, MARK),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use claymill_exchange::{MeshError, ReadError};
+use claymill_exchange::{MeshError, ReadError, SolidError};
 use claymill_toolpath::{Cancelled, FolderError, MoveError};
 use thiserror::Error;
 
@@ -20,6 +20,9 @@ pub enum VerifyError {
     /// An obstacle cannot be read.
     #[error(transparent)]
     Obstacle(#[from] MeshError),
+    /// The file of the stock cannot be read, or encloses nothing.
+    #[error("stock: {0}")]
+    Solid(#[from] SolidError),
     /// The job was written in a format that this version does not know.
     #[error("job.json has format version {found}, this claymill reads version {known}")]
     Version {
@@ -105,6 +108,7 @@ impl VerifyError {
             VerifyError::Cancelled(_) => "Verify the folder again.".into(),
             VerifyError::Model(e) => e.advice(),
             VerifyError::Obstacle(e) => e.advice().into(),
+            VerifyError::Solid(e) => e.advice(),
             VerifyError::End { .. } => {
                 "Leave that out, or plan the job with a ball, for example --tool ball:10.".into()
             }

@@ -1,11 +1,14 @@
 //! A job with operations: each is verified by itself, with its own tool and allowance, and all verdicts make one.
 
 use std::ops::Range;
+use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use claymill_nurbs::{MeshOptions, Model, Point3, Vector3};
+use claymill_exchange::read_solid;
+use claymill_nurbs::{ClosedMesh, MeshOptions, Model, Point3, Vector3};
 use claymill_toolpath::{
     Cancelled, Job, Kept, LATEST_FORMAT_VERSION, Levels, Monitor, Move, MoveKind, Program, Stage, Stock,
+    sha256_of,
 };
 
 use crate::error::VerifyError;
@@ -55,7 +58,8 @@ pub(crate) fn measure(
     }
     let (mut all, mut crests) = (Vec::new(), Vec::new());
     let mut first_seq = 0;
-    let followed = |stock: &Stock| follow(model, job, program, stock, monitor);
+    let read = ReadStock::of(job, &options.folder)?;
+    let followed = |stock: &Stock| follow((model, job), program, (stock, &read), monitor);
     // The stock is large: where no operation asks of it, only when the others are done.
     let has_shank = job.tools.iter().any(|t| t.holder.is_some() || t.tool.sides().len() > 1);
     let asked = has_shank
@@ -75,7 +79,15 @@ pub(crate) fn measure(
                 levels::measure_moves(model, &part, (&moves, sequence), options, monitor)?;
             let checked = early.as_ref().filter(|_| is_in_order(program, index, &range));
             let check = |whole| {
-                of_levels((model, job), program, (&part, levels), range.clone(), whole, &samples, monitor)
+                of_levels(
+                    (model, job, &read),
+                    program,
+                    (&part, levels),
+                    range.clone(),
+                    whole,
+                    &samples,
+                    monitor,
+                )
             };
             let levels = checked.map(check).transpose()?;
             let mut findings = found.verdict.findings;
@@ -143,7 +155,7 @@ fn is_in_order(program: &Program, operation: usize, range: &Range<usize>) -> boo
 
 /// What levels do to the stock.
 fn of_levels(
-    (model, job): (&Model, &Job),
+    (model, job, read): (&Model, &Job, &ReadStock),
     program: &Program,
     part: (&Job, Levels),
     range: Range<usize>,
@@ -152,7 +164,7 @@ fn of_levels(
     monitor: &dyn Monitor,
 ) -> Result<LevelsFound, VerifyError> {
     let keep_going = || monitor.go_on().is_ok();
-    let stock = job.stock.as_ref().map(|stock| initial(model, stock)).transpose()?;
+    let stock = job.stock.as_ref().map(|stock| initial(model, stock, read)).transpose()?;
     let Some(stock) = stock else { return Err(StockError::NoMove(range.start).into()) };
     let until = &program.moves[..range.end];
     let until = StockCheck::new(stock, until, &job.tools, &stock_options(), &keep_going).map_err(of_stock)?;
@@ -176,20 +188,34 @@ fn last_along(moves: &Program, first: usize) -> Vec<(Vector3, usize)> {
 
 /// The stock at all times of the whole program: by it one knows whether rapids, shanks and holders keep clear of what is there.
 fn follow<'a>(
-    model: &'a Model,
-    job: &Job,
+    (model, job): (&'a Model, &Job),
     program: &'a Program,
-    stock: &Stock,
+    (stock, read): (&Stock, &ReadStock),
     monitor: &dyn Monitor,
 ) -> Result<StockCheck<'a>, VerifyError> {
     monitor.at(Stage::Stock, 0.0);
     let keep_going = || monitor.go_on().is_ok();
-    let initial = initial(model, stock)?;
+    let initial = initial(model, stock, read)?;
     StockCheck::new(initial, &program.moves, &job.tools, &stock_options(), &keep_going).map_err(of_stock)
 }
 
+/// What the file of a job's stock encloses, if it is in one.
+struct ReadStock(Option<ClosedMesh>);
+
+impl ReadStock {
+    fn of(job: &Job, folder: &Path) -> Result<Self, VerifyError> {
+        let Some(Stock::File(file)) = &job.stock else { return Ok(ReadStock(None)) };
+        let path = file.find(folder);
+        let found = sha256_of(&path)?;
+        if found != file.sha256 {
+            return Err(VerifyError::ModelChanged { path, expected: file.sha256.clone(), found });
+        }
+        Ok(ReadStock(Some(read_solid(&path, file.unit_mm)?)))
+    }
+}
+
 /// The stock of a job before its first move.
-fn initial<'a>(model: &'a Model, stock: &Stock) -> Result<InitialStock<'a>, VerifyError> {
+fn initial<'a>(model: &'a Model, stock: &Stock, read: &ReadStock) -> Result<InitialStock<'a>, VerifyError> {
     Ok(match *stock {
         Stock::Layer { thickness_mm } => InitialStock::layer(
             model,
@@ -204,6 +230,10 @@ fn initial<'a>(model: &'a Model, stock: &Stock) -> Result<InitialStock<'a>, Veri
             let (from, to) = (Point3::from(from_mm), Point3::from(to_mm));
             InitialStock::cylinder(from, to - from, 0.5 * diameter_mm, (to - from).norm())?
         }
+        Stock::File(_) => match &read.0 {
+            Some(solid) => InitialStock::mesh(&solid.points, &solid.triangles)?,
+            None => return Err(StockError::Empty("file").into()),
+        },
     })
 }
 

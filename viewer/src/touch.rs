@@ -1,7 +1,7 @@
 //! The triangle nearest to a point, by a box hierarchy, and the point at which a ball is drawn:
 //! contact while it cuts, tip when it is away.
 
-use claymill_nurbs::{Aabb, Point3, Vector3};
+use claymill_nurbs::{Aabb, Point3, Vector3, nearest_on_triangle};
 
 use crate::shapes::SurfaceMesh;
 
@@ -128,28 +128,6 @@ fn distance2(b: &Aabb, p: &Point3) -> f64 {
         return f64::INFINITY;
     }
     (0..3).map(|i| (b.min[i] - p[i]).max(p[i] - b.max[i]).max(0.0).powi(2)).sum()
-}
-
-/// The nearest point of a triangle: inside, if the foot on its plane is, else on one of its sides.
-fn nearest_on_triangle(p: &Point3, [a, b, c]: [Point3; 3]) -> Point3 {
-    let (u, v, w) = (b - a, c - a, p - a);
-    let (uu, uv, vv, uw, vw) = (u.dot(&u), u.dot(&v), v.dot(&v), u.dot(&w), v.dot(&w));
-    let determinant = uu * vv - uv * uv;
-    if determinant > 1e-12 * uu * vv {
-        let (s, t) = ((vv * uw - uv * vw) / determinant, (uu * vw - uv * uw) / determinant);
-        if s >= 0.0 && t >= 0.0 && s + t <= 1.0 {
-            return a + u * s + v * t;
-        }
-    }
-    let on_side = |from: Point3, to: Point3| {
-        let d = to - from;
-        let length2 = d.norm_squared();
-        let t = if length2 > 0.0 { ((p - from).dot(&d) / length2).clamp(0.0, 1.0) } else { 0.0 };
-        from + d * t
-    };
-    let sides = [on_side(a, b), on_side(b, c), on_side(c, a)];
-    let nearer = |x: Point3, y: Point3| if (y - p).norm_squared() < (x - p).norm_squared() { y } else { x };
-    nearer(nearer(sides[0], sides[1]), sides[2])
 }
 
 #[cfg(test)]

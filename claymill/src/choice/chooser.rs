@@ -26,6 +26,9 @@ const REST_PASS_RADII: f64 = 1.4;
 const REST_PASS_S: f64 = 0.8;
 /// Every tool of a chain overlaps what is cut beside the strips by this share of their whole area.
 const REST_OVERLAP: f64 = 0.5;
+/// Layers leave alone what stands above them by no more than this share of the last one's allowance, and no less than so much, mm.
+const BODY_REST: f64 = 0.5;
+const LEAST_REST_MM: f64 = 0.5;
 /// A tool change takes this long where the machine does not say, s.
 const CHANGE_S: f64 = 20.0;
 
@@ -91,6 +94,7 @@ impl Chooser<'_> {
             self.operations.push(ChosenOperation {
                 allowance_mm: left_mm,
                 stock_above_mm: self.stock_above_mm(left_mm),
+                rest_above_mm: self.rest_above_mm(allowance_mm),
                 within_mm: self.within(radius_mm),
                 ..whole
             });
@@ -282,6 +286,7 @@ impl Chooser<'_> {
             link: link(stage.way.value),
             feed_mm_per_min: self.feed(stage, tool),
             stock_above_mm: self.stock_above_mm(allowance_mm),
+            rest_above_mm: None,
             within_mm: None,
         }
     }
@@ -329,10 +334,20 @@ impl Chooser<'_> {
         round_up((self.thickest_mm - allowance_mm).max(0.0))
     }
 
+    /// Layers of a body of any shape run where there is some of it: where as much is above them as a part of what the last one
+    /// leaves.
+    fn rest_above_mm(&self, allowance_mm: f64) -> Option<f64> {
+        let is_body = matches!(self.stock, Stock::File(_));
+        is_body.then(|| round_up((BODY_REST * allowance_mm).max(LEAST_REST_MM)))
+    }
+
     /// Where the ball cuts something of a block: its centre is no farther outside than its radius.
     fn within(&self, radius_mm: f64) -> Option<[f64; 6]> {
-        let Stock::Block { box_mm } = self.stock else { return None };
-        let mut grown = *box_mm;
+        let mut grown = match self.stock {
+            Stock::Block { box_mm } => *box_mm,
+            Stock::File(file) => file.box_mm?,
+            _ => return None,
+        };
         for k in 0..3 {
             grown[k] -= radius_mm;
             grown[k + 3] += radius_mm;

@@ -8,12 +8,16 @@
 //!   ━━━━━━ surface
 //! ```
 
-use claymill_nurbs::{ClosestPoints, Model, Point3};
+use claymill_nurbs::{ClosedMesh, ClosestPoints, Model, Point3};
 use claymill_toolpath::Stock;
 use rayon::prelude::*;
 
+use crate::stock_file::ReadStock;
+
 /// A side of a block is looked at in so many places along each edge.
 const ALONG: usize = 12;
+/// Places on a body that are looked at, at most.
+const MOST_PLACES: usize = 20_000;
 /// No more layers than this.
 const MOST_LAYERS: usize = 40;
 
@@ -31,7 +35,11 @@ pub(crate) fn allowances_mm(thickest_mm: f64, allowance_mm: f64, depth_mm: f64) 
 }
 
 /// How far the stock's outside lies from the surface at most, mm.
-pub(crate) fn thickest_mm(stock: &Stock, model: &Model) -> f64 {
+pub(crate) fn thickest_mm(read: &ReadStock, model: &Model) -> f64 {
+    let stock = &read.record;
+    if let Some(solid) = &read.solid {
+        return thickest_of(solid, model);
+    }
     let box_mm = match (stock, stock.box_mm()) {
         (Stock::Layer { thickness_mm }, _) => return *thickness_mm,
         (_, box_mm) => box_mm.unwrap_or_default(),
@@ -70,6 +78,23 @@ pub(crate) fn thickest_mm(stock: &Stock, model: &Model) -> f64 {
     let all: Vec<Point3> = (0..3).flat_map(of_side).collect();
     all.into_par_iter()
         .filter_map(|p| closest.closest(&onto_bar(p), farthest))
+        .map(|foot| foot.distance_mm)
+        .reduce(|| 0.0, f64::max)
+}
+
+/// The same of a body: at corners and in the middles of triangles.
+fn thickest_of(solid: &ClosedMesh, model: &Model) -> f64 {
+    let middle = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| solid.points[i as usize].coords);
+        Point3::from((a + b + c) / 3.0)
+    };
+    let all: Vec<Point3> = solid.points.iter().copied().chain(solid.triangles.iter().map(middle)).collect();
+    let every = all.len().div_ceil(MOST_PLACES).max(1);
+    let closest = ClosestPoints::new(model);
+    let asked: Vec<&Point3> = all.iter().step_by(every).collect();
+    asked
+        .into_par_iter()
+        .filter_map(|p| closest.closest(p, f64::INFINITY))
         .map(|foot| foot.distance_mm)
         .reduce(|| 0.0, f64::max)
 }

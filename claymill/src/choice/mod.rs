@@ -15,17 +15,19 @@ mod levels;
 mod stock;
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use claymill_nurbs::Vector3;
 use claymill_paths::Strategy;
 use claymill_tooling::{
     Fact, Facts, Library, LibraryTool, MachineShape, Process, Profiles, StageKind, ToolingError,
 };
-use claymill_toolpath::{Levels, LinkStyle, Monitor, OperationKind, Stock, Tool};
+use claymill_toolpath::{Levels, LinkStyle, Monitor, OperationKind, Stock, StockFile, Tool};
 
 use crate::error::Error;
 use crate::in_process::triangles;
 use crate::prepared::Prepared;
+use crate::stock_file::ReadStock;
 
 /// What a job is chosen from.
 #[derive(Debug, Clone)]
@@ -61,6 +63,8 @@ pub enum StockWish {
     /// A round bar about the middle of the model, as long as this is: its diameter, mm, and the axis along which it lies, 0 to 2 for
     /// x to z; that along which the model is longest if `None`.
     Round(f64, Option<usize>),
+    /// What a file encloses.
+    File(StockFile),
 }
 
 /// Operations in order.
@@ -105,6 +109,8 @@ pub struct ChosenOperation {
     pub feed_mm_per_min: f64,
     /// Stock that may stand above what it leaves, mm: all that there was at first.
     pub stock_above_mm: f64,
+    /// Only what has more stock than this above what it leaves is cut, mm.
+    pub rest_above_mm: Option<f64>,
     /// The ball's centre stays in here, where nothing is to be cut outside.
     pub within_mm: Option<[f64; 6]>,
 }
@@ -144,8 +150,9 @@ pub fn choose(
         Some(StockWish::Round(..)) => triangles(prepared.file.model(), stock::BAR_DEVIATION_MM).0,
         _ => Vec::new(),
     };
-    let stock = stock::stock(wish, material, (&bounds, &points))?;
-    let thickest_mm = layers::thickest_mm(&stock, prepared.file.model());
+    let read = ReadStock::of(&stock::stock(wish, material, (&bounds, &points))?, Path::new(""))?;
+    let thickest_mm = layers::thickest_mm(&read, prepared.file.model());
+    let stock = read.record;
     facts.insert("stock.thickness_mm", Fact::Number(thickest_mm));
     facts.insert("part.height_mm", Fact::Number((bounds.max - bounds.min).z));
     let mut chooser = chooser::Chooser {
@@ -177,5 +184,13 @@ pub fn choose(
         chooser.refusals.push("pencil is left out: rest passes run along valleys".into());
     }
     let chooser::Chooser { operations, refusals, .. } = chooser;
-    Ok(Choice { stock, operations, refusals, process })
+    Ok(Choice { stock: unread(stock), operations, refusals, process })
+}
+
+/// A stock as job files have it: what its file held may have changed when it is read again.
+fn unread(stock: Stock) -> Stock {
+    match stock {
+        Stock::File(file) => Stock::File(StockFile::at(Path::new(&file.path), file.unit_mm)),
+        other => other,
+    }
 }

@@ -26,6 +26,7 @@ pub(super) fn stock(
         (Some(StockWish::BlockAround(mm)), _) => block_around(bounds, *mm),
         (Some(StockWish::Block(box_mm)), _) => Stock::Block { box_mm: *box_mm },
         (Some(StockWish::Round(diameter_mm, axis)), _) => bar_around(bounds, *diameter_mm, *axis),
+        (Some(StockWish::File(file)), _) => Stock::File(file.clone()),
         (None, Some(mm)) => Stock::Layer { thickness_mm: mm },
         (None, None) => block_around(bounds, 0.0),
     };
@@ -61,7 +62,8 @@ pub(super) fn stock(
                 "Take a thicker bar, or one along another axis: --stock round:60:x.",
             )
         }
-        Stock::Layer { .. } => Ok(chosen),
+        // Where it does not hold the model is told when it has been read.
+        Stock::Layer { .. } | Stock::File(_) => Ok(chosen),
     }
 }
 

@@ -33,7 +33,7 @@ fn planned(tool: &str, block: &Aabb, options: &LevelOptions) -> Result<LevelPlan
     let dome = ball_part(12.0, (0.0, FRAC_PI_2));
     let covering = Covering::new(&dome, &[false], dome.faces[0].area_mm2(), 4.0).expect("covered");
     let tool = tool.parse().expect("a tool");
-    let piece = Workpiece { block: *block, left: None, within_mm: None };
+    let piece = Workpiece { block: *block, left: None, thin_mm: 0.0, within_mm: None };
     plan_levels(&dome, &covering, &top(), &tool, &piece, options, &())
 }
 

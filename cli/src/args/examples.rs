@@ -51,6 +51,12 @@ Examples:
   claymill diff out/body new-body.igs
   claymill diff out/body new-body.igs --json > changed.json";
 
+pub(super) const STOCK: &str = "\
+Examples:
+  claymill stock out/body
+  claymill stock out/body -o left.stl --pitch 1
+  claymill plan body.igs --material clay --stock file:left.stl -o out/second";
+
 pub(super) const STORE: &str = "\
 Examples:
   claymill store status out/.claymill-store

@@ -32,7 +32,9 @@ pub(crate) use model::{DemoArgs, DropArgs, InspectArgs, MergeArgs, SampleArgs};
 pub(crate) use process::ProcessArgs;
 pub(crate) use prototype::PrototypeArgs;
 pub(crate) use reach::ReachArgs;
-pub(crate) use result::{AnimateArgs, PathColour, RenderArgs, ReportArgs, ShowName, VerifyArgs, ViewArgs};
+pub(crate) use result::{
+    AnimateArgs, PathColour, RenderArgs, ReportArgs, ShowName, StockArgs, VerifyArgs, ViewArgs,
+};
 pub(crate) use reuse::ReuseArgs;
 pub(crate) use shard::{Engine, ListForm, OpenArgs, ShardArgs, ShardCommand};
 pub(crate) use shell::{CompletionsArgs, ManArgs};
@@ -147,6 +149,9 @@ pub(crate) enum Command {
     /// Pictures and report of a job folder, made anew.
     #[command(after_help = examples::REPORT)]
     Report(ReportArgs),
+    /// What each operation of a job leaves of the stock, and the rest as a closed mesh: the stock of the next job.
+    #[command(after_help = examples::STOCK)]
+    Stock(StockArgs),
     /// Write a generated model with its planted answers.
     #[command(after_help = examples::SAMPLE)]
     Sample(SampleArgs),

@@ -91,6 +91,25 @@ pub(crate) struct ReportArgs {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct StockArgs {
+    /// Job folder.
+    pub(crate) folder: PathBuf,
+    /// The model, where it is no longer at the path that the job names.
+    #[arg(long)]
+    pub(crate) model: Option<PathBuf>,
+    /// Mesh to write, as binary STL in millimetres: what is left after the last operation.
+    #[arg(short, long, value_name = "STL")]
+    pub(crate) out: Option<PathBuf>,
+    /// Write what is left after this operation instead.
+    #[arg(long, value_name = "OPERATION", requires = "out")]
+    pub(crate) after: Option<String>,
+    /// Largest distance of the rays on which the stock is known, mm: sharp edges of the mesh are rounded by about half of it
+    /// [default: a 400th of the longest side].
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) pitch: Option<f64>,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
     /// Job folder or model file.
     pub(crate) what: PathBuf,

@@ -7,7 +7,7 @@ use claymill::{
     Strategy, Wish, choose,
 };
 use claymill_tooling::{MachineShape, ReadOptions, read_library};
-use claymill_toolpath::FolderWriter;
+use claymill_toolpath::{FolderWriter, StockFile};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
@@ -266,6 +266,7 @@ impl Chosen {
         console.say(match &choice.stock {
             Stock::Layer { thickness_mm } => format!("stock     a layer of {thickness_mm} mm on all faces"),
             Stock::Block { box_mm } => format!("stock     a block, {box_mm:.1?} mm"),
+            Stock::File(file) => format!("stock     the body in {}", file.path),
             Stock::Bar { from_mm, to_mm, diameter_mm } => {
                 format!("stock     a round bar of {diameter_mm} mm, from {from_mm:.1?} to {to_mm:.1?} mm")
             }
@@ -309,6 +310,7 @@ impl Chosen {
             options.ramp = levels.ramp_deg;
         }
         options.stock_above = Some(o.stock_above_mm);
+        options.rest_above = o.rest_above_mm;
         options.bounds.centre_within =
             o.within_mm.map(|b| format!("{}:{}", corner(&b[..3]), corner(&b[3..])));
         options
@@ -320,11 +322,12 @@ fn stock(text: &str) -> Result<StockWish, Failure> {
     let wrong = || {
         Failure::usage(
             format!("`{text}` is not a stock"),
-            "For example: --stock layer:25, --stock block:10, --stock round:60:x, or --stock -100,-50,0:100,50,80.",
+            "For example: --stock layer:25, --stock block:10, --stock round:60:x, --stock file:casting.stp, or --stock -100,-50,0:100,50,80.",
         )
     };
     let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(wrong);
     match text.split_once(':') {
+        Some(("file", path)) => Ok(StockWish::File(StockFile::at(Path::new(path), 1.0))),
         Some(("layer", mm)) => Ok(StockWish::Layer(number(mm)?)),
         Some(("round", bar)) => {
             let (mm, axis) = bar.split_once(':').map_or((bar, None), |(mm, axis)| (mm, Some(axis)));

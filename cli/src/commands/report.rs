@@ -60,7 +60,7 @@ pub(crate) fn report(context: &Context, args: &ReportArgs) -> Result<ExitCode, F
         crests: &crests,
         orientation,
     };
-    let states = stages::of_job(context.console, finished.model, finished.job, finished.program)?;
+    let states = stages::of_job(context.console, finished.model, (finished.job, folder), finished.program)?;
     let sights = pictures::take(context.console, &finished, &states, renewal.path())?;
     write(&finished, &sights, renewal.path(), folder)?;
     renewal.finish()?;

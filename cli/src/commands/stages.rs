@@ -42,11 +42,11 @@ pub(super) fn of(planned: &PlannedOperations<'_>) -> Vec<StockState> {
 pub(super) fn of_job(
     console: &Console,
     model: &Model,
-    job: &Job,
+    (job, folder): (&Job, &Path),
     program: &Program,
 ) -> Result<Vec<StockState>, Failure> {
     let names = std::iter::once(None).chain(job.operations.iter().map(|o| Some(o.name.clone())));
-    let states = InProcessStock::states_of(model, job, program, console)?;
+    let states = InProcessStock::states_of(model, (job, folder), program, None, console)?;
     Ok(names.zip(states).map(|(after, state)| StockState { after, state }).collect())
 }
 

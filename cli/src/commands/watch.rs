@@ -54,7 +54,14 @@ fn files(args: &PlanArgs) -> Vec<PathBuf> {
     let options = args.job.options();
     let of_process = args.process.tools.iter().chain(&args.process.process);
     let of_job = options.check.iter().chain(&options.machine);
-    std::iter::once(&args.model).chain(&args.job_file).chain(of_process).chain(of_job).cloned().collect()
+    let of_stock = args.process.stock.iter().filter_map(|stock| Some(stock.strip_prefix("file:")?.into()));
+    std::iter::once(&args.model)
+        .chain(&args.job_file)
+        .chain(of_process)
+        .chain(of_job)
+        .cloned()
+        .chain(of_stock)
+        .collect()
 }
 
 fn stamps(files: &[PathBuf]) -> Vec<Stamp> {

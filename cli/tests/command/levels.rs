@@ -13,13 +13,13 @@ use crate::run::{Run, run_without_adapter};
 use crate::scratch;
 
 /// A rectangle with a corner, two sides along axes and a normal across.
-fn rectangle(corner: [f64; 3], x: Vector3, z: Vector3, sides: [f64; 2]) -> NurbsSurface {
+pub(crate) fn rectangle(corner: [f64; 3], x: Vector3, z: Vector3, sides: [f64; 2]) -> NurbsSurface {
     let frame = Frame::new(corner.into(), z, x).unwrap();
     plane_patch(&frame, (0.0, sides[0]), (0.0, sides[1])).unwrap()
 }
 
 /// A tray: a floor of 26 × 22 mm with walls 6 mm high, into which a tool enters by a helix.
-fn tray(folder: &Path) {
+pub(crate) fn tray(folder: &Path) {
     let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
     let faces = vec![
         rectangle([0.0, 0.0, 0.0], x, z, [26.0, 22.0]),
@@ -32,7 +32,7 @@ fn tray(folder: &Path) {
 }
 
 /// A job that roughs the tray by levels of 4 mm at 90°.
-fn job(stock: &str, tool: &str, more: &str) -> String {
+pub(crate) fn job(stock: &str, tool: &str, more: &str) -> String {
     format!(
         r#"up = "+z"
 length = "+x"
@@ -52,15 +52,15 @@ allowance = 0.5
     )
 }
 
-const STOCK: &str = "\n[stock]\nshape = \"block\"\nbox_mm = [-2.0, -2.0, -1.0, 28.0, 24.0, 7.0]";
-const USUAL: &str = "step_down = 4.0\nengagement = 90.0\nband = 0.5";
+pub(crate) const STOCK: &str = "\n[stock]\nshape = \"block\"\nbox_mm = [-2.0, -2.0, -1.0, 28.0, 24.0, 7.0]";
+pub(crate) const USUAL: &str = "step_down = 4.0\nengagement = 90.0\nband = 0.5";
 
-fn planned(folder: &Path, job: &str) -> Run {
+pub(crate) fn planned(folder: &Path, job: &str) -> Run {
     std::fs::write(folder.join("asked.toml"), job).unwrap();
     run_without_adapter(folder, ["plan", "model.igs", "--job", "asked.toml", "-o", "out"])
 }
 
-fn verification(out: &Path) -> Verification {
+pub(crate) fn verification(out: &Path) -> Verification {
     serde_json::from_slice(&std::fs::read(out.join("verify.json")).unwrap()).unwrap()
 }
 

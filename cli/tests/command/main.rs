@@ -48,6 +48,7 @@ mod sides;
 mod slurm;
 mod standing;
 mod steep;
+mod stock_file;
 mod tilted;
 mod times;
 mod tools;

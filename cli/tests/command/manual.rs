@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use crate::run::run;
 use crate::scratch;
 
-const COMMANDS: [&str; 24] = [
+const COMMANDS: [&str; 25] = [
     "demo",
     "inspect",
     "drop",
@@ -28,6 +28,7 @@ const COMMANDS: [&str; 24] = [
     "tools",
     "reach",
     "prototype",
+    "stock",
     "store",
     "shard",
     "diff",

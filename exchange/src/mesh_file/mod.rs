@@ -14,6 +14,7 @@ mod gltf;
 mod obj;
 mod polygon;
 mod stl;
+mod stl_writer;
 mod weld;
 
 use std::path::Path;
@@ -22,6 +23,7 @@ use claymill_nurbs::{Aabb, Point3};
 use serde::{Deserialize, Serialize};
 
 pub use error::{MeshError, MeshFault};
+pub use stl_writer::stl_bytes;
 
 use crate::Format;
 use crate::contents::{contents, head};

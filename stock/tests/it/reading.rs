@@ -37,6 +37,47 @@ fn the_holder_is_what_touches_beside_a_deep_wall() {
     assert!(stock.is_clear(&higher, 1.0).unwrap());
 }
 
+/// Twice the area of a polygon, positive if it runs anticlockwise.
+fn twice_area(polygon: &[[f64; 2]]) -> f64 {
+    let next = polygon.iter().cycle().skip(1);
+    polygon.iter().zip(next).map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum()
+}
+
+#[test]
+fn outlines_are_exact_between_rays() {
+    // A wall of 11.3 mm and a rib of 0.3 mm, which no ray along z meets, stay of a block with rays a millimetre apart.
+    let mut stock = block([0.0; 3], [60.0, 40.0, 20.0], 1.0);
+    for [from, to] in [[11.3 + 5.0, 26.6 - 5.0], [26.9 + 5.0, 70.0]] {
+        for k in 0..=20 {
+            let x = from + (to - from) * f64::from(k) / 20.0;
+            stock.cut(&upright(&cutting("flat:5"), [x, -10.0, 8.0], [x, 50.0, 8.0]));
+        }
+    }
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let area = |axes, low, high| -> f64 {
+        let polygons = stock.outline(axes, low, high).unwrap();
+        polygons.iter().map(|p| 0.5 * twice_area(p).abs()).sum()
+    };
+    // Below the cuts it is the whole block; above, the wall and the rib. Corners are cut off from the middle of a cell.
+    let corners = |out_mm: f64| 2.0 * 0.5 * 0.5 * out_mm;
+    approx::assert_abs_diff_eq!(area(axes, 2.0, 4.0), 2400.0 - 2.0 * corners(0.5), epsilon = 1e-3);
+    let wall_and_rib = 40.0 * (11.3 + 0.3) - corners(0.5) - corners(0.8);
+    approx::assert_abs_diff_eq!(area(axes, 10.0, 14.0), wall_and_rib, epsilon = 1e-2);
+    // From below, with other axes across, and between two rows of rays.
+    let below = [Vector3::y(), Vector3::x(), -Vector3::z()];
+    approx::assert_abs_diff_eq!(area(below, -14.0, -10.0), wall_and_rib, epsilon = 1e-2);
+    approx::assert_abs_diff_eq!(area(axes, 10.6, 10.9), wall_and_rib, epsilon = 1e-2);
+    let turned = [Vector3::new(0.6, 0.8, 0.0), Vector3::new(-0.8, 0.6, 0.0), Vector3::z()];
+    assert!(stock.outline(turned, 10.0, 14.0).is_none() && stock.outline(axes, 3.0, 3.0).is_none());
+    // A round hole: within the chords of a grid, h²/8R about the hole.
+    let mut stock = block([0.0; 3], [40.0, 40.0, 10.0], 1.0);
+    stock.cut(&upright(&cutting("flat:8"), [20.3, 19.8, -1.0], [20.3, 19.8, 20.0]));
+    let polygons = stock.outline(axes, 1.0, 9.0).unwrap();
+    let left: f64 = polygons.iter().map(|p| 0.5 * twice_area(p).abs()).sum();
+    let exact = 1600.0 - std::f64::consts::PI * 64.0;
+    assert!(left >= exact && left - exact < 2.0 * std::f64::consts::PI * 8.0 / 64.0, "{left} {exact}");
+}
+
 #[test]
 fn slices_along_axes_are_exact_and_tilted_ones_hold_more() {
     let mut stock = block([0.0; 3], [60.0, 40.0, 20.0], 0.5);

@@ -35,8 +35,9 @@ const CHORD_MM: f64 = 2e-4;
 const CUSP_MM: f64 = 1e-4;
 /// The engagement is measured this often at least, in radii of the tool.
 const SPACING: f64 = 0.03;
-/// Planes are this much above the lower end of the flank, mm.
-const ABOVE_MM: f64 = 0.005;
+/// Planes are this much above the lower end of the flank, mm: a skin that an earlier cut at the same height left by rounding is
+/// below it.
+const ABOVE_MM: f64 = 0.02;
 /// Heights that differ by less are one level, mm.
 const LEVEL_MM: f64 = 1e-3;
 /// A move whose height changes by more is an entry, mm.

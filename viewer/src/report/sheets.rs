@@ -174,12 +174,11 @@ fn magazine_place(id: &str) -> u32 {
 fn stock_words(stock: &Stock) -> String {
     match stock {
         Stock::Layer { thickness_mm } => format!("a layer of {thickness_mm} mm on all faces"),
-        Stock::Block { box_mm: [x0, y0, z0, x1, y1, z1] } => format!(
-            "a block of {} x {} x {} mm, in the model from x {x0}, y {y0}, z {z0} to x {x1}, y {y1}, z {z1}",
-            x1 - x0,
-            y1 - y0,
-            z1 - z0
-        ),
+        Stock::File(file) => match file.box_mm {
+            Some(box_mm) => format!("the body in {}, {}", file.path, box_words(&box_mm)),
+            None => format!("the body in {}", file.path),
+        },
+        Stock::Block { box_mm } => format!("a block of {}", box_words(box_mm)),
         Stock::Bar { from_mm, to_mm, diameter_mm } => {
             let axis = stock.bar_axis().unwrap_or(0);
             let [y, z] = [(axis + 1) % 3, (axis + 2) % 3].map(|k| ["x", "y", "z"][k]).map(str::to_owned);
@@ -195,6 +194,16 @@ fn stock_words(stock: &Stock) -> String {
             )
         }
     }
+}
+
+/// The size of a box, and where it lies in the model.
+fn box_words([x0, y0, z0, x1, y1, z1]: &[f64; 6]) -> String {
+    format!(
+        "{} x {} x {} mm, in the model from x {x0}, y {y0}, z {z0} to x {x1}, y {y1}, z {z1}",
+        x1 - x0,
+        y1 - y0,
+        z1 - z0
+    )
 }
 
 /// `+x` where the direction is an axis, else its components.

@@ -171,7 +171,15 @@ impl<'s> Nodes<'s> {
                 continue;
             }
             let (place, half) = (self.place(at), 0.5 * self.pitch_mm);
-            for [from, to] in self.along(axis, at, [place[axis], self.place(next)[axis]]) {
+            let mut pieces: Vec<_> = self.along(axis, at, [place[axis], self.place(next)[axis]]).collect();
+            pieces.sort_unstable_by(|p, q| p[0].total_cmp(&q[0]));
+            // Of all rows what any of them has.
+            pieces.dedup_by(|next, so_far| {
+                let is_met = next[0] <= so_far[1];
+                so_far[1] = if is_met { so_far[1].max(next[1]) } else { so_far[1] };
+                is_met
+            });
+            for [from, to] in pieces {
                 let (mut low, mut high) = (place, place);
                 (low[axis], high[axis]) = (from, to);
                 (low[1 - axis], high[1 - axis]) = (place[1 - axis] - half, place[1 - axis] + half);

@@ -15,7 +15,7 @@ use std::sync::Arc;
 use claymill_nurbs::{Aabb, FaceMesh, MeshOptions, Model, Point3, Vector3, tessellate};
 use claymill_stock::{Chords, Family, Grid, Stock, StockError, SurfaceMesh, Sweep, ToolBody};
 use claymill_toolpath::{
-    Job as JobRecord, Monitor, Move, MoveKind, Program, Stage, Stock as StockRecord, Tool,
+    Job as JobRecord, Levels, Monitor, Move, MoveKind, Program, Stage, Stock as StockRecord, Tool,
 };
 use rayon::prelude::*;
 
@@ -31,6 +31,9 @@ const MOST_RAYS: f64 = 2000.0;
 const CHORD_PITCHES: f64 = 0.1;
 /// Faces are within this share of a layer's thickness of their triangles.
 const LAYER_DEVIATION: f64 = 0.004;
+/// Levels know outlines of stock to a share of the rays' distance, which is to be small in their band: rays are no farther apart than
+/// this many bands.
+const BANDS: f64 = 1.4;
 /// A curve whose points differ less in height is level, mm.
 const LEVEL_MM: f64 = 1e-7;
 /// Moves are cut so many at a time.
@@ -44,16 +47,25 @@ pub struct InProcessStock {
 }
 
 impl InProcessStock {
-    /// Levels know outlines of stock to a share of the rays' distance, which is to be small in their band: rays are no farther apart
-    /// than this many bands.
-    pub(crate) const RAYS_OF_BAND: f64 = 1.4;
+    /// How far apart rays may be for operations, of which each has stock above which it cuts, or levels; `None` where none asks.
+    pub(crate) fn largest_pitch_mm(
+        operations: impl Iterator<Item = (Option<f64>, Option<Levels>)>,
+    ) -> Option<f64> {
+        let asked = |(rest_above_mm, levels): (Option<f64>, Option<Levels>)| {
+            [rest_above_mm, levels.map(|levels| BANDS * levels.band_mm)]
+        };
+        operations.flat_map(asked).flatten().reduce(f64::min)
+    }
 
-    /// The stock of a job before its first operation. Where operations cut only what stands above a thickness, `least_rest_mm` is
-    /// the smallest one.
+    /// The stock of a job before its first operation, on rays that are no farther apart than told, within limits of memory.
     ///
     /// # Errors
     /// It is empty, or too far out.
-    pub(crate) fn new(stock: &ReadStock, model: &Model, least_rest_mm: Option<f64>) -> Result<Self, Error> {
+    pub(crate) fn new(
+        stock: &ReadStock,
+        model: &Model,
+        largest_pitch_mm: Option<f64>,
+    ) -> Result<Self, Error> {
         let record = &stock.record;
         let bounds = match *record {
             StockRecord::Layer { thickness_mm } => {
@@ -66,7 +78,7 @@ impl InProcessStock {
         };
         let longest_mm = (bounds.max - bounds.min).amax();
         let usual_mm = longest_mm / USUAL_RAYS;
-        let pitch_mm = least_rest_mm.map_or(usual_mm, |mm| mm.min(usual_mm)).max(longest_mm / MOST_RAYS);
+        let pitch_mm = largest_pitch_mm.map_or(usual_mm, |mm| mm.min(usual_mm)).max(longest_mm / MOST_RAYS);
         let grid = match Grid::over(&bounds, pitch_mm) {
             Err(StockError::TooFine { fitting_mm, .. }) => Grid::over(&bounds, fitting_mm)?,
             other => other?,
@@ -104,11 +116,9 @@ impl InProcessStock {
     ) -> Result<Vec<Self>, Error> {
         let Some(record) = &job.stock else { return Ok(Vec::new()) };
         let stock = ReadStock::of(record, folder)?;
-        let rests = job.operations.iter().filter_map(|o| o.request.rest_above_mm);
-        let bands =
-            job.operations.iter().filter_map(|o| Some(Self::RAYS_OF_BAND * o.request.levels?.band_mm));
-        let least_rest_mm = rests.chain(bands).chain(pitch_mm).reduce(f64::min);
-        let mut state = InProcessStock::new(&stock, model, least_rest_mm)?;
+        let asked = job.operations.iter().map(|o| (o.request.rest_above_mm, o.request.levels));
+        let largest_mm = Self::largest_pitch_mm(asked.chain([(pitch_mm, None)]));
+        let mut state = InProcessStock::new(&stock, model, largest_mm)?;
         let mut states = vec![state.clone()];
         for (index, operation) in job.operations.iter().enumerate() {
             if let Some(tool) = job.tools.iter().find(|tool| tool.id == operation.tool) {

@@ -61,13 +61,11 @@ impl<'m> PlannedOperations<'m> {
     ) -> Result<Self, Error> {
         check(operations)?;
         let (mut done, mut nothing) = (Vec::new(), None);
-        let rests = operations.iter().filter_map(|o| o.job.passes.rest_above_mm);
-        let bands =
-            operations.iter().filter_map(|o| Some(InProcessStock::RAYS_OF_BAND * o.job.levels?.band_mm));
-        let least_rest_mm = rests.chain(bands).reduce(f64::min);
+        let asked = operations.iter().map(|o| (o.job.passes.rest_above_mm, o.job.levels));
+        let largest_mm = InProcessStock::largest_pitch_mm(asked);
         // No folder is there yet: paths are as they were given.
         let stock = record.map(|record| ReadStock::of(&record, Path::new(""))).transpose()?;
-        let begin = |stock: &ReadStock| InProcessStock::new(stock, regions.file.model(), least_rest_mm);
+        let begin = |stock: &ReadStock| InProcessStock::new(stock, regions.file.model(), largest_mm);
         let mut states: Vec<InProcessStock> = stock.as_ref().map(begin).transpose()?.into_iter().collect();
         let lack = stock.as_ref().and_then(|stock| stock.lack(regions.file.model()));
         let record = stock.map(|stock| stock.record);

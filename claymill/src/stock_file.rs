@@ -7,16 +7,16 @@ use claymill_nurbs::{Aabb, ClosedMesh, Inside, Model, Point3};
 use claymill_toolpath::{Stock, StockFile, sha256_of};
 use rayon::prelude::*;
 
+use crate::error::Error;
+use crate::in_process::triangles;
+use crate::job_error::JobError;
+
 /// Points of the surface that are asked for, at most.
 const MOST_POINTS: usize = 20_000;
 /// The surface may lie outside of its stock by this, mm: castings and what was cut before have their tolerances.
 const LACK_MM: f64 = 0.1;
 /// Faces are within this of the points that are asked for, mm.
 const SAMPLE_DEVIATION_MM: f64 = 0.05;
-
-use crate::error::Error;
-use crate::in_process::triangles;
-use crate::job_error::JobError;
 
 /// A stock with what its file encloses, if it is in one.
 #[derive(Debug, Clone)]
@@ -37,11 +37,11 @@ impl ReadStock {
             return Ok(ReadStock { record: record.clone(), solid: None });
         };
         let path = file.find(folder);
-        let solid = read_solid(&path, file.unit_mm)?;
         let sha256 = sha256_of(&path)?;
         if !file.sha256.is_empty() && file.sha256 != sha256 {
             return Err(JobError::StockChanged { path }.into());
         }
+        let solid = read_solid(&path, file.unit_mm)?;
         let box_mm = Some(Aabb::of(&solid.points).corners());
         let record = Stock::File(StockFile { sha256, box_mm, ..file.clone() });
         Ok(ReadStock { record, solid: Some(solid) })

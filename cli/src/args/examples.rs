@@ -54,8 +54,7 @@ Examples:
 pub(super) const STOCK: &str = "\
 Examples:
   claymill stock out/body
-  claymill stock out/body -o left.stl --pitch 1
-  claymill plan body.igs --material clay --stock file:left.stl -o out/second";
+  claymill stock out/body -o left.stl --pitch 1";
 
 pub(super) const STORE: &str = "\
 Examples:

@@ -19,8 +19,8 @@ pub(crate) struct ProcessArgs {
     /// Process profile (TOML) of your own; may be repeated [default: the shipped one for the material].
     #[arg(help_heading = PROCESS, long, value_name = "FILE", requires = "material")]
     pub(crate) process: Vec<PathBuf>,
-    /// Stock: layer:MM on all faces, block:MM around the model, a block by two corners, X,Y,Z:X,Y,Z, or round:DIAMETER[:x|y|z], a
-    /// bar [default: as usual for the material].
+    /// Stock: layer:MM on all faces, block:MM around the model, a block by two corners, X,Y,Z:X,Y,Z, round:DIAMETER[:x|y|z], a bar,
+    /// or file:PATH, a body (a solid or a closed mesh) [default: as usual for the material].
     #[arg(help_heading = PROCESS, long, value_name = "STOCK", requires = "material", allow_hyphen_values = true)]
     pub(crate) stock: Option<String>,
 }

@@ -12,7 +12,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use claymill_nurbs::{Aabb, FaceMesh, MeshOptions, Model, Point3, Vector3, tessellate};
+use claymill_nurbs::{Aabb, Model, ModelMesh, Vector3};
 use claymill_stock::{Chords, Family, Grid, Stock, StockError, SurfaceMesh, Sweep, ToolBody};
 use claymill_toolpath::{
     Job as JobRecord, Levels, Monitor, Move, MoveKind, Program, Stage, Stock as StockRecord, Tool,
@@ -95,8 +95,8 @@ impl InProcessStock {
                 Stock::cylinder_in(grid, Family::ALL[along], from_mm.into(), 0.5 * diameter_mm, length_mm)?
             }
             StockRecord::Layer { thickness_mm } => {
-                let (points, triangles) = triangles(model, LAYER_DEVIATION * thickness_mm);
-                Stock::layer(grid, &points, &triangles, thickness_mm)?
+                let mesh = ModelMesh::of(model, LAYER_DEVIATION * thickness_mm);
+                Stock::layer(grid, &mesh.points, &mesh.triangles, thickness_mm)?
             }
         };
         Ok(InProcessStock { stock: Arc::new(stock), chord_mm: CHORD_PITCHES * grid.pitch_mm() })
@@ -208,18 +208,4 @@ impl Bodies {
             _ => &self.smaller,
         }
     }
-}
-
-/// All faces as triangles. A face that has none is not cut either.
-pub(crate) fn triangles(model: &Model, deviation_mm: f64) -> (Vec<Point3>, Vec<[u32; 3]>) {
-    let options = MeshOptions { deviation_mm, longest_edge_mm: f64::INFINITY };
-    let meshes: Vec<FaceMesh> =
-        model.faces.par_iter().map(|face| tessellate(face, &options).unwrap_or_default()).collect();
-    let (mut points, mut all) = (Vec::new(), Vec::new());
-    for mesh in meshes {
-        let first = points.len() as u32;
-        all.extend(mesh.triangles.iter().map(|t| t.map(|i| i + first)));
-        points.extend(mesh.points);
-    }
-    (points, all)
 }

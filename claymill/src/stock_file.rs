@@ -3,12 +3,11 @@
 use std::path::Path;
 
 use claymill_exchange::read_solid;
-use claymill_nurbs::{Aabb, ClosedMesh, Inside, Model, Point3};
+use claymill_nurbs::{Aabb, ClosedMesh, Inside, Model, ModelMesh, Point3};
 use claymill_toolpath::{Stock, StockFile, sha256_of};
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::in_process::triangles;
 use crate::job_error::JobError;
 
 /// Points of the surface that are asked for, at most.
@@ -50,7 +49,7 @@ impl ReadStock {
     /// A sentence on the surface that lies outside of what the file encloses, if some of it does.
     pub(crate) fn lack(&self, model: &Model) -> Option<String> {
         let solid = Inside::new(self.solid.as_ref()?);
-        let points = triangles(model, SAMPLE_DEVIATION_MM).0;
+        let points = ModelMesh::of(model, SAMPLE_DEVIATION_MM).points;
         let every = points.len().div_ceil(MOST_POINTS).max(1);
         let asked: Vec<&Point3> = points.iter().step_by(every).collect();
         let outside = |p: &&Point3| {

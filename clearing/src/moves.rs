@@ -173,6 +173,11 @@ impl<'a> Pen<'a> {
         Ok(())
     }
 
+    /// The height above which nothing is met where the tool is.
+    fn here(&self, above: &Above) -> f64 {
+        self.at.map_or(above.cut_mm, |at| above.over(&[[at.x, at.y]]))
+    }
+
     /// Up to the height of rapids.
     fn lift(&mut self, above_mm: f64) {
         if let Some(at) = self.at.filter(|at| at.z < self.clearance_mm) {
@@ -200,8 +205,7 @@ impl<'a> Pen<'a> {
     pub(crate) fn strokes(&mut self, strokes: &[Stroke], z: f64, above: &Above) -> Result<(), NurbsError> {
         for stroke in strokes {
             self.pass += 1;
-            let comes_up = self.at.map_or(above.cut_mm, |at| above.over(&[[at.x, at.y]]));
-            let above_mm = above.of_stroke(stroke).max(comes_up);
+            let above_mm = above.of_stroke(stroke).max(self.here(above));
             let first = stroke.lead_in.first().or(stroke.cut.first());
             let is_passed = matches!(stroke.approach, Approach::Along | Approach::Over);
             if is_passed && stroke.lead_in.is_empty() && is_ring(&stroke.cut) && z < above_mm {
@@ -239,8 +243,7 @@ impl<'a> Pen<'a> {
             self.level(MoveKind::Cut, &stroke.cut, z)?;
             self.level(MoveKind::LeadOut, &stroke.lead_out, z)?;
         }
-        let up_to_mm = self.at.map_or(above.cut_mm, |at| above.over(&[[at.x, at.y]]));
-        self.lift(up_to_mm);
+        self.lift(self.here(above));
         Ok(())
     }
 

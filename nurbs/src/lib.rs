@@ -79,7 +79,8 @@ pub use jet::{CurvatureTensor, Jet};
 pub use knots::{KnotVector, MAX_DEGREE};
 pub use leaf::{LANES, Lanes, Leaf, LeafBounds, Leaves, NormalCone, Places, Shapes};
 pub use mesh::{
-    ClosedMesh, FaceMesh, Inside, MeshOptions, nearest_on_triangle, tessellate, tessellate_polygons,
+    ClosedMesh, FaceMesh, Inside, MeshOptions, ModelMesh, nearest_on_triangle, tessellate,
+    tessellate_polygons,
 };
 pub use model::{Aabb, FaceId, Model};
 pub use nesting::turn_by_nesting;

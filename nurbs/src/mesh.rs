@@ -11,9 +11,11 @@ mod trimmed;
 pub use closed::ClosedMesh;
 pub use inside::{Inside, nearest_on_triangle};
 
+use rayon::prelude::*;
+
 use crate::curvedness::Curvedness;
 use crate::rings::{Ring, polygon_rings, rings};
-use crate::{Face, NurbsError, NurbsSurface, Point2, Point3};
+use crate::{Face, FaceId, Model, NurbsError, NurbsSurface, Point2, Point3};
 
 /// How fine a face is triangulated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +40,35 @@ pub struct FaceMesh {
     pub deviation_mm: Vec<f32>,
     /// Boundary loops as vertex indices, in order, first not repeated.
     pub rings: Vec<Vec<u32>>,
+}
+
+/// The triangles of all faces of a model, face after face.
+#[derive(Debug, Clone, Default)]
+pub struct ModelMesh {
+    /// Corners, mm. Neighbouring faces have corners of their own.
+    pub points: Vec<Point3>,
+    /// Three corners each, anticlockwise in the parameter plane of their face.
+    pub triangles: Vec<[u32; 3]>,
+    /// The face of each triangle.
+    pub faces: Vec<FaceId>,
+}
+
+impl ModelMesh {
+    /// Triangulates all faces. One that cannot be has no triangles.
+    #[must_use]
+    pub fn of(model: &Model, deviation_mm: f64) -> Self {
+        let options = MeshOptions { deviation_mm, longest_edge_mm: f64::INFINITY };
+        let meshes: Vec<FaceMesh> =
+            model.faces.par_iter().map(|face| tessellate(face, &options).unwrap_or_default()).collect();
+        let mut all = ModelMesh::default();
+        for (face, mesh) in meshes.into_iter().enumerate() {
+            let first = all.points.len() as u32;
+            all.faces.resize(all.faces.len() + mesh.triangles.len(), face);
+            all.triangles.extend(mesh.triangles.iter().map(|t| t.map(|i| i + first)));
+            all.points.extend(mesh.points);
+        }
+        all
+    }
 }
 
 /// A loop that keeps this close to a parameter rectangle is the rectangle, mm.

@@ -215,6 +215,13 @@ pub(crate) fn mm(quanta: i32) -> f64 {
     f64::from(quanta) / QUANTA_PER_MM
 }
 
+/// The family of rays that runs along the third of three axes, if all are axes of the coordinates.
+pub(crate) fn family_along(axes: &[claymill_nurbs::Vector3; 3]) -> Option<Family> {
+    let is_axis = |axis: &claymill_nurbs::Vector3| axis.iter().all(|c| *c == 0.0 || c.abs() == 1.0);
+    let family = Family::ALL.into_iter().find(|k| axes[2][k.index()].abs() == 1.0);
+    family.filter(|_| axes.iter().all(is_axis))
+}
+
 /// Refuses what is not a unit vector.
 pub(crate) fn unit(v: &claymill_nurbs::Vector3) -> Result<claymill_nurbs::Vector3, StockError> {
     let length = v.norm();

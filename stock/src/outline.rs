@@ -34,11 +34,10 @@ impl Stock {
     /// coordinates: polygons that may overlap, along the first two. `None` of other vectors, or of an empty band.
     #[must_use]
     pub fn outline(&self, axes: [Vector3; 3], low_mm: f64, high_mm: f64) -> Option<Polygons> {
-        let is_axis = |axis: &Vector3| axis.iter().all(|c| *c == 0.0 || c.abs() == 1.0);
-        if !axes.iter().all(is_axis) || low_mm.is_nan() || high_mm.is_nan() || low_mm >= high_mm {
+        if low_mm.is_nan() || high_mm.is_nan() || low_mm >= high_mm {
             return None;
         }
-        let family = Family::ALL.into_iter().find(|k| axes[2][k.index()].abs() == 1.0)?;
+        let family = grid::family_along(&axes)?;
         let sign = axes[2][family.index()];
         let ends = [low_mm * sign, high_mm * sign];
         let nodes = Nodes::new(self, family, [ends[0].min(ends[1]), ends[0].max(ends[1])]);

@@ -78,9 +78,7 @@ impl Stock {
         let words = (cells as usize).div_ceil(64);
         let bits: Vec<AtomicU64> = (0..words).map(|_| AtomicU64::new(0)).collect();
         let canvas = Canvas { origin: [u[0], v[0]], cell_mm, counts, bits: &bits };
-        let along = Family::ALL.into_iter().find(|k| axes[2][k.index()].abs() == 1.0);
-        let is_level = |axis: &Vector3| axis.iter().all(|c| *c == 0.0 || c.abs() == 1.0);
-        if let (Some(family), true) = (along, axes.iter().all(is_level)) {
+        if let Some(family) = grid::family_along(&axes) {
             self.along_rays(family, &axes, [low_mm, high_mm], &canvas);
         } else {
             for family in Family::ALL {

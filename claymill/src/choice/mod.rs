@@ -17,7 +17,7 @@ mod stock;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use claymill_nurbs::Vector3;
+use claymill_nurbs::{ModelMesh, Vector3};
 use claymill_paths::Strategy;
 use claymill_tooling::{
     Fact, Facts, Library, LibraryTool, MachineShape, Process, Profiles, StageKind, ToolingError,
@@ -25,7 +25,6 @@ use claymill_tooling::{
 use claymill_toolpath::{Levels, LinkStyle, Monitor, OperationKind, Stock, StockFile, Tool};
 
 use crate::error::Error;
-use crate::in_process::triangles;
 use crate::prepared::Prepared;
 use crate::stock_file::ReadStock;
 
@@ -147,7 +146,7 @@ pub fn choose(
     let process = shop.profiles.resolve(process, &material.name, &BTreeMap::new())?;
     let bounds = prepared.file.bounds;
     let points = match wish.stock {
-        Some(StockWish::Round(..)) => triangles(prepared.file.model(), stock::BAR_DEVIATION_MM).0,
+        Some(StockWish::Round(..)) => ModelMesh::of(prepared.file.model(), stock::BAR_DEVIATION_MM).points,
         _ => Vec::new(),
     };
     let read = ReadStock::of(&stock::stock(wish, material, (&bounds, &points))?, Path::new(""))?;

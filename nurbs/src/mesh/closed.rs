@@ -7,12 +7,11 @@
 //!     face B            both have the same sides there.
 //! ```
 
-use rayon::prelude::*;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::{MeshOptions, tessellate};
+use super::{MeshOptions, ModelMesh};
 use crate::box_tree::BoxTree;
-use crate::{Aabb, FaceMesh, Model, NurbsError, Point3};
+use crate::{Aabb, Model, NurbsError, Point3};
 
 /// Tolerances that are tried one after the other, in deviations: both neighbours leave the joint by one at most, and files
 /// join faces no better than some hundredths of a millimetre.
@@ -35,19 +34,15 @@ impl ClosedMesh {
     /// # Errors
     /// A deviation that is not positive; faces that enclose nothing: how many sides are open, and where the first one is.
     pub fn of_model(model: &Model, deviation_mm: f64) -> Result<Self, NurbsError> {
-        let options = MeshOptions { deviation_mm, longest_edge_mm: f64::INFINITY };
-        options.check()?;
+        MeshOptions { deviation_mm, longest_edge_mm: f64::INFINITY }.check()?;
         // A face without triangles leaves a hole, which is told, or is too small for one.
-        let meshes: Vec<FaceMesh> =
-            model.faces.par_iter().map(|face| tessellate(face, &options).unwrap_or_default()).collect();
-        let (mut points, mut triangles) = (Vec::new(), Vec::new());
-        for (face, mesh) in model.faces.iter().zip(meshes) {
-            let first = points.len() as u32;
-            let outward = |[a, b, c]: [u32; 3]| if face.reversed { [a, c, b] } else { [a, b, c] };
-            triangles.extend(mesh.triangles.into_iter().map(|t| outward(t.map(|i| i + first))));
-            points.extend(mesh.points);
+        let mut mesh = ModelMesh::of(model, deviation_mm);
+        for (t, face) in mesh.triangles.iter_mut().zip(mesh.faces) {
+            if model.faces[face].reversed {
+                t.swap(1, 2);
+            }
         }
-        ClosedMesh::sewn(&points, &triangles, deviation_mm)
+        ClosedMesh::sewn(&mesh.points, &mesh.triangles, deviation_mm)
     }
 
     /// Sews triangles together whose borders are within a distance of each other. Those that fit already stay as they are.
@@ -97,11 +92,11 @@ impl ClosedMesh {
 }
 
 /// Sides without a counterpart, from their triangle's left to right.
-fn border(triangles: &[[u32; 3]]) -> FxHashMap<[u32; 2], ()> {
-    let mut found = FxHashMap::default();
+fn border(triangles: &[[u32; 3]]) -> FxHashSet<[u32; 2]> {
+    let mut found = FxHashSet::default();
     for [a, b] in triangles.iter().flat_map(sides) {
-        if found.remove(&[b, a]).is_none() {
-            found.insert([a, b], ());
+        if !found.remove(&[b, a]) {
+            found.insert([a, b]);
         }
     }
     found
@@ -115,10 +110,10 @@ fn sides([a, b, c]: &[u32; 3]) -> [[u32; 2]; 3] {
 fn sewn(
     points: &[Point3],
     triangles: &[[u32; 3]],
-    border: &FxHashMap<[u32; 2], ()>,
+    border: &FxHashSet<[u32; 2]>,
     tolerance_mm: f64,
 ) -> Vec<[u32; 3]> {
-    let mut corners: Vec<u32> = border.keys().flatten().copied().collect();
+    let mut corners: Vec<u32> = border.iter().flatten().copied().collect();
     corners.sort_unstable();
     corners.dedup();
     let one = Clusters::new(points, &corners, tolerance_mm);
@@ -131,7 +126,7 @@ fn sewn(
             let [p, q] = [a, b].map(|i| one.of(i));
             corners[k] = around.len();
             around.push(p);
-            if border.contains_key(&[a, b]) && p != q {
+            if border.contains(&[a, b]) && p != q {
                 one.between(points, [p, q], &mut around);
                 if around.len() > corners[k] + 1 {
                     apex = (k + 2) % 3;

@@ -27,8 +27,10 @@ use crate::stock_file::ReadStock;
 const USUAL_RAYS: f64 = 400.0;
 /// Rays along the longest side at most.
 const MOST_RAYS: f64 = 2000.0;
-/// Chords deviate from moves by so many pitches at most.
+/// Chords deviate from moves by so many pitches at most,
 const CHORD_PITCHES: f64 = 0.1;
+/// and by so many millimetres: what a picture shows as left is more than scallop heights.
+const MOST_CHORD_MM: f64 = 0.05;
 /// Faces are within this share of a layer's thickness of their triangles.
 const LAYER_DEVIATION: f64 = 0.004;
 /// Levels know outlines of stock to a share of the rays' distance, which is to be small in their band: rays are no farther apart than
@@ -99,7 +101,8 @@ impl InProcessStock {
                 Stock::layer(grid, &mesh.points, &mesh.triangles, thickness_mm)?
             }
         };
-        Ok(InProcessStock { stock: Arc::new(stock), chord_mm: CHORD_PITCHES * grid.pitch_mm() })
+        let chord_mm = (CHORD_PITCHES * grid.pitch_mm()).min(MOST_CHORD_MM);
+        Ok(InProcessStock { stock: Arc::new(stock), chord_mm })
     }
 
     /// The stock of a job before its first operation, and after each, from its moves; nothing of a job without stock. What the

@@ -51,6 +51,7 @@ fn model_facts(planned: &Planned<'_>, out: &Path) -> ModelFacts {
         unit_mm: report.units.mm_per_unit,
         faces_in_file: report.faces_in_file,
         faces_read: report.faces_read,
+        mirror: file.mirror,
         skipped: report.skipped.iter().map(skipped).collect(),
         area_mm2: file.face_area_mm2.iter().sum(),
         box_mm: file.bounds.corners(),

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use claymill_exchange::Import;
 use claymill_nurbs::{Aabb, Face, Model};
+use claymill_toolpath::Mirror;
 use rayon::prelude::*;
 
 use crate::error::Error;
@@ -20,6 +21,8 @@ pub struct ModelFile {
     pub face_area_mm2: Vec<f64>,
     /// Of all faces.
     pub bounds: Aabb,
+    /// The faces are images of those in the file, or these and their images.
+    pub mirror: Option<Mirror>,
 }
 
 /// Reads an IGES, STEP or Rhino 3dm file, whose format is recognised by its content.
@@ -34,16 +37,22 @@ pub fn read(path: impl AsRef<Path>) -> Result<ModelFile, Error> {
     let face_area_mm2 = import.report.faces.iter().map(|face| face.area_read_mm2).collect();
     let boxes: Vec<Aabb> = import.model.faces.par_iter().map(Face::bounds).collect();
     let bounds = boxes.iter().fold(Aabb::empty(), |a, b| a.union(b));
-    Ok(ModelFile { path: path.to_owned(), import, face_area_mm2, bounds })
+    Ok(ModelFile { path: path.to_owned(), import, face_area_mm2, bounds, mirror: None })
 }
 
 impl ModelFile {
-    /// The image of the model in the plane through the origin that stands on a coordinate axis, 0 to 2. The file stays what it is:
-    /// a job needs one that the image was written to.
+    /// The image of what the file holds, or both. A job remembers that it is of the image.
     #[must_use]
-    pub fn mirrored(mut self, axis: usize) -> Self {
-        self.import.model = self.import.model.mirrored(axis);
-        (self.bounds.min[axis], self.bounds.max[axis]) = (-self.bounds.max[axis], -self.bounds.min[axis]);
+    pub fn mirrored(mut self, mirror: Mirror) -> Self {
+        let Mirror { axis, keeps_model } = mirror;
+        let mut image = self.bounds;
+        (image.min[axis], image.max[axis]) = (-image.max[axis], -image.min[axis]);
+        self.import.model = mirror.of(&self.import.model);
+        self.mirror = Some(mirror);
+        self.bounds = if keeps_model { self.bounds.union(&image) } else { image };
+        if keeps_model {
+            self.face_area_mm2.extend_from_within(..);
+        }
         self
     }
 

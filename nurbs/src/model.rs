@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Face, Point3, Vector3};
 
+/// Comes after the entity that a face is the image of.
+const IMAGE: &str = " (image)";
+
 /// Index of a face in [`Model::faces`].
 pub type FaceId = usize;
 
@@ -37,6 +40,26 @@ impl Model {
             ..face.clone()
         };
         Model { faces: self.faces.iter().map(of_face).collect(), ..*self }
+    }
+
+    /// Its faces and then those of its image, see [`Model::mirrored`]: a symmetric body from one half. Images are named so, and
+    /// share no edges with what they are images of.
+    ///
+    /// # Panics
+    /// There is no such axis.
+    #[must_use]
+    pub fn with_image(&self, axis: usize) -> Self {
+        let mut image = self.mirrored(axis);
+        let edges = |face: &Face| face.loops.iter().flat_map(|l| &l.edges).filter_map(|e| e.shared).max();
+        let first_free = self.faces.iter().filter_map(edges).max().map_or(0, |most| most + 1);
+        for face in &mut image.faces {
+            face.source.entity.push_str(IMAGE);
+            for edge in face.loops.iter_mut().flat_map(|l| &mut l.edges) {
+                edge.shared = edge.shared.map(|edge| edge + first_free);
+            }
+        }
+        let faces = self.faces.iter().cloned().chain(image.faces).collect();
+        Model { faces, ..*self }
     }
 }
 

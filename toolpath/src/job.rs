@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Bounds, FilePlace, FreeSide, Holder, Levels, MoveKind, Operation, Stock, Tool, find_file};
+use crate::{
+    Bounds, FilePlace, FreeSide, Holder, Levels, Mirror, MoveKind, Operation, Stock, Tool, find_file,
+};
 
 /// Version of the job folder's format; raised when a reader of the old one would misread the new one.
 pub const FORMAT_VERSION: u32 = 1;
@@ -87,6 +89,9 @@ pub struct ModelFacts {
     pub faces_in_file: usize,
     /// Faces read.
     pub faces_read: usize,
+    /// What is cut are images of these faces, or the faces and their images. Areas and the box are of what is cut.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mirror: Option<Mirror>,
     /// Faces that were not read, and why.
     pub skipped: Vec<Skipped>,
     /// Area of the faces read, mm².
@@ -229,6 +234,16 @@ pub struct Obstacle {
 }
 
 impl ModelFacts {
+    /// How many faces a job numbers: those that were read, with their images where it cuts both.
+    #[must_use]
+    pub fn faces(&self) -> usize {
+        if self.mirror.is_some_and(|mirror| mirror.keeps_model) {
+            2 * self.faces_read
+        } else {
+            self.faces_read
+        }
+    }
+
     /// The model's file, as seen from the job folder `folder`.
     #[must_use]
     pub fn find(&self, folder: &Path) -> PathBuf {

@@ -150,7 +150,10 @@ fn asked_of(
     options: &VerifyOptions,
 ) -> Result<(Model, VerifyOptions), VerifyError> {
     let path = model_of(folder, job, options.model.as_deref())?;
-    let model = claymill_exchange::read(&path)?.model;
+    let mut model = claymill_exchange::read(&path)?.model;
+    if let Some(mirror) = job.model.mirror {
+        model = mirror.of(&model);
+    }
     Ok((model, VerifyOptions { folder: folder.to_owned(), ..options.clone() }))
 }
 

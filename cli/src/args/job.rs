@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use claymill_nurbs::Point3;
+use claymill_toolpath::Mirror;
 use serde::{Deserialize, Serialize};
 
 use super::process::ProcessArgs;
@@ -179,6 +180,10 @@ pub(crate) struct JobOptions {
     /// Merge preset [default: clay].
     #[arg(help_heading = JOINING, long, value_enum)]
     pub(crate) preset: Option<PresetName>,
+    /// Cut the mirror image of what the file holds, in the plane through the origin that stands on this axis: the right half
+    /// of a vehicle from the left one. With y:both the half in the file and its image, as one body.
+    #[arg(help_heading = CHOICE, long, value_name = "AXIS[:both]")]
+    pub(crate) mirror: Option<Mirror>,
     /// Cut only these: `region:3`, `layer:NAME`, `colour:#RRGGBB`, `face:10-20`; may be repeated.
     #[arg(help_heading = CHOICE, long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) only: Vec<String>,

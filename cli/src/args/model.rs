@@ -2,19 +2,12 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use claymill_models::Flaw;
+use claymill_toolpath::Mirror;
 
 use super::{AxisArgs, OneJob, PresetName, ProcessArgs};
 use crate::merging::MergingArgs;
-
-/// A coordinate axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum AxisName {
-    X,
-    Y,
-    Z,
-}
 
 #[derive(Debug, Args)]
 pub(crate) struct InspectArgs {
@@ -92,10 +85,10 @@ pub(crate) struct MergeArgs {
     /// Model file to write, with each region as a group in its colour: .igs, .stp or .glb.
     #[arg(long, value_name = "FILE")]
     pub(crate) export: Option<PathBuf>,
-    /// Write the mirror image, in the plane through the origin that stands on this axis: the right half of a vehicle for
-    /// the left one. A job is planned of the file that was written.
-    #[arg(long, value_name = "AXIS", requires = "export", conflicts_with = "out")]
-    pub(crate) mirror: Option<AxisName>,
+    /// The mirror image in the plane through the origin that stands on this axis; the half in the file and its image with
+    /// y:both.
+    #[arg(long, value_name = "AXIS[:both]", requires = "export", conflicts_with = "out")]
+    pub(crate) mirror: Option<Mirror>,
     /// Model file to write with one fitted and trimmed surface for each region that can be laid out in the plane
     /// (.igs, .stp or .glb); how far each is off, and why other regions have none, is printed.
     #[arg(long, value_name = "FILE")]

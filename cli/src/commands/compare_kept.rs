@@ -63,7 +63,8 @@ impl<'a> Before<'a> {
                 // What is to be said of the model is said by the jobs.
                 let console = Console::new(true);
                 let context = Context { console: &console, json: false, force: self.context.force };
-                guess(&request.options.axes, &context.load(&request.model)?)?.orientation
+                guess(&request.options.axes, &context.load(&request.model, request.options.mirror)?)?
+                    .orientation
             }
         };
         self.orientation = Some(orientation);
@@ -98,7 +99,7 @@ fn read(folder: &Path) -> Option<Done> {
     let text = read_plain(&folder.join(VERIFY_FILE), LONGEST_MADE).ok()?;
     let found: Verification = serde_json::from_slice(&text).ok()?;
     Some(Done {
-        region_of_face: region_of_face(&read_regions(folder).ok()?, job.model.faces_read).ok()?,
+        region_of_face: region_of_face(&read_regions(folder).ok()?, job.model.faces()).ok()?,
         exit: verify::exit_code(&found),
         scallop_map: pictures::kept_scallop_map(&job, folder),
         job,

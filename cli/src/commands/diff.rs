@@ -6,7 +6,6 @@ use std::process::ExitCode;
 use claymill::{Changed, Difference, difference};
 use claymill_nurbs::FaceId;
 use claymill_toolpath::{read_job, read_regions};
-use claymill_verify::model_of;
 use serde::Serialize;
 
 use super::{Context, region_of_face};
@@ -41,8 +40,8 @@ struct TouchedRegion {
 /// `claymill diff`.
 pub(crate) fn diff(context: &Context, args: &DiffArgs) -> Result<ExitCode, Failure> {
     let job = read_job(&args.job)?;
-    let before = context.load(&model_of(&args.job, &job, args.old_model.as_deref())?)?;
-    let after = context.load(&args.model)?;
+    let before = context.load_of_job(&args.job, &job, args.old_model.as_deref())?;
+    let after = context.load(&args.model, job.model.mirror)?;
     context.console.stage("comparing");
     let found = difference(&before, &after);
     context.console.finish();

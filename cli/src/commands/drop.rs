@@ -36,7 +36,7 @@ pub(crate) fn drop(context: &Context, args: &DropArgs) -> Result<ExitCode, Failu
     let tool: Tool =
         args.tool.parse().map_err(|e| Failure::usage(e, "For example: --tool bull:10:2, --tool ball:10."))?;
     let lines = args.at.iter().map(|text| place(text)).collect::<Result<Vec<Point3>, _>>()?;
-    let loaded = context.load(&args.model)?;
+    let loaded = context.load(&args.model, None)?;
     let orientation = orientation(context.console, &args.axes, &loaded)?;
     let model = &loaded.import.model;
     context.console.stage("covering");

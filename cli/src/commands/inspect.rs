@@ -70,7 +70,7 @@ pub(crate) fn inspect(context: &Context, args: &InspectArgs) -> Result<ExitCode,
     let inputs = std::slice::from_ref(&args.model);
     let out = args.out.as_ref().map(|path| output::begin_beside_text(context, path, Kind::Picture, inputs));
     let out = out.transpose()?;
-    let loaded = context.load(&args.model)?;
+    let loaded = context.load(&args.model, None)?;
     let model = &loaded.import.model;
     context.console.stage("looking for defects");
     let mut merged = claymill::merge(&loaded, &Merging::default())?;

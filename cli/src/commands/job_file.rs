@@ -62,6 +62,7 @@ pub(super) fn over(first: JobOptions, second: JobOptions) -> JobOptions {
         angle: first.angle.or(second.angle),
         link: first.link.or(second.link),
         preset: first.preset.or(second.preset),
+        mirror: first.mirror.or(second.mirror),
         only: first_given(first.only, second.only),
         skip: first_given(first.skip, second.skip),
         setups: first_given(first.setups, second.setups),

@@ -43,11 +43,7 @@ pub(crate) fn merge(context: &Context, args: &MergeArgs) -> Result<ExitCode, Fai
         Ok(Some((out, path, format)))
     };
     let (exported, drive_surfaces) = (target(&args.export)?, target(&args.drive_surfaces)?);
-    let loaded = context.load(&args.model)?;
-    let loaded = match args.mirror {
-        Some(axis) => loaded.mirrored(axis as usize),
-        None => loaded,
-    };
+    let loaded = context.load(&args.model, args.mirror)?;
     let model = &loaded.import.model;
     context.console.stage("merging");
     let preset = Preset::from(args.preset);

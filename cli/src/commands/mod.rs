@@ -57,7 +57,8 @@ use std::process::ExitCode;
 use claymill::ModelFile;
 use claymill_exchange::ImportReport;
 use claymill_paths::{Axis, Orientation, OrientationGuess};
-use claymill_toolpath::RegionsFile;
+use claymill_toolpath::{Job, Mirror, RegionsFile};
+use claymill_verify::model_of;
 use serde::Serialize;
 
 use crate::args::AxisArgs;
@@ -102,9 +103,16 @@ pub(crate) struct Context<'a> {
 
 impl Context<'_> {
     /// Reads a model and measures its faces.
-    fn load(&self, path: &Path) -> Result<ModelFile, Failure> {
+    fn load(&self, path: &Path, mirror: Option<Mirror>) -> Result<ModelFile, Failure> {
         self.console.stage("reading");
         let file = claymill::read(path)?;
+        let file = match mirror {
+            Some(mirror) => {
+                say_overlap(self.console, &file, mirror);
+                file.mirrored(mirror)
+            }
+            None => file,
+        };
         let report = &file.import.report;
         for warning in &report.warnings {
             self.console.say(format!("warning: {warning}"));
@@ -115,12 +123,33 @@ impl Context<'_> {
         Ok(file)
     }
 
+    /// The model that a job in a folder was planned on, from where it lies now if that is told.
+    fn load_of_job(&self, folder: &Path, job: &Job, told: Option<&Path>) -> Result<ModelFile, Failure> {
+        self.load(&model_of(folder, job, told)?, job.model.mirror)
+    }
+
     /// Prints a result as JSON on standard output.
     fn print_json(&self, value: &impl Serialize) -> Result<(), Failure> {
         let text = serde_json::to_string_pretty(value)
             .map_err(|e| Failure::problem(format!("the result cannot be written as JSON: {e}"), ""))?;
         outln!("{text}");
         Ok(())
+    }
+}
+
+/// What a half reaches over its plane, as a share of its width, before it is a whole.
+const MOST_OVER: f64 = 0.01;
+
+/// A whole body lies in its own image.
+fn say_overlap(console: &Console, file: &ModelFile, Mirror { axis, keeps_model }: Mirror) {
+    let (low_mm, high_mm) = (file.bounds.min[axis], file.bounds.max[axis]);
+    let over_mm = high_mm.min(-low_mm);
+    if keeps_model && over_mm > MOST_OVER * (high_mm - low_mm) {
+        console.say(format!(
+            "warning: {} lies on both sides of the plane that it is mirrored in, from {low_mm:.1} to {high_mm:.1} mm: \
+             faces and images overlap. Leave :both out, or plan without --mirror",
+            file.name()
+        ));
     }
 }
 

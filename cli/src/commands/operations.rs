@@ -7,7 +7,7 @@ use claymill::{
     Strategy, Wish, choose,
 };
 use claymill_tooling::{MachineShape, ReadOptions, read_library};
-use claymill_toolpath::{FolderWriter, StockFile};
+use claymill_toolpath::{FolderWriter, Mirror, StockFile};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
@@ -152,18 +152,19 @@ pub(super) fn run(
 ) -> Result<Done, Failure> {
     let console = context.console;
     // What can be said before the model is read, which may take a while.
-    let base = match &source {
+    let (base, mirror) = match &source {
         Source::File(job) => {
             let requests = requests(model, job)?;
-            OperationKind::main_of(requests.iter().map(|o| o.kind)).map(|main| requests[main].job.clone())
+            let main = OperationKind::main_of(requests.iter().map(|o| o.kind));
+            (main.map(|main| requests[main].job.clone()), mirror_of(job)?)
         }
-        Source::Chosen(chosen) => Some(Request::new(model, &chosen.options)?.job),
+        Source::Chosen(chosen) => (Some(Request::new(model, &chosen.options)?.job), chosen.options.mirror),
     };
     let base = base.ok_or_else(|| Failure::problem("the job has no operations", ADVICE))?;
     let folder = FolderWriter::begin(out)?;
     interrupt::remove_on_interrupt(folder.leftovers());
     let reuse = Reuse::new(reuse, out, console)?;
-    let loaded = context.load(model)?;
+    let loaded = context.load(model, mirror)?;
 
     console.stage("merging");
     let prepared = base.prepare(&loaded)?;
@@ -208,6 +209,19 @@ pub(super) fn run(
     let states = stages::of(&planned);
     let verified = planned.verify_into(folder, console)?;
     finish(context, verified, &states, out, &reuse)
+}
+
+/// Operations are of one model.
+fn mirror_of(job: &OperationsFile) -> Result<Option<Mirror>, Failure> {
+    let mut asked = job.operations.iter().map(|operation| operation.options.mirror);
+    let first = asked.next().flatten();
+    match asked.all(|mirror| mirror == first) {
+        true => Ok(first),
+        false => Err(Failure::problem(
+            "the operations of the job are of different halves",
+            "Write `mirror` once, above the first [[operations]].",
+        )),
+    }
 }
 
 /// The operations of a job file as they are planned.

@@ -69,7 +69,7 @@ pub(crate) fn run(
     let folder = FolderWriter::begin(out)?;
     interrupt::remove_on_interrupt(folder.leftovers());
     let reuse = Reuse::new(reuse, out, console)?;
-    let loaded = context.load(&request.model)?;
+    let loaded = context.load(&request.model, request.options.mirror)?;
     let faces = loaded.model().faces.len();
 
     console.stage("merging");

@@ -41,7 +41,7 @@ const PROGRAM: &str = "part.ngc";
 pub(crate) fn prototype_command(context: &Context, args: &PrototypeArgs) -> Result<ExitCode, Failure> {
     let asked = asked(args)?;
     let machine = args.machine.as_deref().map(|path| machine(Some(path))).transpose()?;
-    let loaded = context.load(&args.part)?;
+    let loaded = context.load(&args.part, None)?;
     context.console.stage("looking for material");
     let mut merged = claymill::merge(&loaded, &Merging::default())?;
     merged.find_sides(&loaded, Axis { index: 2, negative: false }.vector(), &[])?;

@@ -29,7 +29,7 @@ pub(crate) fn reach(context: &Context, args: &ReachArgs) -> Result<ExitCode, Fai
     let picture =
         args.picture.as_ref().map(|path| output::begin_beside_text(context, path, Kind::Picture, inputs));
     let picture = picture.transpose()?;
-    let loaded = context.load(&args.model)?;
+    let loaded = context.load(&args.model, None)?;
     let orientation = orientation(context.console, &args.axes, &loaded)?;
     context.console.stage("looking for material");
     let mut merged = claymill::merge(&loaded, &Merging::default())?;

@@ -34,7 +34,7 @@ pub(crate) fn report(context: &Context, args: &ReportArgs) -> Result<ExitCode, F
     let renewal = Renewal::begin(folder, &MADE_ANEW)?;
     interrupt::remove_on_interrupt(renewal.leftovers());
     let path = model_of(folder, &job, args.model.as_deref())?;
-    let loaded = context.load(&path)?;
+    let loaded = context.load(&path, job.model.mirror)?;
     let model = &loaded.import.model;
     let axes = AxisArgs { up: Some(job.request.up.clone()), length: Some(job.request.length.clone()) };
     let orientation = orientation(context.console, &axes, &loaded)?;

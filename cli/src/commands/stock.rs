@@ -5,7 +5,6 @@ use std::process::ExitCode;
 use claymill::InProcessStock;
 use claymill_exchange::stl_bytes;
 use claymill_toolpath::{Kind, read_job, read_moves};
-use claymill_verify::model_of;
 use serde::Serialize;
 
 use super::Context;
@@ -54,7 +53,7 @@ pub(crate) fn stock(context: &Context, args: &StockArgs) -> Result<ExitCode, Fai
     let inputs = output::inputs(folder, Some(&job), args.model.as_deref());
     let out = args.out.as_deref().map(|out| output::begin_beside_text(context, out, Kind::Model, &inputs));
     let out = out.transpose()?;
-    let loaded = context.load(&model_of(folder, &job, args.model.as_deref())?)?;
+    let loaded = context.load_of_job(folder, &job, args.model.as_deref())?;
     let program = read_moves(folder)?;
     context.console.stage("stock");
     let states =

@@ -37,7 +37,7 @@ impl Subject {
             Some(job) => model_of(what, job, model)?,
             None => model.unwrap_or(what).to_owned(),
         };
-        let loaded = context.load(&path)?;
+        let loaded = context.load(&path, job.and_then(|job| job.model.mirror))?;
         let of_job = |told: &Option<String>, asked: fn(&Job) -> &String| {
             told.clone().or_else(|| job.map(|job| asked(job).clone()))
         };

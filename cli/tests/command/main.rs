@@ -26,6 +26,7 @@ mod levels;
 mod machine;
 mod manual;
 mod material;
+mod mirror;
 mod obstacle;
 mod operations;
 mod other_formats;

@@ -3,10 +3,19 @@
 
 use std::collections::BTreeMap;
 
-use claymill_toolpath::{Job, RegionsFile, SheetRecord};
+use claymill_toolpath::{Job, Mirror, RegionsFile, SheetRecord};
 use maud::{Markup, html};
 
 use super::figures::{area, count, deviation, duration, length, plural};
+
+/// What of the file a job cuts.
+fn cut_of(Mirror { axis, keeps_model }: Mirror) -> String {
+    let plane = ["x", "y", "z"][axis];
+    match keeps_model {
+        true => format!("the faces in the file and their images in the plane {plane} = 0"),
+        false => format!("the images of the faces in the plane {plane} = 0"),
+    }
+}
 
 /// The file: what was read, what not, and why.
 pub(super) fn section(job: &Job, regions: &RegionsFile) -> Markup {
@@ -35,9 +44,13 @@ pub(super) fn section(job: &Job, regions: &RegionsFile) -> Markup {
         ("Box, mm", format!("x {x0:.2} to {x1:.2}, y {y0:.2} to {y1:.2}, z {z0:.2} to {z1:.2}")),
     ];
     let flaws = flaws(regions);
+    let mirror = m.mirror.map(cut_of);
     html! {
         h2 id="file" { "The model's file" }
-        table { tbody { @for (name, value) in &rows { tr { th scope="row" { (name) } td { (value) } } } } }
+        table { tbody {
+            @for (name, value) in &rows { tr { th scope="row" { (name) } td { (value) } } }
+            @if let Some(mirror) = &mirror { tr { th scope="row" { "What is cut" } td { (mirror) } } }
+        } }
         h3 { "Its flaws" }
         table { tbody { @for (name, value) in &flaws { tr { th scope="row" { (name) } td { (value) } } } } }
         @if !regions.sheets.is_empty() { (material_sides(&regions.sheets)) }

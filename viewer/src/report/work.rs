@@ -31,7 +31,7 @@ pub(super) fn subtitle(job: &Job) -> String {
     format!(
         "{} · {} · {:.0} × {:.0} × {:.0} mm · {}",
         job.model.path,
-        plural(job.model.faces_read as u64, "face"),
+        plural(job.model.faces() as u64, "face"),
         x1 - x0,
         y1 - y0,
         z1 - z0,
@@ -59,7 +59,7 @@ pub(super) fn key_figures(job: &Job, regions: &RegionsFile, verification: Option
         (
             "Regions",
             count(regions.regions.len() as u64),
-            format!("from {}", plural(job.model.faces_read as u64, "face")),
+            format!("from {}", plural(job.model.faces() as u64, "face")),
         ),
         ("Passes", count(u64::from(totals.passes)), plural(u64::from(totals.retracts), "retract")),
         ("Control points", count(totals.control_points), plural(totals.moves, "move")),

@@ -70,7 +70,7 @@ fn open(context: &Context, args: &OpenArgs) -> Result<(), Failure> {
     let folder = whole(&args.out)?;
     list::begin(&folder)?;
     let reuse = Reuse::of_shards(&folder.join(STORE_FOLDER))?;
-    let loaded = context.load(&request.model)?;
+    let loaded = context.load(&request.model, request.options.mirror)?;
     let (parts, orientation) = lay(context, &request, &loaded, &reuse, &BTreeSet::new())?;
     let text = job_file::text(&request, orientation)?;
     let job = folder.join(JOB_TOML);
@@ -134,7 +134,7 @@ fn run(context: &Context, folder: &Path, asked: &[String]) -> Result<(), Failure
         return Ok(());
     }
     let request = request(folder, &list)?;
-    let loaded = context.load(&request.model)?;
+    let loaded = context.load(&request.model, request.options.mirror)?;
     let (parts, _) = lay(context, &request, &loaded, &reuse, &wanted)?;
     let found: BTreeSet<PartKey> = parts.iter().map(|part| part.key).collect();
     if !wanted.is_subset(&found) {

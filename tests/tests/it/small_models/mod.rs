@@ -236,6 +236,7 @@ fn planned_as(model: &Model, options: PlanOptions) -> Result<(Job, Plan), PlanEr
             unit_mm: 1.0,
             faces_in_file: model.faces.len(),
             faces_read: model.faces.len(),
+            mirror: None,
             skipped: Vec::new(),
             area_mm2: face_area_mm2.iter().sum(),
             box_mm: [0.0; 6],

@@ -47,6 +47,7 @@ pub(crate) fn job(model: &Model) -> Job {
             unit_mm: 1.0,
             faces_in_file: model.faces.len(),
             faces_read: model.faces.len(),
+            mirror: None,
             skipped: Vec::new(),
             area_mm2: total,
             box_mm: [0.0; 6],

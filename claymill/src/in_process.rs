@@ -36,6 +36,8 @@ const LAYER_DEVIATION: f64 = 0.004;
 /// Levels know outlines of stock to a share of the rays' distance, which is to be small in their band: rays are no farther apart than
 /// this many bands.
 const BANDS: f64 = 1.4;
+/// A shank is slimmer than its tool by so many rays' distances at least, that it is seen to go where the tool has been.
+const PITCHES_SLIMMER: f64 = 2.5;
 /// A curve whose points differ less in height is level, mm.
 const LEVEL_MM: f64 = 1e-7;
 /// Moves are cut so many at a time.
@@ -57,6 +59,12 @@ impl InProcessStock {
             [rest_above_mm, levels.map(|levels| BANDS * levels.band_mm)]
         };
         operations.flat_map(asked).flatten().reduce(f64::min)
+    }
+
+    /// How far apart rays may be to tell that a slim shank follows its tool; `None` for one that is no slimmer.
+    pub(crate) fn shank_pitch_mm(tool: &Tool) -> Option<f64> {
+        let slimmer_mm = tool.radius_mm() - 0.5 * tool.shank_diameter_mm?;
+        (slimmer_mm > 0.0).then_some(slimmer_mm / PITCHES_SLIMMER)
     }
 
     /// The stock of a job before its first operation, on rays that are no farther apart than told, within limits of memory.

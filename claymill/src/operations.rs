@@ -62,7 +62,8 @@ impl<'m> PlannedOperations<'m> {
         check(operations)?;
         let (mut done, mut nothing) = (Vec::new(), None);
         let asked = operations.iter().map(|o| (o.job.passes.rest_above_mm, o.job.levels));
-        let largest_mm = InProcessStock::largest_pitch_mm(asked);
+        let slim = operations.iter().filter_map(|o| InProcessStock::shank_pitch_mm(&o.job.passes.tool));
+        let largest_mm = InProcessStock::largest_pitch_mm(asked).into_iter().chain(slim).reduce(f64::min);
         // No folder is there yet: paths are as they were given.
         let stock = record.map(|record| ReadStock::of(&record, Path::new(""))).transpose()?;
         let begin = |stock: &ReadStock| InProcessStock::new(stock, regions.file.model(), largest_mm);

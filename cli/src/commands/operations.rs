@@ -325,10 +325,18 @@ impl Chosen {
         }
         options.stock_above = Some(o.stock_above_mm);
         options.rest_above = o.rest_above_mm;
-        options.bounds.centre_within =
-            o.within_mm.map(|b| format!("{}:{}", corner(&b[..3]), corner(&b[3..])));
+        if let Some(chosen) = o.within_mm {
+            let asked = options.bounds.centre_within.as_deref().and_then(|text| sides(text).ok());
+            let both = asked.map_or(chosen, |asked| common_box(chosen, asked));
+            options.bounds.centre_within = Some(format!("{}:{}", corner(&both[..3]), corner(&both[3..])));
+        }
         options
     }
+}
+
+/// What two boxes have in common.
+fn common_box(a: [f64; 6], b: [f64; 6]) -> [f64; 6] {
+    std::array::from_fn(|k| if k < 3 { a[k].max(b[k]) } else { a[k].min(b[k]) })
 }
 
 /// Stock as the command line has it.

@@ -3,9 +3,9 @@
 //! ```text
 //!        │shank│▒▒▒▒         The flutes clear a way as wide as they are, and no higher than they are long. Where stock
 //!        ╞═════╡▒▒▒▒ ◄─ hit   stands higher beside the tool, and no pass before has taken it away, a thicker holder or shank
-//!        │flute│              runs into it. Such passes come last; where stock is in the way even
-//!                            then they are left out. Such links lift over.
-//!        ╰──◡──╯
+//!        │flute│              runs into it. Such passes are put off to the end of the setup, some
+//!                            times; where stock is in the way even then they are left out.
+//!        ╰──◡──╯              Such links lift over.
 //! ```
 //!
 //! A row is left out as a whole, and the next one is a step-over away. So a part of which passes are left out is laid again, up
@@ -14,7 +14,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use claymill_stock::{Chords, Stock, StockError, Sweep, ToolBody};
-use claymill_toolpath::{Cancelled, Monitor, Move, MoveKind, raise_tips};
+use claymill_toolpath::{Cancelled, LinkStyle, Monitor, Move, MoveKind, raise_tips};
 use rayon::prelude::*;
 
 use crate::Frame;
@@ -26,11 +26,13 @@ use crate::setup::context::SetupContext;
 /// Chords deviate from moves by so many pitches of the stock at most.
 const CHORD_PITCHES: f64 = 0.02;
 /// The shank keeps so many pitches of the stock away from it.
-const MARGIN_PITCHES: f64 = 0.5;
-/// A pass that is left out leaves its stock to others: the program is looked at so many times.
-const ROUNDS: usize = 4;
-/// So many moves are looked at side by side.
-const BATCH: usize = 512;
+const MARGIN_PITCHES: f64 = 0.75;
+/// After a change the ways between passes are others, and so the program is looked at until nothing is struck, so many times at most.
+const ROUNDS: usize = 12;
+/// In rounds after these, passes are left out and no longer put off.
+const ROUNDS_TO_PUT_OFF: usize = 8;
+/// So many passes are looked at side by side.
+const BATCH: usize = 128;
 
 /// Passes that were left out.
 #[derive(Debug, Default)]
@@ -51,38 +53,97 @@ pub(crate) fn leave_out_struck(
 ) -> Result<LeftOutPasses, Cancelled> {
     let mut left_out = LeftOutPasses::default();
     for round in 0..ROUNDS {
-        let struck = shank.struck(moves(parts), monitor)?;
+        let known = PutOff::of(contexts, parts);
+        let mut struck = shank.struck(moves(parts), &known, monitor)?;
         if struck.is_empty() {
             break;
         }
+        if round >= ROUNDS_TO_PUT_OFF {
+            struck.passes.values_mut().for_each(|when| *when = None);
+        }
         for (setup, region, part) in parts.iter_mut() {
             let context = &contexts[*setup];
-            let own = struck.iter().filter(|s| s.region == *region && s.setup == context.frame.name.as_str());
-            let (links, passes): (Vec<&Struck>, Vec<&Struck>) = own.partition(|s| s.on_a_link);
-            let numbers = |all: Vec<&Struck>| all.into_iter().map(|s| s.pass).collect::<BTreeSet<u32>>();
-            let (links, passes) = (numbers(links), numbers(passes));
+            let is_own = |of: &PassOf| of.region == *region && of.setup == context.frame.name.as_str();
+            let passes = struck.passes.iter().filter(|(of, _)| is_own(of)).map(|(of, when)| (of.pass, *when));
+            let links = struck.links.iter().filter(|of| is_own(of)).map(|of| of.pass);
+            let (passes, links) = (passes.collect::<BTreeMap<_, _>>(), links.collect::<BTreeSet<_>>());
             if !(links.is_empty() && passes.is_empty()) {
-                // At first they come last: others may clear their way.
-                let last = round == 0;
-                if !(last || passes.is_empty()) {
-                    left_out.count += passes.len() as u32;
+                let count = context.link_again(part, &passes, &links);
+                if count > 0 {
+                    left_out.count += count;
                     left_out.parts.insert((*setup, *region));
                 }
-                context.link_again(part, &passes, &links, last);
             }
         }
     }
     Ok(left_out)
 }
 
-/// A move on which the shank runs into stock.
+/// A pass of a program.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-struct Struck {
+struct PassOf {
     setup: String,
     region: usize,
-    /// The pass, or the one that a link leads to.
     pass: u32,
-    on_a_link: bool,
+}
+
+impl PassOf {
+    fn of(m: &Move) -> Self {
+        PassOf { setup: m.setup.clone(), region: m.region, pass: m.pass }
+    }
+}
+
+/// Passes that were put off.
+struct PutOff {
+    /// How often those that come last, by setup.
+    last: BTreeMap<String, usize>,
+    passes: BTreeSet<PassOf>,
+    is_zigzag: bool,
+}
+
+impl PutOff {
+    fn of(contexts: &[SetupContext], parts: &[(usize, usize, Part)]) -> Self {
+        let is_zigzag = contexts.iter().all(|context| context.link == LinkStyle::Zigzag);
+        let mut all = PutOff { last: BTreeMap::new(), passes: BTreeSet::new(), is_zigzag };
+        for &(setup, region, ref part) in parts {
+            let setup = contexts[setup].frame.name.to_string();
+            for (pass, laid) in (0..).zip(&part.laid).filter(|(_, laid)| laid.put_off > 0) {
+                let last = all.last.entry(setup.clone()).or_default();
+                *last = laid.put_off.max(*last);
+                all.passes.insert(PassOf { setup: setup.clone(), region, pass });
+            }
+        }
+        all
+    }
+
+    /// Once is enough: its leads change with it, and it might turn for ever.
+    fn may_turn(&self, pass: &PassOf) -> bool {
+        self.is_zigzag && !self.passes.contains(pass)
+    }
+}
+
+/// When a pass comes that was put off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Later {
+    /// See [`Pass::put_off`](crate::program::part::Pass::put_off).
+    pub(crate) times: usize,
+    /// It runs the other way: the flutes clear a way for the shank as they come down.
+    pub(crate) is_reversed: bool,
+}
+
+/// What the shank cannot follow.
+#[derive(Debug, Default)]
+struct Struck {
+    /// Passes with when it can; `None` where it never can.
+    passes: BTreeMap<PassOf, Option<Later>>,
+    /// Passes to which no link may lead.
+    links: BTreeSet<PassOf>,
+}
+
+impl Struck {
+    fn is_empty(&self) -> bool {
+        self.passes.is_empty() && self.links.is_empty()
+    }
 }
 
 /// What of a tool is above its flutes, and the stock that it comes into.
@@ -109,36 +170,82 @@ impl<'a> Shank<'a> {
         Ok(Shank { stock, cutting, above, chord_mm, raised_mm: *allowance_mm })
     }
 
-    /// The moves on which it runs into stock, each cut before the next one is looked at.
-    fn struck(&self, mut moves: Vec<Move>, monitor: &dyn Monitor) -> Result<BTreeSet<Struck>, Cancelled> {
-        let mut stock = self.stock.clone();
-        let mut struck = BTreeSet::new();
+    /// What the shank cannot follow, each pass cut before the next one is looked at: a pass on which it is struck is put off until all
+    /// others of its setup are done. `known` are those that
+    /// were put off before.
+    fn struck(
+        &self,
+        mut moves: Vec<Move>,
+        known: &PutOff,
+        monitor: &dyn Monitor,
+    ) -> Result<Struck, Cancelled> {
         moves.retain(|m| m.kind != MoveKind::Rapid);
         raise_tips(&mut moves, self.raised_mm);
-        for batch in moves.chunks(BATCH) {
-            monitor.go_on()?;
-            // What the stock cannot take for a curve is left to the verifier.
-            let all: Vec<Option<Ways<'_>>> = batch.par_iter().map(|m| self.ways(m).ok()).collect();
-            let is_clear = |ways: &Option<Ways<'_>>| ways.as_ref().is_none_or(|w| Self::is_clear(&stock, w));
-            // Stock only goes: what was clear before the batch is clear.
-            let clear: Vec<bool> = all.par_iter().map(is_clear).collect();
-            let mut waiting = Vec::new();
-            for ((m, ways), clear) in batch.iter().zip(&all).zip(clear) {
-                let Some(ways) = ways else { continue };
-                waiting.extend_from_slice(&ways.cutting);
-                if clear {
-                    continue;
+        lead_outs_to_their_passes(&mut moves);
+        let (mut stock, mut struck) = (self.stock.clone(), Struck::default());
+        for of_setup in moves.chunk_by(|a, b| a.setup == b.setup) {
+            let passes: Vec<&[Move]> =
+                of_setup.chunk_by(|a, b| (a.region, a.pass) == (b.region, b.pass)).collect();
+            let mut put_off = Vec::new();
+            for batch in passes.chunks(BATCH) {
+                monitor.go_on()?;
+                let all: Vec<PassWays<'_>> = batch.par_iter().map(|moves| self.pass_ways(moves)).collect();
+                // Stock only goes: what was clear before the batch is clear.
+                let clear: Vec<bool> = all.par_iter().map(|pass| pass.is_clear(&stock)).collect();
+                let mut waiting = Vec::new();
+                for (pass, is_clear) in all.into_iter().zip(clear) {
+                    if is_clear {
+                        waiting.extend(
+                            pass.link.iter().chain(&pass.cut).flat_map(|ways| &ways.cutting).copied(),
+                        );
+                        continue;
+                    }
+                    stock.cut_all(&std::mem::take(&mut waiting));
+                    let after_link = after(&stock, &pass.link, false);
+                    if after_link.is_none() {
+                        struck.links.insert(pass.of.clone());
+                    }
+                    match after(after_link.as_ref().unwrap_or(&stock), &pass.cut, false) {
+                        Some(after_pass) => stock = after_pass,
+                        None => put_off.push(pass),
+                    }
                 }
-                stock.cut_all(&std::mem::take(&mut waiting));
-                if !Self::is_clear(&stock, ways) {
-                    let on_a_link = m.kind == MoveKind::Link;
-                    let (setup, region, pass) = (m.setup.clone(), m.region, m.pass);
-                    struck.insert(Struck { setup, region, pass, on_a_link });
-                }
+                stock.cut_all(&waiting);
             }
-            stock.cut_all(&waiting);
+            let mut times = known.last.get(&of_setup[0].setup).copied().unwrap_or_default();
+            while !put_off.is_empty() {
+                monitor.go_on()?;
+                times += 1;
+                // In whatever order those come that were put off as often.
+                let found: Vec<Option<bool>> =
+                    put_off.par_iter().map(|pass| pass.turn_for(&stock, known.may_turn(&pass.of))).collect();
+                let is_stuck = found.iter().all(Option::is_none);
+                let mut left = Vec::new();
+                for (pass, found) in put_off.into_iter().zip(found) {
+                    match found {
+                        Some(is_reversed) => {
+                            stock.cut_all(&pass.cutting());
+                            struck.passes.insert(pass.of, Some(Later { times, is_reversed }));
+                        }
+                        None if is_stuck => {
+                            struck.passes.insert(pass.of, None);
+                        }
+                        None => left.push(pass),
+                    }
+                }
+                put_off = left;
+            }
         }
         Ok(struck)
+    }
+
+    /// What the stock cannot take for a curve is left to the verifier.
+    fn pass_ways(&self, moves: &[Move]) -> PassWays<'_> {
+        let ways = |is_link: bool| {
+            let own = moves.iter().filter(move |m| (m.kind == MoveKind::Link) == is_link);
+            own.filter_map(|m| self.ways(m).ok()).collect()
+        };
+        PassWays { of: PassOf::of(&moves[0]), link: ways(true), cut: ways(false) }
     }
 
     /// Where the shank stands clear when setups are done, by their names; `radius_mm` is that of the tool as the moves are planned.
@@ -175,15 +282,62 @@ impl<'a> Shank<'a> {
         let axis = m.axis_start.into();
         Ok(Ways { cutting: chords.sweeps(&self.cutting, axis)?, above: chords.sweeps(&self.above, axis)? })
     }
-
-    fn is_clear(stock: &Stock, ways: &Ways<'_>) -> bool {
-        let margin_mm = MARGIN_PITCHES * stock.grid().pitch_mm();
-        ways.above.iter().all(|sweep| stock.is_clear(sweep, margin_mm).unwrap_or(true))
-    }
 }
 
 /// What flutes and shank sweep on a move.
 struct Ways<'a> {
     cutting: Vec<Sweep<'a>>,
     above: Vec<Sweep<'a>>,
+}
+
+impl Ways<'_> {
+    fn are_clear(&self, stock: &Stock) -> bool {
+        let margin_mm = MARGIN_PITCHES * stock.grid().pitch_mm();
+        self.above.iter().all(|sweep| stock.is_clear(sweep, margin_mm).unwrap_or(true))
+    }
+}
+
+/// The same on a pass: the link to it, and all else.
+struct PassWays<'a> {
+    of: PassOf,
+    link: Vec<Ways<'a>>,
+    cut: Vec<Ways<'a>>,
+}
+
+impl PassWays<'_> {
+    fn cutting(&self) -> Vec<Sweep<'_>> {
+        self.cut.iter().flat_map(|ways| ways.cutting.iter().copied()).collect()
+    }
+
+    /// Whether the shank is clear of stock as the pass runs, `false`, or turned, `true`.
+    fn turn_for(&self, stock: &Stock, may_turn: bool) -> Option<bool> {
+        let turns = if may_turn { &[false, true][..] } else { &[false] };
+        turns.iter().copied().find(|turn| after(stock, &self.cut, *turn).is_some())
+    }
+
+    fn is_clear(&self, stock: &Stock) -> bool {
+        self.link.iter().chain(&self.cut).all(|ways| ways.are_clear(stock))
+    }
+}
+
+/// A program numbers the way to a pass like the pass. What leads off the one before is struck where that one ends.
+fn lead_outs_to_their_passes(moves: &mut [Move]) {
+    for k in 1..moves.len() {
+        let (before, rest) = moves.split_at_mut(k);
+        let (last, next) = (&before[k - 1], &mut rest[0]);
+        if next.kind == MoveKind::LeadOut && next.setup == last.setup {
+            (next.region, next.pass) = (last.region, last.pass);
+        }
+    }
+}
+
+/// The stock after moves, where the shank is clear on all of them. On its way the tool clears its own shank's.
+fn after(stock: &Stock, moves: &[Ways<'_>], are_reversed: bool) -> Option<Stock> {
+    let mut stock = stock.clone();
+    let is_clear = |ways: &Ways<'_>| {
+        stock.cut_all(&ways.cutting);
+        ways.are_clear(&stock)
+    };
+    let is_clear = if are_reversed { moves.iter().rev().all(is_clear) } else { moves.iter().all(is_clear) };
+    is_clear.then_some(stock)
 }

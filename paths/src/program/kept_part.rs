@@ -45,7 +45,8 @@ struct KeptCurve {
 impl From<&Option<Part>> for KeptPart {
     fn from(part: &Option<Part>) -> Self {
         KeptPart(part.as_ref().map(|part| Fields {
-            moves: part.moves.clone(),
+            // No pass is put off before the stock is followed.
+            moves: part.moves.concat(),
             strategy: part.strategy,
             considered: part.considered.clone(),
             along: part.along,
@@ -67,11 +68,8 @@ impl KeptPart {
         let Some(fields) = self.0 else { return Ok(None) };
         let laid = fields.laid.into_iter().map(KeptPass::pass).collect::<Result<Vec<_>, _>>()?;
         let Fields { moves, strategy, considered, along, passes, retracts, proofs, lifted_to, .. } = fields;
-        // No pass is late before the stock is followed.
-        let (late_from, late_moves) = (laid.len(), Vec::new());
         Ok(Some(Part {
-            moves,
-            late_moves,
+            moves: vec![moves],
             strategy,
             considered,
             along,
@@ -79,7 +77,6 @@ impl KeptPart {
             retracts,
             proofs,
             laid,
-            late_from,
             lifted_to,
         }))
     }
@@ -108,6 +105,6 @@ impl KeptPass {
         if curves.is_empty() {
             return Err(NurbsError::NetSize { needed: 1, given: 0 });
         }
-        Ok(Pass { curves, beside_walls: self.beside_walls })
+        Ok(Pass { curves, beside_walls: self.beside_walls, put_off: 0 })
     }
 }

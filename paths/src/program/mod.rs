@@ -44,13 +44,16 @@ impl Output {
         let name = context.frame.name.as_str();
         let first_move = self.program.moves.len();
         let first_region = self.regions.len();
-        let take = |(region, part): &mut (usize, Part)| {
-            let [moves, late] = [&mut part.moves, &mut part.late_moves].map(std::mem::take);
-            ((*region, moves), (*region, late))
-        };
-        let (moves, late): (Vec<_>, Vec<_>) = parts.iter_mut().map(take).unzip();
+        // What was put off comes when all else is done.
+        let most = parts.iter().map(|(_, part)| part.moves.len()).max().unwrap_or(0);
+        let mut by_put_off: Vec<Vec<(usize, Vec<Move>)>> = vec![Vec::new(); most];
+        for (region, part) in &mut parts {
+            for (of_all, moves) in by_put_off.iter_mut().zip(std::mem::take(&mut part.moves)) {
+                of_all.push((*region, moves));
+            }
+        }
         let of: BTreeMap<usize, Part> = parts.into_iter().collect();
-        let parts: Vec<(usize, Vec<Move>)> = in_order(moves).chain(in_order(late)).collect();
+        let parts: Vec<(usize, Vec<Move>)> = by_put_off.into_iter().flat_map(in_order).collect();
         let over = |w: &[(usize, Vec<Move>)]| -> Vec<Move> {
             let ends = w[0].1.last().and_then(behind).zip(w[1].1.first().and_then(before));
             ends.map_or_else(Vec::new, |(from, to)| context.lift_over(from, to))
@@ -59,6 +62,8 @@ impl Output {
         let ways: Vec<Vec<Move>> =
             approach.into_iter().chain(parts.par_windows(2).map(over).collect::<Vec<_>>()).collect();
         for (k, ((region, moves), way)) in parts.into_iter().zip(ways).enumerate() {
+            let way = way.into_iter().map(|m| Move { pass: moves.first().map_or(0, |to| to.pass), ..m });
+            let way: Vec<Move> = way.collect();
             self.program.moves.extend(way.into_iter().chain(moves).map(|m| Move { region, ..m }));
             let retracts = u32::from(k > 0);
             if let Some(totals) = self.regions[first_region..].iter_mut().find(|r| r.region == region) {

@@ -1,6 +1,6 @@
 //! The passes of one part: what one setup cuts of one region.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use claymill_nurbs::{Curve3, Point3};
 use claymill_toolpath::{Considered, LinkStyle, Move, MoveKind};
@@ -18,6 +18,7 @@ use crate::pattern::levels::sweeps::Sweeps;
 use crate::pattern::near::PassIndex;
 use crate::pattern::part_region::PartRegion;
 use crate::pattern::rows::crests::PlannedPass;
+use crate::program::in_stock::Later;
 use crate::setup::context::SetupContext;
 use crate::{RowsAlong, Strategy};
 
@@ -32,9 +33,8 @@ const TINY_MM: f64 = 0.05;
 /// Moves and totals of a part, from the start of its first pass to the end of its last one.
 #[derive(Debug, Clone)]
 pub(crate) struct Part {
-    pub(crate) moves: Vec<Move>,
-    /// Those of its passes that come when all other passes of the setup are done.
-    pub(crate) late_moves: Vec<Move>,
+    /// Those of passes that were never put off, then of those that were once, and so on, see [`Pass::put_off`].
+    pub(crate) moves: Vec<Vec<Move>>,
     pub(crate) strategy: Strategy,
     pub(crate) considered: Vec<Considered>,
     /// Direction of straight rows.
@@ -44,8 +44,6 @@ pub(crate) struct Part {
     pub(crate) proofs: Proofs,
     /// What the moves are of.
     pub(crate) laid: Vec<Pass>,
-    /// The first of the late ones among them.
-    pub(crate) late_from: usize,
     /// Passes to which no link may lead.
     pub(crate) lifted_to: BTreeSet<u32>,
 }
@@ -55,6 +53,15 @@ pub(crate) struct Part {
 pub(crate) struct Pass {
     pub(crate) curves: Vec<Curve3>,
     pub(crate) beside_walls: bool,
+    /// How often it was put off: a pass comes when all passes of the setup are done that were put off less often.
+    pub(crate) put_off: usize,
+}
+
+impl Part {
+    /// How often those of its passes were put off that come last.
+    pub(crate) fn last_put_off(&self) -> usize {
+        self.laid.last().map_or(0, |pass| pass.put_off)
+    }
 }
 
 impl SetupContext<'_> {
@@ -87,14 +94,12 @@ impl SetupContext<'_> {
         proofs += [of_walls].into_iter().chain(chosen.iter().map(|(layout, _)| layout.proofs)).sum();
         let mut part = Part {
             moves: Vec::new(),
-            late_moves: Vec::new(),
             strategy,
             considered: chosen.map_or_else(Vec::new, |(_, considered)| considered),
             along,
             passes: passes.len() as u32,
             retracts: 0,
             proofs,
-            late_from: passes.len(),
             laid: passes,
             lifted_to: BTreeSet::new(),
         };
@@ -102,46 +107,36 @@ impl SetupContext<'_> {
         Some(part)
     }
 
-    /// Links the passes of a part again, without some of them, or with these late, and without links that lead to some others.
+    /// Links the passes of a part again, without links that lead to some of them. Passes that are struck are put off so many times,
+    /// or left out where they never come; how many are left out.
     pub(crate) fn link_again(
         &self,
         part: &mut Part,
-        struck: &BTreeSet<u32>,
+        struck: &BTreeMap<u32, Option<Later>>,
         links: &BTreeSet<u32>,
-        are_late: bool,
-    ) {
+    ) -> u32 {
         let lifted_to = &part.lifted_to | links;
-        let (mut laid, mut late, mut renumbered) = (Vec::new(), Vec::new(), BTreeSet::new());
-        let late_from = part.late_from;
-        for (number, mut pass) in std::mem::take(&mut part.laid).into_iter().enumerate() {
-            if !struck.contains(&(number as u32)) {
-                if number >= late_from {
-                    late.push(pass);
-                    continue;
+        let before = part.passes;
+        let mut laid: Vec<(Pass, bool)> = Vec::new();
+        for (number, mut pass) in (0..).zip(std::mem::take(&mut part.laid)) {
+            match struck.get(&number) {
+                None => laid.push((pass, lifted_to.contains(&number))),
+                Some(None) => {}
+                Some(&Some(Later { times, is_reversed })) => {
+                    pass.put_off = times;
+                    if is_reversed {
+                        pass.reverse();
+                    }
+                    laid.push((pass, false));
                 }
-                if lifted_to.contains(&(number as u32)) {
-                    renumbered.insert(laid.len() as u32);
-                }
-                laid.push(pass);
-            } else if are_late {
-                // On its way down the flutes clear a way for the shank.
-                if self.link == LinkStyle::Zigzag
-                    && self.height_mm(&pass.start()) < self.height_mm(&pass.end())
-                {
-                    pass.reverse();
-                }
-                late.push(pass);
             }
         }
-        part.late_from = laid.len();
-        laid.extend(late);
-        (part.laid, part.lifted_to) = (laid, renumbered);
+        laid.sort_by_key(|(pass, _)| pass.put_off);
+        part.lifted_to = (0..).zip(&laid).filter(|(_, (_, lifted))| *lifted).map(|(k, _)| k).collect();
+        part.laid = laid.into_iter().map(|(pass, _)| pass).collect();
         part.passes = part.laid.len() as u32;
         self.link_passes(part);
-    }
-
-    fn height_mm(&self, place: &Point3) -> f64 {
-        self.frame.to_setup(place).z
+        before - part.passes
     }
 
     /// The passes over a row, without what of them enters anything as written.
@@ -169,7 +164,7 @@ impl SetupContext<'_> {
             curves.push(curve);
         }
         curves.iter_mut().filter(|c| polygon_mm(c) < TINY_MM).for_each(|c| *c = straightened(c));
-        (!curves.is_empty()).then_some(Pass { curves, beside_walls: false })
+        (!curves.is_empty()).then_some(Pass { curves, beside_walls: false, put_off: 0 })
     }
 
     /// The passes as they are to be cut, one after the other.
@@ -187,9 +182,9 @@ impl SetupContext<'_> {
     }
 
     fn link_passes(&self, part: &mut Part) {
-        let Part { laid: passes, lifted_to, late_from, .. } = &*part;
-        let late_from = *late_from;
-        let (mut moves, mut late_moves, mut retracts) = (Vec::new(), Vec::new(), 0);
+        let Part { laid: passes, lifted_to, .. } = &*part;
+        let (mut all, mut retracts) = (vec![Vec::new(); part.last_put_off() + 1], 0);
+        let is_first = |k: usize| k == 0 || passes[k].put_off > passes[k - 1].put_off;
         let run_outs: Vec<[Option<Point3>; 2]> = passes
             .par_iter()
             .map(|pass| [pass.before(), pass.behind()].map(|end| self.extend_pass(end)))
@@ -204,7 +199,7 @@ impl SetupContext<'_> {
             let beside_walls = passes[k..k + 2].iter().any(|pass| pass.beside_walls);
             let in_the_open = run_outs[k][1].is_some() && run_outs[k + 1][0].is_some();
             let link = match () {
-                () if k + 1 > late_from || lifted_to.contains(&(k as u32 + 1)) => None,
+                () if is_first(k + 1) || lifted_to.contains(&(k as u32 + 1)) => None,
                 () if in_the_open => self.link_in_the_open(from, to),
                 () if beside_walls => self.link_beside(from.at, to.at),
                 () => self.stay_down(from.at, to.at),
@@ -216,10 +211,10 @@ impl SetupContext<'_> {
         let (axis, feed) = (self.frame.axis(), self.feeds.cut_mm_per_min);
         for (k, pass) in passes.iter().enumerate() {
             let number = k as u32;
-            let moves = if k < late_from { &mut moves } else { &mut late_moves };
+            let moves = &mut all[pass.put_off];
             let first = moves.len();
-            let is_first = k == 0 || k == late_from;
-            if let Some((way, lifts)) = k.checked_sub(1).filter(|_| !is_first).map(|before| &ways[before]) {
+            if let Some((way, lifts)) = k.checked_sub(1).filter(|_| !is_first(k)).map(|before| &ways[before])
+            {
                 retracts += lifts;
                 moves.extend(way.iter().cloned());
             }
@@ -234,7 +229,7 @@ impl SetupContext<'_> {
                 m.pass = number;
             }
         }
-        (part.moves, part.late_moves, part.retracts) = (moves, late_moves, retracts);
+        (part.moves, part.retracts) = (all, retracts);
     }
 
     /// A link that keeps the ball on the model: the exact path over the straight line between the two ends,

@@ -10,11 +10,8 @@ use crate::plan::error::PlanError;
 use crate::plan::laying::{Laying, Placed, Share};
 use crate::plan::planned::Plan;
 use crate::program::Output;
-use crate::program::in_stock::{LeftOutPasses, Shank, leave_out_struck};
+use crate::program::in_stock::{Shank, leave_out_struck};
 use crate::setup::context::SetupContext;
-
-/// Parts of which passes are left out are laid again so many times: what is cut then makes room for more.
-const LAID_AGAIN: usize = 3;
 
 impl Laying<'_> {
     /// Lays the parts that are not known, and joins all of them.
@@ -63,24 +60,11 @@ impl Laying<'_> {
         sweeps: &[Option<Sweeps>],
     ) -> Result<u32, Cancelled> {
         let moves = |parts: &[Placed]| -> Vec<Move> { self.program(parts.to_vec()).program.moves };
-        let mut left_out = leave_out_struck(shank, &self.contexts, parts, moves, self.monitor)?;
-        for _ in 0..LAID_AGAIN {
-            if left_out.count > 0 && self.options.tool.is_ball() {
-                left_out = self.lay_again(shank, &left_out, parts, sweeps)?;
-            }
+        let left_out = leave_out_struck(shank, &self.contexts, parts, moves, self.monitor)?;
+        if left_out.count == 0 || !self.options.tool.is_ball() {
+            return Ok(left_out.count);
         }
-        Ok(left_out.count)
-    }
-
-    /// Lays parts again of which passes were left out, up to where the shank stands clear.
-    fn lay_again(
-        &self,
-        shank: &Shank,
-        left_out: &LeftOutPasses,
-        parts: &mut Vec<Placed>,
-        sweeps: &[Option<Sweeps>],
-    ) -> Result<LeftOutPasses, Cancelled> {
-        let moves = |parts: &[Placed]| -> Vec<Move> { self.program(parts.to_vec()).program.moves };
+        // Again, up to where the shank stands clear. Once more would leave out as much elsewhere.
         let radius_mm = self.options.tool.radius_mm();
         let mut rooms = shank.rooms(moves(parts), self.frames, radius_mm, self.monitor)?;
         let keeps: Vec<Option<Containment>> =
@@ -98,7 +82,7 @@ impl Laying<'_> {
         parts.retain(|&(setup, region, _)| !left_out.parts.contains(&(setup, region)));
         parts.extend(laid.into_iter().flatten());
         parts.sort_by_key(|&(setup, region, _)| (setup, region));
-        leave_out_struck(shank, &contexts, parts, moves, self.monitor)
+        Ok(leave_out_struck(shank, &contexts, parts, moves, self.monitor)?.count)
     }
 
     fn planned(&self, out: Output, struck_passes: u32) -> Plan {

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use crate::Frame;
 use crate::containment::room::ShankRoom;
 use crate::plan::options::InProcess;
-use crate::program::part::Part;
+use crate::program::part::{Later, Part};
 use crate::setup::context::SetupContext;
 
 /// Chords deviate from moves by so many pitches of the stock at most.
@@ -120,15 +120,6 @@ impl PutOff {
     fn may_turn(&self, pass: &PassOf) -> bool {
         self.is_zigzag && !self.passes.contains(pass)
     }
-}
-
-/// When a pass comes that was put off.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Later {
-    /// See [`Pass::put_off`](crate::program::part::Pass::put_off).
-    pub(crate) times: usize,
-    /// It runs the other way: the flutes clear a way for the shank as they come down.
-    pub(crate) is_reversed: bool,
 }
 
 /// What the shank cannot follow.
@@ -340,4 +331,31 @@ fn after(stock: &Stock, moves: &[Ways<'_>], are_reversed: bool) -> Option<Stock>
     };
     let is_clear = if are_reversed { moves.iter().rev().all(is_clear) } else { moves.iter().all(is_clear) };
     is_clear.then_some(stock)
+}
+
+#[cfg(test)]
+mod tests {
+    use claymill_nurbs::{Point3, Vector3};
+
+    use super::*;
+
+    #[test]
+    fn what_leads_off_a_pass_is_struck_on_that_pass() {
+        let straight = |kind, pass, region| {
+            let (from, to) = (Point3::origin(), Point3::new(1.0, 0.0, 0.0));
+            Move { pass, region, ..Move::straight(kind, from, to, Vector3::z(), 1.0) }
+        };
+        use MoveKind::{Cut, LeadIn, LeadOut, Link};
+        let mut moves = vec![
+            straight(Cut, 4, 1),
+            straight(LeadOut, 0, 2),
+            straight(LeadOut, 0, 2),
+            straight(LeadIn, 0, 2),
+            straight(Cut, 0, 2),
+            straight(Link, 1, 2),
+        ];
+        lead_outs_to_their_passes(&mut moves);
+        let of: Vec<(usize, u32)> = moves.iter().map(|m| (m.region, m.pass)).collect();
+        assert_eq!(of, [(1, 4), (1, 4), (1, 4), (2, 0), (2, 0), (2, 1)]);
+    }
 }

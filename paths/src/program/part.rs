@@ -18,7 +18,6 @@ use crate::pattern::levels::sweeps::Sweeps;
 use crate::pattern::near::PassIndex;
 use crate::pattern::part_region::PartRegion;
 use crate::pattern::rows::crests::PlannedPass;
-use crate::program::in_stock::Later;
 use crate::setup::context::SetupContext;
 use crate::{RowsAlong, Strategy};
 
@@ -55,6 +54,15 @@ pub(crate) struct Pass {
     pub(crate) beside_walls: bool,
     /// How often it was put off: a pass comes when all passes of the setup are done that were put off less often.
     pub(crate) put_off: usize,
+}
+
+/// When a pass comes that was put off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Later {
+    /// See [`Pass::put_off`].
+    pub(crate) times: usize,
+    /// It runs the other way: the flutes clear a way for the shank as they come down.
+    pub(crate) is_reversed: bool,
 }
 
 impl Part {

@@ -3,8 +3,8 @@
 //! ```text
 //!        │shank│▒▒▒▒         The flutes clear a way as wide as they are, and no higher than they are long. Where stock
 //!        ╞═════╡▒▒▒▒ ◄─ hit   stands higher beside the tool, and no pass before has taken it away, a thicker holder or shank
-//!        │flute│              runs into it. Such passes are put off to the end of the setup, some
-//!                            times; where stock is in the way even then they are left out.
+//!        │flute│              runs into it. Such passes are put off to the end of the setup, as
+//!                            often as it takes; where stock is in the way still, they are left out.
 //!        ╰──◡──╯              Such links lift over.
 //! ```
 //!
@@ -162,8 +162,7 @@ impl<'a> Shank<'a> {
     }
 
     /// What the shank cannot follow, each pass cut before the next one is looked at: a pass on which it is struck is put off until all
-    /// others of its setup are done. `known` are those that
-    /// were put off before.
+    /// others of its setup are done. `known` are those that were put off before.
     fn struck(
         &self,
         mut moves: Vec<Move>,

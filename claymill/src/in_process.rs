@@ -37,7 +37,7 @@ const LAYER_DEVIATION: f64 = 0.004;
 /// this many bands.
 const BANDS: f64 = 1.4;
 /// A shank is slimmer than its tool by so many rays' distances at least, that it is seen to go where the tool has been.
-const PITCHES_SLIMMER: f64 = 2.5;
+const PITCHES_SLIMMER: f64 = 5.0;
 /// A curve whose points differ less in height is level, mm.
 const LEVEL_MM: f64 = 1e-7;
 /// Moves are cut so many at a time.

@@ -26,7 +26,7 @@ use crate::setup::context::SetupContext;
 /// Chords deviate from moves by so many pitches of the stock at most.
 const CHORD_PITCHES: f64 = 0.02;
 /// The shank keeps so many pitches of the stock away from it.
-const MARGIN_PITCHES: f64 = 0.75;
+const MARGIN_PITCHES: f64 = 1.0;
 /// After a change the ways between passes are others, and so the program is looked at until nothing is struck, so many times at most.
 const ROUNDS: usize = 12;
 /// In rounds after these, passes are left out and no longer put off.

@@ -63,7 +63,7 @@ impl InProcessStock {
 
     /// How far apart rays may be to tell that a slim shank follows its tool; `None` for one that is no slimmer.
     pub(crate) fn shank_pitch_mm(tool: &Tool) -> Option<f64> {
-        let slimmer_mm = tool.radius_mm() - 0.5 * tool.shank_diameter_mm?;
+        let slimmer_mm = tool.radius_mm() - tool.shank_radius_mm();
         (slimmer_mm > 0.0).then_some(slimmer_mm / PITCHES_SLIMMER)
     }
 

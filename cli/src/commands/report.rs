@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use claymill::{Finished, seconds_of_moves};
 use claymill_toolpath::{Job, REPORT_FILE, Renewal, VERIFY_FILE, read_job, read_moves_judged, read_regions};
-use claymill_verify::{CRESTS_FILE, Verification, VerifyOptions, model_of, verify_with_crests, write_crests};
+use claymill_verify::{CRESTS_FILE, Verification, VerifyOptions, verify_with_crests, write_crests};
 use claymill_viewer::{ReportError, ReportInput, write_report};
 
 use super::finished::{quoted, title};
@@ -33,8 +33,7 @@ pub(crate) fn report(context: &Context, args: &ReportArgs) -> Result<ExitCode, F
     let (job, regions) = (read_job(folder)?, read_regions(folder)?);
     let renewal = Renewal::begin(folder, &MADE_ANEW)?;
     interrupt::remove_on_interrupt(renewal.leftovers());
-    let path = model_of(folder, &job, args.model.as_deref())?;
-    let loaded = context.load(&path, job.model.mirror)?;
+    let loaded = context.load_of_job(folder, &job, args.model.as_deref())?;
     let model = &loaded.import.model;
     let axes = AxisArgs { up: Some(job.request.up.clone()), length: Some(job.request.length.clone()) };
     let orientation = orientation(context.console, &axes, &loaded)?;

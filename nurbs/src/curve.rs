@@ -3,7 +3,7 @@
 
 use nalgebra::{Point, SVector};
 
-use crate::insertion::{bezier_extraction, spans};
+use crate::insertion::{bezier_extraction, restrict, spans};
 use crate::knots::for_degree;
 use crate::tolerance::{EQUAL_WEIGHTS, LARGEST_COORDINATE_MM};
 use crate::{KnotVector, NurbsError};
@@ -169,6 +169,25 @@ impl<const D: usize> NurbsCurve<D> {
             .collect()
     }
 
+    /// The curve between two parameters, which it keeps: clamped at both, by knot insertion. What is beyond the domain is left out;
+    /// `None` where nothing of it is between them.
+    #[must_use]
+    pub fn between(&self, from: f64, to: f64) -> Option<Self> {
+        let (first, last) = self.domain();
+        let range = (from.max(first), to.min(last));
+        if from.is_nan() || to.is_nan() || range.0 >= range.1 {
+            return None;
+        }
+        let weights = self.weights.clone().unwrap_or_else(|| vec![1.0; self.points.len()]);
+        let weighted: Vec<_> = self.points.iter().zip(&weights).map(|(p, w)| p.coords * *w).collect();
+        let weights: Vec<_> = weights.into_iter().map(SVector::<f64, 1>::new).collect();
+        let (knots, weighted) = restrict(&self.knots, &weighted, 1, range);
+        let (_, weights) = restrict(&self.knots, &weights, 1, range);
+        let points = weighted.iter().zip(&weights).map(|(p, w)| Point::from(p / w.x)).collect();
+        let weights = self.weights.is_some().then(|| weights.iter().map(|w| w.x).collect());
+        Some(NurbsCurve::from_sound(knots, points, weights))
+    }
+
     /// The same curve run backwards on the same domain.
     #[must_use]
     pub fn reversed(&self) -> Self {
@@ -218,6 +237,31 @@ mod tests {
                     approx::assert_relative_eq!(piece.point(t), curve.point(t), epsilon = 1e-12);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn what_is_between_two_parameters_is_the_curve() {
+        let knots = KnotVector::new(3, vec![0.0, 0.0, 0.0, 0.1, 0.4, 0.4, 0.9, 1.0, 1.0, 1.2]).unwrap();
+        let points: Vec<Point2<f64>> =
+            (0..6).map(|i| Point2::new(f64::from(i), f64::from(i * i % 5))).collect();
+        for weights in [None, Some(vec![1.0, 2.0, 0.5, 1.0, 3.0, 1.0])] {
+            let curve = Curve2::new(knots.clone(), points.clone(), weights).unwrap();
+            for (from, to, spans) in
+                [(0.2, 0.3, 1), (0.1, 0.4, 1), (0.15, 0.7, 2), (0.4, 2.0, 1), (0.0, 1.0, 2)]
+            {
+                let part = curve.between(from, to).unwrap();
+                let (a, b) = (f64::max(from, 0.1), f64::min(to, 0.9));
+                assert_eq!(part.domain(), (a, b));
+                assert_eq!(part.bezier_pieces().len(), spans);
+                for i in 0..=8 {
+                    let t = (a + (b - a) * f64::from(i) / 8.0).min(b);
+                    approx::assert_relative_eq!(part.point(t), curve.point(t), epsilon = 1e-12);
+                }
+            }
+            assert_eq!(curve.between(0.9, 1.0), None);
+            assert_eq!(curve.between(0.5, 0.5), None);
+            assert_eq!(curve.between(f64::NAN, 0.5), None);
         }
     }
 

@@ -51,11 +51,13 @@ impl Model {
     pub fn with_image(&self, axis: usize) -> Self {
         let mut image = self.mirrored(axis);
         let edges = |face: &Face| face.loops.iter().flat_map(|l| &l.edges).filter_map(|e| e.shared).max();
-        let first_free = self.faces.iter().filter_map(edges).max().map_or(0, |most| most + 1);
+        let first_free =
+            self.faces.iter().filter_map(edges).max().map_or(Some(0), |most| most.checked_add(1));
         for face in &mut image.faces {
             face.source.entity.push_str(IMAGE);
             for edge in face.loops.iter_mut().flat_map(|l| &mut l.edges) {
-                edge.shared = edge.shared.map(|edge| edge + first_free);
+                // A number beyond all numbers is none: edges are found by their places then.
+                edge.shared = edge.shared.zip(first_free).and_then(|(edge, free)| edge.checked_add(free));
             }
         }
         let faces = self.faces.iter().cloned().chain(image.faces).collect();

@@ -1,5 +1,7 @@
 //! From the parts of a plan to the plan: the order of its parts, the ways between them, what they come to.
 
+use std::collections::BTreeMap;
+
 use claymill_contact::CONTACT_EPSILON_MM;
 use claymill_toolpath::{Cancelled, Move};
 use rayon::prelude::*;
@@ -10,8 +12,13 @@ use crate::plan::error::PlanError;
 use crate::plan::laying::{Laying, Placed, Share};
 use crate::plan::planned::Plan;
 use crate::program::Output;
-use crate::program::in_stock::{Shank, leave_out_struck};
+use crate::program::in_stock::leave_out_struck;
+use crate::program::part::CutShort;
+use crate::program::shank::Shank;
 use crate::setup::context::SetupContext;
+
+/// Parts of which more than this is left out are laid again, as a share of their area.
+const MUCH: f64 = 0.01;
 
 impl Laying<'_> {
     /// Lays the parts that are not known, and joins all of them.
@@ -52,7 +59,7 @@ impl Laying<'_> {
         out
     }
 
-    /// Leaves out of parts what the shank cannot follow into the stock; how many passes these are.
+    /// Leaves out of parts what the shank cannot follow into the stock; how many passes are not whole.
     fn leave_out(
         &self,
         shank: &Shank,
@@ -60,9 +67,15 @@ impl Laying<'_> {
         sweeps: &[Option<Sweeps>],
     ) -> Result<u32, Cancelled> {
         let moves = |parts: &[Placed]| -> Vec<Move> { self.program(parts.to_vec()).program.moves };
-        let left_out = leave_out_struck(shank, &self.contexts, parts, moves, self.monitor)?;
-        if left_out.count == 0 || !self.options.tool.is_ball() {
-            return Ok(left_out.count);
+        let mut cut_short = leave_out_struck(shank, &self.contexts, parts, moves, self.monitor)?;
+        let is_much = |(&(setup, region), found): (&(usize, usize), &CutShort)| {
+            let left_out_mm2 = found.left_out_mm * self.contexts[setup].flat_step_mm();
+            left_out_mm2 > MUCH * self.area_mm2(&Share { setup, region })
+        };
+        let again: Vec<_> = cut_short.iter().filter(|found| is_much(*found)).map(|(of, _)| *of).collect();
+        let count = |all: &BTreeMap<_, CutShort>| all.values().map(|found| found.passes).sum::<u32>();
+        if again.is_empty() || !self.options.tool.is_ball() {
+            return Ok(count(&cut_short));
         }
         // Again, up to where the shank stands clear. Once more would leave out as much elsewhere.
         let radius_mm = self.options.tool.radius_mm();
@@ -72,17 +85,18 @@ impl Laying<'_> {
         let contexts: Vec<SetupContext> = (self.contexts.iter().zip(&keeps))
             .map(|(context, kept)| SetupContext { containment: kept.as_ref(), ..*context })
             .collect();
-        let again: Vec<(usize, usize)> = left_out.parts.iter().copied().collect();
         let part = |&(setup, region): &(usize, usize)| {
             self.monitor.go_on()?;
             let part = self.lay(&contexts, &Share { setup, region }, sweeps);
             Ok(part.map(|part| (setup, region, part)))
         };
         let laid = again.par_iter().with_max_len(1).map(part).collect::<Result<Vec<_>, Cancelled>>()?;
-        parts.retain(|&(setup, region, _)| !left_out.parts.contains(&(setup, region)));
+        parts.retain(|&(setup, region, _)| !again.contains(&(setup, region)));
         parts.extend(laid.into_iter().flatten());
         parts.sort_by_key(|&(setup, region, _)| (setup, region));
-        Ok(leave_out_struck(shank, &contexts, parts, moves, self.monitor)?.count)
+        cut_short.retain(|of, _| !again.contains(of));
+        let others = count(&cut_short);
+        Ok(others + count(&leave_out_struck(shank, &contexts, parts, moves, self.monitor)?))
     }
 
     fn planned(&self, out: Output, struck_passes: u32) -> Plan {

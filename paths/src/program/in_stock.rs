@@ -4,54 +4,42 @@
 //!        │shank│▒▒▒▒         The flutes clear a way as wide as they are, and no higher than they are long. Where stock
 //!        ╞═════╡▒▒▒▒ ◄─ hit   stands higher beside the tool, and no pass before has taken it away, a thicker holder or shank
 //!        │flute│              runs into it. Such passes are put off to the end of the setup, as
-//!                            often as it takes; where stock is in the way still, they are left out.
-//!        ╰──◡──╯              Such links lift over.
+//!                            often as it takes. Where stock is in the way still, what of them is struck is left
+//!        ╰──◡──╯              out. Such links lift over.
 //! ```
 //!
-//! A row is left out as a whole, and the next one is a step-over away. So a part of which passes are left out is laid again, up
-//! to where the shank stands clear when its setup is done ([`ShankRoom`]).
+//! The next pass beside one that is left out is a step-over away. So a part of which much is left out is laid again, up to where the
+//! shank stands clear when its setup is done ([`ShankRoom`]).
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use claymill_stock::{Chords, Stock, StockError, Sweep, ToolBody};
+use claymill_stock::Stock;
 use claymill_toolpath::{Cancelled, LinkStyle, Monitor, Move, MoveKind, raise_tips};
 use rayon::prelude::*;
 
 use crate::Frame;
 use crate::containment::room::ShankRoom;
-use crate::plan::options::InProcess;
-use crate::program::part::{Later, Part};
+use crate::program::part::{Amendment, CutShort, Later, Part};
+use crate::program::shank::{PassWays, Shank};
 use crate::setup::context::SetupContext;
 
-/// Chords deviate from moves by so many pitches of the stock at most.
-const CHORD_PITCHES: f64 = 0.02;
-/// The shank keeps so many pitches of the stock away from it.
-const MARGIN_PITCHES: f64 = 1.0;
 /// After a change the ways between passes are others, and so the program is looked at until nothing is struck, so many times at most.
 const ROUNDS: usize = 12;
 /// In rounds after these, passes are left out and no longer put off.
-const ROUNDS_TO_PUT_OFF: usize = 8;
+const ROUNDS_TO_PUT_OFF: usize = 9;
 /// So many passes are looked at side by side.
 const BATCH: usize = 128;
 
-/// Passes that were left out.
-#[derive(Debug, Default)]
-pub(crate) struct LeftOutPasses {
-    /// How many they are.
-    pub(crate) count: u32,
-    /// The parts they are of, by setup and region.
-    pub(crate) parts: BTreeSet<(usize, usize)>,
-}
-
-/// Takes out of the parts of a program what the shank cannot follow into the stock. `moves` are those of the program.
+/// Takes out of the parts of a program what the shank cannot follow into the stock; the passes that are not whole any more, by setup
+/// and region. `moves` are those of the program.
 pub(crate) fn leave_out_struck(
     shank: &Shank,
     contexts: &[SetupContext],
     parts: &mut [(usize, usize, Part)],
     moves: impl Fn(&[(usize, usize, Part)]) -> Vec<Move>,
     monitor: &dyn Monitor,
-) -> Result<LeftOutPasses, Cancelled> {
-    let mut left_out = LeftOutPasses::default();
+) -> Result<BTreeMap<(usize, usize), CutShort>, Cancelled> {
+    let mut all: BTreeMap<_, CutShort> = BTreeMap::new();
     for round in 0..ROUNDS {
         let known = PutOff::of(contexts, parts);
         let mut struck = shank.struck(moves(parts), &known, monitor)?;
@@ -59,24 +47,24 @@ pub(crate) fn leave_out_struck(
             break;
         }
         if round >= ROUNDS_TO_PUT_OFF {
-            struck.passes.values_mut().for_each(|when| *when = None);
+            struck.passes.values_mut().for_each(|pass| *pass = Amendment::Pieces(0, Vec::new()));
         }
         for (setup, region, part) in parts.iter_mut() {
             let context = &contexts[*setup];
             let is_own = |of: &PassOf| of.region == *region && of.setup == context.frame.name.as_str();
-            let passes = struck.passes.iter().filter(|(of, _)| is_own(of)).map(|(of, when)| (of.pass, *when));
+            let passes = struck.passes.iter().filter(|(of, _)| is_own(of));
+            let passes: BTreeMap<_, _> = passes.map(|(of, pass)| (of.pass, pass.clone())).collect();
             let links = struck.links.iter().filter(|of| is_own(of)).map(|of| of.pass);
-            let (passes, links) = (passes.collect::<BTreeMap<_, _>>(), links.collect::<BTreeSet<_>>());
+            let links: BTreeSet<_> = links.collect();
             if !(links.is_empty() && passes.is_empty()) {
-                let count = context.link_again(part, &passes, &links);
-                if count > 0 {
-                    left_out.count += count;
-                    left_out.parts.insert((*setup, *region));
-                }
+                let found = context.link_again(part, &passes, &links);
+                let cut_short = all.entry((*setup, *region)).or_default();
+                cut_short.passes += found.passes;
+                cut_short.left_out_mm += found.left_out_mm;
             }
         }
     }
-    Ok(left_out)
+    Ok(all)
 }
 
 /// A pass of a program.
@@ -125,8 +113,8 @@ impl PutOff {
 /// What the shank cannot follow.
 #[derive(Debug, Default)]
 struct Struck {
-    /// Passes with when it can; `None` where it never can.
-    passes: BTreeMap<PassOf, Option<Later>>,
+    /// Passes with what becomes of them.
+    passes: BTreeMap<PassOf, Amendment>,
     /// Passes to which no link may lead.
     links: BTreeSet<PassOf>,
 }
@@ -137,30 +125,7 @@ impl Struck {
     }
 }
 
-/// What of a tool is above its flutes, and the stock that it comes into.
-pub(crate) struct Shank<'a> {
-    stock: &'a Stock,
-    cutting: ToolBody,
-    above: ToolBody,
-    chord_mm: f64,
-    /// Tips of the tool are this far above those of the plan, along the axis, mm.
-    raised_mm: f64,
-}
-
-impl<'a> Shank<'a> {
-    /// `None` for a tool of which only flutes are known. One that has no body is refused elsewhere.
-    pub(crate) fn of(in_process: &'a InProcess) -> Option<Self> {
-        if in_process.tool.sides().len() < 2 { None } else { Shank::new(in_process).ok() }
-    }
-
-    fn new(in_process: &'a InProcess) -> Result<Self, StockError> {
-        let InProcess { stock, tool, allowance_mm } = in_process;
-        let chord_mm = CHORD_PITCHES * stock.grid().pitch_mm();
-        let cutting = ToolBody::cutting(tool)?.offset(-chord_mm)?;
-        let above = ToolBody::above(tool, None)?.offset(chord_mm)?;
-        Ok(Shank { stock, cutting, above, chord_mm, raised_mm: *allowance_mm })
-    }
-
+impl Shank<'_> {
     /// What the shank cannot follow, each pass cut before the next one is looked at: a pass on which it is struck is put off until all
     /// others of its setup are done. `known` are those that were put off before.
     fn struck(
@@ -170,72 +135,68 @@ impl<'a> Shank<'a> {
         monitor: &dyn Monitor,
     ) -> Result<Struck, Cancelled> {
         moves.retain(|m| m.kind != MoveKind::Rapid);
-        raise_tips(&mut moves, self.raised_mm);
+        raise_tips(&mut moves, self.raised_mm());
         lead_outs_to_their_passes(&mut moves);
-        let (mut stock, mut struck) = (self.stock.clone(), Struck::default());
+        let (mut stock, mut struck) = (self.stock().clone(), Struck::default());
         for of_setup in moves.chunk_by(|a, b| a.setup == b.setup) {
             let passes: Vec<&[Move]> =
                 of_setup.chunk_by(|a, b| (a.region, a.pass) == (b.region, b.pass)).collect();
             let mut put_off = Vec::new();
             for batch in passes.chunks(BATCH) {
                 monitor.go_on()?;
-                let all: Vec<PassWays<'_>> = batch.par_iter().map(|moves| self.pass_ways(moves)).collect();
+                let all: Vec<PassWays> = batch.par_iter().map(|moves| self.pass_ways(moves)).collect();
                 // Stock only goes: what was clear before the batch is clear.
                 let clear: Vec<bool> = all.par_iter().map(|pass| pass.is_clear(&stock)).collect();
                 let mut waiting = Vec::new();
-                for (pass, is_clear) in all.into_iter().zip(clear) {
+                for (pass, is_clear) in all.iter().zip(clear) {
                     if is_clear {
-                        waiting.extend(
-                            pass.link.iter().chain(&pass.cut).flat_map(|ways| &ways.cutting).copied(),
-                        );
+                        waiting.extend(pass.cutting_with_link());
                         continue;
                     }
                     stock.cut_all(&std::mem::take(&mut waiting));
-                    let after_link = after(&stock, &pass.link, false);
+                    let after_link = pass.after_link(&stock);
                     if after_link.is_none() {
-                        struck.links.insert(pass.of.clone());
+                        struck.links.insert(PassOf::of(&pass.moves[0]));
                     }
-                    match after(after_link.as_ref().unwrap_or(&stock), &pass.cut, false) {
+                    match pass.after(after_link.as_ref().unwrap_or(&stock)) {
                         Some(after_pass) => stock = after_pass,
-                        None => put_off.push(pass),
+                        None => put_off.push(pass.moves),
                     }
                 }
                 stock.cut_all(&waiting);
             }
             let mut times = known.last.get(&of_setup[0].setup).copied().unwrap_or_default();
+            let mut put_off: Vec<PassWays> = put_off.into_iter().map(|moves| self.pass_ways(moves)).collect();
             while !put_off.is_empty() {
                 monitor.go_on()?;
                 times += 1;
                 // In whatever order those come that were put off as often.
-                let found: Vec<Option<bool>> =
-                    put_off.par_iter().map(|pass| pass.turn_for(&stock, known.may_turn(&pass.of))).collect();
+                let turn = |pass: &PassWays, stock: &Stock| {
+                    pass.turn_for(stock, known.may_turn(&PassOf::of(&pass.moves[0])))
+                };
+                let found: Vec<Option<bool>> = put_off.par_iter().map(|pass| turn(pass, &stock)).collect();
                 let is_stuck = found.iter().all(Option::is_none);
                 let mut left = Vec::new();
                 for (pass, found) in put_off.into_iter().zip(found) {
-                    match found {
+                    // What was left of others may be out of its way now.
+                    let found = if is_stuck { turn(&pass, &stock) } else { found };
+                    let amendment = match found {
                         Some(is_reversed) => {
                             stock.cut_all(&pass.cutting());
-                            struck.passes.insert(pass.of, Some(Later { times, is_reversed }));
+                            Amendment::Later(Later { times, is_reversed })
                         }
-                        None if is_stuck => {
-                            struck.passes.insert(pass.of, None);
+                        None if is_stuck => Amendment::Pieces(times, self.cut_pieces(&pass, &mut stock)),
+                        None => {
+                            left.push(pass);
+                            continue;
                         }
-                        None => left.push(pass),
-                    }
+                    };
+                    struck.passes.insert(PassOf::of(&pass.moves[0]), amendment);
                 }
                 put_off = left;
             }
         }
         Ok(struck)
-    }
-
-    /// What the stock cannot take for a curve is left to the verifier.
-    fn pass_ways(&self, moves: &[Move]) -> PassWays<'_> {
-        let ways = |is_link: bool| {
-            let own = moves.iter().filter(move |m| (m.kind == MoveKind::Link) == is_link);
-            own.filter_map(|m| self.ways(m).ok()).collect()
-        };
-        PassWays { of: PassOf::of(&moves[0]), link: ways(true), cut: ways(false) }
     }
 
     /// Where the shank stands clear when setups are done, by their names; `radius_mm` is that of the tool as the moves are planned.
@@ -246,67 +207,25 @@ impl<'a> Shank<'a> {
         radius_mm: f64,
         monitor: &dyn Monitor,
     ) -> Result<BTreeMap<String, ShankRoom>, Cancelled> {
-        let margin_mm = MARGIN_PITCHES * self.stock.grid().pitch_mm();
-        let Ok(above) = self.above.offset(margin_mm) else { return Ok(BTreeMap::new()) };
+        let Some(above) = self.with_margin() else { return Ok(BTreeMap::new()) };
         moves.retain(|m| m.kind != MoveKind::Rapid);
-        raise_tips(&mut moves, self.raised_mm);
-        let (mut stock, mut rooms) = (self.stock.clone(), BTreeMap::new());
+        raise_tips(&mut moves, self.raised_mm());
+        let (mut stock, mut rooms) = (self.stock().clone(), BTreeMap::new());
         for of_setup in moves.chunk_by(|a, b| a.setup == b.setup) {
             for batch in of_setup.chunks(BATCH) {
                 monitor.go_on()?;
-                let all: Vec<Ways<'_>> = batch.par_iter().filter_map(|m| self.ways(m).ok()).collect();
-                stock.cut_all(&all.iter().flat_map(|ways| ways.cutting.iter().copied()).collect::<Vec<_>>());
+                let all: Vec<PassWays> =
+                    batch.par_iter().map(|m| self.pass_ways(std::slice::from_ref(m))).collect();
+                stock.cut_all(&all.iter().flat_map(PassWays::cutting_with_link).collect::<Vec<_>>());
             }
             let Some(frame) = frames.iter().find(|frame| frame.name.as_str() == of_setup[0].setup) else {
                 continue;
             };
-            let tip_mm = radius_mm - self.raised_mm;
+            let tip_mm = radius_mm - self.raised_mm();
             let room = ShankRoom::new(stock.clone(), above.clone(), *frame, tip_mm);
             rooms.insert(of_setup[0].setup.clone(), room);
         }
         Ok(rooms)
-    }
-
-    fn ways(&self, m: &Move) -> Result<Ways<'_>, StockError> {
-        let chords = Chords::of_move(m, self.chord_mm)?;
-        let axis = m.axis_start.into();
-        Ok(Ways { cutting: chords.sweeps(&self.cutting, axis)?, above: chords.sweeps(&self.above, axis)? })
-    }
-}
-
-/// What flutes and shank sweep on a move.
-struct Ways<'a> {
-    cutting: Vec<Sweep<'a>>,
-    above: Vec<Sweep<'a>>,
-}
-
-impl Ways<'_> {
-    fn are_clear(&self, stock: &Stock) -> bool {
-        let margin_mm = MARGIN_PITCHES * stock.grid().pitch_mm();
-        self.above.iter().all(|sweep| stock.is_clear(sweep, margin_mm).unwrap_or(true))
-    }
-}
-
-/// The same on a pass: the link to it, and all else.
-struct PassWays<'a> {
-    of: PassOf,
-    link: Vec<Ways<'a>>,
-    cut: Vec<Ways<'a>>,
-}
-
-impl PassWays<'_> {
-    fn cutting(&self) -> Vec<Sweep<'_>> {
-        self.cut.iter().flat_map(|ways| ways.cutting.iter().copied()).collect()
-    }
-
-    /// Whether the shank is clear of stock as the pass runs, `false`, or turned, `true`.
-    fn turn_for(&self, stock: &Stock, may_turn: bool) -> Option<bool> {
-        let turns = if may_turn { &[false, true][..] } else { &[false] };
-        turns.iter().copied().find(|turn| after(stock, &self.cut, *turn).is_some())
-    }
-
-    fn is_clear(&self, stock: &Stock) -> bool {
-        self.link.iter().chain(&self.cut).all(|ways| ways.are_clear(stock))
     }
 }
 
@@ -319,17 +238,6 @@ fn lead_outs_to_their_passes(moves: &mut [Move]) {
             (next.region, next.pass) = (last.region, last.pass);
         }
     }
-}
-
-/// The stock after moves, where the shank is clear on all of them. On its way the tool clears its own shank's.
-fn after(stock: &Stock, moves: &[Ways<'_>], are_reversed: bool) -> Option<Stock> {
-    let mut stock = stock.clone();
-    let is_clear = |ways: &Ways<'_>| {
-        stock.cut_all(&ways.cutting);
-        ways.are_clear(&stock)
-    };
-    let is_clear = if are_reversed { moves.iter().rev().all(is_clear) } else { moves.iter().all(is_clear) };
-    is_clear.then_some(stock)
 }
 
 #[cfg(test)]

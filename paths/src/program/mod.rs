@@ -5,6 +5,7 @@ pub(crate) mod in_stock;
 pub(crate) mod kept_part;
 pub(crate) mod kinematics;
 pub(crate) mod part;
+pub(crate) mod shank;
 
 use std::collections::BTreeMap;
 

@@ -9,7 +9,7 @@ use tracing::info_span;
 
 use crate::curve::drive::{DriveCurve, Line};
 use crate::fit::refit::{Fit, Over, fit_chain};
-use crate::fit::written::{join, move_end, polygon_mm, reversed_from_zero, straightened};
+use crate::fit::written::{join, move_end, polygon_mm, reversed_from_zero, straightened, written_between};
 use crate::follow::profile::{Chain, Profile, follow};
 use crate::follow::proofs::Proofs;
 use crate::link::leads::End;
@@ -65,6 +65,35 @@ pub(crate) struct Later {
     pub(crate) is_reversed: bool,
 }
 
+/// What of a curve of a pass is between two parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stretch {
+    /// Which curve of the pass.
+    pub(crate) curve: usize,
+    pub(crate) between: [f64; 2],
+}
+
+/// What of a pass is cut without a break.
+pub(crate) type Piece = Vec<Stretch>;
+
+/// Passes of which something was left out.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct CutShort {
+    /// How many they are.
+    pub(crate) passes: u32,
+    /// How much was left out of them, mm.
+    pub(crate) left_out_mm: f64,
+}
+
+/// What becomes of a pass on which the shank is struck.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Amendment {
+    /// It comes later.
+    Later(Later),
+    /// Of it these pieces are left, which come when all is done that was put off less often than this.
+    Pieces(usize, Vec<Piece>),
+}
+
 impl Part {
     /// How often those of its passes were put off that come last.
     pub(crate) fn last_put_off(&self) -> usize {
@@ -115,27 +144,34 @@ impl SetupContext<'_> {
         Some(part)
     }
 
-    /// Links the passes of a part again, without links that lead to some of them. Passes that are struck are put off so many times,
-    /// or left out where they never come; how many are left out.
+    /// Links the passes of a part again, without links that lead to some of them, and with amendments of those that are struck.
     pub(crate) fn link_again(
         &self,
         part: &mut Part,
-        struck: &BTreeMap<u32, Option<Later>>,
+        struck: &BTreeMap<u32, Amendment>,
         links: &BTreeSet<u32>,
-    ) -> u32 {
+    ) -> CutShort {
         let lifted_to = &part.lifted_to | links;
-        let before = part.passes;
+        let mut cut_short = CutShort::default();
         let mut laid: Vec<(Pass, bool)> = Vec::new();
         for (number, mut pass) in (0..).zip(std::mem::take(&mut part.laid)) {
             match struck.get(&number) {
                 None => laid.push((pass, lifted_to.contains(&number))),
-                Some(None) => {}
-                Some(&Some(Later { times, is_reversed })) => {
-                    pass.put_off = times;
-                    if is_reversed {
+                Some(Amendment::Later(Later { times, is_reversed })) => {
+                    pass.put_off = *times;
+                    if *is_reversed {
                         pass.reverse();
                     }
                     laid.push((pass, false));
+                }
+                Some(Amendment::Pieces(times, pieces)) => {
+                    let pieces = pieces.iter().filter_map(|piece| pass.piece(piece, *times));
+                    let long = pieces.filter(|piece| piece.length_mm() >= self.shortest_pass_mm());
+                    let pieces: Vec<Pass> = long.flat_map(|piece| self.proven_passes(piece)).collect();
+                    cut_short.passes += 1;
+                    cut_short.left_out_mm +=
+                        pass.length_mm() - pieces.iter().map(Pass::length_mm).sum::<f64>();
+                    laid.extend(pieces.into_iter().map(|piece| (piece, false)));
                 }
             }
         }
@@ -144,7 +180,7 @@ impl SetupContext<'_> {
         part.laid = laid.into_iter().map(|(pass, _)| pass).collect();
         part.passes = part.laid.len() as u32;
         self.link_passes(part);
-        before - part.passes
+        cut_short
     }
 
     /// The passes over a row, without what of them enters anything as written.
@@ -305,6 +341,19 @@ impl Pass {
     fn end(&self) -> Point3 {
         let points = self.curves[self.curves.len() - 1].points();
         points[points.len() - 1]
+    }
+
+    /// A piece of it, as written.
+    fn piece(&self, piece: &Piece, put_off: usize) -> Option<Pass> {
+        let mut curves: Vec<Curve3> = Vec::with_capacity(piece.len());
+        for stretch in piece {
+            let mut curve = written_between(self.curves.get(stretch.curve)?, stretch.between)?;
+            if let Some(before) = curves.last() {
+                move_end(&mut curve, false, before.end());
+            }
+            curves.push(curve);
+        }
+        (!curves.is_empty()).then_some(Pass { curves, put_off, ..*self })
     }
 
     /// Where leads take over.

@@ -11,6 +11,9 @@ use crate::tolerance::{
     CHORD_TURN, COLLAPSED_MM, CORNER_DEG, FEWEST_CHORDS, LONGEST_CHORD_MM, MOST_HALVINGS,
 };
 
+/// Breaks of a curve nearer to each other than this share of its domain are one, but for rounding.
+const SAME_SHARE: f64 = 1e-9;
+
 /// A smooth piece of a face's boundary: no corner inside, not closed, not collapsed.
 #[derive(Debug)]
 pub(crate) struct Edge<'m> {
@@ -116,7 +119,8 @@ fn smooth_pieces(surface: &NurbsSurface, pcurve: &Curve2) -> Vec<Vec<f64>> {
         pieces = cuts
             .windows(2)
             .map(|w| {
-                let inside = breaks.iter().copied().filter(|&t| t > w[0] && t < w[1]);
+                // A knot may be where it is cut, but for rounding.
+                let inside = breaks.iter().copied().filter(|&t| t > w[0] + beside && t < w[1] - beside);
                 std::iter::once(w[0]).chain(inside).chain([w[1]]).collect()
             })
             .collect();
@@ -137,7 +141,12 @@ fn breaks(surface: &NurbsSurface, pcurve: &Curve2) -> Vec<f64> {
             _ => return breaks,
         };
         let shares = knots.iter().map(|k| (k - from) / span);
-        breaks.extend(shares.filter(|s| *s > 1e-9 && *s < 1.0 - 1e-9).map(|s| t0 + s * (t1 - t0)));
+        let near = SAME_SHARE * (t1 - t0);
+        for t in shares.map(|share| t0 + share * (t1 - t0)) {
+            if t > t0 && t < t1 && breaks.iter().all(|known| (known - t).abs() > near) {
+                breaks.push(t);
+            }
+        }
         breaks.sort_by(f64::total_cmp);
     }
     breaks
@@ -271,4 +280,40 @@ fn arc_length_between(a: &Station, b: &Station, x: f64) -> f64 {
     let (h, rise) = (b.t - a.t, b.s - a.s);
     let (va, vb) = (a.speed * h, b.speed * h);
     a.s + x * (va + x * (3.0 * rise - 2.0 * va - vb + x * (va + vb - 2.0 * rise)))
+}
+
+#[cfg(test)]
+mod tests {
+    use claymill_nurbs::{Face, KnotVector, Source, SurfaceKind};
+
+    use super::*;
+
+    /// A closed band with corners of its net at the thirds of its parameter, which are its knots too.
+    fn band(length: f64) -> Model {
+        let at = |k: usize| length * k as f64 / 3.0;
+        let knots_u =
+            KnotVector::new(2, vec![0.0, 0.0, 0.0, at(1), at(1), at(2), at(2), length, length, length]);
+        let ring = [[1.0, 0.0], [1.0, 2.0], [-1.0, 1.0], [-3.0, 0.0], [-1.0, -1.0], [1.0, -2.0], [1.0, 0.0]];
+        let net = ring.iter().flat_map(|[x, y]| [0.0, 5.0].map(|z| Point3::new(10.0 * x, 10.0 * y, z)));
+        let surface =
+            NurbsSurface::new(knots_u.unwrap(), KnotVector::clamped_uniform(1, 2), net.collect(), None);
+        let surface = surface.unwrap();
+        let (loops, source) = (Vec::new(), Source::default());
+        let face = Face { surface, loops, reversed: false, kind: SurfaceKind::Nurbs, source };
+        Model { faces: vec![face], ..Model::default() }
+    }
+
+    #[test]
+    fn stations_advance_where_an_edge_is_cut_at_its_knots() {
+        for k in 1..2000 {
+            // The first is that of a bottle's neck.
+            let model = band(if k == 1 { 346.166_420_233_771_3 } else { 0.173 * f64::from(k) });
+            for edge in edges(&model, 0.1) {
+                assert!(edge.stations.windows(2).all(|w| w[0].t < w[1].t && w[0].s < w[1].s), "{edge:?}");
+                let (t0, t1) = edge.ends();
+                let both = [t0, t1].map(|t| edge.arc_length(t));
+                assert!(both[0] == 0.0 && (both[1] - edge.length_mm()).abs() < 1e-9, "{both:?}");
+            }
+        }
+    }
 }

@@ -165,7 +165,7 @@ impl Outlines<'_> {
         at: impl Fn(f64) -> T,
         fine: impl Fn(&T, &T) -> bool,
     ) -> Vec<T> {
-        let parts = (length_mm / self.edge_mm).ceil().clamp(1.0, MOST_PARTS);
+        let parts = (length_mm / self.edge_mm).ceil().max(1.0).min(MOST_PARTS);
         let mut found = vec![at(0.0)];
         for k in 0..parts as usize {
             let mut open = vec![(k as f64 / parts, (k as f64 + 1.0) / parts, 0)];

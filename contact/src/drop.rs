@@ -62,6 +62,8 @@ pub(crate) struct SetupFace {
     pub(crate) domain: Option<Domain>,
     pub(crate) boundary: Vec<Curve2>,
     pub(crate) shape: Shape,
+    /// No place of the face is higher, mm.
+    pub(crate) top_mm: f64,
     poles: OnceLock<[bool; 4]>,
 }
 
@@ -101,6 +103,7 @@ impl<'a> BallDrop<'a> {
                 SetupFace {
                     poles: OnceLock::new(),
                     shape: Shape::of(&surface),
+                    top_mm: surface.net().iter().map(|h| h.z / h.w).fold(f64::NEG_INFINITY, f64::max),
                     leaves: Leaves::new(&surface),
                     surface,
                     domain: (!f.loops.is_empty()).then(|| Domain::new(f)),

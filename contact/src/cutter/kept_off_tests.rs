@@ -109,3 +109,21 @@ fn a_tool_beside_a_rim_is_held_where_the_sheet_inside_the_trims_holds_it() {
     // Both happen often, and little is left open.
     assert!(counts[1] > 3000 && counts[2] > 3000 && counts[0] < 200, "{counts:?}");
 }
+
+/// A countersink of 15 mm at its mouth, which is at the height 0. Its triangles swell above that, and all of it is below.
+#[test]
+fn a_tool_stands_over_a_countersink_at_a_glance() {
+    let at = placed(Point3::new(0.0, 0.0, -10.0), Vector3::z());
+    let sink = analytic::cone(&at, 5.0, std::f64::consts::FRAC_PI_4, (0.0, TAU), (0.0, 10.0)).unwrap();
+    let bench = Bench::surfaces(vec![sink]);
+    for tool in ["flat:20", "bull:20:3"] {
+        let end = BallDrop::of_tool(&bench.model, &bench.covering, &top(), &tool.parse().unwrap());
+        let corner_mm = if tool.starts_with("bull") { 3.0 } else { 0.0 };
+        for k in 0..50 {
+            let (sine, cosine) = (TAU * f64::from(k) / 50.0).sin_cos();
+            let place = [0.4 * f64::from(k) * cosine, 0.4 * f64::from(k) * sine];
+            assert_eq!(end.is_kept_off_at_a_glance(place, corner_mm + 1e-6), Some(false), "{tool} {place:?}");
+            assert_eq!(end.is_kept_off_at_a_glance([3.0, 1.0], corner_mm - 0.2), Some(true), "{tool}");
+        }
+    }
+}

@@ -233,15 +233,27 @@ impl<'a> Search<'a> {
         );
     }
 
+    /// Whether all of a face is too low to hold the tool. Under a tool that stands on a floor, pieces of what goes down from there
+    /// swell above it: without this, walls of holes and countersinks are cut to the last.
+    fn is_below(&self, face: u32) -> bool {
+        self.sheets.faces[face as usize].top_mm + ROUNDING_MM <= self.low + self.step
+    }
+
     fn meet(&mut self, item: usize) {
         let sheets = self.sheets;
         let Some(of) = sheets.triangles.get(item) else {
             let piece = sheets.edges[item - sheets.triangles.len()].clone();
+            if self.is_below(piece.face) {
+                return;
+            }
             for (p, t) in [(piece.a, piece.t.0), (piece.b, piece.t.1)] {
                 self.touch_edge(&piece, p, t);
             }
             return self.wait_for_edge(piece);
         };
+        if self.is_below(of.face) {
+            return;
+        }
         match &sheets.faces[of.face as usize].shape {
             Shape::Upright => return,
             Shape::Flat(flat) => return self.meet_flat(of.face, flat),

@@ -29,9 +29,13 @@ impl EndBody {
         height - self.corner_mm + within.sqrt()
     }
 
-    /// Height of its tip when it comes down on a triangle at the place of `at`.
-    fn on_triangle(&self, corners: &[Point3; 3], at: &Point3) -> f64 {
+    /// Height of its tip when it comes down on a triangle at the place of `at`. What is no higher than `least` may be found lower than
+    /// it is.
+    fn on_triangle(&self, corners: &[Point3; 3], at: &Point3, least: f64) -> f64 {
         let [a, b, c] = corners;
+        if a.z.max(b.z).max(c.z) <= least {
+            return f64::NEG_INFINITY;
+        }
         let n = (b - a).cross(&(c - a));
         if n.z.abs() > VERTICAL * n.norm() {
             let n = n * (n.z.signum() / n.norm());
@@ -47,12 +51,11 @@ impl EndBody {
             }
         }
         [(a, b), (b, c), (c, a)]
-            .map(|(a, b)| self.on_side(a, b, at))
             .into_iter()
-            .fold(f64::NEG_INFINITY, f64::max)
+            .fold(f64::NEG_INFINITY, |best, (a, b)| best.max(self.on_side(a, b, at, best.max(least))))
     }
 
-    fn on_side(&self, a: &Point3, b: &Point3, at: &Point3) -> f64 {
+    fn on_side(&self, a: &Point3, b: &Point3, at: &Point3, least: f64) -> f64 {
         let over = |share: f64| {
             let p = a + (b - a) * share;
             self.stopped((p - at).xy().norm(), p.z)
@@ -60,13 +63,21 @@ impl EndBody {
         // Only what lies below the end counts: that is one stretch.
         let (way, to) = ((b - a).xy(), (at - a).xy());
         let length_squared = way.norm_squared();
-        let (mut from, mut until) = (0.0, 1.0);
+        let (mut from, mut until, mut nearest) = (0.0, 1.0, 0.0);
         if length_squared > 0.0 {
             let (foot, aside_squared) =
                 (to.dot(&way) / length_squared, to.perp(&way).powi(2) / length_squared);
             let half =
                 (self.radius_mm * self.radius_mm - aside_squared).max(0.0).sqrt() / length_squared.sqrt();
             (from, until) = ((foot - half).clamp(0.0, 1.0), (foot + half).clamp(0.0, 1.0));
+            nearest = foot.clamp(from, until);
+        }
+        let height = |share: f64| a.z + (b.z - a.z) * share;
+        let from_axis = (a + (b - a) * nearest - at).xy().norm();
+        // As if the highest place were the nearest one to the axis; on a level side it is.
+        let most = self.stopped(from_axis, height(from).max(height(until)));
+        if most <= least || a.z == b.z {
+            return most;
         }
         let mut best = over(from).max(over(until));
         for _ in 0..STEPS {
@@ -118,7 +129,8 @@ impl DropMesh<'_> {
             },
             |i| {
                 let swollen_mm = self.deviation(i);
-                take(body.thicker(swollen_mm).on_triangle(&self.corners(i), at) + swollen_mm)
+                let least = floor.get() - swollen_mm;
+                take(body.thicker(swollen_mm).on_triangle(&self.corners(i), at, least) + swollen_mm)
             },
         );
     }
@@ -130,6 +142,24 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        /// Sides that cannot be higher than something are not looked at.
+        #[test]
+        fn what_is_higher_than_asked_for_is_found_as_high(
+            corners in [0.0..9.0, 0.0..9.0, 0.0..2.0, 0.0..9.0, 0.0..9.0, 0.0..2.0, 0.0..9.0, 0.0..9.0, 0.0..2.0],
+            x in -2.0..11.0, y in -2.0..11.0, corner_mm in 0.0..2.9, least in -3.0..2.0, is_level in proptest::bool::ANY,
+        ) {
+            let height = |i: usize| if is_level { corners[2] } else { corners[3 * i + 2] };
+            let triangle = [0, 1, 2].map(|i| Point3::new(corners[3 * i], corners[3 * i + 1], height(i)));
+            let (body, at) = (EndBody { radius_mm: 3.0, corner_mm }, Point3::new(x, y, 0.0));
+            let all = body.on_triangle(&triangle, &at, f64::NEG_INFINITY);
+            let found = body.on_triangle(&triangle, &at, least);
+            prop_assert!(found == all || all <= least && found <= least, "{all} {found}");
+            // Level sides are looked at in one place.
+            let tilted = triangle.map(|p| Point3::new(p.x, p.y, p.z + 1e-9 * p.x));
+            let near = body.on_triangle(&tilted, &at, f64::NEG_INFINITY);
+            prop_assert!(all == near || (all - near).abs() < 1e-4, "{all} {near}");
+        }
+
         #[test]
         fn no_point_of_a_triangle_enters_an_end_that_lies_on_it(
             corners in [0.0..9.0, 0.0..9.0, 0.0..9.0, 0.0..9.0, 0.0..9.0, 0.0..9.0, 0.0..9.0, 0.0..9.0, 0.0..9.0],
@@ -138,7 +168,7 @@ mod tests {
             let corner = |i: usize| Point3::new(corners[3 * i], corners[3 * i + 1], corners[3 * i + 2]);
             let triangle = [corner(0), corner(1), corner(2)];
             let body = EndBody { radius_mm: 3.0, corner_mm };
-            let tip = Point3::new(x, y, body.on_triangle(&triangle, &Point3::new(x, y, 0.0)));
+            let tip = Point3::new(x, y, body.on_triangle(&triangle, &Point3::new(x, y, 0.0), f64::NEG_INFINITY));
             prop_assume!(tip.z.is_finite());
             let mut nearest = f64::INFINITY;
             for i in 0..=120 {

@@ -68,12 +68,12 @@ impl<'a> Shank<'a> {
     /// Cuts into stock what of a pass the shank can follow, piece by piece.
     pub(crate) fn cut_pieces(&self, pass: &PassWays<'_, '_>, stock: &mut Stock) -> Vec<Piece> {
         let cuts: Vec<&Move> = pass.moves.iter().filter(|m| m.kind == MoveKind::Cut).collect();
-        let leads = pass.moves.split(|m| m.kind == MoveKind::Cut);
+        let mut leads = pass.moves.split(|m| m.kind == MoveKind::Cut);
         let follows = |moves: Option<&[Move]>, stock: &Stock| {
             let ways = moves.unwrap_or_default().iter().filter(|m| m.kind != MoveKind::Link);
             after(stock, &ways.filter_map(|m| self.ways(m).ok()).collect::<Vec<_>>(), false).is_some()
         };
-        let (lead_in, lead_out) = (leads.clone().next(), leads.last());
+        let (lead_in, lead_out) = (leads.next(), leads.next_back());
         let is_led_in = follows(lead_in, stock);
         let mut stretches: Vec<(Stretch, bool)> = Vec::new();
         for (index, m) in cuts.iter().enumerate() {

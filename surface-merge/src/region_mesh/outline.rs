@@ -165,7 +165,7 @@ impl Outlines<'_> {
         at: impl Fn(f64) -> T,
         fine: impl Fn(&T, &T) -> bool,
     ) -> Vec<T> {
-        let parts = (length_mm / self.edge_mm).ceil().max(1.0).min(MOST_PARTS);
+        let parts = (length_mm / self.edge_mm).ceil().clamp(1.0, MOST_PARTS);
         let mut found = vec![at(0.0)];
         for k in 0..parts as usize {
             let mut open = vec![(k as f64 / parts, (k as f64 + 1.0) / parts, 0)];
@@ -220,7 +220,8 @@ impl Outlines<'_> {
                 let edge = &self.pieces[piece];
                 let at = |x: f64| edge.at_length(w[0].s + x * (w[1].s - w[0].s));
                 let inner = self.divided(w[1].s - w[0].s, at, |p, q| is_fine(edge, *p, *q));
-                for &t in &inner[1..inner.len() - 1] {
+                let [_, inner @ .., _] = &inner[..] else { continue };
+                for &t in inner {
                     let node = self.nodes;
                     self.nodes += 1;
                     filled.push(Mark { s: self.pieces[piece].arc_length(t), t, node, is_end: false });

@@ -12,9 +12,9 @@ pub(crate) fn reversed_from_zero(curve: &Curve3) -> Curve3 {
     rounded.unwrap_or(back)
 }
 
-/// What of a curve is between two parameters, in written digits and from parameter zero.
+/// What of a curve without weights is between two parameters, in written digits and from parameter zero.
 pub(crate) fn written_between(curve: &Curve3, [from, to]: [f64; 2]) -> Option<Curve3> {
-    let part = curve.between(from, to)?;
+    let part = curve.between(from, to).filter(|part| part.weights().is_none())?;
     let knots = part.knots().as_slice().iter().map(|&k| round_to_written(k - from)).collect();
     let points = part.points().iter().map(|p| p.map(round_to_written)).collect();
     KnotVector::new(part.knots().degree(), knots).and_then(|knots| Curve3::new(knots, points, None)).ok()

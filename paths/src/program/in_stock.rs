@@ -178,6 +178,7 @@ impl Shank<'_> {
                 let is_stuck = found.iter().all(Option::is_none);
                 let mut left = Vec::new();
                 for (pass, found) in put_off.into_iter().zip(found) {
+                    monitor.go_on()?;
                     // What was left of others may be out of its way now.
                     let found = if is_stuck { turn(&pass, &stock) } else { found };
                     let amendment = match found {
@@ -185,7 +186,9 @@ impl Shank<'_> {
                             stock.cut_all(&pass.cutting());
                             Amendment::Later(Later { times, is_reversed })
                         }
-                        None if is_stuck => Amendment::Pieces(times, self.cut_pieces(&pass, &mut stock)),
+                        None if is_stuck => {
+                            Amendment::Pieces(times, self.cut_pieces(&pass, &mut stock, monitor)?)
+                        }
                         None => {
                             left.push(pass);
                             continue;

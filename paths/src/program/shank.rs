@@ -2,7 +2,7 @@
 
 use claymill_nurbs::Curve3;
 use claymill_stock::{Chords, Stock, StockError, Sweep, ToolBody};
-use claymill_toolpath::{Move, MoveKind};
+use claymill_toolpath::{Cancelled, Monitor, Move, MoveKind};
 
 use crate::fit::written::polygon_mm;
 use crate::plan::options::InProcess;
@@ -66,7 +66,12 @@ impl<'a> Shank<'a> {
     }
 
     /// Cuts into stock what of a pass the shank can follow, piece by piece.
-    pub(crate) fn cut_pieces(&self, pass: &PassWays<'_, '_>, stock: &mut Stock) -> Vec<Piece> {
+    pub(crate) fn cut_pieces(
+        &self,
+        pass: &PassWays<'_, '_>,
+        stock: &mut Stock,
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<Piece>, Cancelled> {
         let cuts: Vec<&Move> = pass.moves.iter().filter(|m| m.kind == MoveKind::Cut).collect();
         let mut leads = pass.moves.split(|m| m.kind == MoveKind::Cut);
         let follows = |moves: Option<&[Move]>, stock: &Stock| {
@@ -79,6 +84,7 @@ impl<'a> Shank<'a> {
         for (index, m) in cuts.iter().enumerate() {
             let Ok(curve) = m.curve() else { continue };
             for between in stretches_of(&curve, self.stretch_mm) {
+                monitor.go_on()?;
                 let part = curve.between(between[0], between[1]);
                 let along = |part| self.ways(&Move::along(MoveKind::Cut, &part, m.axis_start.into(), m.feed));
                 let Some(Ok(ways)) = part.map(along) else { continue };
@@ -102,11 +108,8 @@ impl<'a> Shank<'a> {
         if let Some((_, is_clear)) = stretches.get_mut(last) {
             *is_clear &= is_led_out;
         }
-        stretches
-            .chunk_by(|a, b| a.1 == b.1)
-            .filter(|run| run[0].1)
-            .map(|run| joined(run.iter().map(|(stretch, _)| *stretch)))
-            .collect()
+        let runs = stretches.chunk_by(|a, b| a.1 == b.1).filter(|run| run[0].1);
+        Ok(runs.map(|run| joined(run.iter().map(|(stretch, _)| *stretch))).collect())
     }
 
     fn ways(&self, m: &Move) -> Result<Ways<'_>, StockError> {
@@ -245,7 +248,7 @@ mod tests {
         let shank = Shank::of(&in_process).unwrap();
         let pass = shank.pass_ways(&moves);
         assert!(pass.after(&stock).is_none());
-        let pieces = shank.cut_pieces(&pass, &mut stock);
+        let pieces = shank.cut_pieces(&pass, &mut stock, &()).unwrap();
         let [[first], [second]] = [&pieces[0][..], &pieces[1][..]] else { panic!("{pieces:?}") };
         // The shank keeps a pitch away from the ridge, and a piece is no longer than 2.5 mm.
         let most = 95.0 - 12.0 - 0.5;
@@ -272,7 +275,7 @@ mod tests {
         let tool = "flat:10,length:15,shank:24".parse().unwrap();
         let in_process = InProcess { stock: Arc::new(stock.clone()), tool, allowance_mm: 0.0 };
         let shank = Shank::of(&in_process).unwrap();
-        let pieces = shank.cut_pieces(&shank.pass_ways(&moves), &mut stock);
+        let pieces = shank.cut_pieces(&shank.pass_ways(&moves), &mut stock, &()).unwrap();
         assert_eq!(pieces, [vec![Stretch { curve: 0, between: [2.5, 50.0] }]]);
     }
 }

@@ -6,18 +6,19 @@ use claymill_toolpath::{WRITTEN_STEP_MM, round_to_written};
 /// Reversing mirrors the knots; rounding them again keeps the written digits.
 pub(crate) fn reversed_from_zero(curve: &Curve3) -> Curve3 {
     let back = curve.reversed();
-    let knots = back.knots().as_slice().iter().map(|&k| round_to_written(k)).collect();
-    let rounded = KnotVector::new(back.knots().degree(), knots)
-        .and_then(|k| Curve3::new(k, back.points().to_vec(), None));
-    rounded.unwrap_or(back)
+    in_written_digits(&back, 0.0).unwrap_or(back)
 }
 
 /// What of a curve without weights is between two parameters, in written digits and from parameter zero.
 pub(crate) fn written_between(curve: &Curve3, [from, to]: [f64; 2]) -> Option<Curve3> {
-    let part = curve.between(from, to).filter(|part| part.weights().is_none())?;
-    let knots = part.knots().as_slice().iter().map(|&k| round_to_written(k - from)).collect();
-    let points = part.points().iter().map(|p| p.map(round_to_written)).collect();
-    KnotVector::new(part.knots().degree(), knots).and_then(|knots| Curve3::new(knots, points, None)).ok()
+    in_written_digits(&curve.between(from, to).filter(|part| part.weights().is_none())?, from)
+}
+
+/// The curve in written digits, its parameters from `zero` on.
+fn in_written_digits(curve: &Curve3, zero: f64) -> Option<Curve3> {
+    let knots = curve.knots().as_slice().iter().map(|&k| round_to_written(k - zero)).collect();
+    let points = curve.points().iter().map(|p| p.map(round_to_written)).collect();
+    KnotVector::new(curve.knots().degree(), knots).and_then(|knots| Curve3::new(knots, points, None)).ok()
 }
 
 /// A stretch that vanished between two others leaves a gap of a few of the written digits: they end halfway.

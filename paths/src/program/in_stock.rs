@@ -53,7 +53,7 @@ pub(crate) fn leave_out_struck(
             let context = &contexts[*setup];
             let is_own = |of: &PassOf| of.region == *region && of.setup == context.frame.name.as_str();
             let passes = struck.passes.iter().filter(|(of, _)| is_own(of));
-            let passes: BTreeMap<_, _> = passes.map(|(of, pass)| (of.pass, pass.clone())).collect();
+            let passes: BTreeMap<_, _> = passes.map(|(of, pass)| (of.pass, pass)).collect();
             let links = struck.links.iter().filter(|of| is_own(of)).map(|of| of.pass);
             let links: BTreeSet<_> = links.collect();
             if !(links.is_empty() && passes.is_empty()) {
@@ -148,7 +148,7 @@ impl Shank<'_> {
                 // Stock only goes: what was clear before the batch is clear.
                 let clear: Vec<bool> = all.par_iter().map(|pass| pass.is_clear(&stock)).collect();
                 let mut waiting = Vec::new();
-                for (pass, is_clear) in all.iter().zip(clear) {
+                for (pass, is_clear) in all.into_iter().zip(clear) {
                     if is_clear {
                         waiting.extend(pass.cutting_with_link());
                         continue;
@@ -160,13 +160,12 @@ impl Shank<'_> {
                     }
                     match pass.after(after_link.as_ref().unwrap_or(&stock)) {
                         Some(after_pass) => stock = after_pass,
-                        None => put_off.push(pass.moves),
+                        None => put_off.push(pass),
                     }
                 }
                 stock.cut_all(&waiting);
             }
             let mut times = known.last.get(&of_setup[0].setup).copied().unwrap_or_default();
-            let mut put_off: Vec<PassWays> = put_off.into_iter().map(|moves| self.pass_ways(moves)).collect();
             while !put_off.is_empty() {
                 monitor.go_on()?;
                 times += 1;

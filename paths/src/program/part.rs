@@ -148,7 +148,7 @@ impl SetupContext<'_> {
     pub(crate) fn link_again(
         &self,
         part: &mut Part,
-        struck: &BTreeMap<u32, Amendment>,
+        struck: &BTreeMap<u32, &Amendment>,
         links: &BTreeSet<u32>,
     ) -> CutShort {
         let lifted_to = &part.lifted_to | links;

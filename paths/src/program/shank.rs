@@ -140,14 +140,14 @@ pub(crate) struct PassWays<'m, 'a> {
     cut: Vec<Ways<'a>>,
 }
 
-impl PassWays<'_, '_> {
+impl<'a> PassWays<'_, 'a> {
     /// What its flutes sweep.
-    pub(crate) fn cutting(&self) -> Vec<Sweep<'_>> {
+    pub(crate) fn cutting(&self) -> Vec<Sweep<'a>> {
         self.cut.iter().flat_map(|ways| ways.cutting.iter().copied()).collect()
     }
 
     /// The same with the link to it.
-    pub(crate) fn cutting_with_link(&self) -> impl Iterator<Item = Sweep<'_>> {
+    pub(crate) fn cutting_with_link(&self) -> impl Iterator<Item = Sweep<'a>> {
         self.link.iter().chain(&self.cut).flat_map(|ways| ways.cutting.iter().copied())
     }
 
@@ -226,24 +226,20 @@ mod tests {
         assert_eq!(joined(all), [of(4, [0.0, 1.0]), of(5, [0.0, 1.0])]);
     }
 
-    /// A block 30 mm high that is cut down to 14 mm but for a ridge at x = 100 mm. Along y = 30 mm flutes of 15 mm with a shank of
-    /// 12 mm radius go 5 mm above its ground.
-    fn slot(ridge: [f64; 2]) -> (Stock, Tool, [Move; 1]) {
+    /// A block 30 mm high is cut down to 14 mm but for a ridge at x = 100 mm. Along y = 30 mm flutes of 15 mm with a shank of 12 mm
+    /// radius go 5 mm above its ground.
+    #[test]
+    fn a_pass_is_left_out_only_where_the_shank_is_struck() {
         let bounds = Aabb { min: Point3::new(0.0, 0.0, 0.0), max: Point3::new(200.0, 60.0, 30.0) };
         let mut stock = Stock::block(&bounds, 0.5).unwrap();
         let wide = ToolBody::cutting(&"flat:100,length:80".parse::<Tool>().unwrap()).unwrap();
-        for (from, to) in [(-150.0, ridge[0] - 100.0), (ridge[1] + 100.0, 350.0)] {
+        for (from, to) in [(-150.0, -5.0), (205.0, 350.0)] {
             let [from, to] = [from, to].map(|x| Point3::new(x, 30.0, 14.0));
             stock.cut_all(&[Sweep::new(&wide, Vector3::z(), from, to).unwrap()]);
         }
         let at = |x: f64| Point3::new(x, 30.0, 5.0);
-        let cut = Move::straight(MoveKind::Cut, at(0.0), at(200.0), Vector3::z(), 1000.0);
-        (stock, "flat:10,length:15,shank:24".parse().unwrap(), [cut])
-    }
-
-    #[test]
-    fn a_pass_is_left_out_only_where_the_shank_is_struck() {
-        let (mut stock, tool, moves) = slot([95.0, 105.0]);
+        let moves = [Move::straight(MoveKind::Cut, at(0.0), at(200.0), Vector3::z(), 1000.0)];
+        let tool = "flat:10,length:15,shank:24".parse().unwrap();
         let in_process = InProcess { stock: Arc::new(stock.clone()), tool, allowance_mm: 0.0 };
         let shank = Shank::of(&in_process).unwrap();
         let pass = shank.pass_ways(&moves);
@@ -256,10 +252,7 @@ mod tests {
         assert_eq!(second.between, [200.0 - first.between[1], 200.0]);
         assert_eq!(pieces.len(), 2);
         // The pieces are cut.
-        let pass = |[from, to]: [f64; 2]| {
-            let at = |x: f64| Point3::new(x, 30.0, 5.0);
-            Sweep::new(&shank.cutting, Vector3::z(), at(from), at(to)).unwrap()
-        };
+        let pass = |[from, to]: [f64; 2]| Sweep::new(&shank.cutting, Vector3::z(), at(from), at(to)).unwrap();
         assert!(stock.is_clear(&pass([0.0, 75.0]), 0.0).unwrap());
         assert!(!stock.is_clear(&pass([90.0, 92.0]), 0.0).unwrap());
     }

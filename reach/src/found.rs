@@ -196,6 +196,7 @@ impl<'a> Pose<'a> {
         let rims = Rims::new(part.model, part.open, free, frame);
         let near_mm = near_mm(tool.radius_mm(), 0.0);
         let sizes = [tool.radius_mm(), near_mm];
+        let closest = closest.filter(|_| rims.let_through(tool.radius_mm()));
         let material = closest.and_then(|closest| Material::new(closest, covering, free, frame, sizes));
         let ball = BallDrop::of_tool(part.model, covering, frame, tool).on_free_sides(free, rims, material);
         let ball = holder.iter().fold(ball, |ball, holder| ball.with_holder(holder));

@@ -143,15 +143,17 @@ impl<'a> Reach<'a> {
         &self.views[index].1
     }
 
-    /// What an end is nearest to in a setup, if that is no farther than `within_mm`.
+    /// What an end is nearest to in a setup, if that is no farther than `within_mm`; `last` is what it was nearest to a little
+    /// before.
     pub(crate) fn nearest_to_end(
         &self,
         setup: usize,
         tip_and_axis: [&Vector3; 2],
         body: &EndBody,
         within_mm: f64,
+        last: Option<&Nearest>,
     ) -> Option<Nearest> {
-        self.end.as_ref()?.1.nearest(self.setup(setup), tip_and_axis, body, within_mm)
+        self.end.as_ref()?.1.nearest(self.setup(setup), tip_and_axis, body, within_mm, last)
     }
 
     /// Where the tool is kept, if the job says so.
@@ -297,7 +299,7 @@ impl<'a> Reach<'a> {
         let mut fits = None;
         for (axis, view) in self.views.iter().filter(|(axis, _)| n.dot(axis) >= self.least_cosine) {
             let tip = body.tip_over(p, n, axis);
-            let enters = faces.nearest(view, [&tip.coords, axis], body, -sink_mm).is_some();
+            let enters = faces.nearest(view, [&tip.coords, axis], body, -sink_mm, None).is_some();
             if enters || sides_enter(view, &self.tool, &view.in_frame(&tip)) {
                 continue;
             }

@@ -7,7 +7,7 @@ use claymill_toolpath::Levels;
 
 use crate::limits::{LEAST_RAMP_DEG, STEEPEST_RAMP_DEG};
 
-/// The tool is no thicker than this share of the part across: it has to get around it, and into it.
+/// The tool is no thicker than this share of the part's second longest side: it has to get around it, and into it.
 const THICKEST: f64 = 0.2;
 /// Depths are rounded down to this, mm.
 const ROUND_MM: f64 = 0.1;
@@ -36,8 +36,10 @@ pub(super) fn tool(
     ends.sort_by(|a, b| {
         key(b).partial_cmp(&key(a)).unwrap_or(std::cmp::Ordering::Equal).then(a.id.cmp(&b.id))
     });
-    let sides = part.max - part.min;
-    let widest_mm = THICKEST * sides.x.min(sides.y);
+    // Setups look along any of the sides: across the thinnest of them the tool need not get around.
+    let mut sides = <[f64; 3]>::from(part.max - part.min);
+    sides.sort_by(f64::total_cmp);
+    let widest_mm = THICKEST * sides[1];
     let thin_enough = ends.iter().find(|t| t.diameter_mm() <= widest_mm);
     thin_enough.or(ends.last()).map(|t| (*t).clone())
 }

@@ -12,6 +12,8 @@ const PIECE_MM: f64 = 2.0;
 const NEAR_MM: f64 = 0.1;
 /// Pieces of one stretch at most.
 const MOST_PIECES: f64 = 20_000.0;
+/// Open borders may be of the same opening where they are no farther from each other than this, in ball radii.
+const NEXT_RADII: f64 = 0.5;
 /// A ball may lean over a rim by this much (sine), where the piece's normal is not exactly that of the place.
 const LEANS: f64 = 0.02;
 
@@ -70,6 +72,38 @@ impl Rims {
         self.pieces.is_empty()
     }
 
+    /// Whether a ball may get through an opening: the border of one that it passes is at least as long as its equator. Files leave
+    /// gaps of which the borders are shorter.
+    #[must_use]
+    pub fn let_through(&self, radius_mm: f64) -> bool {
+        let length_mm = |k: usize| (self.pieces[k].0[1] - self.pieces[k].0[0]).norm();
+        let equator_mm = std::f64::consts::TAU * radius_mm;
+        let Some(tree) = &self.tree else { return false };
+        if (0..self.pieces.len()).map(length_mm).sum::<f64>() < equator_mm {
+            return false;
+        }
+        // Pieces of the border of one opening follow each other.
+        let mut met = vec![false; self.pieces.len()];
+        (0..self.pieces.len()).any(|first| {
+            let (mut border_mm, mut open) = (0.0, Vec::new());
+            if !std::mem::replace(&mut met[first], true) {
+                open.push(first);
+            }
+            while let Some(piece) = open.pop().filter(|_| border_mm < equator_mm) {
+                border_mm += length_mm(piece);
+                let around = Aabb::of(&self.pieces[piece].0).inflated(NEXT_RADII * radius_mm);
+                let visit = |next: usize| {
+                    if !std::mem::replace(&mut met[next], true) {
+                        open.push(next);
+                    }
+                    ControlFlow::Continue(())
+                };
+                tree.visit(|boxes| boxes.each(|b| b.meets(&around)), visit);
+            }
+            border_mm >= equator_mm
+        })
+    }
+
     /// Whether a ball that touches an edge at a place, and is in this direction from there, has rolled over a rim.
     pub(crate) fn is_rolled_over(&self, at: &Point3, away: &Vector3) -> bool {
         let Some(tree) = &self.tree else { return false };
@@ -123,5 +157,36 @@ mod tests {
         assert!(on_rim(FreeSide::Along, inward) && !on_rim(FreeSide::Along, outward));
         assert!(on_rim(FreeSide::Against, outward) && !on_rim(FreeSide::Against, inward));
         assert!(!on_rim(FreeSide::Both, inward) && !on_rim(FreeSide::Along, Vector3::z()));
+    }
+
+    #[test]
+    fn a_ball_gets_through_what_has_a_border_as_long_as_its_equator() {
+        let placement = Placement::new(Point3::origin(), Vector3::x(), Vector3::y()).unwrap();
+        let plate = plane_patch(&placement, (0.0, 400.0), (0.0, 300.0)).unwrap();
+        let model = claymill_tests::model_of([plate]);
+        let ends: Vec<(f64, f64)> =
+            model.faces[0].boundary()[0].edges.iter().map(|edge| edge.pcurve.domain()).collect();
+        let sides = [FreeSide::Along];
+        let top = Frame::five("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap()[0];
+        // Of sides of 400 or 300 mm the first and the last so many hundredths are open.
+        let lets_through = |edges: &[usize], [first, last]: [f64; 2], radius_mm: f64| {
+            let stretch = |edge_index: usize, [a, b]: [f64; 2]| {
+                let (from, to) = ends[edge_index];
+                let at = |share: f64| from + (to - from) * share;
+                let (range, length_mm) = ([at(a), at(b)], 400.0 * (b - a));
+                OpenStretch { face: 0, loop_index: 0, edge_index, range, length_mm }
+            };
+            let open: Vec<OpenStretch> = (edges.iter())
+                .flat_map(|&k| [stretch(k, [0.0, first]), stretch(k, [1.0 - last, 1.0])])
+                .collect();
+            Rims::new(&model, &open, FreeSides::new(&sides), &top).let_through(radius_mm)
+        };
+        assert!(
+            lets_through(&[0, 1, 2, 3], [0.5, 0.5], 200.0) && !lets_through(&[0, 1, 2, 3], [0.5, 0.5], 230.0)
+        );
+        // Two gaps at the ends of a side are two openings, those on both sides of a corner are one.
+        assert!(lets_through(&[0], [0.06, 0.02], 3.0) && !lets_through(&[0], [0.04, 0.04], 3.0));
+        assert!(lets_through(&[0, 1], [0.04, 0.04], 3.0));
+        assert!(!lets_through(&[], [0.0, 0.0], 1e-3));
     }
 }

@@ -107,10 +107,10 @@ pub(super) fn with_laying<T>(
         let drop = |f: &Frame| {
             let _span = info_span!("drop cutter", axis = ?f.axis()).entered();
             let rims = Rims::new(model, &open, free, f);
-            // Without an open border there is no way behind a sheet.
+            // Without an opening there is no way behind a sheet.
             let near_mm = near_mm(tool.radius_mm(), options.scallop_mm);
             let behind = || Material::new(&space.closest, covering, free, f, [tool.radius_mm(), near_mm]);
-            let material = if rims.is_empty() { None } else { behind() };
+            let material = if rims.let_through(tool.radius_mm()) { behind() } else { None };
             BallDrop::of_tool(model, covering, f, tool).on_free_sides(free, rims, material)
         };
         frames.par_iter().map(drop).collect()

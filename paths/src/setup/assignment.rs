@@ -1,5 +1,7 @@
 //! Which part of the model each setup can cut, and which setup cuts it.
 
+use std::collections::HashMap;
+
 use claymill_contact::{BallDrop, Covering};
 use claymill_nurbs::{Model, Point2, Point3};
 use rayon::prelude::*;
@@ -200,18 +202,19 @@ pub(crate) fn assign(
         .par_iter()
         .enumerate()
         .map(|(face, triangles)| {
-            let mut missed = Vec::new();
+            let mesh = &covering.meshes()[face];
             if regions.excluded[face] {
-                return (vec![Assignment::default(); covering.meshes()[face].triangles.len()], missed);
+                return (vec![Assignment::default(); mesh.triangles.len()], Vec::new());
             }
             let region = regions.of_face[face];
-            let (order, mesh, prober) =
-                (&leads[region], &covering.meshes()[face], prober(face, slants[region]));
+            let (prober, leads) = (prober(face, slants[region]), &leads[region]);
+            let mut dividing = Dividing { prober, leads, known: HashMap::new(), missed: Vec::new() };
             let decide_on = |(seen, t): (&[Seen], &[u32; 3])| match views.divides && is_in_doubt(seen) {
-                true => prober.divided(t.map(|i| mesh.uv[i as usize]), order, HALVINGS, &mut missed),
-                false => decide(seen, order),
+                true => dividing.divided(t.map(|i| mesh.uv[i as usize]), HALVINGS),
+                false => decide(seen, leads),
             };
-            (triangles.chunks(PROBES * setups).zip(&mesh.triangles).map(decide_on).collect(), missed)
+            let assigned = triangles.chunks(PROBES * setups).zip(&mesh.triangles).map(decide_on).collect();
+            (assigned, dividing.missed)
         })
         .collect();
     let (mut assignments, missed): (Vec<Vec<Assignment>>, Vec<Vec<[Point2; 3]>>) =
@@ -308,27 +311,37 @@ fn leave_small_walls(
     }
 }
 
-impl Prober<'_> {
+/// Triangles of one face that are divided where they are in doubt.
+struct Dividing<'a> {
+    prober: Prober<'a>,
+    /// The setups in the order in which they may claim.
+    leads: &'a [usize],
+    /// What is seen of places that have been asked: the parts of a triangle, and its neighbours, share most of theirs.
+    known: HashMap<[u64; 2], Vec<Seen>>,
+    /// What no setup gets to.
+    missed: Vec<[Point2; 3]>,
+}
+
+impl Dividing<'_> {
+    fn seen(&mut self, uv: Point2) -> Vec<Seen> {
+        let bits = [uv.x.to_bits(), uv.y.to_bits()];
+        self.known.entry(bits).or_insert_with(|| self.prober.probe(uv)).clone()
+    }
+
     /// The fate of a triangle by those of the four that its sides' middles make of it, and so on.
-    /// What no setup gets to is added to what is `missed`.
-    fn divided(
-        &self,
-        [a, b, c]: [Point2; 3],
-        leads: &[usize],
-        halvings: u32,
-        missed: &mut Vec<[Point2; 3]>,
-    ) -> Assignment {
+    fn divided(&mut self, [a, b, c]: [Point2; 3], halvings: u32) -> Assignment {
         let middle = nalgebra::center::<f64, 2>;
         let [ab, bc, ca] = [middle(&a, &b), middle(&b, &c), middle(&c, &a)];
         let of_part = |part: [Point2; 3]| {
-            let [first, second, third] = part.map(|uv| self.probe(uv));
-            let seen: Vec<Seen> = by_setup([&self.probe(centroid(part)), &first, &second, &third]).collect();
+            let [first, second, third] = part.map(|uv| self.seen(uv));
+            let inside = self.seen(centroid(part));
+            let seen: Vec<Seen> = by_setup([&inside, &first, &second, &third]).collect();
             if halvings > 1 && is_in_doubt(&seen) {
-                return self.divided(part, leads, halvings - 1, missed);
+                return self.divided(part, halvings - 1);
             }
-            let assignment = decide(&seen, leads);
+            let assignment = decide(&seen, self.leads);
             if !assignment.is_cut() {
-                missed.push(part);
+                self.missed.push(part);
             }
             assignment
         };

@@ -40,7 +40,7 @@ impl EndWalk<'_> {
         let mut places: Vec<Place> = Vec::with_capacity(2 * stations.len());
         for t in stations {
             let last = places.last().copied();
-            let station = self.place(t);
+            let station = self.place(t, last.as_ref());
             if let Some(last) = last {
                 self.between(&last, &station, HALVINGS, &mut places);
             }
@@ -57,10 +57,11 @@ impl EndWalk<'_> {
         along
     }
 
-    fn place(&self, t: f64) -> Place {
+    /// `last` is the place before it, if there is one.
+    fn place(&self, t: f64, last: Option<&Place>) -> Place {
         let (tip, axis) = (self.track.tip(t), self.track.axis_at(t));
-        let found =
-            self.reach.nearest_to_end(self.track.setup, [&tip.coords, &axis], &self.body, self.margin_mm);
+        let (at, last) = ([&tip.coords, &axis], last.and_then(|last| last.nearest.as_ref()));
+        let found = self.reach.nearest_to_end(self.track.setup, at, &self.body, self.margin_mm, last);
         let nearest = found.map(|nearest| {
             let gap_mm = nearest.gap_mm.min(self.depth_mm(&nearest, &tip, &axis).unwrap_or(0.0));
             if nearest.gap_mm < 0.0 { Nearest { gap_mm, ..nearest } } else { nearest }
@@ -84,7 +85,7 @@ impl EndWalk<'_> {
 
     /// Places between two, where the distance is not straight.
     fn between(&self, from: &Place, to: &Place, halvings: u32, found: &mut Vec<Place>) {
-        let middle = self.place(0.5 * (from.t + to.t));
+        let middle = self.place(0.5 * (from.t + to.t), Some(from));
         let is_straight = (self.gap(&middle) - 0.5 * (self.gap(from) + self.gap(to))).abs() <= STRAIGHT_MM;
         if is_straight || halvings == 0 {
             found.push(middle);

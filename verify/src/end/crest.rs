@@ -95,7 +95,7 @@ impl EndCrests<'_, '_> {
     fn contact(&self, track: &Track, t: f64) -> Option<Point3> {
         let (tip, axis) = (track.tip(t).coords, track.axis_at(t));
         let nearest =
-            self.reach.nearest_to_end(track.setup, [&tip, &axis], track.end.as_ref()?, TOUCHES_MM)?;
+            self.reach.nearest_to_end(track.setup, [&tip, &axis], track.end.as_ref()?, TOUCHES_MM, None)?;
         Some(nearest.point)
     }
 

@@ -23,6 +23,8 @@ const TIE_MM: f64 = 1e-5;
 const BORDER_MM: f64 = 2e-4;
 /// Pieces that are cut, at most.
 const MOST_CUTS: usize = 20_000;
+/// Steps towards what is nearest from what was nearest a little before.
+const APPROACHES: u32 = 2;
 /// Second derivatives make the distance of a surface from its triangle a quarter where that is cut in four.
 const QUARTER: f64 = 0.25;
 
@@ -95,13 +97,14 @@ impl<'a> EndFaces<'a> {
     }
 
     /// What the end is nearest to with its tip at a place of the model, if that is no farther than `within_mm`. `view` looks
-    /// along its axis.
+    /// along its axis. `last` is what it was nearest to a little before: what is farther than that is not looked at.
     pub(crate) fn nearest(
         &self,
         view: &DropMesh<'_>,
         [tip, axis]: [&Vector3; 2],
         body: &EndBody,
         within_mm: f64,
+        last: Option<&Nearest>,
     ) -> Option<Nearest> {
         let tip = Point3::from(*tip);
         let mut search = Search {
@@ -115,11 +118,15 @@ impl<'a> EndFaces<'a> {
             pieces: Vec::new(),
             flat: None,
         };
+        if let Some(last) = last {
+            search.begin_at(last);
+        }
+        let near_mm = search.limit_mm();
         let in_frame = view.in_frame(&tip);
         let is_near = |b: &Aabb| {
             let beside = |k: usize| (b.min[k] - in_frame[k]).max(in_frame[k] - b.max[k]).max(0.0);
             let place = Vector3::new(beside(0).hypot(beside(1)), 0.0, b.max.z - in_frame.z);
-            body.distance(&place, &Vector3::z()).0 <= within_mm
+            body.distance(&place, &Vector3::z()).0 <= near_mm
         };
         let slack_mm = view.worst_deviation_mm();
         view.visit(
@@ -133,7 +140,7 @@ impl<'a> EndFaces<'a> {
         );
         let around = |b: &Aabb| {
             let middle = nalgebra::center(&b.min, &b.max);
-            body.distance(&(middle - tip), axis).0 - 0.5 * b.diagonal() <= within_mm
+            body.distance(&(middle - tip), axis).0 - 0.5 * b.diagonal() <= near_mm
         };
         self.around_edges.visit(
             |boxes| boxes.each(around),
@@ -181,6 +188,26 @@ impl Search<'_> {
     fn limit_mm(&self) -> f64 {
         let of_best = |best: &Nearest| counted_mm(best.gap_mm, best.on_border);
         self.best.as_ref().map_or(counted_mm(self.within_mm, true), of_best) - KNOWN_MM
+    }
+
+    /// Takes in what was nearest a little before, and what is near there now: from a place to the nearest one of the tool, from
+    /// that to the nearest one of the tangent plane.
+    fn begin_at(&mut self, last: &Nearest) {
+        self.take(last.point, last.face, last.uv, last.on_border);
+        let Some(face) = last.face.filter(|_| !last.on_border) else { return };
+        let leaves = &self.faces.leaves[face];
+        let (u_ends, v_ends) = leaves.domain();
+        let mut uv = last.uv;
+        for _ in 0..APPROACHES {
+            let jet = leaves.jet(uv.x, uv.y);
+            let (gap_mm, gradient) = self.body.distance(&(jet.p - self.tip), &self.axis);
+            let Some(step) = jet.tangent_coordinates(&(-gradient * gap_mm)) else { return };
+            uv = Point2::new(
+                (uv.x + step.x).clamp(u_ends.0, u_ends.1),
+                (uv.y + step.y).clamp(v_ends.0, v_ends.1),
+            );
+        }
+        self.take(leaves.point(uv.x, uv.y), Some(face), uv, false);
     }
 
     /// Whether a face is flat, so that its one nearest place, or its border, says all. The distance is a convex function: from any

@@ -10,7 +10,7 @@ use crate::fronts::{Lead, without_steps};
 use crate::order::{Floor, Ordered, order};
 use crate::outline::Place;
 use crate::planar_set::{CHORD_MM, FARTHEST_MM, PlanarSet};
-use crate::rounds::{SHARPEST, STRAIGHTEST, State, THINNEST_MM, run};
+use crate::rounds::{SHARPEST, STRAIGHTEST, State, TEETH_MM, THINNEST_MM, run};
 
 /// Entries of a level at most.
 const MOST_ENTRIES: usize = 500;
@@ -161,7 +161,7 @@ fn clear_room(
         return Ok(at);
     }
     let reached = room.minus(&wanted.dilated(radius_mm + 2.0 * CHORD_MM));
-    let mut state = State { reached: reached.clone(), uncut: wanted.clone(), ends: Vec::new(), rounds: 0 };
+    let mut state = State::new(room, reached.clone(), &wanted);
     let (mut closed, mut is_new) = (PlanarSet::default(), true);
     let before = cleared.strokes.len();
     for _ in 0..MOST_ENTRIES {
@@ -180,8 +180,7 @@ fn clear_room(
         is_new = way_in.is_ok();
         match way_in {
             Ok(WayIn { stroke, reached, bored }) => {
-                state.reached = state.reached.union(&reached);
-                state.uncut = state.uncut.minus(&bored);
+                state.take(&reached, &bored);
                 at = stroke.cut.last().map_or(at, |piece| piece.to);
                 state.ends = vec![at];
                 cleared.strokes.push(stroke);
@@ -195,7 +194,8 @@ fn clear_room(
     cleared.swept = cleared.swept.union(&state.reached.minus(&reached));
     cleared.closed = cleared.closed.union(&closed);
     cleared.rounds += state.rounds;
-    cleared.left = cleared.left.minus(&wanted.minus(&state.uncut));
+    let left = state.uncut.dilated(TEETH_MM + 2.0 * CHORD_MM).minus(&state.reached.dilated(radius_mm));
+    cleared.left = cleared.left.minus(&wanted.minus(&left));
     Ok(at)
 }
 

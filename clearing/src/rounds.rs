@@ -35,6 +35,9 @@ pub(crate) const SHARPEST: f64 = 1.0 / 160.0;
 const RESERVE_DEG: f64 = 1.0;
 /// What chords and fitted arcs may cut too much, mm.
 const MARGIN_MM: f64 = 0.015;
+/// So much of what is beside walls is not looked at, mm: what circles leave there are teeth, which would make the borders of the
+/// uncut and of what is not reached longer and longer behind the tool.
+pub(crate) const TEETH_MM: f64 = 0.005;
 /// Parts that are thinner on the mean are noise of the grid, mm.
 pub(crate) const THINNEST_MM: f64 = 0.002;
 /// What a smaller circle adds to larger ones is wider than this on the mean, mm.
@@ -67,12 +70,35 @@ struct Circle {
 pub(crate) struct State {
     /// What the centre has reached.
     pub(crate) reached: PlanarSet,
-    /// What is uncut.
+    /// What is uncut, without what is nearest to walls.
     pub(crate) uncut: PlanarSet,
+    /// What the centre may reach and has not, without what is nearest to walls.
+    pub(crate) open: PlanarSet,
     /// Where the passes of the last round end.
     pub(crate) ends: Vec<Place>,
     /// Rounds so far.
     pub(crate) rounds: usize,
+}
+
+impl State {
+    /// Where the centre has reached some of where it may be, and something is to be cut.
+    pub(crate) fn new(feasible: &PlanarSet, reached: PlanarSet, wanted: &PlanarSet) -> Self {
+        let (uncut, open) = (wanted.eroded(TEETH_MM), feasible.minus(&reached).eroded(TEETH_MM));
+        State { reached, uncut, open, ends: Vec::new(), rounds: 0 }
+    }
+
+    /// Takes in that the centre reaches a part, and what is cut then.
+    pub(crate) fn take(&mut self, part: &PlanarSet, cleared: &PlanarSet) {
+        self.reached = self.reached.union(part);
+        self.uncut = self.uncut.minus(cleared);
+        self.open = self.open.minus(part);
+    }
+
+    fn simplify(&mut self) {
+        for set in [&mut self.reached, &mut self.uncut, &mut self.open] {
+            *set = set.simplified().without_slivers(THINNEST_MM);
+        }
+    }
 }
 
 fn circles(feasible: &PlanarSet, limit: &EngagementLimit) -> Vec<Circle> {
@@ -127,18 +153,16 @@ pub(crate) fn run(
         let best = parts.iter().map(Front::yield_mm).fold(0.0, f64::max);
         state.ends.clear();
         for mut part in parts.into_iter().filter(|p| p.yield_mm() >= WORTHWHILE * best) {
-            state.reached = state.reached.union(&part.part);
-            state.uncut = state.uncut.minus(&part.cleared);
+            state.take(&part.part, &part.cleared);
             state.ends.extend(part.passes.iter().map(Pass::end));
             part.round = state.rounds;
             fronts.push(part);
         }
-        state.reached = state.reached.simplified().without_slivers(THINNEST_MM);
-        state.uncut = state.uncut.simplified().without_slivers(THINNEST_MM);
+        state.simplify();
         state.rounds += 1;
         // What larger circles cover, smaller ones do.
         for circle in circles.iter_mut().filter(|c| !c.is_done) {
-            circle.is_done = !circle.covered.minus(&state.reached).parts().iter().any(is_thick);
+            circle.is_done = !circle.covered.intersection(&state.open).parts().iter().any(is_thick);
             if !circle.is_done {
                 break;
             }
@@ -192,7 +216,9 @@ fn gained(
     state: &State,
     uncut: &Outline,
 ) -> PlanarSet {
-    let middles = circle.middles.minus(&state.uncut.dilated(circle.clear_mm));
+    // Most of the circles that may be run along reach nothing new.
+    let near = state.open.dilated(circle.radius_mm + TEETH_MM + 2.0 * CHORD_MM);
+    let middles = circle.middles.intersection(&near).minus(&state.uncut.dilated(circle.clear_mm));
     let middles = proven(&middles, uncut, circle.clear_mm - PINHOLE_MM);
     if middles.is_empty() {
         return middles;

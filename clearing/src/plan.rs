@@ -199,6 +199,8 @@ struct Slab {
     left: PlanarSet,
     /// What of it is in pockets into which there was no way.
     refused: PlanarSet,
+    /// What the last level does not cut since it stays out of these.
+    given_up: PlanarSet,
     /// Where the tool was on the levels so far.
     swept: Vec<Swept>,
 }
@@ -238,14 +240,16 @@ impl Clearing<'_> {
                     Some(cleared) => {
                         let closed = cleared.closed.dilated(below.disc_mm).intersection(&cleared.left);
                         slab.refused = slab.refused.union(&closed);
-                        slab.left = slab.left.minus(&cut).union(&cleared.left);
+                        slab.left = slab.left.minus(&cut).union(&cleared.left).union(&slab.given_up);
                         slab.swept.push(Swept { z: below.z, centres: cleared.swept.clone() });
                     }
-                    None => slab.left = slab.left.union(&cut.intersection(&below.stock)),
+                    None => {
+                        slab.left = slab.left.union(&cut.intersection(&below.stock)).union(&slab.given_up);
+                    }
                 }
                 let level = &mut levels[slab.next];
-                level.feasible = level.feasible.minus(&slab.refused.dilated(tool.radius_mm()));
                 level.stock = level.stock.union(&slab.left);
+                slab.given_up = level.stay_out(&slab.refused.dilated(tool.radius_mm()));
             }
             let ridges_of = |slab: &Slab| ridges(tool, &levels[slab.next], &slab.swept);
             let ridges: Vec<PlanarSet> = slabs.par_iter().map(ridges_of).collect();

@@ -249,3 +249,45 @@ fn proven(middles: &PlanarSet, uncut: &Outline, clear_mm: f64) -> PlanarSet {
 fn is_thick(part: &PlanarSet) -> bool {
     part.mean_width_mm() > THINNEST_MM
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use claymill_toolpath::Stage;
+
+    use super::*;
+
+    /// Ends rounds after so many.
+    struct Rounds(AtomicUsize);
+
+    impl Monitor for Rounds {
+        fn at(&self, _: Stage, _: f64) {}
+
+        fn is_cancelled(&self) -> bool {
+            self.0.fetch_sub(1, Ordering::Relaxed) == 0
+        }
+    }
+
+    /// Along walls no teeth are left that the borders would run along: with each round they would have more vertices.
+    #[test]
+    fn borders_do_not_grow_with_the_length_of_a_slot() {
+        let (radius_mm, limit) = (6.0, EngagementLimit::new(6.0, 45.0).unwrap());
+        let pad = |x: f64| PlanarSet::rectangle([x, -29.0, x + 8.3, 29.0]);
+        let pads = pad(-15.0).union(&pad(6.7));
+        let room = PlanarSet::rectangle([-40.0, -45.0, 40.0, 45.0]).minus(&pads.dilated(radius_mm + 0.01));
+        let stock = PlanarSet::rectangle([-15.0, -31.0, 15.0, 31.0]).minus(&pads);
+        let wanted = room.dilated(radius_mm).intersection(&stock);
+        let reached = room.minus(&wanted.dilated(radius_mm));
+        let mut state = State::new(&room, reached, &wanted);
+        let mut vertices_after = |rounds: usize| {
+            let ended = run(&room, &mut state, &limit, &Rounds(AtomicUsize::new(rounds)));
+            assert!(matches!(ended, Err(ClearingError::Cancelled(_))), "{ended:?}");
+            [&state.reached, &state.uncut, &state.open].map(PlanarSet::vertex_count)
+        };
+        let (early, late) = (vertices_after(20), vertices_after(100));
+        for (early, late) in early.into_iter().zip(late) {
+            assert!(late <= early + 60, "{early} vertices, then {late}");
+        }
+    }
+}

@@ -36,6 +36,19 @@ pub(crate) struct Level {
     pub(crate) is_stair: bool,
 }
 
+impl Level {
+    /// Keeps the centre out of a set; returns what is not cut for that. Levels above count as standing where all of it was.
+    pub(crate) fn stay_out(&mut self, of: &PlanarSet) -> PlanarSet {
+        let lost = self.feasible.intersection(of);
+        if lost.is_empty() {
+            return lost;
+        }
+        self.feasible = self.feasible.minus(of);
+        let cut = self.feasible.dilated(self.disc_mm);
+        lost.dilated(self.disc_mm).intersection(&self.stock).minus(&cut)
+    }
+}
+
 /// What levels are made from.
 pub(crate) struct Slabs<'a> {
     pub(crate) reach: &'a Reach<'a>,
@@ -145,4 +158,32 @@ fn is_too_thick(stairs: &PlanarSet, high_mm: f64, band_mm: f64) -> bool {
     }
     let widest_mm = band_mm * high_mm / (high_mm * high_mm - band_mm * band_mm).sqrt();
     !stairs.eroded(0.5 * widest_mm).is_empty()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Levels above count as standing on what a level would cut with all of its rooms.
+    #[test]
+    fn what_a_level_stays_out_of_is_left() {
+        let room = |x: f64| PlanarSet::rectangle([x, 0.0, x + 2.0, 2.0]);
+        let mut level = Level {
+            z: 0.0,
+            above: 5.0,
+            disc_mm: 3.0,
+            feasible: room(0.0).union(&room(6.0)),
+            stock: PlanarSet::rectangle([-20.0, -20.0, 20.0, 20.0]),
+            taken: PlanarSet::default(),
+            ridges: PlanarSet::default(),
+            is_stair: true,
+        };
+        let whole = level.feasible.dilated(level.disc_mm);
+        assert!(level.stay_out(&room(-9.0)).is_empty());
+        let left = level.stay_out(&room(6.0).dilated(1.0));
+        assert_eq!(level.feasible, room(0.0));
+        let cut = level.feasible.dilated(level.disc_mm);
+        assert!((left.area_mm2() + cut.area_mm2() - whole.area_mm2()).abs() < 1e-3);
+        assert!(left.intersection(&cut).area_mm2() < 1e-3);
+    }
 }

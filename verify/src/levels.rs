@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 
 use claymill_nurbs::{FaceMesh, Model, Point3, Vector3};
-use claymill_toolpath::{Cancelled, FORMAT_VERSION, Job, Levels, Monitor, Move, MoveKind, Program, Stage};
+use claymill_toolpath::{Cancelled, FORMAT_VERSION, Job, Levels, Monitor, Move, MoveKind, Program, Stage, ToolRecord};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -314,10 +314,10 @@ fn stands(
     found
 }
 
-/// What levels do to the stock, of which the operation's moves are `moves` of all; `whole` follows the stock through all moves, and
-/// `until` ends with the operation.
+/// What levels do to the stock, of which the operation's moves are `moves` of all, with the `tools` of all; `whole` follows the stock
+/// through all moves, and `until` ends with the operation.
 pub(crate) fn measure_stock(
-    (job, asked): (&Job, Levels),
+    (job, asked, tools): (&Job, Levels, &[ToolRecord]),
     program: &Program,
     moves: std::ops::Range<usize>,
     [whole, until]: [&StockCheck<'_>; 2],
@@ -334,7 +334,7 @@ pub(crate) fn measure_stock(
         let Some(first) = so_far.iter().position(is_wanted) else { continue };
         let time = whole.time_of(first)?;
         let ground = Ground { bounds: whole.initial().bounds(), is_stock: &|p| whole.is_stock(p, time) };
-        let measure = || engagement_on(&ground, so_far, &job.tools, &is_wanted, keep_going);
+        let measure = || engagement_on(&ground, so_far, tools, &is_wanted, keep_going);
         let one = info_span!("engagement", setup = setup.name).in_scope(measure)?;
         match &mut engagement {
             Some(all) => all.add(one),

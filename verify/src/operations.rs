@@ -157,7 +157,7 @@ fn is_in_order(program: &Program, operation: usize, range: &Range<usize>) -> boo
 fn of_levels(
     (model, job, read): (&Model, &Job, &ReadStock),
     program: &Program,
-    part: (&Job, Levels),
+    (part, asked): (&Job, Levels),
     range: Range<usize>,
     whole: &StockCheck<'_>,
     samples: &Standing,
@@ -168,6 +168,7 @@ fn of_levels(
     let Some(stock) = stock else { return Err(StockError::NoMove(range.start).into()) };
     let until = &program.moves[..range.end];
     let until = StockCheck::new(stock, until, &job.tools, &stock_options(), &keep_going).map_err(of_stock)?;
+    let part = (part, asked, job.tools.as_slice());
     levels::measure_stock(part, program, range, [whole, &until], samples, monitor).map_err(of_stock)
 }
 

@@ -147,3 +147,27 @@ fn what_levels_cannot_be_is_named() {
         assert!(!folder.join("out").exists());
     }
 }
+
+/// A thin tool goes over the levels of a thick one: only the corners and the strips along walls are left to it.
+#[test]
+fn a_thinner_tool_roughs_what_a_thick_one_leaves() {
+    let folder = scratch();
+    let folder = folder.path();
+    tray(folder);
+    let first = job(STOCK, "flat:7,length:20", USUAL);
+    let second = first.find("[[operations]]").map(|at| &first[at..]).unwrap();
+    let second = second.replace("\"rough\"\nkind", "\"rest-rough\"\nkind").replace("flat:7", "flat:2");
+    let both = format!("{first}\n{}", second.replace("tool_number = 1", "tool_number = 2"));
+    let made = planned(folder, &both);
+    assert_eq!(made.code, Some(0), "{made:?}");
+    let out = folder.join("out");
+    let (found, program) = (verification(&out), read_moves(&out).unwrap());
+    let [of_thick, of_thin] = [0, 1].map(|k| found.operations[k].levels.as_ref().unwrap());
+    assert!(of_thin.left.area_mm2 > of_thick.left.area_mm2, "{:?}", of_thin.left);
+    assert!(of_thin.left.above < 1e-3, "{:?}", of_thin.left);
+    let cut_mm = |op: u32| -> f64 {
+        let cuts = program.moves.iter().filter(|m| m.op == Some(op) && m.kind == MoveKind::Cut);
+        cuts.map(Move::length_mm).sum()
+    };
+    assert!(cut_mm(1) > 10.0 && cut_mm(1) < 2.0 * cut_mm(0), "{} and {} mm", cut_mm(0), cut_mm(1));
+}

@@ -10,7 +10,9 @@
 use std::collections::BTreeMap;
 
 use claymill_nurbs::{FaceMesh, Model, Point3, Vector3};
-use claymill_toolpath::{Cancelled, FORMAT_VERSION, Job, Levels, Monitor, Move, MoveKind, Program, Stage, ToolRecord};
+use claymill_toolpath::{
+    Cancelled, FORMAT_VERSION, Job, Levels, Monitor, Move, MoveKind, Program, Stage, ToolRecord,
+};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -50,6 +50,7 @@ mod levels;
 mod limits;
 mod mesh;
 mod obstacles;
+mod openings;
 mod operations;
 mod options;
 mod parts;

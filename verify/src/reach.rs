@@ -12,6 +12,7 @@ use crate::end::{EndBody, EndFaces};
 use crate::holder::sides_enter;
 use crate::limits::{Limits, STRIP_MM};
 use crate::mesh::Mesh;
+use crate::openings::let_through;
 use crate::report::SurfaceState;
 use crate::scene::Scene;
 
@@ -90,7 +91,7 @@ pub(crate) struct Reach<'a> {
     /// The end, if it is no ball, and the faces that it is held against.
     end: Option<(EndBody, EndFaces<'a>)>,
     up: Option<Vector3>,
-    /// As far as a tool has to go to be out of a model of which some face has a free side, mm.
+    /// As far as a tool has to go to be out of a model that it may get behind, mm.
     way_out_mm: Option<f64>,
 }
 
@@ -100,6 +101,8 @@ impl<'a> Reach<'a> {
         let tools = scene.job.tools.iter().map(|t| &t.tool).chain([&scene.job.request.tool]);
         let end = tools.filter_map(EndBody::of).next();
         let axes = directions(scene.job).into_iter();
+        let own = [Some(&scene.job.request.tool), scene.job.request.rest_of.as_ref()];
+        let thinnest_mm = own.into_iter().flatten().map(Tool::radius_mm).fold(f64::INFINITY, f64::min);
         Reach {
             scene,
             views: axes.map(|a| (a, DropMesh::new(mesh, &a))).collect(),
@@ -111,7 +114,7 @@ impl<'a> Reach<'a> {
             least_cosine: scene.options.steepest_deg.to_radians().cos(),
             end: end.map(|body| (body, EndFaces::new(scene.model, meshes))),
             up: axis(&scene.job.request.up),
-            way_out_mm: way_out_mm(scene),
+            way_out_mm: way_out_mm(scene, thinnest_mm),
         }
     }
 
@@ -385,9 +388,9 @@ impl<'a> Reach<'a> {
     }
 }
 
-/// The size of a model of which some face has a free side, mm.
-fn way_out_mm(scene: &Scene<'_>) -> Option<f64> {
-    if scene.free_sides.iter().all(|side| side.is_both()) {
+/// The size of a model that a ball may get behind, mm.
+fn way_out_mm(scene: &Scene<'_>, radius_mm: f64) -> Option<f64> {
+    if scene.free_sides.iter().all(|side| side.is_both()) || !let_through(scene, radius_mm) {
         return None;
     }
     let mut around = Aabb::empty();

@@ -42,6 +42,8 @@ use crate::{Bench, allowance, contact, holder, mesh, rapids, scene};
 const ENGAGEMENT_SLACK_DEG: f64 = 0.5;
 /// More of the area within reach than this may not have more stock than the band.
 const LEFT_SHARE: f64 = 0.01;
+/// And more than this share of the tool's cross-section: of stock that is all but done any corner is a large share.
+const LEFT_SECTION: f64 = 0.01;
 /// From this share on it is said.
 const SAID_SHARE: f64 = 1e-3;
 /// Less stock than the allowance by this is cut into, mm: the bar for gouges.
@@ -388,7 +390,7 @@ pub(crate) fn measure_stock(
 }
 
 /// What of levels is not as it was asked for.
-pub(crate) fn findings(found: &LevelsFound) -> Vec<Finding> {
+pub(crate) fn findings(found: &LevelsFound, radius_mm: f64) -> Vec<Finding> {
     let mut findings = Vec::new();
     let limit_deg = found.asked.engagement_deg;
     if let Some(largest) = &found.engagement.largest
@@ -419,12 +421,14 @@ pub(crate) fn findings(found: &LevelsFound) -> Vec<Finding> {
     let left = &found.left;
     if left.above > SAID_SHARE {
         let [_, high_mm] = left.band_mm;
+        let section_mm2 = std::f64::consts::PI * radius_mm * radius_mm;
+        let is_too_much = left.above > LEFT_SHARE && left.above * left.area_mm2 > LEFT_SECTION * section_mm2;
         let most_mm = left.extremes_mm.map_or(high_mm, |e| e[1]);
         let thickest =
             if left.beyond > 0 { "more than can be told".to_owned() } else { format!("{most_mm:.2} mm") };
         findings.push(Finding {
             code: FindingCode::StockLeft,
-            severity: if left.above > LEFT_SHARE { Severity::Error } else { Severity::Warning },
+            severity: if is_too_much { Severity::Error } else { Severity::Warning },
             message: format!(
                 "over {:.2} % of what the levels reach more than {high_mm:.2} mm of stock are left, {thickest} at most",
                 100.0 * left.above

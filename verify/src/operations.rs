@@ -92,7 +92,7 @@ pub(crate) fn measure(
             let levels = checked.map(check).transpose()?;
             let mut findings = found.verdict.findings;
             match &levels {
-                Some(levels) => findings.extend(levels::findings(levels)),
+                Some(levels) => findings.extend(levels::findings(levels, operation.request.tool.radius_mm())),
                 None => findings.push(levels::unmeasured()),
             }
             found.verdict = Verdict::of(findings);

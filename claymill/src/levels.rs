@@ -8,7 +8,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use claymill_clearing::{
-    ClearingError, Entry, FARTHEST_MM, LevelFeeds, LevelOptions, LevelPlan, PlanarSet, Workpiece, plan_levels,
+    ClearingError, Entry, FARTHEST_MM, LevelFeeds, LevelOptions, LevelPlan, PlanarSet, TEETH_MM, Workpiece,
+    plan_levels,
 };
 use claymill_nurbs::Aabb;
 use claymill_paths::{Covered, Frame, Plan, PlanError, times_s};
@@ -32,8 +33,8 @@ const WIDER: f64 = 0.15;
 const WIDER_CELLS: f64 = 1.0;
 /// What is no thicker than this is what the outline was made wider by, in pitches.
 const THIN: f64 = 0.35;
-/// And so much more: levels leave up to half of it on walls, mm.
-const ON_WALLS_MM: f64 = 0.01;
+/// And so much more, in what levels leave on walls.
+const TEETH: f64 = 2.0;
 /// Stock that stands no higher than this above the foot of a level, or than this share of its height, is none: what was cut to
 /// that height before is known to rounding, mm.
 const SKIN_MM: f64 = 0.05;
@@ -193,7 +194,7 @@ impl Rough<'_, '_> {
         let piece = Workpiece {
             block: bounds,
             left: if is_block { None } else { Some(&left) },
-            thin_mm: if is_block || frame.is_tilted() { 0.0 } else { THIN * pitch_mm + ON_WALLS_MM },
+            thin_mm: if is_block || frame.is_tilted() { 0.0 } else { THIN * pitch_mm + TEETH * TEETH_MM },
             within_mm: within(options.bounds.centre_within_mm.as_ref(), frame)?,
         };
         let asked = LevelOptions {

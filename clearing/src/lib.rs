@@ -57,4 +57,4 @@ pub use moves::{LevelFeeds, level_moves};
 pub use plan::{LevelFound, LevelOptions, LevelPlan, Workpiece, plan_levels};
 pub use planar_set::{FARTHEST_MM, PlanarSet};
 pub use reach::Reach;
-pub use rounds::MOST_ROUNDS;
+pub use rounds::{MOST_ROUNDS, TEETH_MM};

@@ -37,7 +37,7 @@ const RESERVE_DEG: f64 = 1.0;
 const MARGIN_MM: f64 = 0.015;
 /// So much of what is beside walls is not looked at, mm: what circles leave there are teeth, which would make the borders of the
 /// uncut and of what is not reached longer and longer behind the tool.
-pub(crate) const TEETH_MM: f64 = 0.005;
+pub const TEETH_MM: f64 = 0.005;
 /// Parts that are thinner on the mean are noise of the grid, mm.
 pub(crate) const THINNEST_MM: f64 = 0.002;
 /// What a smaller circle adds to larger ones is wider than this on the mean, mm.

@@ -95,7 +95,7 @@ fn distance_mm(p: &Point3, [a, b]: &[Point3; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use claymill_nurbs::analytic::{Frame, plane_patch};
-    use claymill_nurbs::{Face, NurbsSurface, Source, SurfaceKind, Vector3};
+    use claymill_nurbs::{NurbsSurface, Vector3};
 
     use super::*;
 
@@ -118,14 +118,7 @@ mod tests {
         for half in [0.0, 0.5] {
             faces.push(rectangle([20.0 * half, 0.0, 8.0], x, y, [10.0, 12.0 - gap_mm]));
         }
-        let face = |surface| Face {
-            surface,
-            loops: Vec::new(),
-            reversed: false,
-            kind: SurfaceKind::Nurbs,
-            source: Source::default(),
-        };
-        Model { faces: faces.into_iter().map(face).collect(), ..Model::default() }
+        claymill_tests::model_of(faces)
     }
 
     #[test]

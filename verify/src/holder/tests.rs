@@ -1,8 +1,6 @@
 //! Holder distances against clouds of points, for random surfaces, paths and triangles.
 
-use claymill_nurbs::{
-    Curve3, Face, KnotVector, MeshOptions, Model, NurbsSurface, Point3, Source, SurfaceKind, Vector3,
-};
+use claymill_nurbs::{Curve3, KnotVector, MeshOptions, NurbsSurface, Point3, Vector3};
 use claymill_toolpath::{Holder, Move, MoveKind, Tool};
 use proptest::prelude::*;
 
@@ -57,14 +55,7 @@ proptest! {
         clearance_mm in 0.0..3.0_f64,
         lower_mm in 0.5..6.0_f64,
     ) {
-        let face = Face {
-            surface: surface(&heights),
-            loops: Vec::new(),
-            reversed: false,
-            kind: SurfaceKind::Nurbs,
-            source: Source::default(),
-        };
-        let model = Model { faces: vec![face], ..Model::default() };
+        let model = claymill_tests::model_of([surface(&heights)]);
         let meshes = face_meshes(&model, &MeshOptions { deviation_mm: 0.1, longest_edge_mm: 40.0 });
         let mesh = Mesh::joined(&model, &meshes, &[]);
         let view = DropMesh::new(&mesh, &Vector3::z());

@@ -1,6 +1,6 @@
 //! What a program starts from: membership, distances, volumes.
 
-use claymill_nurbs::{Face, MeshOptions, Model, NurbsSurface, Source, SurfaceKind};
+use claymill_nurbs::{MeshOptions, Model, NurbsSurface};
 
 use super::super::{BoxInStock, InitialStock, StockError, Table};
 use super::*;
@@ -84,14 +84,7 @@ fn sheet() -> Model {
     let net = [[0.0, 0.0, 10.0], [0.0, 30.0, 10.0], [40.0, 0.0, 20.0], [40.0, 30.0, 20.0]];
     let knots = KnotVector::new(1, vec![0.0, 0.0, 1.0, 1.0]).unwrap();
     let surface = NurbsSurface::new(knots.clone(), knots, net.map(Point3::from).to_vec(), None).unwrap();
-    let face = Face {
-        surface,
-        loops: Vec::new(),
-        reversed: false,
-        kind: SurfaceKind::Nurbs,
-        source: Source::default(),
-    };
-    Model { faces: vec![face], ..Model::default() }
+    claymill_tests::model_of([surface])
 }
 
 #[test]

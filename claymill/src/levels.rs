@@ -11,9 +11,9 @@ use claymill_clearing::{
     ClearingError, Entry, FARTHEST_MM, LevelFeeds, LevelOptions, LevelPlan, PlanarSet, TEETH_MM, Workpiece,
     plan_levels,
 };
-use claymill_nurbs::Aabb;
+use claymill_nurbs::{Aabb, Vector3};
 use claymill_paths::{Covered, Frame, Plan, PlanError, times_s};
-use claymill_stock::Slice;
+use claymill_stock::{Slice, Stock as InProcess};
 use claymill_toolpath::{
     Area, Bounds, FaceAccount, FreeSide, Levels, Monitor, MoveKind, Program, Setup, Stock, Totals,
     UncutReason,
@@ -36,8 +36,8 @@ const THIN: f64 = 0.35;
 /// And so much more, in what levels leave on walls.
 const TEETH: f64 = 2.0;
 /// Stock that stands no higher than this above the foot of a level, or than this share of its height, is none: what was cut to
-/// that height before is known to rounding, mm.
-const SKIN_MM: f64 = 0.05;
+/// that height before is known to rounding, mm. On a slope that begins there it would be more than [`WIDER`] makes up for.
+const SKIN_MM: f64 = 0.005;
 const SKIN: f64 = 0.1;
 /// Sheets with more open border than this have no inside, mm.
 const OPEN_MM: f64 = 1.0;
@@ -179,17 +179,7 @@ impl Rough<'_, '_> {
         let axes = frame.axes();
         let across = frame.box_in_setup(&bounds);
         let pitch_mm = stock.grid().pitch_mm();
-        let left = |[low, high]: [f64; 2]| {
-            let low = low + SKIN_MM.min(SKIN * (high - low));
-            if let Some(polygons) = stock.outline(axes, low, high) {
-                return PlanarSet::covered_by(&polygons).dilated(WIDER * pitch_mm);
-            }
-            match stock.slice(axes, low, high) {
-                Ok(slice) => cells(&slice).dilated(WIDER_CELLS * pitch_mm),
-                // Of what cannot be asked, all is there.
-                Err(_) => PlanarSet::rectangle([across.min.x, across.min.y, across.max.x, across.max.y]),
-            }
-        };
+        let left = |heights: [f64; 2]| standing(&stock, axes, heights, &across);
         let is_block = is_whole && matches!(record, Stock::Block { .. });
         let piece = Workpiece {
             block: bounds,
@@ -224,6 +214,19 @@ impl Rough<'_, '_> {
             ));
         }
         Ok(plan)
+    }
+}
+
+/// Where stock is between two heights of a setup with these axes, no less than there is; all of its box where it cannot be asked.
+fn standing(stock: &InProcess, axes: [Vector3; 3], [low, high]: [f64; 2], across: &Aabb) -> PlanarSet {
+    let pitch_mm = stock.grid().pitch_mm();
+    let low = low + SKIN_MM.min(SKIN * (high - low));
+    if let Some(polygons) = stock.outline(axes, low, high) {
+        return PlanarSet::covered_by(&polygons).dilated(WIDER * pitch_mm);
+    }
+    match stock.slice(axes, low, high) {
+        Ok(slice) => cells(&slice).dilated(WIDER_CELLS * pitch_mm),
+        Err(_) => PlanarSet::rectangle([across.min.x, across.min.y, across.max.x, across.max.y]),
     }
 }
 
@@ -290,4 +293,26 @@ fn sum(faces: &[FaceAccount]) -> Area {
         }
         sum
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use claymill_nurbs::Point3;
+    use claymill_stock::Family;
+
+    use super::*;
+
+    /// A slope that begins at the foot of a level is flat there: what is left out of its height is wide.
+    #[test]
+    fn all_of_a_slope_above_a_level_is_standing() {
+        let bar = InProcess::cylinder(Family::X, Point3::origin(), 20.0, 30.0, 0.5).unwrap();
+        let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+        for low in [5.0, 12.0, 19.0, 19.5] {
+            let half_mm = (400.0_f64 - low * low).sqrt();
+            let above = PlanarSet::rectangle([0.5, -half_mm, 29.5, half_mm]);
+            let standing = standing(&bar, axes, [low, 20.0], &bar.grid().bounds());
+            assert!(above.minus(&standing).area_mm2() < 1e-3, "{low}: {:?}", above.minus(&standing));
+            assert!(standing.area_mm2() < 31.2 * (2.0 * half_mm + 1.2), "{low}");
+        }
+    }
 }

@@ -6,6 +6,8 @@
 //!     ○ ╱ ●     ● ╲  ○     outline is straight: it is exact on lines of the grid, and cuts corners off by less than
 //!       │         │        the diagonal of half a cell.
 //! ```
+//!
+//! Rows of rays across lie in the band. A slope is widest at an end of it, so it goes on from the last two rows to there.
 
 use claymill_nurbs::{Point3, Vector3};
 use rayon::prelude::*;
@@ -17,6 +19,9 @@ use crate::intervals::overlaps;
 /// Polygons across an axis, each a list of corners along two axes, mm.
 pub type Polygons = Vec<Vec<[f64; 2]>>;
 
+/// Slopes go on from a row whose material ends up to so many nodes behind the last one with any.
+const BEHIND: f64 = 2.0;
+
 /// The two axes across the heights: how many nodes there are along each.
 struct Nodes<'s> {
     stock: &'s Stock,
@@ -27,6 +32,8 @@ struct Nodes<'s> {
     is_material: Vec<bool>,
     /// Rows of rays across that say how far material comes: those in the band, or else the next ones.
     rows: [u32; 2],
+    /// The ends of the band.
+    heights: [f64; 2],
 }
 
 impl Stock {
@@ -69,7 +76,7 @@ impl<'s> Nodes<'s> {
         // Between two rows there is none: both tell.
         let rows = [first.min(last), first.max(last)];
         let counts = [a, b].map(|axis| i64::from(cells[axis]));
-        Nodes { stock, family, counts, pitch_mm: grid.pitch_mm(), is_material, rows }
+        Nodes { stock, family, counts, pitch_mm: grid.pitch_mm(), is_material, rows, heights: [low, high] }
     }
 
     fn has(&self, [i, j]: [i64; 2]) -> bool {
@@ -84,35 +91,57 @@ impl<'s> Nodes<'s> {
         [at(a, i), at(b, j)]
     }
 
-    /// The material of rays along one of the axes across, which pass a node, within two places.
-    fn along(&self, axis: usize, [i, j]: [i64; 2], within: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
+    /// The material of a ray of a row along one of the axes across, which passes a node.
+    fn of_row(&self, axis: usize, [i, j]: [i64; 2], row: u32) -> impl Iterator<Item = [f64; 2]> {
         let [a, b] = self.family.across();
-        let fixed = if axis == 0 { j } else { i };
-        let ray = move |row: u32| {
-            let (family, cell) = if axis == 0 {
-                (Family::ALL[a], [fixed as u32, row])
-            } else {
-                (Family::ALL[b], [row, fixed as u32])
-            };
-            self.stock.list(family, cell).iter().map(|ends| ends.map(grid::mm))
-        };
+        let (family, cell) =
+            if axis == 0 { (Family::ALL[a], [j as u32, row]) } else { (Family::ALL[b], [row, i as u32]) };
+        self.stock.list(family, cell).iter().map(|ends| ends.map(grid::mm))
+    }
+
+    /// The material of all rows of such rays within two places.
+    fn along(&self, axis: usize, node: [i64; 2], within: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
         let within = [within[0].min(within[1]), within[0].max(within[1])];
         (self.rows[0]..=self.rows[1])
-            .flat_map(ray)
+            .flat_map(move |row| self.of_row(axis, node, row))
             .map(move |[from, to]| [from.max(within[0]), to.min(within[1])])
             .filter(|[from, to]| from < to)
     }
 
-    /// How far material comes from a node with some to its neighbour without any.
+    /// How far material comes from a node with some to its neighbour without any: as far as a row says, or as a slope goes on from
+    /// two rows to the end of the band.
     fn reach(&self, axis: usize, from: [i64; 2], to: [i64; 2]) -> [f64; 2] {
         let (mut at, other) = (self.place(from), self.place(to));
         let ends = [at[axis], other[axis]];
-        let is_up = ends[1] > ends[0];
-        let far = self.along(axis, from, ends).map(|[low, high]| if is_up { high } else { low });
-        let far = if is_up { far.reduce(f64::max) } else { far.reduce(f64::min) };
+        let (sign, [low, high]) = ((ends[1] - ends[0]).signum(), self.rows);
+        let pieces = self.along(axis, from, ends);
+        let far = pieces.map(|[a, b]| if sign > 0.0 { b } else { -a }).reduce(f64::max);
         // Where no ray says it, all of the way.
-        at[axis] = far.unwrap_or(ends[1]);
+        at[axis] = far.map_or(ends[1], |far| {
+            let slopes = [(low, low + 1, self.heights[0]), (high, high.saturating_sub(1), self.heights[1])];
+            let farthest = slopes.into_iter().filter_map(|(row, inner, end)| {
+                if low == high {
+                    return None;
+                }
+                let [height, beside] =
+                    [row, inner].map(|row| self.stock.grid.centre(self.family.index(), row));
+                let beyond = (height - end) / (beside - height);
+                let [own, of_inner] = [row, inner].map(|row| self.far(axis, from, row, [ends[0], sign]));
+                let (own, of_inner) = (own?, of_inner.unwrap_or(sign * ends[0]));
+                (beyond > 0.0).then_some(own + beyond * (own - of_inner))
+            });
+            sign * farthest.fold(far, f64::max).min(sign * ends[1])
+        });
         at
+    }
+
+    /// How far material of a row about a node comes in a direction, and no farther than the next node; to the last node or two
+    /// behind it if it is not there.
+    fn far(&self, axis: usize, node: [i64; 2], row: u32, [start, sign]: [f64; 2]) -> Option<f64> {
+        let at = sign * start;
+        let pieces = self.of_row(axis, node, row).map(|[a, b]| if sign > 0.0 { [a, b] } else { [-b, -a] });
+        let near = pieces.filter(|[a, b]| *a < at + self.pitch_mm && *b > at - BEHIND * self.pitch_mm);
+        near.map(|[_, b]| b.min(at + self.pitch_mm)).reduce(f64::max)
     }
 
     /// The polygons between a row of nodes and the next one, and what is thinner than a pitch beside the first.

@@ -13,7 +13,6 @@ use claymill_toolpath::{Move, MoveKind, round_to_written};
 use crate::above::Above;
 use crate::arcs::{ArcAbout, PathPiece};
 use crate::area::{Approach, Stroke};
-use crate::outline::distance;
 
 /// Links are lifted by this off the floor, mm.
 const LIFT_MM: f64 = 0.3;
@@ -23,8 +22,6 @@ const GAP_MM: f64 = 1.0;
 const LONGEST_ARC: f64 = 1.6;
 /// A full turn of a helix has this many pieces.
 const TURN_PIECES: usize = 4;
-/// A pass whose ends are this close is closed, mm.
-const CLOSED_MM: f64 = 1e-4;
 /// Turns of a helix at most.
 const MOST_TURNS: f64 = 500.0;
 
@@ -68,10 +65,10 @@ pub(crate) struct Pen<'a> {
     pass: u32,
 }
 
-/// Whether a pass ends where it begins.
+/// Whether a pass ends where it begins: exactly, since one that goes around a sliver and back comes as near as its width.
 fn is_ring(pass: &[PathPiece]) -> bool {
     let ends = pass.first().zip(pass.last());
-    ends.is_some_and(|(first, last)| distance(first.from, last.to) < CLOSED_MM && pass.len() > 1)
+    ends.is_some_and(|(first, last)| first.from == last.to && pass.len() > 1)
 }
 
 impl<'a> Pen<'a> {
@@ -305,5 +302,19 @@ impl<'a> Pen<'a> {
             })
             .collect();
         self.along(MoveKind::LeadIn, &pieces, self.feeds.lead_mm_per_min)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tool would be ramped down along a sliver of a few micrometres, thousands of times to and fro.
+    #[test]
+    fn a_pass_around_a_sliver_is_no_ring() {
+        let way =
+            |end: [f64; 2]| [PathPiece::line([0.0, 0.0], [0.06, 0.08]), PathPiece::line([0.06, 0.08], end)];
+        assert!(is_ring(&way([0.0, 0.0])));
+        assert!(!is_ring(&way([2e-5, 0.0])));
     }
 }

@@ -29,6 +29,9 @@ const NOTCH_STEPS: [f64; 2] = [3e-3 * STEPS_PER_MM, 1.5e-3 * STEPS_PER_MM];
 /// Corners are left out between others that are no further from each other than this share of the distance.
 const WIDEST_NOTCH: f64 = 0.125;
 
+/// A circle rests on two corners that are no further from each other than this, in its radii.
+const WIDEST_MOUTH: f64 = 1.9;
+
 /// What is within a distance of a set with an anticlockwise outline; further inside than it if it is negative.
 pub(crate) fn offset(outline: &Contour, mm: f64) -> Vec<Vec<Contour>> {
     if mm < 0.0 && least_width(outline) <= -2.0 * mm * STEPS_PER_MM {
@@ -96,16 +99,20 @@ fn is_hollow(turn: f64, far: f64) -> bool {
 ///              •
 /// ```
 fn edges(outline: &Contour, far: f64) -> Vec<Edge> {
-    let corners = outline.iter().zip(outline.iter().cycle().skip(1)).filter(|(a, b)| a != b);
-    let whole: Vec<Edge> = corners.map(|(&a, &b)| Edge::new([a, b])).collect();
+    let longest = (8.0 * far.abs() * NOTCH_STEPS[usize::from(far < 0.0)]).sqrt();
+    let whole = if far > 0.0 {
+        rolled(outline, far, longest)
+    } else {
+        let corners = outline.iter().zip(outline.iter().cycle().skip(1)).filter(|(a, b)| a != b);
+        corners.map(|(&a, &b)| Edge::new([a, b])).collect()
+    };
     let n = whole.len();
     let hollow: Vec<bool> = (0..n).map(|k| is_hollow(turn(&whole[k], &whole[(k + 1) % n]), far)).collect();
-    let longest = (8.0 * far.abs() * NOTCH_STEPS[usize::from(far < 0.0)]).sqrt();
     let mut kept: Vec<Edge> = Vec::with_capacity(n);
     for (k, edge) in whole.iter().enumerate() {
         let [a, b] = edge.ends;
         let is_beside_hollow = hollow[k] || hollow[(k + n - 1) % n];
-        let is_notch = is_beside_hollow && side_length(a, b) <= longest.min(far.abs());
+        let is_notch = !edge.is_notch && is_beside_hollow && side_length(a, b) <= longest.min(far.abs());
         let mut next = if is_notch { Edge::notch(edge.ends, far) } else { *edge };
         while let Some(last) = kept.last().filter(|last| last.is_notch && next.is_notch) {
             let ends = [last.ends[0], next.ends[1]];
@@ -119,6 +126,101 @@ fn edges(outline: &Contour, far: f64) -> Vec<Edge> {
         kept.push(next);
     }
     kept
+}
+
+/// A corner of an outline and the way to it from the one before.
+struct Touched {
+    at: IntPoint<i32>,
+    /// Whether corners between them were left out.
+    is_notch: bool,
+    /// The box of all between.
+    low: IntPoint<i32>,
+    high: IntPoint<i32>,
+}
+
+impl Touched {
+    fn after(before: IntPoint<i32>, at: IntPoint<i32>) -> Self {
+        let low = IntPoint::new(before.x.min(at.x), before.y.min(at.y));
+        let high = IntPoint::new(before.x.max(at.x), before.y.max(at.y));
+        Touched { at, is_notch: false, low, high }
+    }
+
+    /// The way past a corner that is left out.
+    fn past(&self, left_out: &Touched) -> Self {
+        let low = IntPoint::new(self.low.x.min(left_out.low.x), self.low.y.min(left_out.low.y));
+        let high = IntPoint::new(self.high.x.max(left_out.high.x), self.high.y.max(left_out.high.y));
+        Touched { at: self.at, is_notch: true, low, high }
+    }
+
+    /// Whether no circle of this radius has room in the box of the way.
+    fn is_narrow(&self, far: f64) -> bool {
+        let side = |low: i32, high: i32| f64::from(high) - f64::from(low);
+        side(self.low.x, self.high.x).min(side(self.low.y, self.high.y)) < 2.0 * far
+    }
+}
+
+/// The edges of an outline that a circle touches when it rolls along outside, and between them the corners on which it rests at once.
+///
+/// ```text
+///           ╭───────╮
+///          │    far  │       What lies in a pocket that the circle does not get into, and that has no room for one, adds nothing
+///        ●─●╲       ╱●─●     to what is within the distance: most of an outline if the distance is large.
+///            │╲___╱│
+///            ╰─────╯
+/// ```
+fn rolled(outline: &Contour, far: f64, longest: f64) -> Vec<Edge> {
+    // The first corner from the left is touched.
+    let Some(first) = (0..outline.len()).min_by_key(|&k| (outline[k].x, outline[k].y)) else {
+        return Vec::new();
+    };
+    let start = outline[first];
+    let mut touched = vec![Touched::after(start, start)];
+    for k in 1..=outline.len() {
+        let at = outline[(first + k) % outline.len()];
+        let last = touched[touched.len() - 1].at;
+        if at == last {
+            continue;
+        }
+        let mut way = Touched::after(last, at);
+        while let [.., before, left_out] = &touched[..] {
+            let past = way.past(left_out);
+            if !past.is_narrow(far) || !rests_on(before.at, (left_out, &way), far, longest) {
+                break;
+            }
+            way = past;
+            touched.pop();
+        }
+        touched.push(way);
+    }
+    let edge = |pair: &[Touched]| match (pair[0].at, &pair[1]) {
+        (from, to) if to.is_notch => Edge::notch([from, to.at], far),
+        (from, to) => Edge::new([from, to.at]),
+    };
+    touched.windows(2).map(edge).collect()
+}
+
+/// Whether a circle that rests on a corner and on the end of a way touches nothing of the way to the middle one, nor from there on.
+fn rests_on(from: IntPoint<i32>, (to_middle, to_end): (&Touched, &Touched), far: f64, longest: f64) -> bool {
+    let relative =
+        |p: IntPoint<i32>| [f64::from(p.x) - f64::from(from.x), f64::from(p.y) - f64::from(from.y)];
+    let (middle, end) = (relative(to_middle.at), relative(to_end.at));
+    let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+    let width2 = dot(end, end);
+    let is_inside = end[0] * middle[1] - end[1] * middle[0] > 0.0;
+    if !is_inside || width2 == 0.0 || width2 > (WIDEST_MOUTH * far).powi(2) {
+        return false;
+    }
+    let up = (far * far / width2 - 0.25).sqrt();
+    let centre = [0.5 * end[0] + up * end[1], 0.5 * end[1] - up * end[0]];
+    let off = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
+    let to_centre = off(middle, centre);
+    // An edge that starts on the circle runs so far within it.
+    let within = |corner: [f64; 2]| {
+        let along = off(middle, corner);
+        2.0 * dot(along, off(centre, corner)) / dot(along, along).sqrt()
+    };
+    let is_clear = |way: &Touched, corner: [f64; 2]| way.is_notch || within(corner) <= longest;
+    dot(to_centre, to_centre) >= far * far && is_clear(to_middle, [0.0, 0.0]) && is_clear(to_end, end)
 }
 
 /// The curve at a distance to the right of an outline, with all its loops.
@@ -221,6 +323,19 @@ mod tests {
             }
         }
         assert!(looked_at > 80_000);
+    }
+
+    /// Bottles: a circle that does not come through the neck has room behind it, or has none.
+    #[test]
+    fn what_is_behind_a_neck_is_within_the_distance_or_not() {
+        for (inner, mm) in [(8.0, 5.0), (8.0, 7.9), (8.0, 8.1), (8.0, 20.0), (3.0, 2.9)] {
+            let bottle = PlanarSet::rectangle([-20.0, -20.0, 20.0, 20.0])
+                .minus(&PlanarSet::disc([0.0, 0.0], inner))
+                .minus(&PlanarSet::rectangle([-1.0, 0.0, 1.0, 30.0]));
+            let middle = Outline::new(&bottle.dilated(mm)).contains([0.0, 0.0]);
+            // The neck is no nearer than the wall.
+            assert_eq!(middle, mm > inner, "{inner} mm wide, grown by {mm}");
+        }
     }
 
     /// Slivers with sharp tips and noise on their borders, grown by far more than their size.

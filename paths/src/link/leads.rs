@@ -266,7 +266,7 @@ impl SetupContext<'_> {
     }
 
     /// Tip height a clearance above `foot` and wherever the ball could rest there or a little aside.
-    fn clear_height(&self, foot: &Point3) -> f64 {
+    pub(crate) fn clear_height(&self, foot: &Point3) -> f64 {
         let places = [(foot.x, foot.y)].into_iter().chain(around(foot.x, foot.y, ASIDE_MM));
         let high =
             places.fold(foot.z, |high, (x, y)| self.ball.tip_above(x, y, high, self.ball.end().corner_mm));

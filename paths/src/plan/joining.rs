@@ -7,9 +7,11 @@ use claymill_toolpath::{Cancelled, Move};
 use rayon::prelude::*;
 
 use crate::containment::Containment;
+use crate::link::descent::Standing;
 use crate::pattern::levels::sweeps::Sweeps;
 use crate::plan::error::PlanError;
 use crate::plan::laying::{Laying, Placed, Share};
+use crate::plan::options::InProcess;
 use crate::plan::planned::Plan;
 use crate::program::Output;
 use crate::program::in_stock::leave_out_struck;
@@ -38,7 +40,7 @@ impl Laying<'_> {
             Some(shank) => self.leave_out(&shank, &mut parts, &sweeps)?,
             None => 0,
         };
-        let mut out = self.program(parts);
+        let mut out = self.program(parts, self.options.in_process.as_ref());
         if out.program.moves.is_empty() {
             let is_rest = self.options.is_rest();
             return Err(if is_rest { PlanError::NoRest } else { PlanError::NothingToCut });
@@ -47,14 +49,15 @@ impl Laying<'_> {
         Ok(self.planned(out, struck_passes))
     }
 
-    /// The program of parts in the order of setups and regions.
-    fn program(&self, parts: Vec<Placed>) -> Output {
+    /// The program of parts in the order of setups and regions, with leads as short as the stock allows where it is given.
+    fn program(&self, parts: Vec<Placed>, stock: Option<&InProcess>) -> Output {
         let mut out = Output::default();
         let mut parts = parts.into_iter().peekable();
         for context in &self.contexts {
             let of_setup = std::iter::from_fn(|| parts.next_if(|(setup, ..)| *setup == context.index));
             let of_setup = of_setup.map(|(_, region, part)| (region, part)).collect();
-            out.setup(context, self.account, of_setup, &self.options.machine);
+            let standing = stock.and_then(|stock| Standing::of(stock, context.frame.axis()));
+            out.setup(context, self.account, of_setup, &self.options.machine, standing.as_ref());
         }
         out
     }
@@ -66,7 +69,7 @@ impl Laying<'_> {
         parts: &mut Vec<Placed>,
         sweeps: &[Option<Sweeps>],
     ) -> Result<u32, Cancelled> {
-        let moves = |parts: &[Placed]| -> Vec<Move> { self.program(parts.to_vec()).program.moves };
+        let moves = |parts: &[Placed]| -> Vec<Move> { self.program(parts.to_vec(), None).program.moves };
         let mut cut_short = leave_out_struck(shank, &self.contexts, parts, moves, self.monitor)?;
         let is_much = |(&(setup, region), found): (&(usize, usize), &CutShort)| {
             let left_out_mm2 = found.left_out_mm * self.contexts[setup].flat_step_mm();

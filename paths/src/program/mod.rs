@@ -13,6 +13,7 @@ use claymill_toolpath::{LengthByKind, MachineLimits, Move, Program, RegionTotals
 
 use rayon::prelude::*;
 
+use crate::link::descent::Standing;
 use crate::link::leads::End;
 use crate::link::order::{Ends, order_parts};
 use crate::program::account::Account;
@@ -34,13 +35,14 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    /// Appends a setup: its parts with the ways between them.
+    /// Appends a setup: its parts with the ways between them, and with leads as short as what stands there allows.
     pub(crate) fn setup(
         &mut self,
         context: &SetupContext,
         account: &Account,
         mut parts: Vec<(usize, Part)>,
         machine: &MachineLimits,
+        standing: Option<&Standing>,
     ) {
         let name = context.frame.name.as_str();
         let first_move = self.program.moves.len();
@@ -94,6 +96,9 @@ impl Output {
         {
             let up = context.retreat(end);
             self.program.moves.extend(up.into_iter().map(|m| Move { region, pass, ..m }));
+        }
+        if let Some(standing) = standing {
+            context.shorten_leads(&mut self.program.moves[first_move..], standing);
         }
         let regions = &mut self.regions[first_region..];
         let times_s = times_s(&self.program.moves[first_move..], machine);

@@ -3,34 +3,21 @@
 use claymill_nurbs::Aabb;
 use claymill_paths::Strategy;
 use claymill_tooling::{
-    ChainTool, CutPattern, Engagement, Fact, Facts, LibraryTool, Material, ReachModel, ReachPatch, Spacing,
-    Stage, StageKind, StrategyName, ToolChoice, Way, tool_chain,
+    CutPattern, Engagement, Fact, Facts, LibraryTool, Material, Stage, StageKind, StrategyName, ToolChoice,
+    Way,
 };
 use claymill_toolpath::{LinkStyle, OperationKind, Stock};
 
-use crate::choice::fits::Sample;
 use crate::choice::{ChosenOperation, Shop, layers, levels};
 use crate::error::Error;
 
-/// The finishing tool leaves no more than this share of the area that any tool reaches.
-const LEFT_SHARE: f64 = 0.03;
-/// Rests smaller than this share of the area are sampling noise.
-const NOISE_SHARE: f64 = 2e-3;
-/// A ball fits where one that is larger by this share does not: samples are exact to it.
-const FITS: f64 = 1e-3;
+/// Balls are no larger than this share of the model's longest side.
+const LARGEST_BALL: f64 = 0.4;
 /// A roughing step is no wider than this, in radii of the ball.
 const WIDEST_STEP: f64 = 1.6;
-/// What a larger ball leaves are strips along valleys. A pass there is so long on average, in radii of that ball, and takes so much
-/// longer than its length at full feed: lead-in, lead-out, the way to the next one, and slowing down at both ends.
-const REST_PASS_RADII: f64 = 1.4;
-const REST_PASS_S: f64 = 0.8;
-/// Every tool of a chain overlaps what is cut beside the strips by this share of their whole area.
-const REST_OVERLAP: f64 = 0.5;
 /// Layers leave alone what stands above them by no more than this share of the last one's allowance, and no less than so much, mm.
 const BODY_REST: f64 = 0.5;
 const LEAST_REST_MM: f64 = 0.5;
-/// A tool change takes this long where the machine does not say, s.
-const CHANGE_S: f64 = 20.0;
 
 pub(super) struct Chooser<'a> {
     pub(super) shop: &'a Shop,
@@ -126,141 +113,8 @@ impl Chooser<'_> {
         Ok(())
     }
 
-    /// The finish and the chain of tools for what it leaves.
-    pub(super) fn surface(
-        &mut self,
-        finish: &Stage,
-        rest: Option<&Stage>,
-        samples: &[Sample],
-        scallop_mm: Option<f64>,
-    ) -> Result<(), Error> {
-        let seen_mm2: f64 = samples.iter().map(|s| s.area_mm2).sum();
-        let balls = self.balls(None);
-        if balls.is_empty() {
-            return Err(no_tool(finish, self.material));
-        }
-        let spacing = scallop_mm.map_or(finish.spacing.value, Spacing::ScallopMm);
-        let fits =
-            |tool: &LibraryTool, sample: &Sample| sample.fits_mm >= tool.tool.radius_mm() * (1.0 - FITS);
-        let patches: Vec<ReachPatch> = samples
-            .iter()
-            .map(|sample| ReachPatch {
-                area_mm2: sample.area_mm2,
-                reached_by: (balls.iter().enumerate())
-                    .fold(0, |bits, (k, tool)| bits | u64::from(fits(tool, sample)) << k),
-            })
-            .collect();
-        let reached_mm2 = |k: usize| -> f64 {
-            patches.iter().filter(|p| p.reached_by >> k & 1 == 1).map(|p| p.area_mm2).sum()
-        };
-        let range = radii(finish);
-        let in_range =
-            |k: &usize| range.is_none_or(|[low, high]| (low..=high).contains(&balls[*k].tool.radius_mm()));
-        let reaches = |k: usize| 100.0 * reached_mm2(k) / seen_mm2.max(f64::MIN_POSITIVE);
-        let union_mm2: f64 = patches.iter().filter(|p| p.reached_by != 0).map(|p| p.area_mm2).sum();
-        let enough = |k: &usize| reached_mm2(*k) >= (1.0 - LEFT_SHARE) * union_mm2;
-        let chosen = (0..balls.len()).filter(in_range).find(enough);
-        // Of those in the range the one that reaches most, where none reaches enough.
-        let chosen = chosen.or_else(|| (0..balls.len()).rfind(in_range));
-        let Some(first) = self.told(finish, &balls).or(chosen) else {
-            return Err(no_tool(finish, self.material));
-        };
-        for k in (0..first).filter(in_range) {
-            self.refusals.push(format!(
-                "{} is not taken for the finish: it reaches {:.1} % of the surface that the setups see",
-                balls[k].name,
-                reaches(k)
-            ));
-        }
-        let tool = &balls[first];
-        let height_mm = |tool: &LibraryTool| match spacing {
-            Spacing::ScallopMm(mm) => mm,
-            other => round_up(cusp_mm(tool.tool.radius_mm(), other.step_mm(&tool.tool))),
-        };
-        let reason = format!(
-            "{} is the largest ball of its range that reaches {:.1} % of the surface that the setups see; all balls \
-             together reach {:.1} %",
-            tool.name,
-            reaches(first),
-            100.0 * union_mm2 / seen_mm2.max(f64::MIN_POSITIVE)
-        );
-        let whole =
-            self.operation(finish, OperationKind::Finish, "finish".into(), tool, height_mm(tool), reason);
-        self.operations.push(whole);
-        let Some(stage) = rest else { return Ok(()) };
-        self.rests(stage, &balls[first..], &patches, first, seen_mm2, &height_mm)
-    }
-
-    /// Rest operations by the cheapest chain of tools below the finishing one.
-    fn rests(
-        &mut self,
-        stage: &Stage,
-        balls: &[LibraryTool],
-        patches: &[ReachPatch],
-        first: usize,
-        seen_mm2: f64,
-        height_mm: &dyn Fn(&LibraryTool) -> f64,
-    ) -> Result<(), Error> {
-        let below = |p: &ReachPatch| ReachPatch { reached_by: p.reached_by >> first, ..*p };
-        let left: Vec<ReachPatch> = patches.iter().map(below).filter(|p| p.reached_by & 1 == 0).collect();
-        let rest_mm2: f64 = left.iter().filter(|p| p.reached_by != 0).map(|p| p.area_mm2).sum();
-        self.facts.insert("rest.area_mm2", Fact::Number(rest_mm2));
-        if rest_mm2 <= NOISE_SHARE * seen_mm2 || stage.runs(&self.facts) == Some(false) {
-            self.refusals.push(format!(
-                "rest is not needed: {rest_mm2:.0} mm² are left for smaller balls, of {seen_mm2:.0} mm²"
-            ));
-            return Ok(());
-        }
-        let change_s = self.shop.machine.changer.change_s.unwrap_or(CHANGE_S);
-        let smaller: Vec<LibraryTool> = balls.iter().skip(1).cloned().collect();
-        let pass_mm = REST_PASS_RADII * balls[0].tool.radius_mm();
-        let rate = |tool: &LibraryTool| {
-            let pass_s = pass_mm / (self.feed(stage, tool) / 60.0) + REST_PASS_S;
-            Spacing::ScallopMm(height_mm(tool)).step_mm(&tool.tool) * pass_mm / pass_s
-        };
-        let tools = smaller.iter().map(|tool| ChainTool {
-            id: tool.id.clone(),
-            mm2_per_s: rate(tool),
-            change_s: change_s + REST_OVERLAP * rest_mm2 / rate(tool),
-            wear: self.material.wear,
-        });
-        let patches: Vec<ReachPatch> =
-            left.iter().map(|p| ReachPatch { reached_by: p.reached_by >> 1, ..*p }).collect();
-        let model = ReachModel::new(tools.collect(), &patches).map_err(|e| Error::Choice {
-            what: format!("the tools for the rest cannot be chosen: {e}"),
-            advice: "Look at the tools' radii and feeds.".into(),
-        })?;
-        let chain = tool_chain(&model, NOISE_SHARE * seen_mm2);
-        let mut before = balls[0].tool;
-        for (index, step) in chain.steps.iter().enumerate() {
-            let Some(tool) = smaller.iter().find(|tool| tool.id == model.tools()[step.tool].id) else {
-                continue;
-            };
-            let name = if chain.steps.len() == 1 { "rest".to_owned() } else { format!("rest-{}", index + 1) };
-            let reason = format!(
-                "{} cuts {:.0} mm² that {before} does not reach; the chain of {} takes {:.0} s, {:.0} mm² are left to none",
-                tool.name,
-                step.area_mm2,
-                chain.steps.len(),
-                chain.total_s,
-                chain.left_mm2
-            );
-            let whole = self.operation(stage, OperationKind::Rest, name, tool, height_mm(tool), reason);
-            self.operations.push(ChosenOperation { rest_of: Some(before), ..whole });
-            before = tool.tool;
-        }
-        for other in &chain.others {
-            let tool = &model.tools()[other.tool].id;
-            self.refusals.push(format!(
-                "{tool} is not taken for the rest: the best chain with it takes {:.0} s",
-                other.total_s
-            ));
-        }
-        Ok(())
-    }
-
     /// An operation with the values of its stage.
-    fn operation(
+    pub(super) fn operation(
         &self,
         stage: &Stage,
         kind: OperationKind,
@@ -292,9 +146,13 @@ impl Chooser<'_> {
     }
 
     /// Balls of the library from large to small, within a range of radii.
-    fn balls(&self, range: Option<[f64; 2]>) -> Vec<LibraryTool> {
+    pub(super) fn balls(&self, range: Option<[f64; 2]>) -> Vec<LibraryTool> {
+        let size_mm = (self.part.max - self.part.min).amax();
         let fits = |t: &&LibraryTool| {
-            t.tool.is_ball() && range.is_none_or(|[low, high]| (low..=high).contains(&t.tool.radius_mm()))
+            let radius_mm = t.tool.radius_mm();
+            t.tool.is_ball()
+                && radius_mm <= LARGEST_BALL * size_mm
+                && range.is_none_or(|[low, high]| (low..=high).contains(&radius_mm))
         };
         let mut balls: Vec<LibraryTool> = self.shop.library.tools.iter().filter(fits).cloned().collect();
         balls.sort_by(|a, b| b.tool.radius_mm().total_cmp(&a.tool.radius_mm()).then(a.id.cmp(&b.id)));
@@ -303,7 +161,7 @@ impl Chooser<'_> {
     }
 
     /// The tool that a stage names, as its place among these.
-    fn told(&self, stage: &Stage, balls: &[LibraryTool]) -> Option<usize> {
+    pub(super) fn told(&self, stage: &Stage, balls: &[LibraryTool]) -> Option<usize> {
         let ToolChoice::Id(id) = &stage.tool.value else { return None };
         balls.iter().position(|tool| tool.id == *id)
     }
@@ -317,7 +175,7 @@ impl Chooser<'_> {
     }
 
     /// Feed of a stage with a tool: as the stage says, or from the tool's cutting data, within the machine's limits.
-    fn feed(&self, stage: &Stage, tool: &LibraryTool) -> f64 {
+    pub(super) fn feed(&self, stage: &Stage, tool: &LibraryTool) -> f64 {
         let of_tool = || {
             let cutting = tool.cutting_for(self.material).ok()?;
             let engagement = Engagement { ap_mm: None, ae_mm: None, tilt_deg: 0.0 };
@@ -356,16 +214,20 @@ impl Chooser<'_> {
     }
 }
 
-fn no_tool(stage: &Stage, material: &Material) -> Error {
+pub(super) fn no_tool(stage: &Stage, material: &Material) -> Error {
     let range = radii(stage)
         .map_or_else(String::new, |[low, high]| format!(" with a radius from {low} to {high} mm"));
     Error::Choice {
-        what: format!("the tools have no ball{range} for {} in {}", stage.kind.name(), material.name),
+        what: format!(
+            "the tools have no ball{range} for {} in {} that is small enough for the model",
+            stage.kind.name(),
+            material.name
+        ),
         advice: "Add one to the tool library, or name a tool for the stage in a process of your own.".into(),
     }
 }
 
-fn radii(stage: &Stage) -> Option<[f64; 2]> {
+pub(super) fn radii(stage: &Stage) -> Option<[f64; 2]> {
     match &stage.tool.value {
         ToolChoice::Auto { radius_mm } => *radius_mm,
         ToolChoice::Id(_) => None,
@@ -373,12 +235,12 @@ fn radii(stage: &Stage) -> Option<[f64; 2]> {
 }
 
 /// Height of the cusps that a ball leaves between passes on a plane at this step-over, mm: `R − √(R² − s²/4)`.
-fn cusp_mm(radius_mm: f64, step_mm: f64) -> f64 {
+pub(super) fn cusp_mm(radius_mm: f64, step_mm: f64) -> f64 {
     radius_mm - (radius_mm * radius_mm - 0.25 * step_mm * step_mm).max(0.0).sqrt()
 }
 
 /// To the hundredth of a millimetre that people read, and no less.
-fn round_up(mm: f64) -> f64 {
+pub(super) fn round_up(mm: f64) -> f64 {
     (100.0 * mm).ceil() / 100.0
 }
 

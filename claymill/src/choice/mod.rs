@@ -4,11 +4,12 @@
 //!   material ─ process ─► stages ─┐
 //!   stock ──────────────► layers ─┤   rough …  the largest ball of its range, in layers down to the allowance; or an end mill, in
 //!                         levels  │            levels
-//!   tools ──────────────► balls ──┼─► finish   the largest ball that leaves less than 3 % of what any one reaches
+//!   tools ──────────────► balls ──┼─► finish   the ball that takes the least time with what follows it
 //!   model ─► balls that fit where ┘   rest …   the cheapest chain of smaller balls for what is left
 //! ```
 
 mod chooser;
+mod finish;
 mod fits;
 mod layers;
 mod levels;

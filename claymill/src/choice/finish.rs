@@ -18,6 +18,8 @@ use crate::error::Error;
 
 /// The finish with what follows it leaves no more than this share of the area that any tool reaches.
 const LEFT_SHARE: f64 = 0.03;
+/// Of a ball that is as wide as a place of the surface up to this share of it, the place is no part that it may cut.
+const AS_WIDE: f64 = 2e-3;
 /// Times that differ by less are alike: they are estimates.
 const ALIKE: f64 = 0.03;
 /// Rests smaller than this share of the area are sampling noise.
@@ -40,21 +42,30 @@ const CHANGE_S: f64 = 20.0;
 struct Reached {
     balls: Vec<LibraryTool>,
     patches: Vec<ReachPatch>,
+    /// Bores and fillets that are exactly as wide as each ball. There is no room in them to go around, and none to lead in.
+    stuck_mm2: Vec<f64>,
     /// All that the setups see.
     seen_mm2: f64,
 }
 
 impl Reached {
     fn new(balls: Vec<LibraryTool>, samples: &[Sample]) -> Self {
+        let seen_mm2: f64 = samples.iter().map(|s| s.area_mm2).sum();
+        let as_wide = |radius_mm: f64| {
+            let own = samples.iter().filter(|s| (s.fits_mm / radius_mm - 1.0).abs() <= AS_WIDE);
+            own.map(|s| s.area_mm2).sum::<f64>()
+        };
+        let stuck_mm2: Vec<f64> = balls.iter().map(|tool| as_wide(tool.tool.radius_mm())).collect();
+        let has_room = |k: usize| stuck_mm2[k] <= NOISE_SHARE * seen_mm2;
         let fits =
             |tool: &LibraryTool, sample: &Sample| sample.fits_mm >= tool.tool.radius_mm() * (1.0 - FITS);
         let patch = |sample: &Sample| {
-            let reached_by = balls.iter().enumerate().filter(|(_, tool)| fits(tool, sample));
+            let reached_by = balls.iter().enumerate().filter(|(k, tool)| has_room(*k) && fits(tool, sample));
             let reached_by = reached_by.fold(0, |bits, (k, _)| bits | 1_u64 << k);
             ReachPatch { area_mm2: sample.area_mm2, reached_by }
         };
         let patches = samples.iter().map(patch).collect();
-        Reached { balls, patches, seen_mm2: samples.iter().map(|s| s.area_mm2).sum() }
+        Reached { balls, patches, stuck_mm2, seen_mm2 }
     }
 
     fn area_mm2(&self, which: impl Fn(u64) -> bool) -> f64 {
@@ -119,7 +130,9 @@ impl Chooser<'_> {
             told.map_or_else(|| (0..reached.balls.len()).filter(in_range).collect(), |k| vec![k]);
         let ways = asked.into_iter().map(|first| self.with_rest((finish, rest), &reached, first, &height_mm));
         let ways: Vec<FinishWay> = ways.collect::<Result<_, Error>>()?;
-        let enough = |way: &&FinishWay| way.left_mm2 <= LEFT_SHARE * reached.by_any_mm2();
+        let enough = |way: &&FinishWay| {
+            reached.by_mm2(way.first) > 0.0 && way.left_mm2 <= LEFT_SHARE * reached.by_any_mm2()
+        };
         let least_s = ways.iter().filter(enough).map(|way| way.total_s).fold(f64::INFINITY, f64::min);
         // From large to small: the larger one of those that are alike.
         let best = ways.iter().filter(enough).find(|way| way.total_s <= (1.0 + ALIKE) * least_s);
@@ -129,6 +142,14 @@ impl Chooser<'_> {
             return Err(no_tool(finish, self.material));
         };
         for way in ways.iter().filter(|way| way.first != best.first) {
+            let stuck_mm2 = reached.stuck_mm2[way.first];
+            if reached.by_mm2(way.first) == 0.0 && stuck_mm2 > 0.0 {
+                self.refusals.push(format!(
+                    "{} is not taken: bores or fillets of {stuck_mm2:.0} mm² are exactly as wide as it is",
+                    reached.balls[way.first].name
+                ));
+                continue;
+            }
             self.refusals.push(format!(
                 "{} is not taken for the finish: it reaches {:.1} % of the surface that the setups see, and takes {:.0} s with \
                  what follows it, which leaves {:.1} %",
@@ -248,6 +269,11 @@ mod tests {
 
     /// The balls of the finish and of the rest for a surface of a square metre with narrow valleys.
     fn chosen(narrow_share: f64) -> Vec<String> {
+        chosen_with([30.0, 2.5], narrow_share)
+    }
+
+    /// The same with other balls that fit, and a share of the area where the second one does.
+    fn chosen_with(fits_mm: [f64; 2], narrow_share: f64) -> Vec<String> {
         let shop = Shop::shipped();
         let material = shop.profiles.material("aluminium").unwrap();
         let facts = Facts::from([("material", Fact::Text(material.name.clone()))]);
@@ -266,12 +292,12 @@ mod tests {
             refusals: Vec::new(),
         };
         let of = |share: f64, fits_mm: f64| Sample { area_mm2: 1e6 * share, fits_mm };
-        let samples = [of(1.0 - narrow_share, 30.0), of(narrow_share, 2.5)];
+        let samples = [of(1.0 - narrow_share, fits_mm[0]), of(narrow_share, fits_mm[1])];
         let stage = |kind| process.stage(kind);
         let finish = stage(StageKind::Finish).unwrap();
         chooser.surface(finish, stage(StageKind::Rest), &samples, None).unwrap();
         let others = chooser.refusals.iter().filter(|text| text.contains("not taken for the finish"));
-        assert_eq!(others.count(), 6);
+        assert!((5..=6).contains(&others.count()));
         chooser.operations.iter().map(|operation| operation.tool.name.clone()).collect()
     }
 
@@ -282,5 +308,13 @@ mod tests {
         assert_eq!(chosen(0.0), ["ball 10"]);
         assert_eq!(chosen(0.05), ["ball 20", "ball 4"]);
         assert_eq!(chosen(0.9), ["ball 4"]);
+    }
+
+    /// Where bores are as wide as a ball, it has no room in them.
+    #[test]
+    fn a_ball_as_wide_as_a_bore_is_not_taken() {
+        assert_eq!(chosen_with([30.0, 5.05], 0.05), ["ball 10"]);
+        let others = chosen_with([30.0, 5.0], 0.05);
+        assert!(!others.is_empty() && !others.contains(&"ball 10".to_owned()), "{others:?}");
     }
 }

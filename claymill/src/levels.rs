@@ -38,6 +38,8 @@ const TEETH: f64 = 2.0;
 /// Stock that stands no higher than this above the foot of a level, or than this share of its height, is none: what was cut to
 /// that height before is known to rounding, mm. On a slope that begins there it would be more than [`WIDER`] makes up for.
 const SKIN_MM: f64 = 0.005;
+/// The same of stock from a file, where edges of floors may be rounded.
+const SKIN_OF_FILES_MM: f64 = 0.05;
 const SKIN: f64 = 0.1;
 /// Sheets with more open border than this have no inside, mm.
 const OPEN_MM: f64 = 1.0;
@@ -179,7 +181,8 @@ impl Rough<'_, '_> {
         let axes = frame.axes();
         let across = frame.box_in_setup(&bounds);
         let pitch_mm = stock.grid().pitch_mm();
-        let left = |heights: [f64; 2]| standing(&stock, axes, heights, &across);
+        let skin_mm = if matches!(record, Stock::File(_)) { SKIN_OF_FILES_MM } else { SKIN_MM };
+        let left = |heights: [f64; 2]| standing(&stock, axes, (heights, skin_mm), &across);
         let is_block = is_whole && matches!(record, Stock::Block { .. });
         let piece = Workpiece {
             block: bounds,
@@ -217,10 +220,16 @@ impl Rough<'_, '_> {
     }
 }
 
-/// Where stock is between two heights of a setup with these axes, no less than there is; all of its box where it cannot be asked.
-fn standing(stock: &InProcess, axes: [Vector3; 3], [low, high]: [f64; 2], across: &Aabb) -> PlanarSet {
+/// Where stock is between two heights of a setup with these axes, but for a skin at the lower one, no less than there is; all of its
+/// box where it cannot be asked.
+fn standing(
+    stock: &InProcess,
+    axes: [Vector3; 3],
+    ([low, high], skin_mm): ([f64; 2], f64),
+    across: &Aabb,
+) -> PlanarSet {
     let pitch_mm = stock.grid().pitch_mm();
-    let low = low + SKIN_MM.min(SKIN * (high - low));
+    let low = low + skin_mm.min(SKIN * (high - low));
     if let Some(polygons) = stock.outline(axes, low, high) {
         return PlanarSet::covered_by(&polygons).dilated(WIDER * pitch_mm);
     }
@@ -310,7 +319,7 @@ mod tests {
         for low in [5.0, 12.0, 19.0, 19.5] {
             let half_mm = (400.0_f64 - low * low).sqrt();
             let above = PlanarSet::rectangle([0.5, -half_mm, 29.5, half_mm]);
-            let standing = standing(&bar, axes, [low, 20.0], &bar.grid().bounds());
+            let standing = standing(&bar, axes, ([low, 20.0], SKIN_MM), &bar.grid().bounds());
             assert!(above.minus(&standing).area_mm2() < 1e-3, "{low}: {:?}", above.minus(&standing));
             assert!(standing.area_mm2() < 31.2 * (2.0 * half_mm + 1.2), "{low}");
         }

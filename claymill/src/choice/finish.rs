@@ -18,7 +18,7 @@ use crate::error::Error;
 
 /// The finish with what follows it leaves no more than this share of the area that any tool reaches.
 const LEFT_SHARE: f64 = 0.03;
-/// Of a ball that is as wide as a place of the surface up to this share of it, the place is no part that it may cut.
+/// A ball whose radius differs by no more than this share from that of a bore or fillet is as wide.
 const AS_WIDE: f64 = 2e-3;
 /// Times that differ by less are alike: they are estimates.
 const ALIKE: f64 = 0.03;
@@ -49,18 +49,23 @@ struct Reached {
 }
 
 impl Reached {
-    fn new(balls: Vec<LibraryTool>, samples: &[Sample]) -> Self {
+    /// Balls that are as wide as places of the surface reach nothing, unless all that are asked for are.
+    fn new(balls: Vec<LibraryTool>, samples: &[Sample], asked: &[usize]) -> Self {
         let seen_mm2: f64 = samples.iter().map(|s| s.area_mm2).sum();
         let as_wide = |radius_mm: f64| {
-            let own = samples.iter().filter(|s| (s.fits_mm / radius_mm - 1.0).abs() <= AS_WIDE);
+            let own = samples.iter().filter(|s| (s.hollow_mm / radius_mm - 1.0).abs() <= AS_WIDE);
             own.map(|s| s.area_mm2).sum::<f64>()
         };
         let stuck_mm2: Vec<f64> = balls.iter().map(|tool| as_wide(tool.tool.radius_mm())).collect();
-        let has_room = |k: usize| stuck_mm2[k] <= NOISE_SHARE * seen_mm2;
+        let is_stuck = |k: usize| stuck_mm2[k] > NOISE_SHARE * seen_mm2;
+        let are_all_stuck = asked.iter().all(|&k| is_stuck(k));
         let fits =
             |tool: &LibraryTool, sample: &Sample| sample.fits_mm >= tool.tool.radius_mm() * (1.0 - FITS);
         let patch = |sample: &Sample| {
-            let reached_by = balls.iter().enumerate().filter(|(k, tool)| has_room(*k) && fits(tool, sample));
+            let reached_by = balls
+                .iter()
+                .enumerate()
+                .filter(|(k, tool)| (are_all_stuck || !is_stuck(*k)) && fits(tool, sample));
             let reached_by = reached_by.fold(0, |bits, (k, _)| bits | 1_u64 << k);
             ReachPatch { area_mm2: sample.area_mm2, reached_by }
         };
@@ -115,29 +120,28 @@ impl Chooser<'_> {
         if balls.is_empty() {
             return Err(no_tool(finish, self.material));
         }
-        let reached = Reached::new(balls, samples);
+        let range = radii(finish);
+        let in_range =
+            |k: &usize| range.is_none_or(|[low, high]| (low..=high).contains(&balls[*k].tool.radius_mm()));
+        let told = self.told(finish, &balls);
+        let asked: Vec<usize> = told.map_or_else(|| (0..balls.len()).filter(in_range).collect(), |k| vec![k]);
+        let reached = Reached::new(balls, samples, &asked);
         let spacing = scallop_mm.map_or(finish.spacing.value, Spacing::ScallopMm);
         let height_mm = |tool: &LibraryTool| match spacing {
             Spacing::ScallopMm(mm) => mm,
             other => round_up(cusp_mm(tool.tool.radius_mm(), other.step_mm(&tool.tool))),
         };
-        let range = radii(finish);
-        let in_range = |k: &usize| {
-            range.is_none_or(|[low, high]| (low..=high).contains(&reached.balls[*k].tool.radius_mm()))
-        };
-        let told = self.told(finish, &reached.balls);
-        let asked: Vec<usize> =
-            told.map_or_else(|| (0..reached.balls.len()).filter(in_range).collect(), |k| vec![k]);
         let ways = asked.into_iter().map(|first| self.with_rest((finish, rest), &reached, first, &height_mm));
         let ways: Vec<FinishWay> = ways.collect::<Result<_, Error>>()?;
-        let enough = |way: &&FinishWay| {
-            reached.by_mm2(way.first) > 0.0 && way.left_mm2 <= LEFT_SHARE * reached.by_any_mm2()
-        };
-        let least_s = ways.iter().filter(enough).map(|way| way.total_s).fold(f64::INFINITY, f64::min);
+        let reaching = || ways.iter().filter(|way| reached.by_mm2(way.first) > 0.0);
+        let enough = |way: &&FinishWay| way.left_mm2 <= LEFT_SHARE * reached.by_any_mm2();
+        let least_s = reaching().filter(enough).map(|way| way.total_s).fold(f64::INFINITY, f64::min);
         // From large to small: the larger one of those that are alike.
-        let best = ways.iter().filter(enough).find(|way| way.total_s <= (1.0 + ALIKE) * least_s);
+        let best = reaching().filter(enough).find(|way| way.total_s <= (1.0 + ALIKE) * least_s);
         // Of those in the range the one that leaves least, where none leaves little.
-        let best = best.or_else(|| ways.iter().rev().min_by(|a, b| a.left_mm2.total_cmp(&b.left_mm2)));
+        let best = best
+            .or_else(|| reaching().min_by(|a, b| a.left_mm2.total_cmp(&b.left_mm2)))
+            .or_else(|| ways.last());
         let Some(best) = best else {
             return Err(no_tool(finish, self.material));
         };
@@ -267,6 +271,13 @@ mod tests {
     use super::*;
     use crate::choice::Shop;
 
+    /// A square metre, of which a share has room for no more than the second ball.
+    fn samples(narrow_share: f64, fits_mm: [f64; 2]) -> [Sample; 2] {
+        // Valleys are hollow arcs.
+        let of = |share: f64, fits_mm: f64| Sample { area_mm2: 1e6 * share, fits_mm, hollow_mm: fits_mm };
+        [of(1.0 - narrow_share, fits_mm[0]), of(narrow_share, fits_mm[1])]
+    }
+
     /// The balls of the finish and of the rest for a surface of a square metre with narrow valleys.
     fn chosen(narrow_share: f64) -> Vec<String> {
         chosen_with([30.0, 2.5], narrow_share)
@@ -291,8 +302,7 @@ mod tests {
             operations: Vec::new(),
             refusals: Vec::new(),
         };
-        let of = |share: f64, fits_mm: f64| Sample { area_mm2: 1e6 * share, fits_mm };
-        let samples = [of(1.0 - narrow_share, fits_mm[0]), of(narrow_share, fits_mm[1])];
+        let samples = samples(narrow_share, fits_mm);
         let stage = |kind| process.stage(kind);
         let finish = stage(StageKind::Finish).unwrap();
         chooser.surface(finish, stage(StageKind::Rest), &samples, None).unwrap();
@@ -316,5 +326,13 @@ mod tests {
         assert_eq!(chosen_with([30.0, 5.05], 0.05), ["ball 10"]);
         let others = chosen_with([30.0, 5.0], 0.05);
         assert!(!others.is_empty() && !others.contains(&"ball 10".to_owned()), "{others:?}");
+        // Unless it is the only one.
+        let alone = samples(0.5, [5.0, 5.0]);
+        let balls: Vec<LibraryTool> =
+            Shop::shipped().library.tools.into_iter().filter(|t| t.name == "ball 10").collect();
+        assert!((Reached::new(balls.clone(), &alone, &[0]).by_mm2(0) - 1e6).abs() < 1.0);
+        assert!(
+            Reached::new([balls.clone(), balls].concat(), &samples(1.0, [30.0, 30.0]), &[1]).by_mm2(1) > 0.0
+        );
     }
 }

@@ -29,9 +29,6 @@ use crate::error::Error;
 use crate::prepared::Prepared;
 use crate::stock_file::ReadStock;
 
-/// Balls are looked for that are larger than those of the library by this.
-const LARGER: f64 = 1.1;
-
 /// What a job is chosen from.
 #[derive(Debug, Clone)]
 pub struct Shop {
@@ -177,8 +174,7 @@ pub fn choose(
     if let Some(finish) = process.stage(StageKind::Finish) {
         let axes: Vec<Vector3> = prepared.options.frames()?.iter().map(|frame| frame.axis()).collect();
         let most_mm = shop.library.tools.iter().map(|t| t.tool.radius_mm()).fold(0.0, f64::max);
-        // One that is as wide as a place is told from one that is smaller.
-        let samples = fits::samples(prepared, &axes, LARGER * most_mm, monitor).map_err(Error::Cancelled)?;
+        let samples = fits::samples(prepared, &axes, most_mm, monitor).map_err(Error::Cancelled)?;
         chooser.surface(finish, process.stage(StageKind::Rest), &samples, wish.scallop_mm)?;
     }
     for (kind, from) in &process.skipped {

@@ -56,7 +56,7 @@ impl Standing {
         let reach_mm = self.widest_mm + half_mm;
         let range = |i: usize| {
             let index = |mm: f64| ((mm - self.map.origin_mm[i]) / cell).floor().max(0.0) as u32;
-            index(at[i] - reach_mm)..(index(at[i] + reach_mm) + 1).min(self.map.counts[i])
+            index(at[i] - reach_mm)..index(at[i] + reach_mm).saturating_add(1).min(self.map.counts[i])
         };
         let columns = range(0);
         let over = |[u, v]: [u32; 2]| {
@@ -89,13 +89,16 @@ impl SetupContext<'_> {
                     (MoveKind::LeadOut, MoveKind::Rapid) => first,
                     _ => return None,
                 };
-                let is_straight = [first, second].iter().all(|m| m.points.len() == 2);
-                let [from, to] = [lead.points.first()?, lead.points.last()?]
-                    .map(|p| self.frame.to_setup(&Point3::from(*p)));
-                let (foot, place) = if from.z < to.z { (from, to) } else { (to, from) };
-                if !is_straight || (place - foot).xy().norm() > UPRIGHT_MM {
+                let ends = |m: &Move| -> Option<[Point3; 2]> {
+                    let [from, to] = m.points[..] else { return None };
+                    Some([from, to].map(|p| self.frame.to_setup(&Point3::from(p))))
+                };
+                let is_upright = |[from, to]: &[Point3; 2]| (to - from).xy().norm() <= UPRIGHT_MM;
+                if ![first, second].iter().all(|m| ends(m).as_ref().is_some_and(is_upright)) {
                     return None;
                 }
+                let [from, to] = ends(lead)?;
+                let (foot, place) = if from.z < to.z { (from, to) } else { (to, from) };
                 let over_stock_mm = standing.tip_mm(&self.frame.to_model(&foot)) + self.clearance_mm;
                 let height_mm = round_to_written(clear.clear_height(&foot).max(over_stock_mm));
                 let end = self.frame.to_model(&Point3::new(place.x, place.y, height_mm));

@@ -35,11 +35,12 @@ const WIDER_CELLS: f64 = 1.0;
 const THIN: f64 = 0.35;
 /// And so much more, in what levels leave on walls.
 const TEETH: f64 = 2.0;
-/// Stock that stands no higher than this above the foot of a level, or than this share of its height, is none: what was cut to
-/// that height before is known to rounding, mm. On a slope that begins there it would be more than [`WIDER`] makes up for.
+/// Stock that stands no higher than this above the foot of a level is none: what was cut to that height before is known to
+/// rounding, mm. On a slope that begins there it would be more than [`WIDER`] makes up for.
 const SKIN_MM: f64 = 0.005;
-/// The same of stock from a file, where edges of floors may be rounded.
+/// The same of stock from a file, where edges of floors may be rounded, mm.
 const SKIN_OF_FILES_MM: f64 = 0.05;
+/// Nor is what stands no higher than this share of the height of the level.
 const SKIN: f64 = 0.1;
 /// Sheets with more open border than this have no inside, mm.
 const OPEN_MM: f64 = 1.0;

@@ -58,16 +58,24 @@ impl HeightMap {
     /// The largest height over the cells that a rectangle touches, from its smallest to its largest corner.
     #[must_use]
     pub fn highest_in(&self, low: [f64; 2], high: [f64; 2]) -> f64 {
+        self.cells_in(low, high).map(|(_, height_mm)| height_mm).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// The cells that a rectangle touches, from its smallest to its largest corner: their middles and heights.
+    pub fn cells_in(&self, low: [f64; 2], high: [f64; 2]) -> impl Iterator<Item = ([f64; 2], f64)> {
         let range = |i: usize| {
             let cell = |at: f64| (at - self.origin_mm[i]) / self.cell_mm;
             // Conversion stops at the ends.
             let end = (cell(high[i]).floor() + 1.0).max(0.0) as u32;
             (cell(low[i]).floor().max(0.0) as u32)..end.min(self.counts[i])
         };
-        let row = |v: u32| {
-            range(0).map(move |u| self.heights_mm[v as usize * self.counts[0] as usize + u as usize])
+        let (columns, rows) = (range(0), range(1));
+        let middle = |n: u32, i: usize| self.origin_mm[i] + (f64::from(n) + 0.5) * self.cell_mm;
+        let cell = move |u: u32, v: u32| {
+            let height_mm = self.heights_mm[v as usize * self.counts[0] as usize + u as usize];
+            ([middle(u, 0), middle(v, 1)], height_mm)
         };
-        range(1).flat_map(row).fold(f64::NEG_INFINITY, f64::max)
+        rows.flat_map(move |v| columns.clone().map(move |u| cell(u, v)))
     }
 }
 

@@ -113,26 +113,28 @@ impl<'s> Nodes<'s> {
     fn reach(&self, axis: usize, from: [i64; 2], to: [i64; 2]) -> [f64; 2] {
         let (mut at, other) = (self.place(from), self.place(to));
         let ends = [at[axis], other[axis]];
-        let (sign, [low, high]) = ((ends[1] - ends[0]).signum(), self.rows);
-        let pieces = self.along(axis, from, ends);
-        let far = pieces.map(|[a, b]| if sign > 0.0 { b } else { -a }).reduce(f64::max);
+        let sign = (ends[1] - ends[0]).signum();
+        let far = self.along(axis, from, ends).map(|[a, b]| if sign > 0.0 { b } else { -a }).reduce(f64::max);
         // Where no ray says it, all of the way.
         at[axis] = far.map_or(ends[1], |far| {
-            let slopes = [(low, low + 1, self.heights[0]), (high, high.saturating_sub(1), self.heights[1])];
-            let farthest = slopes.into_iter().filter_map(|(row, inner, end)| {
-                if low == high {
-                    return None;
-                }
-                let [height, beside] =
-                    [row, inner].map(|row| self.stock.grid.centre(self.family.index(), row));
-                let beyond = (height - end) / (beside - height);
-                let [own, of_inner] = [row, inner].map(|row| self.far(axis, from, row, [ends[0], sign]));
-                let (own, of_inner) = (own?, of_inner.unwrap_or(sign * ends[0]));
-                (beyond > 0.0).then_some(own + beyond * (own - of_inner))
-            });
-            sign * farthest.fold(far, f64::max).min(sign * ends[1])
+            let slopes = [0, 1].into_iter().filter_map(|end| self.slope(axis, from, [ends[0], sign], end));
+            sign * slopes.fold(far, f64::max).min(sign * ends[1])
         });
         at
+    }
+
+    /// How far material about a node comes in a direction at an end of the band, as the last two rows before it go on.
+    fn slope(&self, axis: usize, node: [i64; 2], way @ [start, sign]: [f64; 2], end: usize) -> Option<f64> {
+        let [low, high] = self.rows;
+        if low == high {
+            return None;
+        }
+        let rows = if end == 0 { [low, low + 1] } else { [high, high - 1] };
+        let [height, inner] = rows.map(|row| self.stock.grid.centre(self.family.index(), row));
+        let beyond = (height - self.heights[end]) / (inner - height);
+        let own = self.far(axis, node, rows[0], way)?;
+        let of_inner = self.far(axis, node, rows[1], way).unwrap_or(sign * start);
+        (beyond > 0.0).then_some(own + beyond * (own - of_inner))
     }
 
     /// How far material of a row about a node comes in a direction, and no farther than the next node; to the last node or two

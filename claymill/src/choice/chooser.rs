@@ -149,10 +149,7 @@ impl Chooser<'_> {
     pub(super) fn balls(&self, range: Option<[f64; 2]>) -> Vec<LibraryTool> {
         let size_mm = (self.part.max - self.part.min).amax();
         let fits = |t: &&LibraryTool| {
-            let radius_mm = t.tool.radius_mm();
-            t.tool.is_ball()
-                && radius_mm <= LARGEST_BALL * size_mm
-                && range.is_none_or(|[low, high]| (low..=high).contains(&radius_mm))
+            t.tool.is_ball() && t.tool.radius_mm() <= LARGEST_BALL * size_mm && is_within(range, t)
         };
         let mut balls: Vec<LibraryTool> = self.shop.library.tools.iter().filter(fits).cloned().collect();
         balls.sort_by(|a, b| b.tool.radius_mm().total_cmp(&a.tool.radius_mm()).then(a.id.cmp(&b.id)));
@@ -232,6 +229,11 @@ pub(super) fn radii(stage: &Stage) -> Option<[f64; 2]> {
         ToolChoice::Auto { radius_mm } => *radius_mm,
         ToolChoice::Id(_) => None,
     }
+}
+
+/// Whether a tool's radius is in a range, where there is one.
+pub(super) fn is_within(range: Option<[f64; 2]>, tool: &LibraryTool) -> bool {
+    range.is_none_or(|[low, high]| (low..=high).contains(&tool.tool.radius_mm()))
 }
 
 /// Height of the cusps that a ball leaves between passes on a plane at this step-over, mm: `R − √(R² − s²/4)`.

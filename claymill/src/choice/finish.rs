@@ -12,7 +12,7 @@ use claymill_tooling::{
 use claymill_toolpath::OperationKind;
 
 use crate::choice::ChosenOperation;
-use crate::choice::chooser::{Chooser, cusp_mm, no_tool, radii, round_up};
+use crate::choice::chooser::{Chooser, cusp_mm, is_within, no_tool, radii, round_up};
 use crate::choice::fits::Sample;
 use crate::error::Error;
 
@@ -121,8 +121,7 @@ impl Chooser<'_> {
             return Err(no_tool(finish, self.material));
         }
         let range = radii(finish);
-        let in_range =
-            |k: &usize| range.is_none_or(|[low, high]| (low..=high).contains(&balls[*k].tool.radius_mm()));
+        let in_range = |k: &usize| is_within(range, &balls[*k]);
         let told = self.told(finish, &balls);
         let asked: Vec<usize> = told.map_or_else(|| (0..balls.len()).filter(in_range).collect(), |k| vec![k]);
         let reached = Reached::new(balls, samples, &asked);

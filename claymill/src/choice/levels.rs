@@ -5,6 +5,7 @@ use claymill_nurbs::Aabb;
 use claymill_tooling::{LibraryTool, Material, Stage, ToolChoice};
 use claymill_toolpath::Levels;
 
+use crate::choice::chooser::is_within;
 use crate::limits::{LEAST_RAMP_DEG, STEEPEST_RAMP_DEG};
 
 /// The tool is no thicker than this share of the part's second longest side: it has to get around it, and into it.
@@ -23,10 +24,7 @@ pub(super) fn tool(
     if let ToolChoice::Id(id) = &stage.tool.value {
         return tools.iter().find(|tool| tool.id == *id).cloned();
     }
-    let fits = |t: &&LibraryTool| {
-        let radius_mm = t.tool.radius_mm();
-        t.tool.is_straight() && range.is_none_or(|[low, high]| (low..=high).contains(&radius_mm))
-    };
+    let fits = |t: &&LibraryTool| t.tool.is_straight() && is_within(range, t);
     let mut ends: Vec<&LibraryTool> = tools.iter().filter(fits).collect();
     if ends.iter().any(|t| !t.tool.is_ball()) {
         ends.retain(|t| !t.tool.is_ball());

@@ -50,22 +50,15 @@ impl Standing {
     /// The least height of a tip of the plan over a place at which the tool is above all stock, minus infinity over nothing, mm.
     fn tip_mm(&self, p: &Point3) -> f64 {
         let [a, b] = self.map.up.family.across();
-        let (cell, at) = (self.map.cell_mm, [p[a], p[b]]);
+        let at = [p[a], p[b]];
         // From anywhere in a cell to its middle.
-        let half_mm = std::f64::consts::FRAC_1_SQRT_2 * cell;
+        let half_mm = std::f64::consts::FRAC_1_SQRT_2 * self.map.cell_mm;
         let reach_mm = self.widest_mm + half_mm;
-        let range = |i: usize| {
-            let index = |mm: f64| ((mm - self.map.origin_mm[i]) / cell).floor().max(0.0) as u32;
-            index(at[i] - reach_mm)..index(at[i] + reach_mm).saturating_add(1).min(self.map.counts[i])
-        };
-        let columns = range(0);
-        let over = |[u, v]: [u32; 2]| {
-            let middle = [(u, 0), (v, 1)].map(|(n, i)| self.map.origin_mm[i] + (f64::from(n) + 0.5) * cell);
-            let aside_mm = ((middle[0] - at[0]).hypot(middle[1] - at[1]) - half_mm).max(0.0);
-            let height_mm = self.map.heights_mm[v as usize * self.map.counts[0] as usize + u as usize];
+        let over = |([x, y], height_mm): ([f64; 2], f64)| {
+            let aside_mm = ((x - at[0]).hypot(y - at[1]) - half_mm).max(0.0);
             if aside_mm < self.widest_mm { height_mm - self.rise_mm(aside_mm) } else { f64::NEG_INFINITY }
         };
-        let cells = range(1).flat_map(|v| columns.clone().map(move |u| [u, v]));
+        let cells = self.map.cells_in(at.map(|c| c - reach_mm), at.map(|c| c + reach_mm));
         cells.map(over).fold(f64::NEG_INFINITY, f64::max) - self.raised_mm
     }
 

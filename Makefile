@@ -2,11 +2,11 @@
 
 SHELL := /bin/bash
 CARGO ?= cargo
-BIN := target/dist/claymill
+BIN := target/release/claymill
 # Mesa complains on stderr when this is unset.
 export XDG_RUNTIME_DIR ?= $(shell mktemp -d)
 
-.PHONY: demo test test-checked lint setup build bench fuzz clean
+.PHONY: demo test test-checked lint setup build dist bench fuzz clean
 
 demo: build
 	$(BIN) demo -o out/demo
@@ -31,6 +31,10 @@ lint:
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --release --workspace --no-deps
 
 build: setup
+	$(CARGO) build --release -p claymill-cli
+
+# The command as it is published, as target/dist/claymill.
+dist: setup
 	$(CARGO) build --profile dist -p claymill-cli
 
 bench: setup

@@ -20,6 +20,7 @@ mod inspect;
 mod inspect_mesh;
 mod inspect_picture;
 mod job_file;
+mod kept_pictures;
 mod layers;
 mod left_out;
 mod man;

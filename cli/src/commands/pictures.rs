@@ -240,6 +240,7 @@ pub(crate) struct Sights {
 /// Takes all pictures of a job: previews as files in `folder`, and what the report shows.
 pub(super) fn take(
     console: &Console,
+    renderer: Option<&Renderer>,
     finished: &Finished<'_>,
     states: &[StockState],
     folder: &Path,
@@ -265,8 +266,7 @@ pub(super) fn take(
     // The adapter draws one picture after the other, and between them waits for what is to be drawn.
     std::thread::scope(|scope| {
         let space = scope.spawn(|| browser_glb(&input));
-        let renderer = renderer(console);
-        let shots = match &renderer {
+        let shots = match renderer {
             Some(renderer) => {
                 let mut shots = album.save_previews(console, renderer, finished, &axes, folder)?;
                 let of_stock = (model, &*title(job));
@@ -275,7 +275,7 @@ pub(super) fn take(
             }
             None => Vec::new(),
         };
-        let sheets = album.sheets(console, renderer.as_ref(), finished, &axes)?;
+        let sheets = album.sheets(console, renderer, finished, &axes)?;
         let colours = album.colours();
         let thumbnails = region_thumbnails(&album.view(), &axes, &colours);
         let space = space.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
@@ -457,7 +457,7 @@ pub(crate) fn options(axes: &Axes) -> PictureOptions {
 }
 
 /// The renderer, or a warning: a job is not worth less without pictures.
-fn renderer(console: &Console) -> Option<Renderer> {
+pub(super) fn renderer(console: &Console) -> Option<Renderer> {
     Renderer::new().map_err(|e| console.say(format!("warning: no pictures: {e}"))).ok()
 }
 

@@ -13,7 +13,7 @@ use super::job_file::{self, JOB_TOML};
 use super::request::Request;
 use super::stages::StockState;
 use super::watch::watch;
-use super::{Context, left_out, operations, pictures, plan_summary, report, say_axes, verify};
+use super::{Context, kept_pictures, left_out, operations, plan_summary, report, say_axes, verify};
 use crate::args::{PlanArgs, ReuseArgs};
 use crate::console::{Console, counted, peak_memory_mb};
 use crate::failure::Failure;
@@ -115,10 +115,11 @@ pub(super) fn finish(
     let console = context.console;
     say_stick_outs(console, &verified);
     verify::say(context, &verified.results().verification);
-    reuse.say(console);
 
     console.stage("pictures");
-    let sights = pictures::take(console, &verified.finished(), states, verified.path())?;
+    let sights =
+        kept_pictures::take_or_know(console, &verified.finished(), states, verified.path(), &reuse.kept)?;
+    reuse.say(console);
     verified.measured(console.finish(), peak_memory_mb());
     report::write(&verified.finished(), &sights, verified.path(), out)?;
     let Finished { region_of_face, .. } = verified.finished();

@@ -60,7 +60,8 @@ pub(crate) fn report(context: &Context, args: &ReportArgs) -> Result<ExitCode, F
         orientation,
     };
     let states = stages::of_job(context.console, finished.model, (finished.job, folder), finished.program)?;
-    let sights = pictures::take(context.console, &finished, &states, renewal.path())?;
+    let renderer = pictures::renderer(context.console);
+    let sights = pictures::take(context.console, renderer.as_ref(), &finished, &states, renewal.path())?;
     write(&finished, &sights, renewal.path(), folder)?;
     renewal.finish()?;
     context.console.finish();

@@ -69,8 +69,12 @@ fn a_plan_has_the_same_bytes_with_a_store_and_without_for_any_number_of_threads(
     // One that lies beside the job is used.
     for threads in ["1", "3"] {
         let warm = plan(folder, "ribbon.igs", "warm", &["--threads", threads]);
-        // The whole plan and its verification.
-        assert_eq!(parts(&warm), [2, 2]);
+        // The whole plan, its verification and its pictures.
+        assert_eq!(parts(&warm), [3, 3]);
+        for name in names(&folder.join("cold")).iter().filter(|name| name.ends_with(".png")) {
+            let [cold, warm] = ["cold", "warm"].map(|job| fs::read(folder.join(job).join(name)).unwrap());
+            assert!(cold == warm, "{name} differs");
+        }
         assert_same(folder, "without", "warm");
     }
     // Other links make other passes.
@@ -91,7 +95,7 @@ fn a_plan_has_the_same_bytes_with_a_store_and_without_for_any_number_of_threads(
     let warnings = again.stderr.replace("\n          ", " ");
     assert_eq!(warnings.matches("its content is not what was written").count() as u64, of, "{warnings}");
     assert_same(folder, "without", "again");
-    assert_eq!(parts(&plan(folder, "ribbon.igs", "again", &[])), [2, 2]);
+    assert_eq!(parts(&plan(folder, "ribbon.igs", "again", &[])), [3, 3]);
 }
 
 #[test]

@@ -71,7 +71,11 @@ impl Piece {
         let Some(end) = &self.end else { return self.capsule.entry(p, n) };
         let half_mm = 0.5 * (end.b - end.a).norm();
         let middle = SweptEnd::at(nalgebra::center(&end.a, &end.b), end.axis, end.body);
-        if middle.distance(&(p + n * below_mm)).0 > half_mm {
+        let highest = p + n * below_mm;
+        if middle.distance(&highest).0 > half_mm {
+            return None;
+        }
+        if end.is_clear_up_to(&highest, n) {
             return None;
         }
         end.entry(p, n, FAR_SIDE * end.body.radius_mm)
@@ -225,8 +229,21 @@ impl<'a> Swept<'a> {
     /// Height of the material that all balls on a `free` side together leave on the surface point `p` with normal `±n`, mm,
     /// if it is no higher than `cap_mm`; where a sheet may be cut from either side, the lower height counts.
     pub(crate) fn residual(&self, p: &Point3, n: &Vector3, cap_mm: f64, free: FreeSide) -> Option<Residual> {
+        self.residual_after(&mut None, p, n, cap_mm, free)
+    }
+
+    /// The same, beginning with the piece that cut lowest at a place near by: most others are then known to be higher at once.
+    /// Which piece it is here takes its place.
+    pub(crate) fn residual_after(
+        &self,
+        near_by: &mut Option<Piece>,
+        p: &Point3,
+        n: &Vector3,
+        cap_mm: f64,
+        free: FreeSide,
+    ) -> Option<Residual> {
         let mut lowest: Option<Residual> = None;
-        self.visit_near(p, self.largest_radius_mm + cap_mm, |piece| {
+        let mut look = |piece: &Piece| {
             let capsule = &piece.capsule;
             let side = (nalgebra::center(&capsule.a, &capsule.b) - p).dot(n).signum();
             if free.allows(side > 0.0)
@@ -236,9 +253,18 @@ impl<'a> Swept<'a> {
                 && lowest.as_ref().is_none_or(|low| t < low.height_mm)
             {
                 lowest = Some(Residual { height_mm: t, side, way: capsule.b - capsule.a });
+                return true;
+            }
+            false
+        };
+        let mut cut = near_by.filter(&mut look);
+        self.visit_near(p, self.largest_radius_mm + cap_mm, |piece| {
+            if look(piece) {
+                cut = Some(*piece);
             }
             ControlFlow::Continue(())
         });
+        *near_by = cut.or(*near_by);
         lowest
     }
 }

@@ -36,6 +36,7 @@ pub(crate) struct EndCrests<'a, 'b> {
 }
 
 /// The highest place between two contacts.
+#[derive(Clone, Copy)]
 struct Top {
     foot: Point3,
     normal: Vector3,
@@ -101,7 +102,8 @@ impl EndCrests<'_, '_> {
 
     /// The highest place on the surface between two contacts.
     fn top(&self, from: &Point3, to: &Point3, hint: &mut Hint) -> Option<Top> {
-        let look = |share: f64, hint: &mut Hint| {
+        let mut lowest = None;
+        let mut look = |share: f64| {
             let near = from + (to - from) * share;
             let foot = self.scene.closest.closest_from(&near, self.body.radius_mm, hint)?;
             if foot.on_boundary {
@@ -109,27 +111,34 @@ impl EndCrests<'_, '_> {
             }
             let (n, _) = self.scene.model.faces[foot.face].surface.normal(foot.u, foot.v)?;
             let (cap_mm, free) = (CAP * self.scene.scallop_mm(), self.scene.free_sides[foot.face]);
-            let left = self.swept.residual(&foot.point, &n, cap_mm, free);
+            let left = self.swept.residual_after(&mut lowest, &foot.point, &n, cap_mm, free);
             let (height_mm, side) = left.map_or((cap_mm, 1.0), |left| (left.height_mm, left.side));
             Some(Top { foot: foot.point, normal: n * side, height_mm, face: foot.face })
         };
         let shares = (0..=LOOKS).map(|k| f64::from(k) / f64::from(LOOKS));
-        let mut found: Vec<(f64, Top)> =
-            shares.filter_map(|share| Some((share, look(share, hint)?))).collect();
+        let mut found: Vec<(f64, Top)> = shares.filter_map(|share| Some((share, look(share)?))).collect();
         let best = (0..found.len()).max_by(|&a, &b| found[a].1.height_mm.total_cmp(&found[b].1.height_mm))?;
         let (middle, mut top) = found.swap_remove(best);
         let step = 1.0 / f64::from(LOOKS);
         let (mut low, mut high) = ((middle - step).max(0.0), (middle + step).min(1.0));
+        let mut height = |share: f64| {
+            let seen = look(share);
+            if let Some(higher) = seen.filter(|seen| seen.height_mm > top.height_mm) {
+                top = higher;
+            }
+            seen.map_or(f64::NEG_INFINITY, |seen| seen.height_mm)
+        };
+        let (mut c, mut d) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+        let (mut at_c, mut at_d) = (height(c), height(d));
         for _ in 0..STEPS {
-            let (c, d) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
-            let [at_c, at_d] = [c, d].map(|share| look(share, hint));
-            let height = |at: &Option<Top>| at.as_ref().map_or(f64::NEG_INFINITY, |top| top.height_mm);
-            *if height(&at_c) > height(&at_d) { &mut high } else { &mut low } =
-                if height(&at_c) > height(&at_d) { d } else { c };
-            for one in [at_c, at_d].into_iter().flatten() {
-                if one.height_mm > top.height_mm {
-                    top = one;
-                }
+            if at_c > at_d {
+                (high, d, at_d) = (d, c, at_c);
+                c = high - GOLDEN * (high - low);
+                at_c = height(c);
+            } else {
+                (low, c, at_c) = (c, d, at_d);
+                d = low + GOLDEN * (high - low);
+                at_d = height(d);
             }
         }
         Some(top)

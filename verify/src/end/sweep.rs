@@ -14,6 +14,10 @@ const NARROWEST: f64 = 1e-8;
 const BESIDE: f64 = 1e-3;
 const NEWTON_STEPS: u32 = 24;
 const KNOWN_MM: f64 = 1e-10;
+/// What is further than this from a tool is outside of it, mm: more than rounding.
+const OUTSIDE_MM: f64 = 1e-9;
+/// Steps after which a place that may be inside is looked at in full.
+const FEW_STEPS: u32 = 12;
 
 /// A straight piece of the path of an end's middle, which is a corner radius above its tip.
 #[derive(Debug, Clone, Copy)]
@@ -24,6 +28,62 @@ pub(crate) struct SweptEnd {
     pub(crate) body: EndBody,
 }
 
+/// Where on its way a tool is nearest to a place.
+enum Nearest {
+    /// At the start or the end: the distance there, and its gradient.
+    End((f64, Vector3)),
+    Between(Bracket),
+}
+
+/// Two places of the way, and the distance from the tool there with its gradient: from the first it falls, from the second it rises.
+struct Bracket {
+    way: Vector3,
+    low: f64,
+    high: f64,
+    before: (f64, Vector3),
+    after: (f64, Vector3),
+}
+
+impl Bracket {
+    /// How fast the distance falls from the first place on, and how fast it has risen up to the second.
+    fn slopes(&self) -> [f64; 2] {
+        [self.before.1.dot(&self.way), -self.after.1.dot(&self.way)]
+    }
+
+    fn is_narrow(&self) -> bool {
+        let ([falling, rising], width) = (self.slopes(), self.high - self.low);
+        falling.min(rising) * width < KNOWN_MM || width < NARROWEST
+    }
+
+    /// Replaces one of the places by one between them.
+    fn narrow(&mut self, step: u32, at: impl FnOnce(f64) -> (f64, Vector3)) {
+        let ([falling, rising], width) = (self.slopes(), self.high - self.low);
+        let share = match step % 3 {
+            // Where the distance is smooth, and where it has a kink.
+            0 => falling / (falling + rising),
+            1 => (self.before.0 - self.after.0 + rising * width) / ((falling + rising) * width),
+            _ => 0.5,
+        };
+        let between = self.low + width * share.clamp(BESIDE, 1.0 - BESIDE);
+        let found = at(between);
+        if found.1.dot(&self.way) > 0.0 {
+            (self.low, self.before) = (between, found);
+        } else {
+            (self.high, self.after) = (between, found);
+        }
+    }
+
+    /// The tangents of both places meet here: the distance is nowhere less on the way, and where the outline has a corner, or nearly
+    /// one, not more. The gradient between theirs that does not change along the way is that of what is swept.
+    fn least(&self) -> (f64, Vector3) {
+        let [falling, rising] = self.slopes();
+        let of_after = falling / (falling + rising);
+        let after_mm = self.after.0 - rising * (self.high - self.low);
+        let mm = self.before.0 + of_after * (after_mm - self.before.0);
+        (mm, self.before.1.lerp(&self.after.1, of_after))
+    }
+}
+
 impl SweptEnd {
     /// The tool with its middle at one place.
     pub(crate) fn at(middle: Point3, axis: Vector3, body: EndBody) -> Self {
@@ -32,45 +92,58 @@ impl SweptEnd {
 
     /// Distance of a place from what is swept, negative inside, with its gradient there.
     pub(crate) fn distance(&self, p: &Point3) -> (f64, Vector3) {
+        match self.bracket(p) {
+            Nearest::End(found) => found,
+            Nearest::Between(mut bracket) => {
+                for step in 0..STEPS {
+                    if bracket.is_narrow() {
+                        break;
+                    }
+                    bracket.narrow(step, |share| self.at_share(p, share));
+                }
+                bracket.least()
+            }
+        }
+    }
+
+    /// Whether the line that comes along `n` to a place is outside all the way up to there, as far as few steps tell.
+    pub(crate) fn is_clear_up_to(&self, p: &Point3, n: &Vector3) -> bool {
+        // A convex function lies above its tangents: where they fall along the line, it was larger before.
+        let is_outside = |(mm, gradient): (f64, Vector3)| mm > OUTSIDE_MM && gradient.dot(n) <= 0.0;
+        match self.bracket(p) {
+            Nearest::End(found) => is_outside(found),
+            Nearest::Between(mut bracket) => {
+                for step in 0..FEW_STEPS {
+                    if is_outside(bracket.least()) {
+                        return true;
+                    }
+                    if bracket.before.0.min(bracket.after.0) <= 0.0 || bracket.is_narrow() {
+                        return false;
+                    }
+                    bracket.narrow(step, |share| self.at_share(p, share));
+                }
+                is_outside(bracket.least())
+            }
+        }
+    }
+
+    /// Distance of a place from the tool where it is after a share of the way.
+    fn at_share(&self, p: &Point3, share: f64) -> (f64, Vector3) {
+        let middle = self.a + (self.b - self.a) * share;
+        self.body.distance(&(p - middle + self.axis * self.body.corner_mm), &self.axis)
+    }
+
+    fn bracket(&self, p: &Point3) -> Nearest {
         let way = self.b - self.a;
-        let up = self.axis * self.body.corner_mm;
-        let at = |share: f64| self.body.distance(&(p - (self.a + way * share) + up), &self.axis);
-        // How fast the distance falls on the way: ever more slowly, and from its least place on it rises.
-        let fall = |(_, gradient): &(f64, Vector3)| gradient.dot(&way);
-        let mut before = at(0.0);
-        if way == Vector3::zeros() || fall(&before) <= 0.0 {
-            return before;
+        let before = self.at_share(p, 0.0);
+        if way == Vector3::zeros() || before.1.dot(&way) <= 0.0 {
+            return Nearest::End(before);
         }
-        let mut after = at(1.0);
-        if fall(&after) > 0.0 {
-            return after;
+        let after = self.at_share(p, 1.0);
+        if after.1.dot(&way) > 0.0 {
+            return Nearest::End(after);
         }
-        let (mut low, mut high) = (0.0, 1.0);
-        for step in 0..STEPS {
-            let (falling, rising, width) = (fall(&before), -fall(&after), high - low);
-            if falling.min(rising) * width < KNOWN_MM || width < NARROWEST {
-                break;
-            }
-            let share = match step % 3 {
-                // Where the distance is smooth, and where it has a kink.
-                0 => falling / (falling + rising),
-                1 => (before.0 - after.0 + rising * width) / ((falling + rising) * width),
-                _ => 0.5,
-            };
-            let between = low + width * share.clamp(BESIDE, 1.0 - BESIDE);
-            let found = at(between);
-            if fall(&found) > 0.0 {
-                (low, before) = (between, found);
-            } else {
-                (high, after) = (between, found);
-            }
-        }
-        // Where the outline has a corner, or nearly one, the distance has a kink there: the tangents of both sides meet in it, and
-        // the gradient between theirs that does not change along the way is that of what is swept.
-        let (falling, rising) = (fall(&before), fall(&after));
-        let of_after = falling / (falling - rising);
-        let after_mm = after.0 + rising * (high - low);
-        (before.0 + of_after * (after_mm - before.0), before.1.lerp(&after.1, of_after))
+        Nearest::Between(Bracket { way, low: 0.0, high: 1.0, before, after })
     }
 
     /// The smallest `t` at which `p + t·n` is inside, looked for from `t = −below`.
@@ -100,7 +173,35 @@ impl SweptEnd {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    fn place(size_mm: f64) -> impl Strategy<Value = Vector3> {
+        let side = || -size_mm..size_mm;
+        [side(), side(), side()].prop_map(Vector3::from)
+    }
+
+    proptest! {
+        #[test]
+        fn a_line_that_is_clear_comes_nowhere_into_the_tool(
+            (radius_mm, share) in (1.0..12.0, 0.0..1.0),
+            (a, way, p, n) in (place(5.0), place(8.0), place(18.0), place(1.0)),
+        ) {
+            prop_assume!(n.norm() > 0.1);
+            let body = EndBody { radius_mm, corner_mm: 0.95 * share * radius_mm };
+            let (a, p, n) = (Point3::from(a), Point3::from(p), n.normalize());
+            let swept = SweptEnd { a, b: a + way, axis: Vector3::z(), body };
+            let clear = swept.is_clear_up_to(&p, &n);
+            for k in 0..200 {
+                let before = p - n * (0.25 * f64::from(k));
+                prop_assert!(!clear || swept.distance(&before).0 > 0.0);
+            }
+            // Few steps tell that it is, unless it comes very near.
+            let (mm, gradient) = swept.distance(&p);
+            prop_assert!(clear || mm < 0.1 || gradient.dot(&n) > -0.05, "{mm} {gradient:?}");
+        }
+    }
 
     /// The exact steps of reference case C2 leave the height that they were computed for.
     #[test]

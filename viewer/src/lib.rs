@@ -85,7 +85,7 @@ pub use render::{Backdrop, PictureOptions, Renderer, render_png};
 pub use report::figures;
 pub use report::{
     Compared, ComparisonInput, ReportError, ReportInput, ReportPicture, SetupSheet, comparison_html,
-    report_html, write_report,
+    deflated, report_html, write_report,
 };
 pub use scene::{Scene, face_colours, region_colours, shows_material};
 pub use segments::CLOSEST_PASSES_PX;

@@ -13,7 +13,7 @@ use claymill_verify::CrestSample;
 use claymill_viewer::{
     Axes, BrowserInput, Colouring, HeatScale, Label, LegendEntry, LineKind, MATERIAL_SIDE, Mark, ModelView,
     Picture, PictureOptions, Renderer, ReportPicture, Rgb, Scene, SetupSheet, StrokeStyle, Thumbnail, View,
-    ViewError, browser_glb, region_colours, region_legend, region_thumbnails, shows_material,
+    ViewError, browser_glb, deflated, region_colours, region_legend, region_thumbnails, shows_material,
 };
 use rayon::prelude::*;
 
@@ -233,7 +233,7 @@ pub(crate) struct Sights {
     pub(crate) sheets: Vec<SetupSheet>,
     /// Where each region is, by its id.
     pub(crate) thumbnails: Vec<Thumbnail>,
-    /// The job for the report's 3-D view.
+    /// The job for the report's 3-D view, deflated.
     pub(crate) space: Vec<u8>,
 }
 
@@ -265,7 +265,7 @@ pub(super) fn take(
     };
     // The adapter draws one picture after the other, and between them waits for what is to be drawn.
     std::thread::scope(|scope| {
-        let space = scope.spawn(|| browser_glb(&input));
+        let space = scope.spawn(|| browser_glb(&input).map(|glb| deflated(&glb)));
         let shots = match renderer {
             Some(renderer) => {
                 let mut shots = album.save_previews(console, renderer, finished, &axes, folder)?;

@@ -97,6 +97,11 @@ impl<'a> Surroundings<'a> {
         })
     }
 
+    /// The key of a move.
+    pub(super) fn key_of(&self, track: &Track) -> &PartKey {
+        &self.moves[self.index(track)]
+    }
+
     /// The surroundings of moves, one behind the other in the scene.
     pub(super) fn around<'s>(&'s self, name: &str, sees: Sees, own: &'s [&'a Track]) -> Around<'a, 's> {
         let index: Vec<usize> = own.iter().map(|track| self.index(track)).collect();

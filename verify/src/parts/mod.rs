@@ -12,7 +12,7 @@ mod around;
 mod numbers;
 
 use claymill_nurbs::{Point3, Vector3};
-use claymill_toolpath::{Cancelled, Kept, Packed};
+use claymill_toolpath::{Cancelled, Kept, Packed, PartKey};
 use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -25,8 +25,9 @@ use crate::parts::around::{Around, Surroundings};
 use crate::scene::{Scene, Stage};
 use crate::track::Track;
 
-/// So many moves at most are one part.
-const MOVES: usize = 16;
+/// Parts are so many moves long on the mean, and no longer than this many.
+const MEAN_MOVES: u8 = 16;
+const MOST_MOVES: usize = 64;
 
 /// What is found along a move, and the form in which it is kept.
 pub(crate) trait Portable: Sized + Send {
@@ -121,7 +122,8 @@ impl<'a> Parts<'a> {
         let look = |track: &&Track| stage.part(tracks.len(), || look(track));
         let Some(keeping) = &self.0 else { return tracks.par_iter().map(look).collect() };
         let runs = tracks.chunk_by(|a, b| (a.setup, a.region) == (b.setup, b.region));
-        let parts: Vec<&[&Track]> = runs.flat_map(|run| run.chunks(MOVES)).collect();
+        let is_last = |track: &&Track| ends_part(keeping.surroundings.key_of(track));
+        let parts: Vec<&[&Track]> = runs.flat_map(|run| cut_up(run, is_last)).collect();
         let part = |part: &&[&'a Track]| {
             let around = keeping.surroundings.around(name, sees, part);
             if let Some(found) = keeping.known(&around) {
@@ -135,6 +137,16 @@ impl<'a> Parts<'a> {
         let found: Vec<Vec<T>> = parts.par_iter().map(part).collect::<Result<_, Cancelled>>()?;
         Ok(found.into_iter().flatten().collect())
     }
+}
+
+/// Whether a part ends with a move of this key. What a move is says so, and not the count of moves before it: where one comes in
+/// between, all parts but its own are those of before.
+fn ends_part(of_move: &PartKey) -> bool {
+    of_move.as_bytes()[0].is_multiple_of(MEAN_MOVES)
+}
+
+fn cut_up<T>(run: &[T], is_last: impl FnMut(&T) -> bool) -> impl Iterator<Item = &[T]> {
+    run.split_inclusive(is_last).flat_map(|part| part.chunks(MOST_MOVES))
 }
 
 impl Keeping<'_> {
@@ -163,6 +175,32 @@ impl Keeping<'_> {
             self.kept.keep(&self.surroundings.far(around, &from), &forms);
             let from = Packed::doubles(from.iter().flat_map(Outlook::row));
             self.kept.keep(&around.key(), &Entry::<T::Form>::AsksFar(from));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use claymill_toolpath::KeyMaker;
+
+    use super::*;
+
+    #[test]
+    fn a_move_more_changes_its_own_part_alone() {
+        let key = |k: usize| KeyMaker::new("move").count(k).finish();
+        let moves: Vec<PartKey> = (0..2000).map(key).collect();
+        let parts = |moves: &[PartKey]| -> BTreeSet<Vec<PartKey>> {
+            cut_up(moves, ends_part).map(<[PartKey]>::to_vec).collect()
+        };
+        let before = parts(&moves);
+        assert!((80..200).contains(&before.len()), "{} parts", before.len());
+        assert!(before.iter().all(|part| part.len() <= MOST_MOVES));
+        for at in [0, 3, 700, 1999] {
+            let mut more = moves.clone();
+            more.insert(at, key(5000 + at));
+            assert!(parts(&more).difference(&before).count() <= 2, "at {at}");
         }
     }
 }

@@ -29,6 +29,7 @@ use crate::error::write_whole;
 use crate::{Rgb, Thumbnail, ViewError};
 
 pub use comparison::{Compared, ComparisonInput, comparison_html};
+pub use space::deflated;
 
 /// What a report is made of. Everything but the pictures comes from the job folder.
 #[derive(Debug, Clone, Copy)]
@@ -55,7 +56,7 @@ pub struct ReportInput<'a> {
     pub sheets: &'a [SetupSheet],
     /// The pictures; the first one is shown large.
     pub pictures: &'a [ReportPicture],
-    /// The job for the 3-D view, from [`crate::browser_glb`]; `None`: the report has pictures only.
+    /// The job for the 3-D view, from [`crate::browser_glb`], [`deflated`]; `None`: the report has pictures only.
     pub space: Option<&'a [u8]>,
 }
 

@@ -141,8 +141,8 @@ pub(super) fn scripts(input: &ReportInput<'_>) -> Markup {
     }
     html! {
         script id="space-facts" type="application/json" { (PreEscaped(in_script(&facts))) }
-        script id="space-model" type="application/octet-stream" { (PreEscaped(packed(glb))) }
-        @if let Some(way) = &way { script id="space-way" type="application/octet-stream" { (PreEscaped(packed(&way.bytes))) } }
+        script id="space-model" type="application/octet-stream" { (PreEscaped(STANDARD.encode(glb))) }
+        @if let Some(way) = &way { script id="space-way" type="application/octet-stream" { (PreEscaped(STANDARD.encode(deflated(&way.bytes)))) } }
         (PreEscaped(format!("<!--\n{}\n-->", LICENCE.replace("--", "- -"))))
         script { (PreEscaped(LIBRARY)) }
         script { (PreEscaped(PROGRAM)) }
@@ -159,11 +159,13 @@ fn in_script(value: &Value) -> String {
     value.to_string().replace('<', "\\u003c")
 }
 
-fn packed(glb: &[u8]) -> String {
+/// Bytes as the page's programs unpack them: a stream of zlib.
+#[must_use]
+pub fn deflated(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
-    let packed = encoder.write_all(glb).and_then(|()| encoder.finish());
+    let packed = encoder.write_all(bytes).and_then(|()| encoder.finish());
     debug_assert!(packed.is_ok(), "writing to memory cannot fail");
-    STANDARD.encode(packed.unwrap_or_default())
+    packed.unwrap_or_default()
 }
 
 fn facts(input: &ReportInput<'_>) -> Value {

@@ -27,7 +27,7 @@ pub(super) fn take_or_know(
 ) -> Result<Sights, Failure> {
     let renderer = pictures::renderer(console);
     let key = kept.is_somewhere().then(|| key(finished, renderer.as_ref()));
-    let known = key.and_then(|key| kept.known::<KeptSights>(&key));
+    let known = key.and_then(|key| kept.known::<KeptSights>(&key)).filter(KeptSights::stays_inside);
     if let Some(known) = known {
         return known.put_into(folder);
     }
@@ -89,6 +89,13 @@ impl KeptSights {
         })
     }
 
+    /// Whether all pictures lie in the job folder itself: others may write into a store.
+    fn stays_inside(&self) -> bool {
+        self.files
+            .iter()
+            .all(|(name, _)| Path::new(name).file_name().is_some_and(|file| file == name.as_str()))
+    }
+
     /// The same as if it had been drawn into this folder.
     fn put_into(self, folder: &Path) -> Result<Sights, Failure> {
         for (name, png) in &self.files {
@@ -120,5 +127,26 @@ impl From<&ReportPicture> for KeptPicture {
 impl KeptPicture {
     fn picture(self) -> ReportPicture {
         ReportPicture { caption: self.caption, alt: self.alt, png: self.png.as_bytes().to_vec() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_lead_out_of_the_folder_are_not_taken() {
+        let kept = |name: &str| KeptSights {
+            files: vec![("preview-iso.png".into(), Packed::default()), (name.into(), Packed::default())],
+            colours: Vec::new(),
+            shots: Vec::new(),
+            sheets: Vec::new(),
+            thumbnails: Vec::new(),
+            space: Packed::default(),
+        };
+        assert!(kept("stock-1-rough.png").stays_inside());
+        for name in ["../preview.png", "/tmp/preview.png", "a/b.png", "..", "", "a.png/"] {
+            assert!(!kept(name).stays_inside(), "{name}");
+        }
     }
 }

@@ -3,6 +3,7 @@
 use claymill_nurbs::{Foot, Hint, Point3, Vector3};
 use rayon::prelude::*;
 
+use crate::golden::golden_section;
 use crate::reach::Reach;
 use crate::report::{Crests, Place, SurfaceState};
 use crate::scene::Scene;
@@ -154,22 +155,8 @@ impl<'b> Climber<'_, 'b> {
             }
             height
         };
-        let ratio = 0.5 * (5f64.sqrt() - 1.0);
-        let (mut a, mut b) = (-0.5 * self.step_over_mm, 0.5 * self.step_over_mm);
         height(0.0);
-        let (mut c, mut d) = (b - ratio * (b - a), a + ratio * (b - a));
-        let (mut at_c, mut at_d) = (height(c), height(d));
-        for _ in 0..ACROSS_STEPS {
-            if at_c > at_d {
-                (b, d, at_d) = (d, c, at_c);
-                c = b - ratio * (b - a);
-                at_c = height(c);
-            } else {
-                (a, c, at_c) = (c, d, at_d);
-                d = a + ratio * (b - a);
-                at_d = height(d);
-            }
-        }
+        golden_section([-0.5 * self.step_over_mm, 0.5 * self.step_over_mm], ACROSS_STEPS, height);
         best
     }
 

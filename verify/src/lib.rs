@@ -45,6 +45,7 @@ mod distribution;
 mod drop;
 mod end;
 mod error;
+mod golden;
 mod holder;
 mod levels;
 mod limits;

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use crate::capsule::{Capsule, ball_entry};
 use crate::end::sweep::SweptEnd;
+use crate::golden::golden_section;
 use crate::track::Track;
 
 /// How far below the surface an entry may lie and still belong to this side of the sheet, in radii: a ball
@@ -279,22 +280,8 @@ fn lowest_entry(track: &Track, piece: &Piece, p: &Point3, n: &Vector3) -> f64 {
             track.radius_mm + (m - n * m.dot(n)).norm()
         })
     };
-    let ratio = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut a, mut b) = piece.parameters;
-    let (mut c, mut d) = (b - ratio * (b - a), a + ratio * (b - a));
-    let (mut at_c, mut at_d) = (height(c), height(d));
-    for _ in 0..GOLDEN_STEPS {
-        if at_c < at_d {
-            (b, d, at_d) = (d, c, at_c);
-            c = b - ratio * (b - a);
-            at_c = height(c);
-        } else {
-            (a, c, at_c) = (c, d, at_d);
-            d = a + ratio * (b - a);
-            at_d = height(d);
-        }
-    }
     let (first, last) = piece.parameters;
+    let [a, b] = golden_section([first, last], GOLDEN_STEPS, |t| -height(t));
     // The ends of a path are sharp.
     [first, last, 0.5 * (a + b)].into_iter().min_by(|s, t| height(*s).total_cmp(&height(*t))).unwrap_or(first)
 }

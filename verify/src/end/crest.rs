@@ -11,6 +11,7 @@ use claymill_nurbs::{Hint, Point3, Vector3};
 use crate::crest::{Along, Standing, crossing, neighbours, own_beside};
 use crate::crest_peak::{OF_PASS, Seed, keep_best};
 use crate::end::body::EndBody;
+use crate::golden::golden_section;
 use crate::reach::Reach;
 use crate::report::{CrestSample, Place};
 use crate::scene::Scene;
@@ -20,7 +21,6 @@ use crate::track::Track;
 /// Places between two contacts, and how far the best of them is then narrowed down, in steps of the golden section.
 const LOOKS: u32 = 9;
 const STEPS: u32 = 28;
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Heights above so many scallop heights are no crests: nobody cut there.
 const CAP: f64 = 5.0;
 /// A tool that is off a face by more than this does not cut it there, mm.
@@ -120,27 +120,14 @@ impl EndCrests<'_, '_> {
         let best = (0..found.len()).max_by(|&a, &b| found[a].1.height_mm.total_cmp(&found[b].1.height_mm))?;
         let (middle, mut top) = found.swap_remove(best);
         let step = 1.0 / f64::from(LOOKS);
-        let (mut low, mut high) = ((middle - step).max(0.0), (middle + step).min(1.0));
-        let mut height = |share: f64| {
+        let height = |share: f64| {
             let seen = look(share);
             if let Some(higher) = seen.filter(|seen| seen.height_mm > top.height_mm) {
                 top = higher;
             }
             seen.map_or(f64::NEG_INFINITY, |seen| seen.height_mm)
         };
-        let (mut c, mut d) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
-        let (mut at_c, mut at_d) = (height(c), height(d));
-        for _ in 0..STEPS {
-            if at_c > at_d {
-                (high, d, at_d) = (d, c, at_c);
-                c = high - GOLDEN * (high - low);
-                at_c = height(c);
-            } else {
-                (low, c, at_c) = (c, d, at_d);
-                d = low + GOLDEN * (high - low);
-                at_d = height(d);
-            }
-        }
+        golden_section([(middle - step).max(0.0), (middle + step).min(1.0)], STEPS, height);
         Some(top)
     }
 }

@@ -6,12 +6,12 @@ use claymill_nurbs::{Point3, Vector3};
 
 use super::body::EndBody;
 use crate::drop::DropMesh;
+use crate::golden::golden_section;
 
 /// Facets steeper than this (cosine against the axis) are met by their sides only.
 const VERTICAL: f64 = 1e-9;
 /// Steps of the golden section along a side of a triangle: the height over it is concave.
 const STEPS: u32 = 48;
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl EndBody {
     /// The same swollen by a distance.
@@ -80,12 +80,11 @@ impl EndBody {
             return most;
         }
         let mut best = over(from).max(over(until));
-        for _ in 0..STEPS {
-            let (c, d) = (until - GOLDEN * (until - from), from + GOLDEN * (until - from));
-            let (at_c, at_d) = (over(c), over(d));
-            best = best.max(at_c).max(at_d);
-            if at_c > at_d { until = d } else { from = c }
-        }
+        golden_section([from, until], STEPS, |share| {
+            let height = over(share);
+            best = best.max(height);
+            height
+        });
         best
     }
 }

@@ -7,7 +7,7 @@ use crate::engagement::EngagementLimit;
 use crate::entry::{Entry, WayIn, way_in};
 use crate::error::{ClearingError, within};
 use crate::fronts::{Lead, without_steps};
-use crate::order::{Floor, Ordered, order};
+use crate::order::{Beside, Floor, Ordered, order};
 use crate::outline::Place;
 use crate::planar_set::{CHORD_MM, FARTHEST_MM, PlanarSet};
 use crate::rounds::{SHARPEST, STRAIGHTEST, State, TEETH_MM, THINNEST_MM, run};
@@ -103,17 +103,18 @@ impl Cleared {
 /// # Errors
 /// The tool fits nowhere or gets in nowhere, the level is too large or takes too many rounds, or the monitor ends it.
 pub fn clear(area: &Area<'_>, monitor: &dyn Monitor) -> Result<Cleared, ClearingError> {
-    let cleared = clear_rooms(area, &PlanarSet::default(), monitor)?;
+    let nothing = PlanarSet::default();
+    let cleared = clear_rooms(area, Beside { ridges: &nothing, doubtful: &nothing }, monitor)?;
     match cleared.refused.first() {
         Some(error) if cleared.strokes.is_empty() => Err(error.clone()),
         _ => Ok(cleared),
     }
 }
 
-/// The same where it is no error that the tool gets in nowhere, and its centre meets ridges of levels below in some places.
+/// The same where it is no error that the tool gets in nowhere, and something is beside what it cuts.
 pub(crate) fn clear_rooms(
     area: &Area<'_>,
-    ridges: &PlanarSet,
+    beside: Beside<'_>,
     monitor: &dyn Monitor,
 ) -> Result<Cleared, ClearingError> {
     let radius_mm = area.limit.radius_mm();
@@ -141,7 +142,7 @@ pub(crate) fn clear_rooms(
     // Rooms that the tool cannot get to from each other share nothing but what both reach of their walls.
     let mut at = [0.0, 0.0];
     for room in area.feasible.parts() {
-        at = clear_room(area, (&room, ridges), &mut cleared, at, monitor)?;
+        at = clear_room(area, (&room, beside), &mut cleared, at, monitor)?;
     }
     Ok(cleared)
 }
@@ -149,7 +150,7 @@ pub(crate) fn clear_rooms(
 /// Clears a connected room, coming from a place; says where the tool is then.
 fn clear_room(
     area: &Area<'_>,
-    (room, ridges): (&PlanarSet, &PlanarSet),
+    (room, beside): (&PlanarSet, Beside<'_>),
     cleared: &mut Cleared,
     mut at: Place,
     monitor: &dyn Monitor,
@@ -168,8 +169,8 @@ fn clear_room(
         if is_new {
             let fronts = run(room, &mut state, &area.limit, monitor)?;
             let is_here = cleared.strokes.len() > before;
-            let floor = Floor { reached: &state.reached, ridges };
-            for ordered in order(&fronts, &floor, radius_mm, (at, is_here)) {
+            let floor = Floor { reached: &state.reached, beside, limit: &area.limit };
+            for ordered in order(&fronts, &floor, (at, is_here)) {
                 cleared.strokes.push(stroke(&ordered));
                 at = ordered.pass.end();
             }

@@ -3,6 +3,7 @@
 //! A pass may run as soon as all passes of earlier rounds near it have run: then nothing is uncut about it that was not when it was
 //! laid. So one corner is cleared to its end before the tool moves on, which saves most of the links.
 
+use crate::engagement::EngagementLimit;
 use crate::fronts::{Front, Pass};
 use crate::outline::{Outline, Place, distance};
 use crate::planar_set::PlanarSet;
@@ -19,13 +20,24 @@ const LONGEST_DETOUR: f64 = 4.0;
 const SHORTEST_DETOUR_MM: f64 = 10.0;
 /// Places that are tried on the way.
 const MOST_OVER: usize = 24;
+/// Along a link it is looked every so many radii what the tool may cut.
+const STEP: f64 = 0.05;
+
+/// What there may be on a level besides the stock that it cuts.
+#[derive(Clone, Copy)]
+pub(crate) struct Beside<'a> {
+    /// Where the centre meets what levels below have left.
+    pub(crate) ridges: &'a PlanarSet,
+    /// Thin stock that may be there.
+    pub(crate) doubtful: &'a PlanarSet,
+}
 
 /// What links lead over.
 pub(crate) struct Floor<'a> {
     /// What the centre has reached in the end.
     pub(crate) reached: &'a PlanarSet,
-    /// Where it meets what levels below have left.
-    pub(crate) ridges: &'a PlanarSet,
+    pub(crate) beside: Beside<'a>,
+    pub(crate) limit: &'a EngagementLimit,
 }
 
 /// A pass in its turn.
@@ -54,13 +66,14 @@ struct Node<'a> {
 pub(crate) fn order<'a>(
     fronts: &'a [Front],
     floor: &Floor<'_>,
-    radius_mm: f64,
     (from, is_here): (Place, bool),
 ) -> Vec<Ordered<'a>> {
+    let Floor { reached, beside, limit } = floor;
+    let radius_mm = limit.radius_mm();
     let mut nodes = nodes(fronts, radius_mm);
     wait(&mut nodes, radius_mm);
-    let Floor { reached, ridges } = floor;
-    let ridges = Ridges::new(ridges, reached);
+    let ridges = Ridges::new(beside.ridges, reached);
+    let doubtful = Outline::new(beside.doubtful);
     let room = Outline::new(&reached.dilated(GRAZE_MM / 3.0));
     let blocks: Vec<Block> = fronts.iter().map(|f| Block::new(&f.part, reached)).collect();
     let mut left_of_front: Vec<usize> = fronts.iter().map(|f| f.passes.len()).collect();
@@ -74,7 +87,11 @@ pub(crate) fn order<'a>(
         let to = nodes[k].pass.start();
         let uncleared: Vec<&Block> =
             blocks.iter().zip(&left_of_front).filter(|(_, n)| **n > 0).map(|(b, _)| b).collect();
-        let is_clear = |p: Place, q: Place| !room.crosses(p, q) && !uncleared.iter().any(|b| b.is_hit(p, q));
+        let is_clear = |p: Place, q: Place| {
+            !room.crosses(p, q)
+                && !uncleared.iter().any(|b| b.is_hit(p, q))
+                && (beside.doubtful.is_empty() || is_gentle(&doubtful, p, q, limit))
+        };
         let is_linked = is_here || !found.is_empty();
         let link = is_linked.then(|| link(at, to, &been, &is_clear)).flatten();
         found.push(ridges.avoided(nodes[k].pass, at, link, &is_clear));
@@ -190,6 +207,23 @@ fn link(at: Place, to: Place, been: &[Place], is_clear: &dyn Fn(Place, Place) ->
     both.into_iter().take(MOST_OVER).find(|[p, q]| is_clear(*p, *q)).map(|pair| pair.to_vec())
 }
 
+/// Whether a tool on a straight way cuts along no more than the limit, if what may be there is.
+fn is_gentle(doubtful: &Outline, from: Place, to: Place, limit: &EngagementLimit) -> bool {
+    let length_mm = distance(from, to);
+    if length_mm == 0.0 {
+        return true;
+    }
+    let way = [0, 1].map(|k| to[k] - from[k]);
+    let heading = way.map(|w| w / length_mm);
+    let steps = (length_mm / (STEP * limit.radius_mm())).ceil() as usize;
+    let engaged_rad = |k: usize| {
+        let share = k as f64 / steps as f64;
+        doubtful.front_inside([0, 1].map(|i| from[i] + share * way[i]), limit.radius_mm(), heading)
+    };
+    // From the end: a pass begins where stock is.
+    (0..=steps).rev().all(|k| engaged_rad(k) <= limit.limit_deg().to_radians())
+}
+
 /// Where a link runs through a part that is not cleared yet. It may graze the side towards cleared ground, but not run along a wall:
 /// beside that the part goes on into what the centre never reaches.
 fn in_the_way(part: &PlanarSet, reached: &PlanarSet) -> PlanarSet {
@@ -275,6 +309,17 @@ mod tests {
         assert_eq!(link([10.0, 12.0], [20.0, 12.0], &been[..1], &is_clear), None);
         let been = [[12.0, 2.0], [18.0, 2.0]];
         assert_eq!(link([12.0, 15.0], [18.0, 15.0], &been, &is_clear), Some(been.to_vec()));
+    }
+
+    /// A crescent before the tool is met along much of it, one beside it is not.
+    #[test]
+    fn a_link_leads_along_doubtful_stock_and_not_into_it() {
+        let limit = EngagementLimit::new(10.0, 45.0).unwrap();
+        let disc = |x: f64, radius_mm: f64| PlanarSet::disc([x, 0.0], radius_mm);
+        let crescent = Outline::new(&disc(0.0, 10.3).minus(&disc(0.0, 10.0)));
+        assert!(!is_gentle(&crescent, [-4.0, 0.0], [0.2, 0.0], &limit));
+        let wall = Outline::new(&PlanarSet::rectangle([-50.0, 10.0, 50.0, 10.3]));
+        assert!(is_gentle(&wall, [-4.0, 0.2], [4.0, 0.2], &limit));
     }
 
     #[test]

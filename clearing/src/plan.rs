@@ -15,6 +15,7 @@ use crate::entry::Entry;
 use crate::error::ClearingError;
 use crate::levels::{Depths, flats_mm, standing_flats_mm};
 use crate::moves::{LevelFeeds, Pen};
+use crate::order::Beside;
 use crate::planar_set::{FARTHEST_MM, PlanarSet};
 use crate::reach::{Reach, wider};
 use crate::ridges::{Swept, ridges};
@@ -26,9 +27,9 @@ const OUTSIDE: f64 = 1.25;
 const CLEARANCE_MM: f64 = 5.0;
 /// Levels that would cut less than this share of a tool's disc are left out.
 const LEAST_CUT: f64 = 0.02;
-/// A tool keeps this clear of what is beside it, mm: what borders lose where they are simplified, offset and drawn as arcs
-/// comes to this.
-const KEPT_CLEAR_MM: f64 = 2e-3;
+/// A tool keeps this clear of what is beside it, mm: what borders lose where they are simplified, level after level, and drawn as
+/// arcs comes to it and rarely to 3 µm more.
+const KEPT_CLEAR_MM: f64 = 4e-3;
 /// A part that is larger than the stock by less fits, mm.
 const SLACK_MM: f64 = 1e-6;
 
@@ -286,7 +287,7 @@ impl Clearing<'_> {
             let (level, limit) = tasks[k];
             let _span = info_span!("clearing of a level", z_mm = level.z).entered();
             let cut = level.feasible.dilated(limit.radius_mm()).intersection(&level.stock);
-            let cut = if thin_mm > 0.0 { cut.eroded(0.5 * thin_mm).dilated(0.5 * thin_mm) } else { cut };
+            let [cut, doubtful] = level.told_apart(cut, thin_mm);
             let least_mm2 = LEAST_CUT * std::f64::consts::PI * limit.radius_mm().powi(2);
             let (cleared, left_out) = if cut.area_mm2() < least_mm2 {
                 (None, cut)
@@ -294,7 +295,8 @@ impl Clearing<'_> {
                 let entry = options.entry.of_disc(limit.radius_mm());
                 let stock = if thin_mm > 0.0 { &cut } else { &level.stock };
                 let area = Area { feasible: &level.feasible, stock, limit, entry };
-                (Some(clear_rooms(&area, &level.ridges, monitor)?), PlanarSet::default())
+                let beside = Beside { ridges: &level.ridges, doubtful: &doubtful };
+                (Some(clear_rooms(&area, beside, monitor)?), PlanarSet::default())
             };
             let alike = alike.iter().filter(|&&other| own[other] == k).count();
             let done = self.done.fetch_add(alike, Ordering::Relaxed) + alike;

@@ -343,11 +343,14 @@ impl<'a> Reach<'a> {
         }
         let inward = [(a[1] - b[1]) / long_mm, (b[0] - a[0]) / long_mm];
         let at = |mm: f64| [0, 1].map(|k| 0.5 * (a[k] + b[k]) + mm * inward[k]);
-        let (near, far) = (at(BOW_MM), at(0.5 * long_mm));
-        if self.is_free(near, z) || !self.is_free(far, z) {
+        let is_free = |mm: &f64| self.is_free(at(*mm), z);
+        if is_free(&BOW_MM) {
             return;
         }
-        let border = self.border(far, near, z);
+        // In a slit the other wall is no farther than the border may be.
+        let wider = std::iter::successors(Some(2.0 * BOW_MM), |mm| Some(2.0 * mm));
+        let Some(far_mm) = wider.take_while(|mm| *mm <= 0.5 * long_mm).find(is_free) else { return };
+        let border = self.border(at(far_mm), at(BOW_MM), z);
         self.bow([a, border], z, halvings - 1, found);
         found.push(border);
         self.bow([border, b], z, halvings - 1, found);

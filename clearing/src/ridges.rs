@@ -67,6 +67,7 @@ mod tests {
     use crate::engagement::EngagementLimit;
     use crate::entry::Entry;
     use crate::moves::{LevelFeeds, level_moves};
+    use crate::order::Beside;
 
     const RADIUS_MM: f64 = 6.0;
     const CORNER_MM: f64 = 3.0;
@@ -147,7 +148,8 @@ mod tests {
         let limit = EngagementLimit::new(RADIUS_MM, 60.0).unwrap();
         let entry = Entry::usual(RADIUS_MM);
         let area = Area { feasible: &level.feasible, stock: &level.stock, limit, entry };
-        let cleared = clear_rooms(&area, &met, &()).unwrap();
+        let beside = Beside { ridges: &met, doubtful: &PlanarSet::default() };
+        let cleared = clear_rooms(&area, beside, &()).unwrap();
         let [top, ..] = Frame::five("+z".parse().unwrap(), "+x".parse().unwrap()).unwrap();
         let feeds =
             LevelFeeds { cut_mm_per_min: 1e3, lead_mm_per_min: 500.0, rapid_mm_per_min: 1e4, ramp_deg: 3.0 };

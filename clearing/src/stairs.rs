@@ -16,7 +16,7 @@ use crate::error::ClearingError;
 use crate::levels::between_mm;
 use crate::planar_set::PlanarSet;
 use crate::reach::Reach;
-use crate::rounds::STRAIGHTEST;
+use crate::rounds::{STRAIGHTEST, TEETH_MM};
 
 /// A level before it is cleared.
 pub(crate) struct Level {
@@ -37,6 +37,19 @@ pub(crate) struct Level {
 }
 
 impl Level {
+    /// What of a cut is surely there, and what may not be: stock is said to be no smaller than it is, so that beside walls that were
+    /// cut before some is there that is thin. What lies deeper in the stock is there however thin it is.
+    pub(crate) fn told_apart(&self, cut: PlanarSet, thin_mm: f64) -> [PlanarSet; 2] {
+        if thin_mm <= 0.0 {
+            return [cut, PlanarSet::default()];
+        }
+        let opened = |set: &PlanarSet, mm: f64| set.eroded(0.5 * mm).dilated(0.5 * mm);
+        let deep = self.stock.union(&self.taken).eroded(thin_mm).intersection(&cut);
+        let sure = opened(&cut, thin_mm).union(&opened(&deep, TEETH_MM));
+        let doubtful = opened(&cut.minus(&sure), TEETH_MM);
+        [sure, doubtful]
+    }
+
     /// Keeps the centre out of a set; returns what is not cut for that. Levels above count as standing where all of it was.
     pub(crate) fn stay_out(&mut self, of: &PlanarSet) -> PlanarSet {
         let lost = self.feasible.intersection(of);
@@ -185,5 +198,27 @@ mod tests {
         let cut = level.feasible.dilated(level.disc_mm);
         assert!((left.area_mm2() + cut.area_mm2() - whole.area_mm2()).abs() < 1e-3);
         assert!(left.intersection(&cut).area_mm2() < 1e-3);
+    }
+
+    /// A sliver at the border of the stock may be none; one that other levels left in its middle is there.
+    #[test]
+    fn thin_stock_is_doubted_only_at_its_border() {
+        let level = Level {
+            z: 0.0,
+            above: 5.0,
+            disc_mm: 3.0,
+            feasible: PlanarSet::default(),
+            stock: PlanarSet::rectangle([-20.0, -20.0, 20.0, 20.0]),
+            taken: PlanarSet::default(),
+            ridges: PlanarSet::default(),
+            is_stair: true,
+        };
+        let bar = |y: f64, wide: f64| PlanarSet::rectangle([-20.0, y, 20.0, y + wide]);
+        let cut = bar(19.8, 0.2).union(&bar(5.0, 0.2)).union(&bar(-15.0, 3.0));
+        let [sure, doubtful] = level.told_apart(cut.clone(), 0.7);
+        let of = |set: &PlanarSet, y: f64, wide: f64| set.intersection(&bar(y, wide)).area_mm2();
+        assert!(of(&doubtful, 19.8, 0.2) > 7.9 && of(&sure, 19.8, 0.2) < 0.1);
+        assert!(of(&sure, 5.0, 0.2) > 7.6 && of(&sure, -15.0, 3.0) > 119.0);
+        assert_eq!(level.told_apart(cut.clone(), 0.0), [cut, PlanarSet::default()]);
     }
 }

@@ -337,7 +337,8 @@ pub(crate) fn measure_stock(
         let is_wanted = |m: &Move| own(m) && m.setup == setup.name;
         let Some(first) = so_far.iter().position(is_wanted) else { continue };
         let time = whole.time_of(first)?;
-        let ground = Ground { bounds: whole.initial().bounds(), is_stock: &|p| whole.is_stock(p, time) };
+        let tell = |p: &Point3, limit_mm| whole.told_at(p, time, limit_mm);
+        let ground = Ground { bounds: whole.initial().bounds(), tell: &tell };
         let measure = || engagement_on(&ground, so_far, tools, &is_wanted, keep_going);
         let one = info_span!("engagement", setup = setup.name).in_scope(measure)?;
         match &mut engagement {

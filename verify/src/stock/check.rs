@@ -12,6 +12,7 @@ use super::error::{KeepGoing, StockError};
 use super::flatten::{Chord, Flat, flatten};
 use super::initial::InitialStock;
 use super::left::{Thickness, thickness};
+use super::level_engagement::Told;
 use super::options::StockOptions;
 use super::piece::Sweep;
 use super::proof::depth;
@@ -158,6 +159,17 @@ impl<'a> StockCheck<'a> {
     #[must_use]
     pub fn is_stock(&self, p: &Point3, time: Time) -> bool {
         self.stock.contains(p) && self.sweeps.cut_before(p, time).is_none()
+    }
+
+    /// Whether a point is stock at a time, and how far around it all is, up to a limit.
+    pub(crate) fn told_at(&self, p: &Point3, time: Time, limit_mm: f64) -> Told {
+        let inside_mm = -self.stock.signed_mm(p);
+        if !self.stock.contains(p) {
+            return Told { is_stock: false, alike_mm: -inside_mm };
+        }
+        let uncut_mm = self.sweeps.signed_before(p, time, [-limit_mm, limit_mm]);
+        let alike_mm = if uncut_mm > 0.0 { uncut_mm.min(inside_mm) } else { -uncut_mm };
+        Told { is_stock: uncut_mm > 0.0, alike_mm }
     }
 
     /// Whether tool, shank and holder keep clear of all stock of a time on the whole of a move, as a rapid should. The move itself

@@ -18,7 +18,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::discs::{Discs, turned};
-use super::engagement::arcs_where;
 use super::error::{KeepGoing, StockError};
 use super::flatten::{Chord, flatten};
 use super::initial::InitialStock;
@@ -46,6 +45,8 @@ const LEVEL_MOVE_MM: f64 = 2e-4;
 const END_DEG: f64 = 0.01;
 /// Arcs are looked at this often for what was never stock, degrees.
 const SCAN_DEG: f64 = 1.0;
+/// Places of which it is kept what was told of them.
+const KNOWN: usize = 8;
 
 /// The engagement of the level moves of a program.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -71,13 +72,49 @@ pub struct LevelPose {
     pub at: Place,
 }
 
+/// Whether a place is stock, and within which distance all other places are as it is, mm; no more than a limit.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Told {
+    pub(crate) is_stock: bool,
+    pub(crate) alike_mm: f64,
+}
+
 /// What there is to be cut along one axis.
 #[derive(Clone, Copy)]
 pub(crate) struct Ground<'a> {
     /// No stock is out of this box.
     pub(crate) bounds: Aabb,
-    /// Whether a place is stock that no move along another axis took away before.
-    pub(crate) is_stock: &'a (dyn Fn(&Point3) -> bool + Sync),
+    /// What is told of a place within a limit: stock is what no move along another axis took away before.
+    pub(crate) tell: &'a (dyn Fn(&Point3, f64) -> Told + Sync),
+}
+
+/// Asks what is told of places that are mostly close to each other: what was told of the last ones often says all.
+struct Asked<'a> {
+    ground: &'a Ground<'a>,
+    limit_mm: f64,
+    known: [Option<(Point3, Told)>; KNOWN],
+    oldest: usize,
+}
+
+impl<'a> Asked<'a> {
+    fn new(ground: &'a Ground<'a>, limit_mm: f64) -> Self {
+        Asked { ground, limit_mm, known: [None; KNOWN], oldest: 0 }
+    }
+
+    fn at(&mut self, p: &Point3) -> Told {
+        let near = |&(at, told): &(Point3, Told)| {
+            let alike_mm = told.alike_mm - (p - at).norm();
+            (alike_mm > 0.0).then_some(Told { alike_mm, ..told })
+        };
+        let known = self.known.iter().flatten().filter_map(near);
+        let widest = known.reduce(|a, b| if b.alike_mm > a.alike_mm { b } else { a });
+        widest.unwrap_or_else(|| {
+            let told = (self.ground.tell)(p, self.limit_mm);
+            self.known[self.oldest] = Some((*p, told));
+            self.oldest = (self.oldest + 1) % KNOWN;
+            told
+        })
+    }
 }
 
 /// A cutting move with its chords and tool.
@@ -105,7 +142,8 @@ pub fn level_engagement(
     is_wanted: &(dyn Fn(&Move) -> bool + Sync),
     keep_going: KeepGoing<'_>,
 ) -> Result<LevelEngagement, StockError> {
-    let ground = Ground { bounds: stock.bounds(), is_stock: &|p| stock.contains(p) };
+    let tell = |p: &Point3, _| Told { is_stock: stock.contains(p), alike_mm: stock.signed_mm(p).abs() };
+    let ground = Ground { bounds: stock.bounds(), tell: &tell };
     engagement_on(&ground, moves, tools, is_wanted, keep_going)
 }
 
@@ -208,7 +246,9 @@ fn on_level(
     };
     let flat = |p: &Point3| [p.coords.dot(&x), p.coords.dot(&y)];
     let solid = |[u, v]: [f64; 2]| Point3::from(x * u + y * v + axis * plane);
-    let mut discs = Discs::new(ways.iter().map(|w| w.tool.tool.radius_mm()).fold(0.1, f64::max));
+    let widest_mm = ways.iter().map(|w| w.tool.tool.radius_mm()).fold(0.1, f64::max);
+    let mut discs = Discs::new(widest_mm);
+    let mut asked = Asked::new(ground, 2.0 * widest_mm);
     // Nothing is measured after the last move of the level, and what runs above the plane cuts nothing there.
     let last = ways.iter().rposition(|w| is_here(&w)).map_or(0, |k| k + 1);
     for way in ways[..last].iter().filter(|w| w.low < plane) {
@@ -236,11 +276,12 @@ fn on_level(
                     && (since >= SPACING * radius || is_last)
                 {
                     let here = flat(&tip);
-                    let arcs = less_stock(discs.uncovered(here, heading, radius), |deg| {
+                    let mut tell = |deg: f64| {
                         let d = turned(heading, deg);
-                        (ground.is_stock)(&solid([here[0] + radius * d[0], here[1] + radius * d[1]]))
-                    });
-                    let angle_deg: f64 = arcs.iter().map(|[a, b]| b - a).sum();
+                        asked.at(&solid([here[0] + radius * d[0], here[1] + radius * d[1]]))
+                    };
+                    let uncovered = discs.uncovered(here, heading, radius);
+                    let angle_deg = uncovered.iter().map(|arc| stock_deg(*arc, radius, &mut tell)).sum();
                     let weight = if since.is_finite() { since } else { length / count as f64 };
                     found.take(angle_deg, weight, || Place {
                         point_mm: tip.into(),
@@ -273,13 +314,29 @@ impl LevelEngagement {
     }
 }
 
-/// Arcs without what was never stock.
-fn less_stock(arcs: Vec<[f64; 2]>, is_stock: impl Fn(f64) -> bool) -> Vec<[f64; 2]> {
-    let of_arc = |arc: [f64; 2]| {
-        let count = ((arc[1] - arc[0]) / SCAN_DEG).ceil().max(1.0) as usize;
-        arcs_where(arc, count, END_DEG, &is_stock)
-    };
-    arcs.into_iter().flat_map(of_arc).collect()
+/// How much of an arc is stock, degrees. What is told of a place holds for as much of the arc as is within that distance; beyond that
+/// it is looked at every [`SCAN_DEG`], and where it changes bisected.
+fn stock_deg([from, to]: [f64; 2], radius_mm: f64, tell: &mut dyn FnMut(f64) -> Told) -> f64 {
+    let (mut deg, mut at, mut told) = (0.0, from, tell(from));
+    while at < to {
+        // A chord is shorter than its arc.
+        let known = (at + (told.alike_mm / radius_mm).to_degrees()).min(to);
+        let next = known.max(at + SCAN_DEG).min(to);
+        let then = tell(next);
+        let (mut same, mut other) = (known, next);
+        if then.is_stock == told.is_stock {
+            same = next;
+        } else {
+            while other - same > END_DEG {
+                let middle = 0.5 * (same + other);
+                if tell(middle).is_stock == told.is_stock { same = middle } else { other = middle }
+            }
+            same = 0.5 * (same + other);
+        }
+        deg += if told.is_stock { same - at } else { next - same };
+        (at, told) = (next, then);
+    }
+    deg
 }
 
 #[cfg(test)]
@@ -349,5 +406,58 @@ mod tests {
         let all = level_engagement(&block(), &moves, &[tool()], &late, &|| true).expect("measured");
         let found = all.largest.expect("it cuts").angle_deg;
         assert!((found - 54.900_367_805).abs() < 0.1, "{found}");
+    }
+
+    /// Stock outside of a hole of radius 3 about the origin: what is told of few places says the same as looking everywhere.
+    #[test]
+    fn what_is_told_of_places_says_how_much_of_an_arc_is_stock() {
+        for k in 0..200 {
+            let share = |by: f64| (f64::from(k) * by).fract();
+            let (x, y, radius) =
+                (8.0 * share(0.618_034), 4.0 * share(0.754_878), 0.5 + 6.0 * share(0.569_84));
+            let at = |deg: f64| {
+                let (sine, cosine) = deg.to_radians().sin_cos();
+                (x + radius * cosine).hypot(y + radius * sine) - 3.0
+            };
+            let mut asked = 0;
+            let mut tell = |deg: f64| {
+                asked += 1;
+                Told { is_stock: at(deg) > 0.0, alike_mm: at(deg).abs() }
+            };
+            let [from, to] = [-70.0, 85.0];
+            let found = stock_deg([from, to], radius, &mut tell);
+            let count = 15_500;
+            let step = (to - from) / f64::from(count);
+            let is_stock = |j: &u32| at(from + (f64::from(*j) + 0.5) * step) > 0.0;
+            let wanted = step * (0..count).filter(is_stock).count() as f64;
+            assert!((found - wanted).abs() < 0.05, "{k}: {found} instead of {wanted}");
+            assert!(asked < 220, "{k}: {asked}");
+        }
+    }
+
+    /// All places as near as is told are as it is told.
+    #[test]
+    fn places_around_are_as_it_is_told() {
+        use crate::stock::{StockCheck, StockOptions};
+        let moves = [straight([-10.0, 20.0], [110.0, 20.0]), quarter(50.0, 15.0, 1), quarter(30.0, 9.0, 2)];
+        let check = StockCheck::new(block(), &moves, &[tool()], &StockOptions::default(), &|| true).unwrap();
+        let end = check.time_of(2).unwrap();
+        let mut kinds = [0; 2];
+        for k in 0..2000 {
+            let share = |by: f64| (f64::from(k) * by).fract();
+            let p = Point3::new(
+                -5.0 + 110.0 * share(0.618_034),
+                -5.0 + 70.0 * share(0.754_878),
+                -2.0 + 24.0 * share(0.569_84),
+            );
+            let told = check.told_at(&p, end, 8.0);
+            assert_eq!(told.is_stock, check.is_stock(&p, end), "{p}");
+            kinds[usize::from(told.is_stock)] += 1;
+            let (angle, lean) = (100.0 * share(0.17), 100.0 * share(0.31));
+            let way = Vector3::new(angle.cos() * lean.cos(), angle.sin() * lean.cos(), lean.sin());
+            let near = p + way * (0.999 * told.alike_mm.min(8.0));
+            assert_eq!(told.is_stock, check.is_stock(&near, end), "{p}, {near}");
+        }
+        assert!(kinds.iter().all(|n| *n > 200), "{kinds:?}");
     }
 }

@@ -13,6 +13,9 @@ use crate::track::Track;
 
 /// Between two places the distance is taken for straight where that is right to this in the middle, mm.
 const STRAIGHT_MM: f64 = 3e-4;
+/// Nor does it have to be where both gaps are more than this share of the way between two places: the distance changes no faster than
+/// the tip moves, so that nothing enters the tool there. A half would do for a straight way.
+const FAR: f64 = 0.6;
 /// Stretches between two places are halved so often, at most.
 const HALVINGS: u32 = 6;
 /// A border that the tool touches is part of the face where the tool stands over it along the face's normal (cosine).
@@ -86,8 +89,17 @@ impl EndWalk<'_> {
     /// Places between two, where the distance is not straight.
     fn between(&self, from: &Place, to: &Place, halvings: u32, found: &mut Vec<Place>) {
         let middle = self.place(0.5 * (from.t + to.t), Some(from));
-        let is_straight = (self.gap(&middle) - 0.5 * (self.gap(from) + self.gap(to))).abs() <= STRAIGHT_MM;
-        if is_straight || halvings == 0 {
+        let gaps = [from, &middle, to].map(|place| self.gap(place));
+        let is_straight = (gaps[1] - 0.5 * (gaps[0] + gaps[2])).abs() <= STRAIGHT_MM;
+        let is_far = || {
+            let tips = [from, &middle, to].map(|place| self.track.tip(place.t));
+            let [first, second] = [(tips[1] - tips[0]).norm(), (tips[2] - tips[1]).norm()];
+            let axis = self.track.axis_at(from.t);
+            self.track.stands_along(&axis)
+                && gaps[0].min(gaps[1]) > FAR * first
+                && gaps[1].min(gaps[2]) > FAR * second
+        };
+        if is_straight || halvings == 0 || is_far() {
             found.push(middle);
             return;
         }

@@ -15,8 +15,9 @@ use super::edges::{EdgePiece, borders, halves, pieces};
 use super::flats::Flat;
 use crate::drop::DropMesh;
 
-/// Distances are known to this and a tie, mm.
+/// Distances are known to this and a tie, mm, or to this share of them.
 const KNOWN_MM: f64 = 4e-5;
+const KNOWN_SHARE: f64 = 0.01;
 /// Pieces whose bounds differ by less are as near, mm.
 const TIE_MM: f64 = 1e-5;
 /// A border that is nearer than the inside of all faces by less than this does not count as what is touched, mm.
@@ -184,10 +185,16 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
+    /// How near the nearest place so far is, as it counts.
+    fn best_mm(&self) -> f64 {
+        let of_best = |best: &Nearest| counted_mm(best.gap_mm, best.on_border);
+        self.best.as_ref().map_or(counted_mm(self.within_mm, true), of_best)
+    }
+
     /// Nothing farther than this is of interest, borders as they count.
     fn limit_mm(&self) -> f64 {
-        let of_best = |best: &Nearest| counted_mm(best.gap_mm, best.on_border);
-        self.best.as_ref().map_or(counted_mm(self.within_mm, true), of_best) - KNOWN_MM
+        let best_mm = self.best_mm();
+        best_mm - KNOWN_MM.max(KNOWN_SHARE * best_mm)
     }
 
     /// Takes in what was nearest a little before, and what is near there now: from a place to the nearest one of the tool, from
@@ -294,7 +301,7 @@ impl Search<'_> {
     /// Takes in that a point of the model is there, if it is inside of the trims.
     fn take(&mut self, point: Point3, face: Option<FaceId>, uv: Point2, on_border: bool) {
         let (gap_mm, gradient) = self.body.distance(&(point - self.tip), &self.axis);
-        if counted_mm(gap_mm, on_border) >= self.limit_mm() + KNOWN_MM {
+        if counted_mm(gap_mm, on_border) >= self.best_mm() {
             return;
         }
         let domain = face.filter(|_| !on_border).and_then(|face| self.faces.domains[face].as_ref());

@@ -56,6 +56,9 @@ pub struct StockCheck<'a> {
     pub(super) options: StockOptions,
 }
 
+/// Of a place that was cut it is enough to know that all is within this share of a limit.
+const DEEP: f64 = 0.1;
+
 /// When a point was cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cut {
@@ -167,7 +170,7 @@ impl<'a> StockCheck<'a> {
         if !self.stock.contains(p) {
             return Told { is_stock: false, alike_mm: -inside_mm };
         }
-        let uncut_mm = self.sweeps.signed_before(p, time, [-limit_mm, limit_mm]);
+        let uncut_mm = self.sweeps.signed_before(p, time, [-DEEP * limit_mm, limit_mm]);
         let alike_mm = if uncut_mm > 0.0 { uncut_mm.min(inside_mm) } else { -uncut_mm };
         Told { is_stock: uncut_mm > 0.0, alike_mm }
     }

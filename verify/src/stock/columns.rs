@@ -164,7 +164,8 @@ impl Capsule {
         let (du, dv, wu, wv) = (bu - au, bv - av, u - au, v - av);
         let square = (du * du + dv * dv).max(f64::MIN_POSITIVE);
         let s = ((wu * du + wv * dv) / square).clamp(0.0, 1.0);
-        (wu - s * du).hypot(wv - s * dv)
+        let (off_u, off_v) = (wu - s * du, wv - s * dv);
+        (off_u * off_u + off_v * off_v).sqrt()
     }
 
     fn holds(&self, p: [f64; 2]) -> bool {

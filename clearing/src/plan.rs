@@ -272,7 +272,12 @@ impl Clearing<'_> {
         let tasks = which.iter().map(|&k| Ok((&levels[k], limit_of(&levels[k])?)));
         let tasks: Vec<(&Level, EngagementLimit)> = tasks.collect::<Result<_, ClearingError>>()?;
         let are_alike = |(a, of_a): &(&Level, EngagementLimit), (b, of_b): &(&Level, EngagementLimit)| {
-            of_a == of_b && a.feasible == b.feasible && a.stock == b.stock && a.ridges == b.ridges
+            let is_sure_alike = thin_mm <= 0.0 || a.taken == b.taken;
+            of_a == of_b
+                && a.feasible == b.feasible
+                && a.stock == b.stock
+                && a.ridges == b.ridges
+                && is_sure_alike
         };
         let mut own: Vec<usize> = Vec::new();
         let mut alike = Vec::with_capacity(tasks.len());

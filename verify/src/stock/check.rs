@@ -168,11 +168,11 @@ impl<'a> StockCheck<'a> {
     pub(crate) fn told_at(&self, p: &Point3, time: Time, limit_mm: f64) -> Told {
         let inside_mm = -self.stock.signed_mm(p);
         if !self.stock.contains(p) {
-            return Told { is_stock: false, alike_mm: -inside_mm };
+            return Told { is_stock: false, alike_mm: (-inside_mm).max(0.0) };
         }
         let uncut_mm = self.sweeps.signed_before(p, time, [-DEEP * limit_mm, limit_mm]);
         let alike_mm = if uncut_mm > 0.0 { uncut_mm.min(inside_mm) } else { -uncut_mm };
-        Told { is_stock: uncut_mm > 0.0, alike_mm }
+        Told { is_stock: uncut_mm > 0.0, alike_mm: alike_mm.max(0.0) }
     }
 
     /// Whether tool, shank and holder keep clear of all stock of a time on the whole of a move, as a rapid should. The move itself

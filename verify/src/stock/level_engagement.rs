@@ -142,7 +142,10 @@ pub fn level_engagement(
     is_wanted: &(dyn Fn(&Move) -> bool + Sync),
     keep_going: KeepGoing<'_>,
 ) -> Result<LevelEngagement, StockError> {
-    let tell = |p: &Point3, _| Told { is_stock: stock.contains(p), alike_mm: stock.signed_mm(p).abs() };
+    let tell = |p: &Point3, _| {
+        let (is_stock, signed_mm) = (stock.contains(p), stock.signed_mm(p));
+        Told { is_stock, alike_mm: (if is_stock { -signed_mm } else { signed_mm }).max(0.0) }
+    };
     let ground = Ground { bounds: stock.bounds(), tell: &tell };
     engagement_on(&ground, moves, tools, is_wanted, keep_going)
 }

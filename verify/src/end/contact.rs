@@ -14,7 +14,7 @@ use crate::track::Track;
 /// Between two places the distance is taken for straight where that is right to this in the middle, mm.
 const STRAIGHT_MM: f64 = 3e-4;
 /// Nor does it have to be where both gaps are more than this share of the way between two places: the distance changes no faster than
-/// the tip moves, so that nothing enters the tool there. A half would do for a straight way and gaps that are not known to a tenth.
+/// the tip moves, so that nothing enters the tool there. A half would do for a straight way.
 const FAR: f64 = 0.6;
 /// Stretches between two places are halved so often, at most.
 const HALVINGS: u32 = 6;

@@ -18,9 +18,6 @@ use crate::drop::DropMesh;
 /// Distances are known to this and a tie, mm, or to this share of them.
 const KNOWN_MM: f64 = 4e-5;
 const KNOWN_SHARE: f64 = 0.01;
-/// What is farther than contact is asked for, mm, only says how far the tool may go on: of what is more this share is enough.
-const BESIDE_MM: f64 = 0.02;
-const BESIDE_SHARE: f64 = 0.1;
 /// Pieces whose bounds differ by less are as near, mm.
 const TIE_MM: f64 = 1e-5;
 /// A border that is nearer than the inside of all faces by less than this does not count as what is touched, mm.
@@ -197,8 +194,7 @@ impl Search<'_> {
     /// Nothing farther than this is of interest, borders as they count.
     fn limit_mm(&self) -> f64 {
         let best_mm = self.best_mm();
-        let known_mm = KNOWN_MM.max(KNOWN_SHARE * best_mm).max(BESIDE_SHARE * (best_mm - BESIDE_MM));
-        best_mm - known_mm
+        best_mm - KNOWN_MM.max(KNOWN_SHARE * best_mm)
     }
 
     /// Takes in what was nearest a little before, and what is near there now: from a place to the nearest one of the tool, from

@@ -174,6 +174,11 @@ impl Job {
         &self.passes.tool
     }
 
+    /// The holder that passes are planned around: one whose stick-out follows from the passes is in nobody's way.
+    pub(crate) fn holder_in_the_way(&self) -> Option<&Holder> {
+        self.holder.as_ref().filter(|_| !self.least_stick_out)
+    }
+
     /// Id of the tool in the files of the job: its number in the machine, where that is known.
     #[must_use]
     pub fn tool_id(&self) -> String {

@@ -25,6 +25,8 @@ use crate::job_error::JobError;
 use crate::planned::Planned;
 use crate::prepared::Prepared;
 
+/// Less than this that is not cut for a holder is not told, mm².
+const LEAST_KEPT_OUT_MM2: f64 = 1.0;
 /// Slope of a helix into a pocket, degrees: what end mills for metal are made for.
 const RAMP_DEG: f64 = 3.0;
 /// Between rays across, material may reach this much farther than its outline, in their pitches.
@@ -196,6 +198,7 @@ impl Rough<'_, '_> {
             step_mm: self.levels.step_down_mm,
             engagement_deg: self.levels.engagement_deg,
             band_mm: Some(self.levels.band_mm),
+            holder: options.holder.clone().map(|holder| (holder, options.holder_clearance_mm)),
             entry: match self.levels.dead_centre_mm {
                 Some(mm) => Entry::with_dead_centre(tool.radius_mm(), mm),
                 None => Entry::usual(tool.radius_mm()),
@@ -217,6 +220,16 @@ impl Rough<'_, '_> {
                 refused.len()
             ));
         }
+        self.notes.extend(plan.kept_out.filter(|of| of.area_mm2 > LEAST_KEPT_OUT_MM2).map(|of| {
+            format!(
+                "{}: shank or holder keep the tool out of {:.0} mm² of the levels from {:.2} mm down: a stick-out of {:.0} mm \
+                 would reach all of them",
+                frame.name,
+                of.area_mm2,
+                of.below_mm,
+                (of.deep_mm + options.holder_clearance_mm).ceil()
+            )
+        }));
         Ok(plan)
     }
 }

@@ -73,8 +73,9 @@ impl<'m> PlannedOperations<'m> {
         for operation in operations {
             let mut prepared = regions.again(&operation.job)?;
             let PlanOptions { tool, allowance_mm, .. } = prepared.options;
+            let holder = prepared.options.holder.clone();
             let stock = states.last().map(|state| state.stock().clone());
-            prepared.options.in_process = stock.map(|stock| InProcess { stock, tool, allowance_mm });
+            prepared.options.in_process = stock.map(|stock| InProcess { stock, tool, holder, allowance_mm });
             let followed = record.as_ref().zip(states.last());
             let plan = match (operation.job.levels, followed) {
                 (Some(levels), Some(of)) => prepared.plan_by_levels(levels, of, states.len() == 1, monitor),

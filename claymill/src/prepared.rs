@@ -66,8 +66,7 @@ fn chosen_setups(
     let mut frames = named.into_iter().map(frame).collect::<Result<Vec<Frame>, Error>>()?;
     if !auto.is_empty() {
         let forced = frames.iter().map(|f| f.axis().into()).collect();
-        // Holders whose stick-out follows from the paths are in nobody's way.
-        let holder = if job.least_stick_out { None } else { job.holder.clone() };
+        let holder = job.holder_in_the_way().cloned();
         let asked = ReachAsked { holder, forced, ..ReachAsked::of(*job.tool()) };
         let found = find_reach(file, merged, orientation, &asked, &())?;
         let texts = found.setups(orientation).into_iter().skip(frames.len());
@@ -153,6 +152,8 @@ impl<'m> Prepared<'m> {
             },
             orientation: orientation.orientation,
             setups: chosen_setups(job, (file, &merged), orientation.orientation)?,
+            holder: job.holder_in_the_way().cloned(),
+            holder_clearance_mm: job.holder_clearance_mm,
             ..job.passes.clone()
         };
         let job = job.clone();

@@ -31,6 +31,7 @@ mod engagement;
 mod entry;
 mod error;
 mod fronts;
+mod holder;
 mod leads;
 mod levels;
 mod moves;
@@ -52,6 +53,7 @@ pub use engagement::{
 };
 pub use entry::Entry;
 pub use error::ClearingError;
+pub use holder::KeptOut;
 pub use levels::{Depths, MOST_LEVELS, between_mm, flats_mm, left_mm3, standing_flats_mm};
 pub use moves::{LevelFeeds, level_moves};
 pub use plan::{LevelFound, LevelOptions, LevelPlan, Workpiece, plan_levels};

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use claymill_contact::{Covering, Frame};
 use claymill_nurbs::{Aabb, Model};
-use claymill_toolpath::{Monitor, Move, Stage, Tool};
+use claymill_toolpath::{Holder, Monitor, Move, Stage, Tool};
 use rayon::prelude::*;
 use tracing::info_span;
 
@@ -13,6 +13,7 @@ use crate::area::{Area, Cleared, clear_rooms};
 use crate::engagement::EngagementLimit;
 use crate::entry::Entry;
 use crate::error::ClearingError;
+use crate::holder::{HolderBody, KeptOut};
 use crate::levels::{Depths, flats_mm, standing_flats_mm};
 use crate::moves::{LevelFeeds, Pen};
 use crate::order::Beside;
@@ -44,6 +45,8 @@ pub struct LevelOptions {
     pub engagement_deg: f64,
     /// Stairs over slopes are no thicker than this, mm; `None` leaves them.
     pub band_mm: Option<f64>,
+    /// What holds the tool, and the distance that it keeps from what stands, mm; `None` where that is not known.
+    pub holder: Option<(Holder, f64)>,
     /// Ways into pockets.
     pub entry: Entry,
     /// Feeds.
@@ -74,6 +77,8 @@ pub struct LevelPlan {
     pub moves: Vec<Move>,
     /// Levels in machining order.
     pub levels: Vec<LevelFound>,
+    /// What is not cut for shank or holder.
+    pub kept_out: Option<KeptOut>,
     /// Height of rapids in the setup, mm.
     pub clearance_mm: f64,
 }
@@ -159,6 +164,9 @@ pub fn plan_levels(
         within: piece.within_mm.map(PlanarSet::rectangle),
     };
     let mut levels = slabs.levels(&heights, depths.top_mm, monitor)?;
+    let holder = options.holder.as_ref().map(|(holder, clearance_mm)| (holder, *clearance_mm));
+    let kept_out = HolderBody::of(tool, holder).keep_clear(&mut levels);
+    monitor.go_on()?;
     let clearing =
         Clearing { options, monitor, thin_mm: piece.thin_mm, all: levels.len(), done: AtomicUsize::new(0) };
     let done = clearing.cleared(&mut levels, tool)?;
@@ -188,7 +196,7 @@ pub fn plan_levels(
     if pen.moves.is_empty() {
         return Err(ClearingError::NoRoom { radius_mm, place: "in the stock".into() });
     }
-    Ok(LevelPlan { moves: pen.moves, levels: found, clearance_mm })
+    Ok(LevelPlan { moves: pen.moves, levels: found, kept_out, clearance_mm })
 }
 
 /// A slab whose stairs are cut from the bottom up.

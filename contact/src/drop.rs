@@ -177,9 +177,10 @@ impl<'a> BallDrop<'a> {
         BallDrop { sides, end, bodies, widest_mm: tool.widest_mm(), ..ball }
     }
 
-    /// The same with a holder above the tool, which must touch nothing either.
-    pub fn with_holder(mut self, holder: &Holder) -> Self {
-        let above = Body::of_holder(holder, self.widest_mm);
+    /// The same with a holder above the tool, which must keep so far from everything, mm.
+    #[must_use]
+    pub fn with_holder(mut self, holder: &Holder, clearance_mm: f64) -> Self {
+        let above = Body::of_holder(holder, self.widest_mm, clearance_mm);
         self.widest_mm = above.iter().map(|body| body.widest).fold(self.widest_mm, f64::max);
         self.bodies.extend(above.iter().filter(|_| !self.end.is_ball()));
         self.sides.extend(above);

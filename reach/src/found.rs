@@ -199,7 +199,7 @@ impl<'a> Pose<'a> {
         let closest = closest.filter(|_| rims.let_through(tool.radius_mm()));
         let material = closest.and_then(|closest| Material::new(closest, covering, free, frame, sizes));
         let ball = BallDrop::of_tool(part.model, covering, frame, tool).on_free_sides(free, rims, material);
-        let ball = holder.iter().fold(ball, |ball, holder| ball.with_holder(holder));
+        let ball = holder.iter().fold(ball, |ball, holder| ball.with_holder(holder, 0.0));
         // A right angle is met by upright faces, whatever cosines are rounded to.
         let least_facing = if *steepest_deg >= 90.0 { 0.0 } else { steepest_deg.to_radians().cos() - 1e-9 };
         Pose { ball, frame: *frame, least_facing, walls: *walls, allowed_mm: *allowed_mm }

@@ -66,7 +66,13 @@ fn face_coverage(face: usize, samples: &FaceSamples) -> FaceCoverage {
 
 /// The planner's areas minus the measured ones.
 fn difference(planner: &Area, measured: &BTreeMap<SurfaceState, f64>) -> BTreeMap<SurfaceState, f64> {
-    let mut result: BTreeMap<SurfaceState, f64> = measured.iter().map(|(&s, &a)| (s, -a)).collect();
+    // The planner does not tell the holder from the tool.
+    let as_planned =
+        |state| if state == SurfaceState::HolderInTheWay { SurfaceState::TooTight } else { state };
+    let mut result: BTreeMap<SurfaceState, f64> = BTreeMap::new();
+    for (&state, area) in measured {
+        *result.entry(as_planned(state)).or_insert(0.0) -= area;
+    }
     *result.entry(SurfaceState::Cut).or_insert(0.0) += planner.cut_mm2;
     for (reason, area) in &planner.uncut_mm2 {
         let state = match reason {

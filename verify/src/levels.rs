@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 use claymill_nurbs::{FaceMesh, Model, Point3, Vector3};
 use claymill_toolpath::{
-    Cancelled, FORMAT_VERSION, Job, Levels, Monitor, Move, MoveKind, Program, Stage, ToolRecord,
+    Cancelled, FORMAT_VERSION, Job, Levels, Monitor, Move, MoveKind, Program, Setup, Stage, ToolRecord,
 };
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -84,11 +84,16 @@ pub struct LevelsFound {
 /// Places of a model at which an end can stand.
 #[derive(Debug, Default)]
 pub(crate) struct Standing {
-    /// To which it gets.
-    pub(crate) reached: Vec<StockSample>,
+    /// To which it gets, each with all of the poses that bring it there if it has a holder.
+    reached: Vec<(StockSample, Vec<Pose>)>,
     /// In pockets into which it has no way.
-    pub(crate) closed: Vec<StockSample>,
+    closed: Vec<StockSample>,
+    /// Distance that the holder keeps, mm.
+    holder_mm: f64,
 }
+
+/// A setup of the operation, and a tip of the tool with which the surface is touched, in model coordinates.
+type Pose = (usize, Point3);
 
 /// Pockets in which an end could stand and into which it has no way: it does not cut in its middle, and has no room to move.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -259,21 +264,33 @@ fn standing(
             let sides = [(true, normal), (false, -normal)].into_iter();
             let free = sides.filter(|(along, _)| scene.free_sides[face].allows(*along)).map(|side| side.1);
             let stands = free.filter_map(|normal| {
-                let gets_in = stands(scene, reach, &body, [&point.coords, &normal], off_mm)?;
+                let stands = stands(scene, reach, &body, [&point.coords, &normal], off_mm)?;
                 // Between two walls each has its half.
                 let ahead_mm = 0.5 * reach.setup(0).clear_ahead_mm(&point, &normal, 2.0 * farthest_mm);
-                Some((gets_in, StockSample { point, normal, area_mm2, ahead_mm }))
+                Some((stands, StockSample { point, normal, area_mm2, ahead_mm }))
             });
-            stands.reduce(|a, b| if b.0 && !a.0 { b } else { a })
+            stands.reduce(|a, b| if b.0.gets_in && !a.0.gets_in { b } else { a })
         };
         spots.iter().filter_map(of_spot).collect::<Vec<_>>()
     };
     let faces = (0..meshes.len()).into_par_iter();
     let all = faces.map(|face| stage.part(meshes.len(), || on_face(face)));
     let all = all.collect::<Result<Vec<_>, Cancelled>>()?.into_iter().flatten();
-    let (reached, closed): (Vec<_>, Vec<_>) = all.partition(|(gets_in, _)| *gets_in);
-    let samples = |all: Vec<(bool, StockSample)>| all.into_iter().map(|(_, sample)| sample).collect();
-    Ok(Standing { reached: samples(reached), closed: samples(closed) })
+    let (reached, closed): (Vec<_>, Vec<_>) = all.partition(|(stands, _)| stands.gets_in);
+    Ok(Standing {
+        reached: reached.into_iter().map(|(stands, sample)| (sample, stands.poses)).collect(),
+        closed: closed.into_iter().map(|(_, sample)| sample).collect(),
+        holder_mm: scene.holder_clearance_mm(),
+    })
+}
+
+/// How a tool stands in a place.
+#[derive(Default)]
+struct Stands {
+    /// Whether there is a way to it.
+    gets_in: bool,
+    /// All of the poses to which there is one, if it has a holder.
+    poses: Vec<Pose>,
 }
 
 /// Whether the tool gets to a place from the side of its normal, holding nothing above itself, from some setup; `None` where it
@@ -284,11 +301,12 @@ fn stands(
     body: &EndBody,
     [place, n]: [&Vector3; 2],
     off_mm: f64,
-) -> Option<bool> {
+) -> Option<Stands> {
     let place = Point3::from(*place);
     let dead_centre_mm = scene.job.request.levels.map_or(0.0, |l| l.dead_centre_of_mm(2.0 * body.radius_mm));
-    let mut found = None;
+    let mut found: Option<Stands> = None;
     for (setup, record) in scene.job.setups.iter().enumerate() {
+        let is_held = reach.has_holder(setup);
         let (axis, view) = (Vector3::from(record.axis), reach.setup(setup));
         let facing = n.dot(&axis);
         if facing < UPRIGHT {
@@ -297,10 +315,17 @@ fn stands(
         let is_free = |at: &Point3| !view.may_hold(at, body);
         let mut stands = |tip: Point3| {
             let at = view.in_frame(&(tip + n * off_mm));
-            let stands = is_free(&at);
+            let stands = is_free(&at) && !reach.is_held_off(setup, &at);
             let gets_in = stands && gets_in(&at, dead_centre_mm, &is_free);
-            found = found.or(stands.then_some(false));
-            gets_in
+            if stands {
+                let found = found.get_or_insert_default();
+                found.gets_in |= gets_in;
+                if gets_in && is_held {
+                    found.poses.push((setup, tip + n * off_mm));
+                }
+            }
+            // What the holder does to stock is asked of all poses.
+            gets_in && !is_held
         };
         let is_level = facing >= LEVEL_COSINE;
         let flat_mm = body.radius_mm - body.corner_mm;
@@ -312,7 +337,7 @@ fn stands(
             place + (x * cosine + y * sine) * flat_mm
         };
         if stands(tip) || (is_level && (0..EDGES).any(|k| stands(beside(k)))) {
-            return Some(true);
+            break;
         }
     }
     found
@@ -353,7 +378,7 @@ pub(crate) fn measure_stock(
         let goes_down = way.dot(&Vector3::from(m.axis_start)) < -0.5 * way.norm();
         m.degree == 1 && (m.kind == MoveKind::Link || (m.kind == MoveKind::LeadIn && goes_down))
     };
-    let straight: Vec<usize> = moves.filter(is_straight).collect();
+    let straight: Vec<usize> = moves.clone().filter(is_straight).collect();
     let proof = |&k: &usize| {
         let _span = info_span!("link in stock", seq = k).entered();
         let proof = || whole.rapid_is_clear(k, whole.time_of(k)?);
@@ -363,9 +388,22 @@ pub(crate) fn measure_stock(
     straight.par_iter().map(proof).collect::<Result<Vec<_>, _>>()?.into_iter().for_each(|p| links.add(p));
     let allowance_mm = job.request.allowance_mm;
     let had_stock =
-        |s: &&StockSample| whole.initial().contains(&(s.point + s.normal * (allowance_mm + LESS_MM)));
-    let [samples, closed] = [&standing.reached, &standing.closed]
-        .map(|all| all.iter().filter(had_stock).copied().collect::<Vec<StockSample>>());
+        |s: &StockSample| whole.initial().contains(&(s.point + s.normal * (allowance_mm + LESS_MM)));
+    let last_in = |setup: &Setup| moves.clone().rev().find(|&k| program.moves[k].setup == setup.name);
+    let last_in: Vec<Option<usize>> = job.setups.iter().map(last_in).collect();
+    // What stands in the way of a holder when its setup is done was never taken out of it there.
+    let gets_there = |(setup, tip): &Pose| {
+        let axis = Vector3::from(job.setups[*setup].axis);
+        let tip = tip + axis * job.request.allowance_mm;
+        let struck = |last| until.struck_at(last, &tip, &axis, standing.holder_mm);
+        last_in[*setup].and_then(struck).is_none()
+    };
+    let is_reached = |(sample, poses): &(StockSample, Vec<Pose>)| {
+        had_stock(sample) && (poses.is_empty() || poses.iter().any(gets_there))
+    };
+    let reached = standing.reached.par_iter().filter(|place| is_reached(place)).map(|(sample, _)| *sample);
+    let samples: Vec<StockSample> = reached.collect();
+    let closed: Vec<StockSample> = standing.closed.iter().filter(|s| had_stock(s)).copied().collect();
     let band = LeftBand {
         allowance_mm,
         less_mm: LESS_MM,

@@ -107,14 +107,15 @@ pub(crate) fn measure(
         let last_along = last_along(&moves, first_seq as usize);
         let struck = early.as_ref().map(|check| {
             let radius_mm = operation.request.tool.radius_mm();
+            let kept_mm = options.holder_clearance_of_mm(&operation.request);
             move |centre: &Point3, axis: &Vector3| {
                 let last = last_along.iter().find(|(along, _)| (along - axis).norm() < SAME_AXIS);
-                last.is_some_and(|(_, last)| check.is_struck_at(*last, &(centre - axis * radius_mm), axis))
+                last.and_then(|(_, last)| check.struck_at(*last, &(centre - axis * radius_mm), axis, kept_mm))
             }
         });
         let stock = AskedOfStock {
             stands: stands.as_ref().map(|stands| stands as _),
-            is_struck: struck.as_ref().map(|struck| struck as _),
+            struck: struck.as_ref().map(|struck| struck as _),
         };
         first_seq = ends;
         let (found, samples) =

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use claymill_toolpath::{Holder, Job};
+use claymill_toolpath::{Holder, Job, Request};
 
 /// How closely the verifier looks, and where its bars are.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,6 +48,13 @@ pub struct VerifyOptions {
     /// Surfaces that lean further than this from a setup's axis, degrees, count as within its reach only as walls: where nothing
     /// stands out over them, down to 19 ball radii, and if they do not look down into the open.
     pub steepest_deg: f64,
+}
+
+impl VerifyOptions {
+    /// Distance that holders have to keep in what was asked for, mm.
+    pub(crate) fn holder_clearance_of_mm(&self, request: &Request) -> f64 {
+        self.holder_clearance_mm.unwrap_or(request.holder_clearance_mm)
+    }
 }
 
 impl Default for VerifyOptions {

@@ -9,12 +9,13 @@ use crate::directions::{axis, directions};
 use crate::drop::DropMesh;
 use crate::end::faces::Nearest;
 use crate::end::{EndBody, EndFaces};
-use crate::holder::sides_enter;
+use crate::holder::{Held, sides_enter};
 use crate::limits::{Limits, STRIP_MM};
 use crate::mesh::Mesh;
 use crate::openings::let_through;
 use crate::report::SurfaceState;
 use crate::scene::Scene;
+use crate::stock::ToolPart;
 
 /// Radius of the line of sight, in tool radii.
 const SIGHT_RADIUS: f64 = 0.01;
@@ -54,13 +55,16 @@ const OFF_SURFACE_MM: f64 = 0.01;
 /// Whether something holds for a place and a direction.
 pub(crate) type Judged<'a> = &'a (dyn Fn(&Point3, &Vector3) -> bool + Sync);
 
+/// What of a tool runs into something, with the ball's centre in a place and along an axis.
+pub(crate) type Struck<'a> = &'a (dyn Fn(&Point3, &Vector3) -> Option<ToolPart> + Sync);
+
 /// What is asked of the stock.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct AskedOfStock<'a> {
     /// Whether stock stands over a place, towards a unit normal, that is worth cutting; where only that is to be cut.
     pub(crate) stands: Option<Judged<'a>>,
-    /// Whether shank or holder run into it with the ball's centre in a place and the tool along an axis.
-    pub(crate) is_struck: Option<Judged<'a>>,
+    /// Whether shank or holder run into it.
+    pub(crate) struck: Option<Struck<'a>>,
 }
 
 /// Judges whether the tool could have touched a point of the surface, from the model and the directions alone that it can be
@@ -69,7 +73,7 @@ pub(crate) struct AskedOfStock<'a> {
 /// ```text
 ///   q = p + R·n   ball there?      exact distance of q from all faces ≥ R − sink
 ///   along axis    shank there?     tool of radius R − sink lowered on the mesh stops below q; flutes and shank of
-///                                  another thickness enter nothing
+///                                  another thickness enter nothing, and the holder keeps its distance
 ///   material?     on its way up nothing is nearest to the ball on the side of its material
 ///   a wall?       n·axis ≈ 0       not too deep, no underside, no ceiling; no sink, so that nothing opposite is in the way
 ///   stock?        shank and holder stand in none, where that is followed; else it is too tight
@@ -82,6 +86,9 @@ pub(crate) struct Reach<'a> {
     views: Vec<(Vector3, DropMesh<'a>)>,
     limits: Option<Limits<'a>>,
     tool: Tool,
+    /// What holds it in each view, and the distance that it keeps, mm.
+    held: Vec<Option<Held>>,
+    held_off_mm: f64,
     /// The earlier tool, where a job cuts its rest.
     earlier: Option<Tool>,
     /// What it may have left where it counts as having been, over the crests of its passes, mm.
@@ -100,14 +107,18 @@ impl<'a> Reach<'a> {
     pub(crate) fn new(scene: &'a Scene<'a>, mesh: &'a Mesh, meshes: &'a [Option<FaceMesh>]) -> Self {
         let tools = scene.job.tools.iter().map(|t| &t.tool).chain([&scene.job.request.tool]);
         let end = tools.filter_map(EndBody::of).next();
-        let axes = directions(scene.job).into_iter();
+        let axes = directions(scene.job);
         let own = [Some(&scene.job.request.tool), scene.job.request.rest_of.as_ref()];
+        let number = scene.job.tools.iter().position(|t| t.tool == scene.job.request.tool);
+        let held = |view| Some(Held::of(&scene.holder(number?, view)?));
         let thinnest_mm = own.into_iter().flatten().map(Tool::radius_mm).fold(f64::INFINITY, f64::min);
         Reach {
             scene,
-            views: axes.map(|a| (a, DropMesh::new(mesh, &a))).collect(),
+            views: axes.iter().map(|&a| (a, DropMesh::new(mesh, &a))).collect(),
             limits: Limits::new(scene, mesh),
             tool: scene.job.request.tool,
+            held: (0..axes.len()).map(held).collect(),
+            held_off_mm: scene.holder_clearance_mm(),
             earlier: scene.job.request.rest_of,
             earlier_sink_mm: (scene.options.cut_limit - 1.0) * scene.scallop_mm(),
             stock: AskedOfStock::default(),
@@ -125,13 +136,14 @@ impl<'a> Reach<'a> {
 
     /// Whether nothing but the faces says what can be reached by a ball.
     pub(crate) fn is_of_faces_alone(&self) -> bool {
-        let AskedOfStock { stands, is_struck } = &self.stock;
+        let AskedOfStock { stands, struck } = &self.stock;
         let scene = self.scene;
         self.limits.is_none()
             && self.earlier.is_none()
             && self.end.is_none()
+            && self.held.iter().all(Option::is_none)
             && stands.is_none()
-            && is_struck.is_none()
+            && struck.is_none()
             && scene.obstacles.triangles.is_empty()
             && scene.kept_clear.is_empty()
     }
@@ -159,6 +171,17 @@ impl<'a> Reach<'a> {
         self.end.as_ref()?.1.nearest(self.setup(setup), tip_and_axis, body, within_mm, last)
     }
 
+    /// Whether something holds the tool in a setup.
+    pub(crate) fn has_holder(&self, setup: usize) -> bool {
+        self.held.get(setup).is_some_and(Option::is_some)
+    }
+
+    /// Whether the holder surely comes too near to the model in a setup, with the tip in one place of its view.
+    pub(crate) fn is_held_off(&self, setup: usize, tip: &Point3) -> bool {
+        let held = self.held.get(setup).and_then(Option::as_ref);
+        held.is_some_and(|held| held.comes_near(self.setup(setup), tip, self.held_off_mm))
+    }
+
     /// Where the tool is kept, if the job says so.
     pub(crate) fn limits(&self) -> Option<&Limits<'a>> {
         self.limits.as_ref()
@@ -166,7 +189,7 @@ impl<'a> Reach<'a> {
 
     /// What a point with normal `n`, of which a side is `free`, is to the tool, if the ball may enter other places by `sink_mm`:
     /// [`SurfaceState::ReachableLeft`], [`SurfaceState::EarlierTool`], [`SurfaceState::OutOfBounds`],
-    /// [`SurfaceState::TooTight`] or [`SurfaceState::Hidden`].
+    /// [`SurfaceState::HolderInTheWay`], [`SurfaceState::TooTight`] or [`SurfaceState::Hidden`].
     pub(crate) fn judge(&self, p: &Point3, n: &Vector3, sink_mm: f64, free: FreeSide) -> SurfaceState {
         let mut sides = [(true, *n), (false, -n)].map(|(along, n)| {
             let state = if free.allows(along) { self.side(p, &n, sink_mm) } else { SurfaceState::Hidden };
@@ -187,6 +210,8 @@ impl<'a> Reach<'a> {
             *state
         } else if has(SurfaceState::OutOfBounds) {
             SurfaceState::OutOfBounds
+        } else if has(SurfaceState::HolderInTheWay) {
+            SurfaceState::HolderInTheWay
         } else if has(SurfaceState::TooTight) {
             SurfaceState::TooTight
         } else {
@@ -300,16 +325,21 @@ impl<'a> Reach<'a> {
     fn end_fits(&self, p: &Point3, n: &Vector3, body: &EndBody, sink_mm: f64) -> Option<SurfaceState> {
         let faces = &self.end.as_ref()?.1;
         let mut fits = None;
-        for (axis, view) in self.views.iter().filter(|(axis, _)| n.dot(axis) >= self.least_cosine) {
+        let facing = self.views.iter().enumerate().filter(|(_, (axis, _))| n.dot(axis) >= self.least_cosine);
+        for (setup, (axis, view)) in facing {
             let tip = body.tip_over(p, n, axis);
             let enters = faces.nearest(view, [&tip.coords, axis], body, -sink_mm, None).is_some();
-            if enters || sides_enter(view, &self.tool, &view.in_frame(&tip)) {
+            let at = view.in_frame(&tip);
+            if enters || sides_enter(view, &self.tool, &at) {
                 continue;
             }
-            if !self.comes_through_material(&(tip + axis * body.radius_mm), axis, body.radius_mm) {
+            if self.comes_through_material(&(tip + axis * body.radius_mm), axis, body.radius_mm) {
+                fits.get_or_insert(SurfaceState::Hidden);
+            } else if self.is_held_off(setup, &at) {
+                fits = Some(SurfaceState::HolderInTheWay);
+            } else {
                 return Some(SurfaceState::ReachableLeft);
             }
-            fits = Some(SurfaceState::Hidden);
         }
         fits
     }
@@ -335,6 +365,11 @@ impl<'a> Reach<'a> {
                 let tip = centre - Vector3::z() * radius_mm;
                 !view.blocks(&centre, slim) && !sides_enter(view, &tool, &tip)
             };
+            // What held an earlier tool is not asked.
+            let is_held_off = |setup: usize, view: &DropMesh<'_>| {
+                tool == self.tool
+                    && self.is_held_off(setup, &(view.in_frame(&ball) - Vector3::z() * radius_mm))
+            };
             let beside = ball + n * OFF_WALL_MM;
             let has_room = || !self.scene.closest.any_within(&beside, radius_mm - STANDS_OUT_MM);
             let is_free = facing().next().is_some()
@@ -352,7 +387,12 @@ impl<'a> Reach<'a> {
                 let is_allowed = limits.is_none_or(|limits| limits.allow(setup, &ball, p, radius_mm));
                 if !(is_allowed && self.is_clear_of_obstacles(view, &ball, radius_mm)) {
                     fits = Some(SurfaceState::OutOfBounds);
-                } else if self.stock.is_struck.is_some_and(|is_struck| is_struck(&ball, axis)) {
+                    continue;
+                }
+                let struck = self.stock.struck.and_then(|struck| struck(&ball, axis));
+                if struck == Some(ToolPart::Holder) || (struck.is_none() && is_held_off(setup, view)) {
+                    fits.get_or_insert(SurfaceState::HolderInTheWay);
+                } else if struck.is_some() {
                     fits.get_or_insert(SurfaceState::TooTight);
                 } else {
                     return Some(SurfaceState::ReachableLeft);

@@ -366,6 +366,8 @@ pub enum SurfaceState {
     Hidden,
     /// Seen, but the ball or shank does not fit there.
     TooTight,
+    /// The tool fits there, and its holder would come too near to the model or into stock: one that sticks out farther gets there.
+    HolderInTheWay,
     /// The ball could cut it and did not: a defect of the plan.
     ReachableLeft,
     /// The earlier tool, whose rest this job cuts, fits there.

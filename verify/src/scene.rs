@@ -68,13 +68,17 @@ impl Scene<'_> {
 
     /// What holds a tool in a setup: what is asked about, or else what the job says.
     pub(crate) fn holder(&self, tool: usize, setup: usize) -> Option<Holder> {
-        let of_job = || self.job.tools[tool].in_setup(&self.job.setups[setup].name).holder;
+        let record = &self.job.tools[tool];
+        let of_job = || match self.job.setups.get(setup) {
+            Some(setup) => record.in_setup(&setup.name).holder,
+            None => record.holder.clone(),
+        };
         self.options.holder.clone().or_else(of_job)
     }
 
     /// Distance that holders have to keep, mm.
     pub(crate) fn holder_clearance_mm(&self) -> f64 {
-        self.options.holder_clearance_mm.unwrap_or(self.job.request.holder_clearance_mm)
+        self.options.holder_clearance_of_mm(&self.job.request)
     }
 
     /// Distance that the ball has to keep from obstacles, mm: as asked about, as the job was planned, or as usual where it was not

@@ -16,6 +16,8 @@ use crate::{HolderClearance, ShankContact};
 const AREAS_AGREE: f64 = 1e-6;
 /// Reachable area left on less than this share of the cut area is sampling noise along boundaries.
 const LEFT_SHARE: f64 = 1e-3;
+/// From this share of all area on it is said what is out of reach for the holder.
+const SAID_SHARE: f64 = 1e-5;
 /// The planner's areas by state may differ from the measured ones by this share of the total.
 const ACCOUNT_SHARE: f64 = 0.01;
 
@@ -91,6 +93,8 @@ pub enum FindingCode {
     Shank,
     /// A holder touches the model or an obstacle, or comes nearer than was asked for.
     Holder,
+    /// What the tool would reach is out of reach for its holder.
+    HolderReach,
     /// Moves along which the holder was not looked at.
     HolderNotChecked,
     /// A rapid runs through stock.
@@ -402,6 +406,13 @@ fn coverage_findings(
         let at = coverage.reachable_left_at.first().map(|a| a.at.clone());
         find(Code::ReachableLeft, severity, text, &at);
     }
+    let held_off = area(SurfaceState::HolderInTheWay);
+    if held_off > SAID_SHARE * total {
+        let text = format!(
+            "{held_off:.0} mm² are out of reach for the holder; let the tool stick out farther, or cut them from another direction"
+        );
+        find(Code::HolderReach, Warning, text, &None);
+    }
     let unknown = area(SurfaceState::NotMeasured);
     let faces =
         coverage.faces.iter().filter(|f| f.by_state_mm2.contains_key(&SurfaceState::NotMeasured)).count();
@@ -439,6 +450,7 @@ fn words(state: SurfaceState) -> &'static str {
         SurfaceState::Cut => "cut",
         SurfaceState::Hidden => "hidden",
         SurfaceState::TooTight => "too tight",
+        SurfaceState::HolderInTheWay => "out of reach for the holder",
         SurfaceState::ReachableLeft => "within reach but left",
         SurfaceState::Excluded => "excluded",
         SurfaceState::EarlierTool => "left to the earlier tool",

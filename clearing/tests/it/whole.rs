@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use claymill_clearing::{ClearingError, Entry, LevelOptions, LevelPlan, Workpiece, plan_levels};
 use claymill_contact::Covering;
 use claymill_nurbs::{Aabb, Point3};
-use claymill_toolpath::{Move, MoveKind, ToolRecord};
+use claymill_toolpath::{Holder, Move, MoveKind, Tool, ToolRecord};
 use claymill_verify::stock::{InitialStock, StockCheck, StockOptions, level_engagement};
 
 use crate::pockets::{feeds, top};
@@ -24,6 +24,7 @@ fn options() -> LevelOptions {
         step_mm: 6.0,
         engagement_deg: LIMIT_DEG,
         band_mm: None,
+        holder: None,
         entry: Entry::usual(4.0),
         feeds: feeds(),
     }
@@ -35,6 +36,39 @@ fn planned(tool: &str, block: &Aabb, options: &LevelOptions) -> Result<LevelPlan
     let tool = tool.parse().expect("a tool");
     let piece = Workpiece { block: *block, left: None, thin_mm: 0.0, within_mm: None };
     plan_levels(&dome, &covering, &top(), &tool, &piece, options, &())
+}
+
+/// A holder that is lower than the dome keeps off it and off what is left around it; one that is not changes nothing.
+#[test]
+fn a_holder_keeps_out_of_what_levels_leave() {
+    let block = block(20.0, 14.0);
+    let tool: Tool = "flat:4,length:6".parse().expect("a tool");
+    let moves_with = |stick_out_mm: f64| {
+        let holder = Holder::parse(&format!("{stick_out_mm}:20-26x30"), &tool).expect("a holder");
+        let options = LevelOptions { step_mm: 5.0, holder: Some((holder.clone(), 1.0)), ..options() };
+        let plan = planned("flat:4,length:6", &block, &options).expect("planned");
+        (holder, plan)
+    };
+    let free = LevelOptions { step_mm: 5.0, ..options() };
+    let free = planned("flat:4,length:6", &block, &free).expect("planned");
+    let (_, long) = moves_with(16.0);
+    assert_eq!((long.moves, long.kept_out), (free.moves.clone(), None));
+    let (holder, short) = moves_with(8.0);
+    assert!(short.kept_out.is_some_and(|of| of.area_mm2 > 1.0 && of.deep_mm > 8.0), "{:?}", short.kept_out);
+    let in_stock = |moves: &[Move]| {
+        let moves: Vec<Move> = moves.iter().map(|m| Move { tool: "T1".into(), ..m.clone() }).collect();
+        let tool = ToolRecord {
+            id: "T1".into(),
+            tool,
+            holder: Some(holder.clone()),
+            setup_stick_out_mm: BTreeMap::new(),
+        };
+        let stock = InitialStock::block(block.min, block.max).expect("a block");
+        let check = StockCheck::new(stock, &moves, &[tool], &StockOptions::default(), &|| true);
+        check.expect("a check").report(None, &|| true).expect("a report").body.touching
+    };
+    assert_eq!(in_stock(&short.moves), 0);
+    assert!(in_stock(&free.moves) > 0);
 }
 
 #[test]

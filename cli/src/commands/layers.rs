@@ -26,10 +26,11 @@ const SHALLOW: Rgb = [214, 120, 0];
 const SPACING_MM: f64 = 8.0;
 
 /// What became of the surface: light where it is cut, dark and strong where it is not.
-const STATES: [(SurfaceState, Rgb, &str); 8] = [
+const STATES: [(SurfaceState, Rgb, &str); 9] = [
     (SurfaceState::Cut, [222, 216, 204], "cut"),
     (SurfaceState::ReachableLeft, [206, 28, 40], "left, though in reach"),
     (SurfaceState::TooTight, [232, 150, 32], "too tight for the ball"),
+    (SurfaceState::HolderInTheWay, [214, 200, 60], "out of reach for the holder"),
     (SurfaceState::Hidden, [70, 86, 120], "in reach from no direction"),
     (SurfaceState::Excluded, [150, 152, 156], "left out as asked"),
     (SurfaceState::EarlierTool, [150, 190, 170], "cut by the earlier tool"),

@@ -110,8 +110,10 @@ pub(super) fn say_plan(console: &Console, plan: &Plan) {
     }
     if plan.struck_passes > 0 {
         let struck = plan.struck_passes;
-        console
-            .say_long("", &format!("{struck} passes cut short or left out: the shank would run into stock"));
+        console.say_long(
+            "",
+            &format!("{struck} passes cut short or left out: shank or holder would run into stock"),
+        );
     }
     for note in &plan.notes {
         console.say_long("", note);

@@ -27,14 +27,49 @@ fn plane(at: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Entity {
     entity(128, format!("1,1,1,1,0,0,1,0,0,{knots},1.,1.,1.,1.,{corners},0.,1.,0.,1."))
 }
 
+/// A floor of 100 mm before a wall of 60 mm.
+fn corner() -> String {
+    let floor = plane([0.0, 0.0, 0.0], [80.0, 0.0, 0.0], [0.0, 100.0, 0.0]);
+    let wall = plane([0.0, 100.0, 0.0], [80.0, 0.0, 0.0], [0.0, 0.0, 60.0]);
+    file(&[floor, wall])
+}
+
+#[test]
+fn passes_keep_clear_of_a_holder_and_what_it_keeps_them_from_is_named() {
+    let folder = scratch();
+    let folder = folder.path();
+    fs::write(folder.join("corner.igs"), corner()).unwrap();
+    let left_mm2 = |setups: &str, holder: &str| {
+        let job = format!(
+            "plan corner.igs --tool ball:5 --scallop 0.5 --up +z --length=-y --material-side file --setups {setups} \
+             --holder {holder} -o out --force"
+        );
+        let planned = run_without_adapter(folder, job.split_whitespace());
+        assert_eq!(planned.code, Some(0), "{planned:?}");
+        let found = read(folder, "out/verify.json");
+        assert_eq!((&found["holder"]["touching"], &found["holder"]["near"]), (&0.into(), &0.into()), "{job}");
+        let named = said(&planned).contains("are out of reach for the holder");
+        let left_mm2 = found["coverage"]["by_state_mm2"]["holder_in_the_way"].as_f64();
+        assert_eq!(named, left_mm2.is_some(), "{planned:?}");
+        left_mm2.unwrap_or_default()
+    };
+    // Straight, 15 mm in radius: where it is lower than the wall the ball comes no nearer than 16 mm to it. From the front it comes
+    // no lower than 16 mm over the floor.
+    let straight = "40:30-30x100";
+    let from_top_mm2 = left_mm2("top", straight);
+    let floor_mm2 = 80.0 * 16.0;
+    assert!((floor_mm2..floor_mm2 + 80.0 * 30.0).contains(&from_top_mm2), "{from_top_mm2}");
+    let from_both_mm2 = left_mm2("top,front", straight);
+    assert!(0.0 < from_both_mm2 && from_both_mm2 < 0.8 * from_top_mm2, "{from_both_mm2} of {from_top_mm2}");
+    assert_eq!(left_mm2("top", "70:30-30x100"), 0.0);
+}
+
 #[test]
 fn every_setup_has_the_least_stick_out_that_does_there() {
     let folder = scratch();
     let folder = folder.path();
-    // A floor of 100 mm before a wall of 60 mm: from above the holder stays over the wall, from the front before the floor.
-    let floor = plane([0.0, 0.0, 0.0], [80.0, 0.0, 0.0], [0.0, 100.0, 0.0]);
-    let wall = plane([0.0, 100.0, 0.0], [80.0, 0.0, 0.0], [0.0, 0.0, 60.0]);
-    fs::write(folder.join("corner.igs"), file(&[floor, wall])).unwrap();
+    // From above the holder stays over the wall, from the front before the floor.
+    fs::write(folder.join("corner.igs"), corner()).unwrap();
     let job = "plan corner.igs --tool ball:5 --scallop 0.5 --up +z --length=-y --material-side file --holder auto -o out";
     let planned = run(folder, job.split(' '));
     assert_eq!(planned.code, Some(0), "{planned:?}");

@@ -55,9 +55,15 @@ impl Body {
         Self::standing_out(tool.radius_mm(), &tool.sides())
     }
 
-    /// What stands out of the sections of a holder, above a tool that is as wide as this.
-    pub(crate) fn of_holder(holder: &Holder, widest_mm: f64) -> Vec<Self> {
-        Self::standing_out(widest_mm, &holder.profile().collect::<Vec<_>>())
+    /// What stands out of the sections of a holder, above a tool that is as wide as this; swollen by a distance that it keeps.
+    pub(crate) fn of_holder(holder: &Holder, widest_mm: f64, clearance_mm: f64) -> Vec<Self> {
+        let mut bodies = Self::standing_out(widest_mm, &holder.profile().collect::<Vec<_>>());
+        for body in &mut bodies {
+            body.height -= clearance_mm;
+            body.corner += clearance_mm;
+            body.widest += clearance_mm;
+        }
+        bodies
     }
 
     /// Of frusta above each other, each by height and radius at both ends, what is wider than all below.

@@ -8,7 +8,7 @@ use claymill_nurbs::{
     Curve2, Face, KnotVector, Model, NurbsSurface, Point2, Point3, Source, SurfaceKind, TrimEdge, TrimLoop,
     Vector3,
 };
-use claymill_toolpath::Tool;
+use claymill_toolpath::{Holder, Tool};
 
 use super::{CUTTER_EPSILON_MM, CutterDrop, CutterLocation, ToolPart};
 use crate::Frame;
@@ -352,6 +352,28 @@ fn taper_and_shank_hold_the_ball_up() {
     assert_eq!(part("ball:5,taper:5,length:70", -2.0, 0.0), ToolPart::End);
     // Flutes that end below: the shank is as thick as they are there.
     assert_eq!(part("ball:5,taper:5,length:30", 0.0, 0.0), ToolPart::End);
+}
+
+/// A wall 8 mm away and 50 mm high under the lower end of a holder, at 30 mm: over its inside, past its rim, beside it.
+#[test]
+fn a_holder_keeps_its_distance() {
+    let level = |z: f64, x: (f64, f64)| {
+        analytic::plane_patch(&placed(Point3::new(0.0, 0.0, z), Vector3::z()), x, (-100.0, 100.0)).unwrap()
+    };
+    let bench = Bench::surfaces(vec![level(0.0, (-100.0, 100.0)), level(50.0, (8.0, 100.0))]);
+    let near = 1.0 - f64::sqrt(0.75);
+    for tool in ["ball:5", "bull:5:1"].map(|text| text.parse::<Tool>().unwrap()) {
+        for (radius_mm, tip_mm) in [(10.0, 21.0), (7.5, 21.0 - near), (6.99, 0.0)] {
+            let holder = Holder::parse(&format!("30:{0}-{0}x40", 2.0 * radius_mm), &tool).unwrap();
+            let drop = BallDrop::of_tool(&bench.model, &bench.covering, &top(), &tool);
+            let held = drop.with_holder(&holder, 1.0).drop(0.0, 0.0).unwrap();
+            let found_mm = held.centre.z - tool.corner_radius_mm();
+            // How high a holder stands is known to a tenth.
+            let is_held_mm = if tip_mm > 0.0 { 0.1 } else { 0.0 };
+            let within_mm = tip_mm - 1e-3..tip_mm + is_held_mm + 1e-3;
+            assert!(within_mm.contains(&found_mm), "{tool} in {holder}: {found_mm} for {tip_mm}");
+        }
+    }
 }
 
 /// On a tilted sheet a flat end rests on its inside, on its borders and on its corners.

@@ -35,7 +35,7 @@ pub(crate) struct Standing {
 impl Standing {
     /// `None` where the tool is not along an axis of the model.
     pub(crate) fn of(in_process: &InProcess, axis: Vector3) -> Option<Self> {
-        let InProcess { stock, tool, allowance_mm } = in_process;
+        let InProcess { stock, tool, allowance_mm, .. } = in_process;
         let family = Family::ALL.into_iter().find(|family| axis[family.index()].abs() == 1.0)?;
         let up = Upwards { family, is_reversed: axis[family.index()] < 0.0 };
         Some(Standing {
@@ -127,7 +127,8 @@ mod tests {
         let stock = Arc::new(Stock::block(&bounds, 0.25).unwrap());
         let standing = |tool: &str, axis: Vector3| {
             let tool = tool.parse().unwrap();
-            Standing::of(&InProcess { stock: stock.clone(), tool, allowance_mm: 0.0 }, axis).unwrap()
+            Standing::of(&InProcess { stock: stock.clone(), tool, holder: None, allowance_mm: 0.0 }, axis)
+                .unwrap()
         };
         let (ball, flat) = (standing("ball:5", Vector3::z()), standing("flat:5", Vector3::z()));
         for aside in [0.0, 2.0, 4.0, 4.8] {
@@ -148,6 +149,6 @@ mod tests {
         assert!((shank - 5.0).abs() < 1e-3, "{shank}");
         let tilted = Vector3::new(0.6, 0.0, 0.8);
         let tool = "ball:5".parse().unwrap();
-        assert!(Standing::of(&InProcess { stock, tool, allowance_mm: 0.0 }, tilted).is_none());
+        assert!(Standing::of(&InProcess { stock, tool, holder: None, allowance_mm: 0.0 }, tilted).is_none());
     }
 }

@@ -36,6 +36,9 @@ use crate::setup::space::Space;
 use crate::setup::wall_claims::Walls;
 use crate::{FitTolerance, Frame, RowsAlong, Strategy};
 
+/// Holders keep so much more than is asked for: what is written and measured of their distance is exact to it, mm.
+const HOLDER_MARGIN_MM: f64 = 0.03;
+
 /// What is decided before passes are laid.
 pub(super) struct Laying<'a> {
     pub(super) model: &'a Model,
@@ -115,7 +118,12 @@ pub(super) fn with_laying<T>(
         };
         frames.par_iter().map(drop).collect()
     };
-    let balls = of_tool(&options.tool);
+    let mut balls = of_tool(&options.tool);
+    if let Some(holder) = &options.holder {
+        let clearance_mm = options.holder_clearance_mm + HOLDER_MARGIN_MM;
+        let held = balls.into_iter().map(|ball| ball.with_holder(holder, clearance_mm));
+        balls = held.collect();
+    }
     let earlier = options.rest_of.map_or_else(Vec::new, |tool| of_tool(&tool));
     let stock: Vec<BallDrop> = match options.stock_above_mm {
         mm if mm > 0.0 => {

@@ -6,7 +6,8 @@ use claymill_contact::Frame;
 use claymill_nurbs::Point3;
 use claymill_stock::Stock;
 use claymill_toolpath::{
-    Bounds, CHECK_CLEARANCE_MM, FreeSide, Kept, LinkStyle, MachineLimits, Tool, swollen_scallop_mm,
+    Bounds, CHECK_CLEARANCE_MM, FreeSide, HOLDER_CLEARANCE_MM, Holder, Kept, LinkStyle, MachineLimits, Tool,
+    swollen_scallop_mm,
 };
 
 use crate::pattern::strategy::Strategy;
@@ -31,6 +32,8 @@ pub struct InProcess {
     pub stock: Arc<Stock>,
     /// The tool that goes into it.
     pub tool: Tool,
+    /// What holds it, if that is to keep out of the stock.
+    pub holder: Option<Holder>,
     /// What it leaves on the surface, mm.
     pub allowance_mm: f64,
 }
@@ -40,11 +43,16 @@ pub struct InProcess {
 pub struct PlanOptions {
     /// The tool.
     pub tool: Tool,
+    /// What holds the tool, if passes are to keep it clear of the model: what it is in the way of is not cut in that setup.
+    pub holder: Option<Holder>,
+    /// Distance that the holder keeps from the model, mm.
+    pub holder_clearance_mm: f64,
     /// A larger tool that has been over the model: only what it could not cut is cut.
     pub rest_of: Option<Tool>,
     /// Only what has more stock than this above what these passes leave is cut, mm; everything if `None`.
     pub rest_above_mm: Option<f64>,
-    /// The stock as earlier operations left it: [`PlanOptions::rest_above_mm`] asks of it, and the shank keeps out of it.
+    /// The stock as earlier operations left it: [`PlanOptions::rest_above_mm`] asks of it, and shank and holder keep
+    /// out of it.
     pub in_process: Option<InProcess>,
     /// How much stock may stand above what these passes leave, mm: rapids keep out of it.
     pub stock_above_mm: f64,
@@ -94,6 +102,8 @@ impl PlanOptions {
     pub fn new(tool: Tool, scallop_mm: f64, orientation: Orientation) -> Self {
         PlanOptions {
             tool,
+            holder: None,
+            holder_clearance_mm: HOLDER_CLEARANCE_MM,
             rest_of: None,
             rest_above_mm: None,
             in_process: None,
@@ -131,8 +141,14 @@ impl PlanOptions {
             let too_small = PlanError::Allowance { tool: *tool, allowance_mm };
             tool.swollen(allowance_mm).ok_or(too_small)
         };
+        // The tip of the swollen tool is lower, and its holder as much farther from it.
+        let raised = |mut holder: Holder| {
+            holder.stick_out_mm += allowance_mm;
+            holder
+        };
         Ok(PlanOptions {
             tool: swollen(&self.tool)?,
+            holder: self.holder.clone().map(raised),
             rest_of: self.rest_of.as_ref().map(swollen).transpose()?,
             rest_above_mm: self.rest_above_mm.map(|mm| mm + allowance_mm),
             scallop_mm: swollen_scallop_mm(self.tool.radius_mm(), self.scallop_mm, allowance_mm),

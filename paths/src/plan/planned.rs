@@ -30,7 +30,7 @@ pub struct Plan {
     pub tolerances: BTreeMap<String, f64>,
     /// Faces that could not be covered with triangles; their boxes were kept clear.
     pub left_out: Vec<LeftOut>,
-    /// Passes of which something was left out since the shank would run into stock.
+    /// Passes of which something was left out since shank or holder would run into stock.
     pub struck_passes: u32,
     /// What else was left out, a sentence each.
     pub notes: Vec<String>,

@@ -1,4 +1,4 @@
-//! What of the tool is above its flutes, on its way through the stock: where it stands clear, and where it is struck.
+//! What of the tool is above its flutes, shank and holder, on its way through the stock: where it stands clear, and where it is struck.
 
 use claymill_nurbs::Curve3;
 use claymill_stock::{Chords, Stock, StockError, Sweep, ToolBody};
@@ -15,7 +15,7 @@ const MARGIN_PITCHES: f64 = 1.0;
 /// A pass is cut into pieces at places this far apart, in tool radii.
 const STRETCH_RADII: f64 = 0.25;
 
-/// What of a tool is above its flutes, and the stock that it comes into.
+/// What of a tool is above its flutes, and the stock that it comes into. The holder counts as a part of the shank.
 pub(crate) struct Shank<'a> {
     stock: &'a Stock,
     cutting: ToolBody,
@@ -27,17 +27,18 @@ pub(crate) struct Shank<'a> {
 }
 
 impl<'a> Shank<'a> {
-    /// `None` for a tool of which only flutes are known. One that has no body is refused elsewhere.
+    /// `None` for a tool of which only flutes are known, and no holder. One that has no body is refused elsewhere.
     pub(crate) fn of(in_process: &'a InProcess) -> Option<Self> {
-        if in_process.tool.sides().len() < 2 { None } else { Shank::new(in_process).ok() }
+        let is_bare = in_process.tool.sides().len() < 2 && in_process.holder.is_none();
+        if is_bare { None } else { Shank::new(in_process).ok() }
     }
 
     fn new(in_process: &'a InProcess) -> Result<Self, StockError> {
-        let InProcess { stock, tool, allowance_mm } = in_process;
+        let InProcess { stock, tool, holder, allowance_mm } = in_process;
         let pitch_mm = stock.grid().pitch_mm();
         let chord_mm = CHORD_PITCHES * pitch_mm;
         let cutting = ToolBody::cutting(tool)?.offset(-chord_mm)?;
-        let above = ToolBody::above(tool, None)?.offset(chord_mm)?;
+        let above = ToolBody::above(tool, holder.as_ref())?.offset(chord_mm)?;
         let stretch_mm = (STRETCH_RADII * tool.radius_mm()).max(pitch_mm);
         Ok(Shank { stock, cutting, above, chord_mm, stretch_mm, raised_mm: *allowance_mm })
     }
@@ -240,7 +241,7 @@ mod tests {
         let at = |x: f64| Point3::new(x, 30.0, 5.0);
         let moves = [Move::straight(MoveKind::Cut, at(0.0), at(200.0), Vector3::z(), 1000.0)];
         let tool = "flat:10,length:15,shank:24".parse().unwrap();
-        let in_process = InProcess { stock: Arc::new(stock.clone()), tool, allowance_mm: 0.0 };
+        let in_process = InProcess { stock: Arc::new(stock.clone()), tool, holder: None, allowance_mm: 0.0 };
         let shank = Shank::of(&in_process).unwrap();
         let pass = shank.pass_ways(&moves);
         assert!(pass.after(&stock).is_none());
@@ -266,7 +267,7 @@ mod tests {
         let straight = |kind, from, to| Move::straight(kind, from, to, Vector3::z(), 1000.0);
         let moves = [straight(MoveKind::LeadIn, in_the_block, start), straight(MoveKind::Cut, start, end)];
         let tool = "flat:10,length:15,shank:24".parse().unwrap();
-        let in_process = InProcess { stock: Arc::new(stock.clone()), tool, allowance_mm: 0.0 };
+        let in_process = InProcess { stock: Arc::new(stock.clone()), tool, holder: None, allowance_mm: 0.0 };
         let shank = Shank::of(&in_process).unwrap();
         let pieces = shank.cut_pieces(&shank.pass_ways(&moves), &mut stock, &()).unwrap();
         assert_eq!(pieces, [vec![Stretch { curve: 0, between: [2.5, 50.0] }]]);

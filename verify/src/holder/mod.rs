@@ -22,7 +22,7 @@ mod tests;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use claymill_nurbs::{FaceMesh, Point3};
+use claymill_nurbs::{Aabb, FaceMesh, Point3};
 use claymill_toolpath::{Cancelled, Holder, Tool};
 use rayon::prelude::*;
 
@@ -54,9 +54,39 @@ const ALONGSIDE_MM: f64 = 0.02;
 const SETTLED_MM: f64 = 1e-4;
 
 /// What stands over the moves of a tool.
-struct Held {
+pub(crate) struct Held {
     body: Vec<Frustum>,
     stick_out_mm: f64,
+}
+
+impl Held {
+    pub(crate) fn of(holder: &Holder) -> Self {
+        Held { body: body::of_holder(holder), stick_out_mm: holder.stick_out_mm }
+    }
+
+    /// Whether it surely comes nearer to the model than this, mm, with the tip in one place of the view.
+    pub(crate) fn comes_near(&self, view: &DropMesh<'_>, tip: &Point3, clearance_mm: f64) -> bool {
+        let from = tip.z + self.stick_out_mm - clearance_mm;
+        let widest_mm = self.body.iter().map(|f| f.outer).fold(0.0, f64::max) + clearance_mm;
+        let mut is_near = false;
+        view.visit(
+            |b| b.max.z > from && beside_mm(b, tip) < widest_mm,
+            |i| {
+                let (prism, kept_mm) =
+                    (Prism::new(&view.corners(i), tip, tip), clearance_mm - view.deviation(i));
+                let comes_near = |f: &Frustum| !prism.keeps(f, self.stick_out_mm, kept_mm);
+                is_near = kept_mm > 0.0 && self.body.iter().any(comes_near);
+                if is_near { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            },
+        );
+        is_near
+    }
+}
+
+/// How far a box of a view is beside the axis of a tool.
+fn beside_mm(b: &Aabb, tip: &Point3) -> f64 {
+    let beside = |k: usize| (b.min[k] - tip[k]).max(tip[k] - b.max[k]).max(0.0);
+    beside(0).hypot(beside(1))
 }
 
 /// What one move has to say.
@@ -75,9 +105,8 @@ pub(crate) fn measure(
     stage: &Stage<'_>,
 ) -> Result<Option<HolderClearance>, Cancelled> {
     let held_in = |setup: usize| -> Vec<Option<Held>> {
-        let held =
-            |holder: Holder| Held { body: body::of_holder(&holder), stick_out_mm: holder.stick_out_mm };
-        (0..scene.job.tools.len()).map(|tool| scene.holder(tool, setup).map(held)).collect()
+        let held = |tool| scene.holder(tool, setup).map(|holder| Held::of(&holder));
+        (0..scene.job.tools.len()).map(held).collect()
     };
     let held: Vec<Vec<Option<Held>>> = (0..scene.job.setups.len()).map(held_in).collect();
     let tracks: Vec<&Track> = scene.tracks.iter().filter(|t| held[t.setup][t.tool].is_some()).collect();
@@ -254,10 +283,7 @@ pub(crate) fn sides_enter(view: &DropMesh<'_>, tool: &Tool, tip: &Point3) -> boo
     let (low, widest) = body.iter().fold((f64::INFINITY, 0.0), |(l, w), f| (f.low.min(l), f.outer.max(w)));
     let mut entered = false;
     view.visit(
-        |b| {
-            let beside = |k: usize| (b.min[k] - tip[k]).max(tip[k] - b.max[k]).max(0.0);
-            b.max.z > tip.z + low && beside(0).hypot(beside(1)) < widest
-        },
+        |b| b.max.z > tip.z + low && beside_mm(b, tip) < widest,
         |i| {
             let prism = Prism::new(&view.corners(i), tip, tip);
             let meets = |f: &Frustum| prism.gap(f, 0.0, f64::MIN_POSITIVE).at_least <= 0.0;

@@ -6,6 +6,7 @@ use claymill_nurbs::{Aabb, Point3, Vector3};
 use claymill_toolpath::{Move, MoveKind, ToolRecord};
 use rayon::prelude::*;
 
+use super::body::Shape;
 use super::cells::Cells;
 use super::engagement::{Engagement, Pose, engagement};
 use super::error::{KeepGoing, StockError};
@@ -20,6 +21,7 @@ use super::report::{StockHit, StockProof, StockVolumes};
 use super::sweeps::{Moved, Step, Sweeps, Time, moved};
 use super::tool_bodies::{ToolBody, ToolPart, bodies_of};
 use super::volume::{VolumeEstimate, volumes};
+use crate::across::across;
 use crate::report::Place;
 
 /// The stock of a program at all times: the initial stock less what was swept before.
@@ -58,6 +60,9 @@ pub struct StockCheck<'a> {
 
 /// Of a place that was cut it is enough to know that all is within this share of a limit.
 const DEEP: f64 = 0.1;
+
+/// Ways in which a holder is moved aside to see what is near it.
+const WAYS: u32 = 8;
 
 /// When a point was cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -208,19 +213,40 @@ impl<'a> StockCheck<'a> {
         self.prove(of_move, boxes, |part| part != ToolPart::Flutes, |chord| first + chord as Time + 1)
     }
 
-    /// Whether shank or holder of a move's tool, with its tip in a place and along a unit axis, surely stand in stock that is there
-    /// when the move begins.
+    /// What of a move's tool, with its tip in a place and along a unit axis, is in the way of stock that is there when the move
+    /// begins: the shank if it surely stands in some, or the holder if some is surely nearer to it than a distance, mm.
     #[must_use]
-    pub fn is_struck_at(&self, of_move: usize, tip: &Point3, axis: &Vector3) -> bool {
-        let Ok(time) = self.time_of(of_move) else { return false };
+    pub fn struck_at(
+        &self,
+        of_move: usize,
+        tip: &Point3,
+        axis: &Vector3,
+        holder_mm: f64,
+    ) -> Option<ToolPart> {
+        let time = self.time_of(of_move).ok()?;
         let limits = self.options.limits(self.options.share(self.moves.len()));
-        let bodies = self.bodies[self.body_of_move[of_move]].iter().filter(|b| b.part != ToolPart::Flutes);
-        let mut standing =
-            bodies.map(|body| Sweep { start: *tip, way: Vector3::zeros(), axis: *axis, shape: body.shape });
-        standing.any(|sweep| {
+        let stands_in_stock = |shape: &Shape, start: Point3| {
+            let sweep = Sweep { start, way: Vector3::zeros(), axis: *axis, shape: *shape };
             !self.is_known_clear(&sweep, time)
                 && depth(&sweep, time, &self.sweeps, &self.stock, &limits).found_mm > limits.radius_mm
-        })
+        };
+        // A holder that would stand in stock were it moved so far is no farther from it.
+        let x = across(axis);
+        let y = axis.cross(&x);
+        let turned = |k: u32| {
+            let (sine, cosine) = (std::f64::consts::TAU * f64::from(k) / f64::from(WAYS)).sin_cos();
+            tip + (x * cosine + y * sine) * holder_mm
+        };
+        let moved = || (0..WAYS).map(turned).chain([tip - axis * holder_mm]);
+        let is_struck = |body: &&ToolBody| match body.part {
+            ToolPart::Flutes => false,
+            ToolPart::Shank => stands_in_stock(&body.shape, *tip),
+            ToolPart::Holder => {
+                stands_in_stock(&body.shape, *tip)
+                    || (holder_mm > 0.0 && moved().any(|start| stands_in_stock(&body.shape, start)))
+            }
+        };
+        self.bodies[self.body_of_move[of_move]].iter().find(is_struck).map(|body| body.part)
     }
 
     /// Whether a sweep is known to meet no stock of a time, without a proof.

@@ -262,6 +262,7 @@ fn state_words(state: SurfaceState) -> (&'static str, Rgb) {
         SurfaceState::Excluded => ("left out on request", [230, 190, 120]),
         SurfaceState::Hidden => ("in reach from no direction", [150, 152, 156]),
         SurfaceState::TooTight => ("too tight for the tool", [205, 62, 0]),
+        SurfaceState::HolderInTheWay => ("out of reach for the holder", [150, 100, 30]),
         SurfaceState::ReachableLeft => ("reachable but left", [180, 30, 120]),
         SurfaceState::EarlierTool => ("cut by the earlier tool", [120, 170, 150]),
         SurfaceState::OutOfBounds => ("out of the tool's bounds, as asked", [196, 196, 150]),

@@ -59,13 +59,14 @@ impl Reached {
         let stuck_mm2: Vec<f64> = balls.iter().map(|tool| as_wide(tool.tool.radius_mm())).collect();
         let is_stuck = |k: usize| stuck_mm2[k] > NOISE_SHARE * seen_mm2;
         let are_all_stuck = asked.iter().all(|&k| is_stuck(k));
-        let fits =
-            |tool: &LibraryTool, sample: &Sample| sample.fits_mm >= tool.tool.radius_mm() * (1.0 - FITS);
+        let fits = |k: usize, sample: &Sample| {
+            sample.fits_mm >= balls[k].tool.radius_mm() * (1.0 - FITS) && sample.stands >> k & 1 == 1
+        };
         let patch = |sample: &Sample| {
             let reached_by = balls
                 .iter()
                 .enumerate()
-                .filter(|(k, tool)| (are_all_stuck || !is_stuck(*k)) && fits(tool, sample));
+                .filter(|(k, _)| (are_all_stuck || !is_stuck(*k)) && fits(*k, sample));
             let reached_by = reached_by.fold(0, |bits, (k, _)| bits | 1_u64 << k);
             ReachPatch { area_mm2: sample.area_mm2, reached_by }
         };
@@ -273,7 +274,12 @@ mod tests {
     /// A square metre, of which a share has room for no more than the second ball.
     fn samples(narrow_share: f64, fits_mm: [f64; 2]) -> [Sample; 2] {
         // Valleys are hollow arcs.
-        let of = |share: f64, fits_mm: f64| Sample { area_mm2: 1e6 * share, fits_mm, hollow_mm: fits_mm };
+        let of = |share: f64, fits_mm: f64| Sample {
+            area_mm2: 1e6 * share,
+            fits_mm,
+            hollow_mm: fits_mm,
+            stands: u64::MAX,
+        };
         [of(1.0 - narrow_share, fits_mm[0]), of(narrow_share, fits_mm[1])]
     }
 
@@ -317,6 +323,20 @@ mod tests {
         assert_eq!(chosen(0.0), ["ball 10"]);
         assert_eq!(chosen(0.05), ["ball 20", "ball 4"]);
         assert_eq!(chosen(0.9), ["ball 4"]);
+    }
+
+    /// Where only the smallest ball sticks out far enough, it is the one of the rest.
+    #[test]
+    fn a_ball_reaches_nothing_where_its_holder_is_in_the_way() {
+        let balls: Vec<LibraryTool> = Shop::shipped()
+            .library
+            .tools
+            .into_iter()
+            .filter(|t| ["ball 4", "ball 10"].contains(&&*t.name))
+            .collect();
+        let deep = Sample { stands: 0b01, ..samples(0.0, [30.0; 2])[0] };
+        let reached = Reached::new(balls, &[deep], &[0, 1]);
+        assert_eq!((reached.by_mm2(0), reached.by_mm2(1), reached.by_any_mm2()), (1e6, 0.0, 1e6));
     }
 
     /// Where bores are as wide as a ball, it has no room in them.

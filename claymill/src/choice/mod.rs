@@ -174,7 +174,8 @@ pub fn choose(
     if let Some(finish) = process.stage(StageKind::Finish) {
         let axes: Vec<Vector3> = prepared.options.frames()?.iter().map(|frame| frame.axis()).collect();
         let most_mm = shop.library.tools.iter().map(|t| t.tool.radius_mm()).fold(0.0, f64::max);
-        let samples = fits::samples(prepared, &axes, most_mm, monitor).map_err(Error::Cancelled)?;
+        let balls = chooser.balls(None);
+        let samples = fits::samples(prepared, &axes, (&balls, most_mm), monitor).map_err(Error::Cancelled)?;
         chooser.surface(finish, process.stage(StageKind::Rest), &samples, wish.scallop_mm)?;
     }
     for (kind, from) in &process.skipped {

@@ -7,7 +7,7 @@ use claymill::{
     Strategy, Wish, choose,
 };
 use claymill_tooling::{MachineShape, ReadOptions, read_library};
-use claymill_toolpath::{FolderWriter, Mirror, StockFile};
+use claymill_toolpath::{FolderWriter, Holder, Mirror, StockFile};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
@@ -139,7 +139,6 @@ pub(super) struct Chosen {
     shop: Shop,
     wish: Wish,
     options: JobOptions,
-    has_own_tools: bool,
 }
 
 /// Plans all operations, verifies them as one job, and puts its folder into place.
@@ -268,7 +267,15 @@ impl Chosen {
                 "Leave --tool out, or give --tools a library with the tools that may be taken.",
             ));
         }
-        Ok(Chosen { shop, wish, options, has_own_tools: asked.tools.is_some() })
+        for tool in &mut shop.library.tools {
+            tool.holder = match &options.holder {
+                // A tool that such a holder does not hold is refused if it is taken.
+                Some(text) => Holder::parse(text, &tool.tool).ok(),
+                // What holds the shipped tools on somebody's machine is not known.
+                None => tool.holder.take().filter(|_| asked.tools.is_some()),
+            };
+        }
+        Ok(Chosen { shop, wish, options })
     }
 
     /// The operations, said with their reasons.
@@ -306,9 +313,7 @@ impl Chosen {
         let corner = |b: &[f64]| format!("{},{},{}", b[0], b[1], b[2]);
         options.tool = Some(o.tool.tool.to_string());
         options.tool_number = Some(o.tool_number);
-        // What holds the shipped tools on somebody's machine is not known.
-        let held = o.tool.holder.as_ref().filter(|_| self.has_own_tools).map(ToString::to_string);
-        options.holder = options.holder.or(held);
+        options.holder = options.holder.or_else(|| o.tool.holder.as_ref().map(ToString::to_string));
         options.rest_of = o.rest_of.map(|tool| tool.to_string());
         options.allowance = Some(o.allowance_mm);
         options.scallop = Some(o.scallop_mm);

@@ -198,3 +198,27 @@ fn proofs_agree_with_many_points() {
     }
     assert!(clear >= 15 && met >= 10 && open <= 3, "{clear} {met} {open}");
 }
+
+/// Beside a wall that ends 50 mm above the tip a holder of 10 mm that sticks out 40 mm: in it, near it, and clear of it; a shank
+/// need not keep a distance.
+#[test]
+fn what_is_struck_is_the_holder_where_stock_is_nearer_than_it_keeps() {
+    let moves = [straight(MoveKind::Cut, [0.0, 0.0, -20.0], [0.0, 1.0, -20.0])];
+    let stock = || block([20.0, -50.0, -30.0], [60.0, 50.0, 30.0]);
+    let axis = Vector3::z();
+    let struck = |tool: ToolRecord, x: f64, z: f64, kept_mm: f64| {
+        check(stock(), &moves, &[tool]).struck_at(0, &Point3::new(x, 0.0, z), &axis, kept_mm)
+    };
+    let held = || tool("T1", "ball:5,length:30,shank:10", Some("40:20-20x60"));
+    assert_eq!(struck(held(), 9.5, -20.0, 0.0), None);
+    assert_eq!(struck(held(), 9.5, -20.0, 1.0), Some(ToolPart::Holder));
+    assert_eq!(struck(held(), 8.9, -20.0, 1.0), None);
+    assert_eq!(struck(held(), 10.5, -20.0, 0.0), Some(ToolPart::Holder));
+    // Over it.
+    assert_eq!(struck(held(), 12.0, -9.5, 0.0), None);
+    assert_eq!(struck(held(), 12.0, -9.5, 1.0), Some(ToolPart::Holder));
+    assert_eq!(struck(held(), 12.0, -8.9, 1.0), None);
+    let thick = tool("T1", "ball:5,length:30,shank:20", None);
+    assert_eq!(struck(thick.clone(), 10.5, -20.0, 0.0), Some(ToolPart::Shank));
+    assert_eq!(struck(thick, 9.5, -20.0, 1.0), None);
+}

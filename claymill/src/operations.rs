@@ -5,8 +5,8 @@ use std::path::Path;
 use claymill_clearing::ClearingError;
 use claymill_paths::{InProcess, PlanOptions};
 use claymill_toolpath::{
-    FilePlace, FolderWriter, Job as JobRecord, LATEST_FORMAT_VERSION, Monitor, Operation, OperationKind,
-    Program, Setup, Stock, Totals,
+    FilePlace, FolderWriter, Holder, Job as JobRecord, LATEST_FORMAT_VERSION, Monitor, Operation,
+    OperationKind, Program, Setup, Stock, Tool, Totals,
 };
 
 use crate::error::Error;
@@ -74,6 +74,7 @@ impl<'m> PlannedOperations<'m> {
             let mut prepared = regions.again(&operation.job)?;
             let PlanOptions { tool, allowance_mm, .. } = prepared.options;
             let holder = prepared.options.holder.clone();
+            prepared.options.rest_holder = holder_before(&done, prepared.options.rest_of);
             let stock = states.last().map(|state| state.stock().clone());
             prepared.options.in_process = stock.map(|stock| InProcess { stock, tool, holder, allowance_mm });
             let followed = record.as_ref().zip(states.last());
@@ -188,6 +189,12 @@ impl<'m> PlannedOperations<'m> {
             ..records[main].clone()
         }
     }
+}
+
+/// What held a tool in the last one of operations that are done.
+fn holder_before(done: &[(OperationJob, Planned<'_>)], tool: Option<Tool>) -> Option<Holder> {
+    let last = done.iter().rev().find(|(operation, _)| Some(*operation.job.tool()) == tool);
+    last.and_then(|(operation, _)| operation.job.holder_in_the_way().cloned())
 }
 
 /// Setups of all operations: of one name the highest clearance, the largest area and all of the time.

@@ -24,6 +24,8 @@ const LONGEST_EDGE_RADII: f64 = 2.0;
 const EXCLUDED_EDGE_MM: f64 = 200.0;
 /// Of a huge model edges may be longer, so that there are no more than about so many triangles in all.
 const TRIANGLES: f64 = 4e6;
+/// Triangles are counted on a mesh of sides that are so many times as long.
+const COARSER: f64 = 4.0;
 /// Edges are cut into pieces that leave their chord by no more than this, mm.
 const EDGE_DEVIATION_MM: f64 = 0.02;
 const EDGE_PIECE_MM: f64 = 15.0;
@@ -129,6 +131,21 @@ impl Covering {
         let adjacency = Adjacency::new(&meshes);
         let edges = model.faces.par_iter().enumerate().flat_map_iter(|(id, f)| edge_pieces(id, f)).collect();
         Ok(Covering { meshes, deviation_mm, curvature, rimmed, adjacency, edges })
+    }
+
+    /// About how many triangles a covering for a ball has: a coarse one, and from its triangles those of the sides that are asked for.
+    /// Where parameters of a surface are uneven, they are many times as many as its area asks for.
+    #[must_use]
+    pub fn expected_triangles(model: &Model, excluded: &[bool], area_mm2: f64, radius_mm: f64) -> f64 {
+        let longest_edge_mm = Self::longest_edge_mm(area_mm2, radius_mm);
+        // What a triangle deviates goes with the square of its sides.
+        let deviation_mm = COARSER * COARSER * DEVIATION_MM * larger_than_usual(radius_mm);
+        let options = MeshOptions { deviation_mm, longest_edge_mm: COARSER * longest_edge_mm };
+        let counted = model.faces.par_iter().zip(excluded).filter(|(_, is_excluded)| !**is_excluded);
+        let count =
+            |(face, _): (&Face, &bool)| tessellate(face, &options).map_or(0, |mesh| mesh.triangles.len());
+        let counts: Vec<usize> = counted.map(count).collect();
+        COARSER * COARSER * counts.into_iter().sum::<usize>() as f64
     }
 
     /// How long sides of triangles may be over a model of `area_mm2` for a ball, mm.

@@ -250,3 +250,23 @@ fn a_ball_that_touches_one_flank_of_a_groove_is_held_up_by_the_other() {
         assert!(held(surface.point(u, -50.0), n * n.z.signum(), 1, (u, -50.0)), "in the fillet at {share}");
     }
 }
+
+/// Of a plane and a sphere, whose parameters are uneven at its poles.
+#[test]
+fn as_many_triangles_are_expected_as_there_are() {
+    let ball =
+        analytic::sphere(&placed(Point3::origin(), Vector3::z()), 60.0, (0.0, TAU), (-FRAC_PI_2, FRAC_PI_2));
+    let model = Model {
+        faces: vec![face(plane_through(0.0, (-100.0, 100.0))), face(ball.unwrap())],
+        ..Model::default()
+    };
+    let area_mm2 = model.faces.iter().map(Face::area_mm2).sum();
+    for radius_mm in [1.0, 3.0] {
+        let covering = Covering::new(&model, &[false; 2], area_mm2, radius_mm).unwrap();
+        let count = covering.meshes().iter().map(|mesh| mesh.triangles.len()).sum::<usize>() as f64;
+        let expected = Covering::expected_triangles(&model, &[false; 2], area_mm2, radius_mm);
+        assert!((0.7..1.5).contains(&(expected / count)), "{expected} for {count}");
+        let of_one = Covering::expected_triangles(&model, &[true, false], area_mm2, radius_mm);
+        assert!(of_one < expected);
+    }
+}

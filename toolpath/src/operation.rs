@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::job::{Area, FaceAccount, Job, RegionTotals, Request, Setup, Totals};
+use crate::job::{Area, FaceAccount, Job, RegionTotals, Request, Setup, ToolRecord, Totals};
 use crate::moves::{Move, Program};
 
 /// What an operation is for.
@@ -102,7 +102,7 @@ impl Job {
             stock: None,
             request: operation.request.clone(),
             tolerances: operation.tolerances.clone(),
-            tools: self.tools.iter().filter(|tool| tool.id == operation.tool).cloned().collect(),
+            tools: self.tools_of(operation).cloned().collect(),
             setups: operation.setups.clone(),
             regions: operation.regions.clone(),
             totals: operation.totals,
@@ -113,6 +113,15 @@ impl Job {
             timings: Vec::new(),
             peak_memory_mb: 0.0,
         })
+    }
+
+    /// The tool of an operation, then the one whose rest it cuts, if the job has that.
+    fn tools_of(&self, operation: &Operation) -> impl Iterator<Item = &ToolRecord> {
+        let own = self.tools.iter().filter(|tool| tool.id == operation.tool);
+        let rest_of = operation.request.rest_of;
+        let earlier =
+            self.tools.iter().find(move |tool| tool.id != operation.tool && Some(tool.tool) == rest_of);
+        own.chain(earlier)
     }
 
     /// The operation that cuts most of the surface.

@@ -86,8 +86,9 @@ pub(crate) struct Reach<'a> {
     views: Vec<(Vector3, DropMesh<'a>)>,
     limits: Option<Limits<'a>>,
     tool: Tool,
-    /// What holds it in each view, and the distance that it keeps, mm.
+    /// What holds it in each view, and the earlier one; and the distance that it keeps, mm.
     held: Vec<Option<Held>>,
+    earlier_held: Vec<Option<Held>>,
     held_off_mm: f64,
     /// The earlier tool, where a job cuts its rest.
     earlier: Option<Tool>,
@@ -107,17 +108,20 @@ impl<'a> Reach<'a> {
     pub(crate) fn new(scene: &'a Scene<'a>, mesh: &'a Mesh, meshes: &'a [Option<FaceMesh>]) -> Self {
         let tools = scene.job.tools.iter().map(|t| &t.tool).chain([&scene.job.request.tool]);
         let end = tools.filter_map(EndBody::of).next();
-        let axes = directions(scene.job);
         let own = [Some(&scene.job.request.tool), scene.job.request.rest_of.as_ref()];
-        let number = scene.job.tools.iter().position(|t| t.tool == scene.job.request.tool);
-        let held = |view| Some(Held::of(&scene.holder(number?, view)?));
+        let axes = directions(scene.job);
+        let held = |tool: Option<Tool>| -> Vec<Option<Held>> {
+            let number = scene.job.tools.iter().position(|t| Some(t.tool) == tool);
+            (0..axes.len()).map(|view| Some(Held::of(&scene.holder(number?, view)?))).collect()
+        };
         let thinnest_mm = own.into_iter().flatten().map(Tool::radius_mm).fold(f64::INFINITY, f64::min);
         Reach {
             scene,
             views: axes.iter().map(|&a| (a, DropMesh::new(mesh, &a))).collect(),
             limits: Limits::new(scene, mesh),
             tool: scene.job.request.tool,
-            held: (0..axes.len()).map(held).collect(),
+            held: held(Some(scene.job.request.tool)),
+            earlier_held: held(scene.job.request.rest_of),
             held_off_mm: scene.holder_clearance_mm(),
             earlier: scene.job.request.rest_of,
             earlier_sink_mm: (scene.options.cut_limit - 1.0) * scene.scallop_mm(),
@@ -365,10 +369,10 @@ impl<'a> Reach<'a> {
                 let tip = centre - Vector3::z() * radius_mm;
                 !view.blocks(&centre, slim) && !sides_enter(view, &tool, &tip)
             };
-            // What held an earlier tool is not asked.
             let is_held_off = |setup: usize, view: &DropMesh<'_>| {
-                tool == self.tool
-                    && self.is_held_off(setup, &(view.in_frame(&ball) - Vector3::z() * radius_mm))
+                let held = if tool == self.tool { &self.held } else { &self.earlier_held };
+                let tip = view.in_frame(&ball) - Vector3::z() * radius_mm;
+                held[setup].as_ref().is_some_and(|held| held.comes_near(view, &tip, self.held_off_mm))
             };
             let beside = ball + n * OFF_WALL_MM;
             let has_room = || !self.scene.closest.any_within(&beside, radius_mm - STANDS_OUT_MM);
@@ -389,7 +393,9 @@ impl<'a> Reach<'a> {
                     fits = Some(SurfaceState::OutOfBounds);
                     continue;
                 }
-                let struck = self.stock.struck.and_then(|struck| struck(&ball, axis));
+                // Stock that an earlier tool left is there for this one to cut.
+                let asked = self.stock.struck.filter(|_| tool == self.tool);
+                let struck = asked.and_then(|struck| struck(&ball, axis));
                 if struck == Some(ToolPart::Holder) || (struck.is_none() && is_held_off(setup, view)) {
                     fits.get_or_insert(SurfaceState::HolderInTheWay);
                 } else if struck.is_some() {
@@ -400,7 +406,8 @@ impl<'a> Reach<'a> {
             }
             fits
         };
-        let gets_there = |state: SurfaceState| state != SurfaceState::Hidden;
+        let gets_there =
+            |state: SurfaceState| !matches!(state, SurfaceState::Hidden | SurfaceState::HolderInTheWay);
         if self.earlier.is_some_and(|tool| fits(tool, self.earlier_sink_mm, None).is_some_and(gets_there)) {
             return SurfaceState::EarlierTool;
         }

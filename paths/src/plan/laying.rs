@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use claymill_contact::{BallDrop, Covering, FreeSides, Material, Rims, near_mm};
 use claymill_nurbs::{Aabb, FaceId, Model, Point3};
 use claymill_surface_merge::{Guides, RegionMesh};
-use claymill_toolpath::{Cancelled, Monitor, PartKey, Stage, Tool};
+use claymill_toolpath::{Cancelled, Holder, Monitor, PartKey, Stage, Tool};
 use rayon::prelude::*;
 use tracing::info_span;
 
@@ -118,13 +118,16 @@ pub(super) fn with_laying<T>(
         };
         frames.par_iter().map(drop).collect()
     };
-    let mut balls = of_tool(&options.tool);
-    if let Some(holder) = &options.holder {
-        let clearance_mm = options.holder_clearance_mm + HOLDER_MARGIN_MM;
-        let held = balls.into_iter().map(|ball| ball.with_holder(holder, clearance_mm));
-        balls = held.collect();
-    }
-    let earlier = options.rest_of.map_or_else(Vec::new, |tool| of_tool(&tool));
+    let clearance_mm = options.holder_clearance_mm + HOLDER_MARGIN_MM;
+    let held = |tool: &Tool, holder: &Option<Holder>| -> Vec<BallDrop> {
+        let balls = of_tool(tool).into_iter();
+        match holder {
+            Some(holder) => balls.map(|ball| ball.with_holder(holder, clearance_mm)).collect(),
+            None => balls.collect(),
+        }
+    };
+    let balls = held(&options.tool, &options.holder);
+    let earlier = options.rest_of.map_or_else(Vec::new, |tool| held(&tool, &options.rest_holder));
     let stock: Vec<BallDrop> = match options.stock_above_mm {
         mm if mm > 0.0 => {
             frames.par_iter().map(|f| BallDrop::new(model, covering, f, radius_mm + mm)).collect()

@@ -49,6 +49,8 @@ pub struct PlanOptions {
     pub holder_clearance_mm: f64,
     /// A larger tool that has been over the model: only what it could not cut is cut.
     pub rest_of: Option<Tool>,
+    /// What held that one, if its passes kept it clear: what it was in the way of is left, and cut.
+    pub rest_holder: Option<Holder>,
     /// Only what has more stock than this above what these passes leave is cut, mm; everything if `None`.
     pub rest_above_mm: Option<f64>,
     /// The stock as earlier operations left it: [`PlanOptions::rest_above_mm`] asks of it, and shank and holder keep
@@ -105,6 +107,7 @@ impl PlanOptions {
             holder: None,
             holder_clearance_mm: HOLDER_CLEARANCE_MM,
             rest_of: None,
+            rest_holder: None,
             rest_above_mm: None,
             in_process: None,
             allowance_mm: 0.0,
@@ -141,7 +144,7 @@ impl PlanOptions {
             let too_small = PlanError::Allowance { tool: *tool, allowance_mm };
             tool.swollen(allowance_mm).ok_or(too_small)
         };
-        // The tip of the swollen tool is lower, and its holder as much farther from it.
+        // The tip of a swollen tool is lower, and its holder as much farther from it.
         let raised = |mut holder: Holder| {
             holder.stick_out_mm += allowance_mm;
             holder
@@ -149,6 +152,7 @@ impl PlanOptions {
         Ok(PlanOptions {
             tool: swollen(&self.tool)?,
             holder: self.holder.clone().map(raised),
+            rest_holder: self.rest_holder.clone().map(raised),
             rest_of: self.rest_of.as_ref().map(swollen).transpose()?,
             rest_above_mm: self.rest_above_mm.map(|mm| mm + allowance_mm),
             scallop_mm: swollen_scallop_mm(self.tool.radius_mm(), self.scallop_mm, allowance_mm),

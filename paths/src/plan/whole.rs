@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
+use claymill_contact::Covering;
 use claymill_nurbs::{Aabb, FaceId, Model};
 use claymill_toolpath::Monitor;
 
@@ -20,6 +21,11 @@ use crate::plan::regions::Regions;
 const FINEST: f64 = 0.5;
 const MANY_SQUARES: f64 = 2e5;
 const FINEST_STEPS: f64 = 1.5;
+/// But for a rest no more triangles than this, as every setup holds them for two balls: 2 kB each. Of small balls in large models
+/// they are larger.
+const MOST_TRIANGLES: f64 = 2.5e6;
+/// On surfaces with uneven parameters there are up to so many times as many as the area asks for.
+const UNEVEN: f64 = 20.0;
 /// Where there are no more of the smallest squares than this, strips that a setup gets to are looked for on parts of triangles.
 const FEW_SQUARES: f64 = 1e5;
 
@@ -43,7 +49,7 @@ impl<'a> Whole<'a> {
     ) -> Result<Self, PlanError> {
         check_size(model, options.tool.radius_mm())?;
         let obstacles: Vec<FaceId> = obstacles.collect();
-        let fineness_mm = fineness_mm(options, area_mm2(regions));
+        let fineness_mm = fineness_mm(model, regions, options);
         let aside = Aside { bare: &[], obstacles: &obstacles };
         let keys = PlanKeys::new(model, regions, options, &aside, fineness_mm);
         Ok(Whole { model, regions, obstacles, options, fineness_mm, keys })
@@ -104,10 +110,17 @@ fn area_mm2(regions: &Regions) -> f64 {
 }
 
 /// Sides of the triangles on which it is decided what a setup cuts, mm.
-fn fineness_mm(options: &PlanOptions, area_mm2: f64) -> f64 {
-    let radius_mm = options.tool.radius_mm();
+fn fineness_mm(model: &Model, regions: &Regions, options: &PlanOptions) -> f64 {
+    let (radius_mm, area_mm2) = (options.tool.radius_mm(), area_mm2(regions));
     if options.is_rest() {
-        return FINEST * radius_mm;
+        let finest_mm = FINEST * radius_mm;
+        // Mostly the area tells that they are few.
+        let edge_mm = Covering::longest_edge_mm(area_mm2, finest_mm);
+        if UNEVEN * 2.0 * area_mm2 / (edge_mm * edge_mm) < MOST_TRIANGLES {
+            return finest_mm;
+        }
+        let expected = Covering::expected_triangles(model, regions.excluded, area_mm2, finest_mm);
+        return finest_mm * (expected / MOST_TRIANGLES).max(1.0).sqrt();
     }
     let step_mm = flat_mm(radius_mm, options.scallop_mm);
     let finest_mm = (FINEST * radius_mm).max(FINEST_STEPS * step_mm).min(radius_mm);

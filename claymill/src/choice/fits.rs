@@ -176,7 +176,7 @@ mod tests {
             let wide_at = |height: f64| {
                 let wide = |[[low, r_low], [high, r_high]]: [[f64; 2]; 2]| {
                     let share = if high.is_finite() { (height - low) / (high - low) } else { 0.0 };
-                    (low..=high).contains(&height).then(|| r_low + share * (r_high - r_low))
+                    (low..=high).contains(&height).then_some(r_low + share * (r_high - r_low))
                 };
                 sides().filter_map(wide).fold(0.0, f64::max)
             };

@@ -62,6 +62,8 @@ fn passes_keep_clear_of_a_holder_and_what_it_keeps_them_from_is_named() {
     let from_both_mm2 = left_mm2("top,front", straight);
     assert!(0.0 < from_both_mm2 && from_both_mm2 < 0.8 * from_top_mm2, "{from_both_mm2} of {from_top_mm2}");
     assert_eq!(left_mm2("top", "70:30-30x100"), 0.0);
+    let touching_mm2 = left_mm2("top", "40:30-30x100 --holder-clearance 0");
+    assert!((80.0 * 14.8..from_top_mm2).contains(&touching_mm2), "{touching_mm2} of {from_top_mm2}");
 }
 
 #[test]

@@ -64,7 +64,8 @@ impl Held {
         Held { body: body::of_holder(holder), stick_out_mm: holder.stick_out_mm }
     }
 
-    /// Whether it surely comes nearer to the model than this, mm, with the tip in one place of the view.
+    /// Whether it surely comes nearer to the model than this, mm, with the tip in one place of the view; of no more than triangles
+    /// deviate, whether it meets one.
     pub(crate) fn comes_near(&self, view: &DropMesh<'_>, tip: &Point3, clearance_mm: f64) -> bool {
         let from = tip.z + self.stick_out_mm - clearance_mm;
         let widest_mm = self.body.iter().map(|f| f.outer).fold(0.0, f64::max) + clearance_mm;
@@ -72,10 +73,9 @@ impl Held {
         view.visit(
             |b| b.max.z > from && beside_mm(b, tip) < widest_mm,
             |i| {
-                let (prism, kept_mm) =
-                    (Prism::new(&view.corners(i), tip, tip), clearance_mm - view.deviation(i));
-                let comes_near = |f: &Frustum| !prism.keeps(f, self.stick_out_mm, kept_mm);
-                is_near = kept_mm > 0.0 && self.body.iter().any(comes_near);
+                let prism = Prism::new(&view.corners(i), tip, tip);
+                let kept_mm = (clearance_mm - view.deviation(i)).max(f64::MIN_POSITIVE);
+                is_near = self.body.iter().any(|f| !prism.keeps(f, self.stick_out_mm, kept_mm));
                 if is_near { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             },
         );

@@ -9,7 +9,7 @@
 //!
 //! Levels are nested, the lower the smaller. So the stock about the lower end of a section is all that it can meet.
 
-use claymill_toolpath::{Holder, Tool};
+use claymill_toolpath::{Cancelled, Holder, Monitor, Tool};
 
 use crate::planar_set::PlanarSet;
 use crate::stairs::{Level, disc_mm};
@@ -58,6 +58,7 @@ impl<'t> HolderBody<'t> {
             let steps = (grown_mm / STEP_MM).ceil().clamp(1.0, MOST_STEPS);
             for k in 0..steps as usize {
                 let share = |k: usize| k as f64 / steps;
+                // A shank without end has one step.
                 let height_mm = if k == 0 { low_mm } else { low_mm + (high_mm - low_mm) * share(k) };
                 let radius_mm = low_radius_mm + grown_mm * share(k + 1) + kept_mm;
                 let height_mm = height_mm - kept_mm;
@@ -72,9 +73,16 @@ impl<'t> HolderBody<'t> {
     }
 
     /// Takes out of levels in machining order what shank and holder are in the way of.
-    pub(crate) fn keep_clear(&self, levels: &mut [Level]) -> Option<KeptOut> {
+    ///
+    /// # Errors
+    /// The monitor ends it.
+    pub(crate) fn keep_clear(
+        &self,
+        levels: &mut [Level],
+        monitor: &dyn Monitor,
+    ) -> Result<Option<KeptOut>, Cancelled> {
         if self.sections.is_empty() {
-            return None;
+            return Ok(None);
         }
         let top_mm = levels.iter().map(|level| level.above).fold(f64::NEG_INFINITY, f64::max);
         let mut all: Option<KeptOut> = None;
@@ -86,6 +94,7 @@ impl<'t> HolderBody<'t> {
             let of_slab = &mut rest[..=stairs];
             let mut lost = PlanarSet::default();
             for level in &mut *of_slab {
+                monitor.go_on()?;
                 // What lower levels of the slab do not cut is there for this one.
                 level.taken = level.taken.minus(&lost);
                 level.stock = level.stock.union(&lost);
@@ -113,7 +122,7 @@ impl<'t> HolderBody<'t> {
             slabs.push(slab);
             first += stairs + 1;
         }
-        all
+        Ok(all)
     }
 
     /// Where the centre would bring a section to what stands, with the tip at a height.
@@ -187,7 +196,8 @@ mod tests {
         let tool = "flat:5,length:15".parse().unwrap();
         let holder = Holder::parse("25:24-24x10,36-36x50", &tool).unwrap();
         let mut levels = pocket();
-        let kept_out = HolderBody::of(&tool, Some((&holder, 1.0))).keep_clear(&mut levels).unwrap();
+        let kept_out =
+            HolderBody::of(&tool, Some((&holder, 1.0))).keep_clear(&mut levels, &()).unwrap().unwrap();
         // What the levels above have left of the pocket is as far in as they were kept.
         let halves_mm: Vec<f64> = levels.iter().map(|l| 0.5 * l.feasible.area_mm2().sqrt()).collect();
         let mut expected_mm: Vec<f64> = Vec::new();
@@ -213,8 +223,8 @@ mod tests {
         let tool = "flat:5,length:15".parse().unwrap();
         let holder = Holder::parse("62:24-60x50", &tool).unwrap();
         let mut levels = pocket();
-        assert_eq!(HolderBody::of(&tool, Some((&holder, 1.0))).keep_clear(&mut levels), None);
+        assert_eq!(HolderBody::of(&tool, Some((&holder, 1.0))).keep_clear(&mut levels, &()).unwrap(), None);
         assert!(levels.iter().zip(pocket()).all(|(a, b)| a.feasible == b.feasible && a.stock == b.stock));
-        assert_eq!(HolderBody::of(&tool, None).keep_clear(&mut levels), None);
+        assert_eq!(HolderBody::of(&tool, None).keep_clear(&mut levels, &()).unwrap(), None);
     }
 }

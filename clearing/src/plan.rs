@@ -165,8 +165,7 @@ pub fn plan_levels(
     };
     let mut levels = slabs.levels(&heights, depths.top_mm, monitor)?;
     let holder = options.holder.as_ref().map(|(holder, clearance_mm)| (holder, *clearance_mm));
-    let kept_out = HolderBody::of(tool, holder).keep_clear(&mut levels);
-    monitor.go_on()?;
+    let kept_out = HolderBody::of(tool, holder).keep_clear(&mut levels, monitor)?;
     let clearing =
         Clearing { options, monitor, thin_mm: piece.thin_mm, all: levels.len(), done: AtomicUsize::new(0) };
     let done = clearing.cleared(&mut levels, tool)?;

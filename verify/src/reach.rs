@@ -182,7 +182,11 @@ impl<'a> Reach<'a> {
 
     /// Whether the holder surely comes too near to the model in a setup, with the tip in one place of its view.
     pub(crate) fn is_held_off(&self, setup: usize, tip: &Point3) -> bool {
-        let held = self.held.get(setup).and_then(Option::as_ref);
+        self.holds_off(&self.held, setup, tip)
+    }
+
+    fn holds_off(&self, held: &[Option<Held>], setup: usize, tip: &Point3) -> bool {
+        let held = held.get(setup).and_then(Option::as_ref);
         held.is_some_and(|held| held.comes_near(self.setup(setup), tip, self.held_off_mm))
     }
 
@@ -372,7 +376,7 @@ impl<'a> Reach<'a> {
             let is_held_off = |setup: usize, view: &DropMesh<'_>| {
                 let held = if tool == self.tool { &self.held } else { &self.earlier_held };
                 let tip = view.in_frame(&ball) - Vector3::z() * radius_mm;
-                held[setup].as_ref().is_some_and(|held| held.comes_near(view, &tip, self.held_off_mm))
+                self.holds_off(held, setup, &tip)
             };
             let beside = ball + n * OFF_WALL_MM;
             let has_room = || !self.scene.closest.any_within(&beside, radius_mm - STANDS_OUT_MM);

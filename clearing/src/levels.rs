@@ -7,8 +7,6 @@
 //!             ╰──── flat
 //! ```
 
-use std::f64::consts::PI;
-
 use claymill_nurbs::Model;
 use claymill_toolpath::Monitor;
 
@@ -24,6 +22,8 @@ const FLAT_MM: f64 = 1e-5;
 const SAME_MM: f64 = 1e-3;
 /// Regions just above and below a flat are this far from it, mm.
 const BESIDE_MM: f64 = 2e-3;
+/// Floors that the centre reaches over less width are no flats, in radii of the tool.
+const NARROWEST_RADII: f64 = 0.05;
 /// Levels of a setup at most.
 pub const MOST_LEVELS: usize = 2_000;
 
@@ -97,7 +97,8 @@ pub fn flats_mm(model: &Model, frame: &Frame, allowance_mm: f64) -> Vec<f64> {
     found
 }
 
-/// Those of the flats on which the tool can stand somewhere: what it reaches just above and not just below is a tool's disc or more.
+/// Those of the flats on which the tool can stand somewhere: what its centre reaches just above and not just below is as wide as
+/// a cut. A step at the edge of a part is narrower than the tool, which stands out over it.
 ///
 /// # Errors
 /// As [`Reach::region`].
@@ -111,8 +112,8 @@ pub fn standing_flats_mm(
     let beside: Vec<f64> = flats_mm.iter().flat_map(|z| [z + BESIDE_MM, z - BESIDE_MM]).collect();
     let regions = reach.regions(&beside, monitor)?;
     for (&z, regions) in flats_mm.iter().zip(regions.chunks(2)) {
-        let jump_mm2 = regions[0].area_mm2() - regions[regions.len() - 1].area_mm2();
-        if jump_mm2 >= PI * radius_mm * radius_mm {
+        let jump = regions[0].minus(&regions[regions.len() - 1]);
+        if !jump.eroded(0.5 * NARROWEST_RADII * radius_mm).is_empty() {
             standing.push(z);
         }
     }
@@ -141,6 +142,8 @@ pub fn left_mm3(stock: &PlanarSet, top_mm: f64, levels: &[(f64, PlanarSet)], rad
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
 
     #[test]

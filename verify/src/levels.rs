@@ -6,6 +6,9 @@
 //!      ────┴──┤ tool ├     itself from a setup of the operation. There no more stock may be left than allowance and band.
 //!     ━━━━━━━━━━━━━━━━━
 //! ```
+//!
+//! Over a wall stock counts as far as the wall is the nearest face: farther off it stands over the floor. A stair that is low over a
+//! floor is as wide as the floor.
 
 use std::collections::BTreeMap;
 
@@ -57,6 +60,10 @@ const MESH_MM: f64 = 0.03;
 /// A wall may lean over by rounding (`n·axis`), and ground that leans by less (1°) is level.
 const UPRIGHT: f64 = -2e-3;
 const LEVEL_COSINE: f64 = 0.999_85;
+/// Ground that leans by less (60°) from level is a floor, and more is a wall.
+const FLOOR_COSINE: f64 = 0.5;
+/// The largest ball at a wall enters nothing by more, mm.
+const BALL_MM: f64 = 1e-3;
 /// Over level ground the tool is looked for with its middle over the place, and with the place below so many of its edges.
 const EDGES: u32 = 8;
 /// Places of a move at which its axis is held against a box; and it may leave that by as much, mm.
@@ -265,8 +272,12 @@ fn standing(
             let free = sides.filter(|(along, _)| scene.free_sides[face].allows(*along)).map(|side| side.1);
             let stands = free.filter_map(|normal| {
                 let stands = stands(scene, reach, &body, [&point.coords, &normal], off_mm)?;
-                // Between two walls each has its half.
-                let ahead_mm = 0.5 * reach.setup(0).clear_ahead_mm(&point, &normal, 2.0 * farthest_mm);
+                let ahead_mm = if stands.is_floor {
+                    0.5 * reach.setup(0).clear_ahead_mm(&point, &normal, 2.0 * farthest_mm)
+                } else {
+                    // Farther from a wall other faces are nearer: a low stair over a floor runs on up to there.
+                    scene.closest.largest_ball_mm(&point, &normal, [0.0, farthest_mm], BALL_MM)
+                };
                 Some((stands, StockSample { point, normal, area_mm2, ahead_mm }))
             });
             stands.reduce(|a, b| if b.0.gets_in && !a.0.gets_in { b } else { a })
@@ -289,6 +300,8 @@ fn standing(
 struct Stands {
     /// Whether there is a way to it.
     gets_in: bool,
+    /// Whether it is a floor rather than a wall from one of the setups in which there is.
+    is_floor: bool,
     /// All of the poses to which there is one, if it has a holder.
     poses: Vec<Pose>,
 }
@@ -305,12 +318,14 @@ fn stands(
     let place = Point3::from(*place);
     let dead_centre_mm = scene.job.request.levels.map_or(0.0, |l| l.dead_centre_of_mm(2.0 * body.radius_mm));
     let mut found: Option<Stands> = None;
-    for (setup, record) in scene.job.setups.iter().enumerate() {
-        let is_held = reach.has_holder(setup);
-        let (axis, view) = (Vector3::from(record.axis), reach.setup(setup));
-        let facing = n.dot(&axis);
+    let axes = scene.job.setups.iter().map(|record| Vector3::from(record.axis));
+    let mut setups: Vec<(usize, f64, Vector3)> = axes.enumerate().map(|(k, a)| (k, n.dot(&a), a)).collect();
+    // What is a wall in one setup may be a floor in another.
+    setups.sort_by(|a, b| b.1.total_cmp(&a.1));
+    for (setup, facing, axis) in setups {
+        let (is_held, view) = (reach.has_holder(setup), reach.setup(setup));
         if facing < UPRIGHT {
-            continue;
+            break;
         }
         let is_free = |at: &Point3| !view.may_hold(at, body);
         let mut stands = |tip: Point3| {
@@ -320,6 +335,7 @@ fn stands(
             if stands {
                 let found = found.get_or_insert_default();
                 found.gets_in |= gets_in;
+                found.is_floor |= gets_in && facing > FLOOR_COSINE;
                 if gets_in && is_held {
                     found.poses.push((setup, tip + n * off_mm));
                 }

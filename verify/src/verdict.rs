@@ -16,6 +16,8 @@ use crate::{HolderClearance, ShankContact};
 const AREAS_AGREE: f64 = 1e-6;
 /// Reachable area left on less than this share of the cut area is sampling noise along boundaries.
 const LEFT_SHARE: f64 = 1e-3;
+/// And less than the square of this many radii is less than the shortest pass cuts: of a small part any corner is a large share.
+const LEFT_RADII: f64 = 0.25;
 /// From this share of all area on it is said what is out of reach for the holder.
 const SAID_SHARE: f64 = 1e-5;
 /// The planner's areas by state may differ from the measured ones by this share of the total.
@@ -397,8 +399,9 @@ fn coverage_findings(
         find(Code::NothingCut, Error, "no part of the model is cut".into(), &None);
     }
     if left > 0.0 {
-        let severity =
-            if left > LEFT_SHARE * (cut + area(SurfaceState::EarlierTool)) { Error } else { Warning };
+        let is_share = left > LEFT_SHARE * (cut + area(SurfaceState::EarlierTool));
+        let is_place = left > (LEFT_RADII * job.request.tool.radius_mm()).powi(2);
+        let severity = if is_share && is_place { Error } else { Warning };
         let text = format!(
             "{left:.0} mm² within reach of the tool were left ({:.3} % of the cut area)",
             100.0 * left / cut.max(1e-9)

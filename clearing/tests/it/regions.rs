@@ -2,9 +2,9 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use claymill_clearing::Reach;
+use claymill_clearing::{Reach, flats_mm, standing_flats_mm};
 use claymill_contact::{CONTACT_EPSILON_MM, Covering};
-use claymill_nurbs::analytic::{Frame as Placement, sphere};
+use claymill_nurbs::analytic::{Frame as Placement, plane_patch, sphere};
 use claymill_nurbs::{Model, Point3, Vector3};
 use claymill_tests::model_of;
 
@@ -96,4 +96,24 @@ fn chords_of_a_border_keep_the_allowance() {
         let too_near_mm = too_near_mm(middles);
         assert!(too_near_mm.abs() < 3e-3, "{too_near_mm}");
     }
+}
+
+/// A step at the edge of a part is a flat though no tool fits onto it with all of its width; one as narrow as the allowance of the
+/// wall behind it is none.
+#[test]
+fn a_step_narrower_than_the_tool_is_a_flat() {
+    let plate = |z: f64, [x0, x1]: [f64; 2]| {
+        let at = Placement::new(Point3::new(0.0, 0.0, z), Vector3::z(), Vector3::x()).expect("a placement");
+        plane_patch(&at, (x0, x1), (0.0, 20.0)).expect("a plate")
+    };
+    let standing = |width_mm: f64| {
+        let model = model_of([plate(4.0, [0.0, width_mm]), plate(10.0, [width_mm, 20.0])]);
+        let covering = Covering::new(&model, &[false; 2], 400.0, 3.0).expect("covered");
+        let tool = "flat:3".parse().expect("a tool");
+        let reach = Reach::new(&model, &covering, &top(), &tool, 0.4, [-10.0, -10.0, 30.0, 30.0]);
+        let flats = flats_mm(&model, &top(), 0.4);
+        standing_flats_mm(&reach.expect("a reach"), &flats, 3.0, &()).expect("flats")
+    };
+    assert_eq!(standing(1.2), [10.4, 4.4]);
+    assert_eq!(standing(0.4), [10.4]);
 }

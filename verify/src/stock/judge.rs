@@ -75,16 +75,18 @@ impl StockCheck<'_> {
         let mut thick: Option<(f64, usize)> = None;
         for (k, (sample, found)) in samples.iter().zip(&found).enumerate() {
             left.area_mm2 += sample.area_mm2;
+            let is_beyond = *found == Thickness::Beyond && sample.ahead_mm >= reach;
             let height = match found {
                 Thickness::Known(d) => *d,
-                Thickness::Beyond => reach,
+                // All there is over this place is stock.
+                Thickness::Beyond => reach.min(sample.ahead_mm.max(low)),
                 Thickness::Nothing => -reach,
             };
-            left.beyond += u64::from(*found == Thickness::Beyond);
+            left.beyond += u64::from(is_beyond);
             left.nothing += u64::from(*found == Thickness::Nothing);
             let part = if height < low {
                 &mut left.below
-            } else if height > high || *found == Thickness::Beyond {
+            } else if height > high || is_beyond {
                 &mut left.above
             } else {
                 &mut left.within

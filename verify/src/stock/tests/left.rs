@@ -60,3 +60,18 @@ fn thickness_tells_air_gouge_and_roof() {
     let floor = tunnel.thickness(&Point3::new(0.0, 0.0, 3.5), &Vector3::z(), 4.0);
     assert!((known(floor) - 0.5).abs() < 1e-8, "{floor:?}");
 }
+
+/// What stands over other faces is not over a place: where stock reaches as far as that, it is as thick as that.
+#[test]
+fn stock_is_no_thicker_than_what_is_over_its_place() {
+    let check = check(block([-20.0, -20.0, -10.0], [20.0, 20.0, 10.0]), &[], &[tool("T1", "flat:3", None)]);
+    let over = |ahead_mm: f64| {
+        let sample = StockSample { point: Point3::origin(), normal: Vector3::z(), area_mm2: 1.0, ahead_mm };
+        let band = LeftBand { allowance_mm: 0.4, less_mm: 0.005, more_mm: 1.5, reach_mm: 8.0 };
+        check.stock_left(&[sample], &band, &|| true).unwrap()
+    };
+    let (low, thick, all) = (over(1.2), over(3.0), over(f64::INFINITY));
+    assert!(low.within == 1.0 && low.beyond == 0, "{low:?}");
+    assert!(thick.above == 1.0 && thick.beyond == 0, "{thick:?}");
+    assert!(all.above == 1.0 && all.beyond == 1, "{all:?}");
+}

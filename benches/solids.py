@@ -1,10 +1,11 @@
 """Solids with features, planned and verified: what comes of each model and strategy.
 
     python3 benches/solids.py [CORPUS] [--command CLAYMILL] [--strategies planar,scallop,auto] [--only TEXT]
+    python3 benches/solids.py [CORPUS] --material aluminium [--folders mfcad] [--every 12]
 
 Every file in CORPUS/solids and CORPUS/nist is planned with a ball of about a sixtieth of its longest side and a scallop
-height of a sixtieth of the radius. A row tells the verdict, the findings that are errors, and the time. Exit code 1 where
-a plan fails without a finding that names the reason.
+height of a sixtieth of the radius, or with a whole job for a material; --every 12 takes one file of twelve. A row tells the
+verdict, the findings that are errors, and the time. Exit code 1 where a plan fails without a finding that names the reason.
 """
 
 import argparse
@@ -32,11 +33,14 @@ def size_mm(command, model):
     return max(box[k + 3] - box[k] for k in range(3))
 
 
-def row(command, model, strategy, radius, environment):
+def finishing(radius, strategy):
+    return ["--tool", f"ball:{radius}", "--scallop", f"{max(radius / 60, FINEST_MM):.4g}", "--strategy", strategy]
+
+
+def row(command, model, options, environment):
     with tempfile.TemporaryDirectory() as folder:
         job = Path(folder) / "job"
-        plan = [command, "plan", model, "-o", job, "--tool", f"ball:{radius}", "--scallop", f"{max(radius / 60, FINEST_MM):.4g}",
-                "--strategy", strategy, "--quiet"]
+        plan = [command, "plan", model, "-o", job, *options, "--no-store", "--quiet"]
         began = time.monotonic()
         try:
             ran = subprocess.run([str(p) for p in plan], capture_output=True, text=True, env=environment, timeout=LONGEST_S)
@@ -57,12 +61,16 @@ def main():
     parser.add_argument("--command", type=Path, default=occ.ROOT / "target" / "dist" / "claymill")
     parser.add_argument("--strategies", default="planar,scallop,auto")
     parser.add_argument("--only", default="")
+    parser.add_argument("--folders", default="solids,nist")
+    parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--material")
     arguments = parser.parse_args()
     folder = occ.corpus([arguments.corpus] if arguments.corpus else [])
     command = arguments.command.resolve()
     # Without a Vulkan driver there are no pictures, which take as long as a small plan.
     environment = os.environ | {"VK_DRIVER_FILES": "/nonexistent"}
-    models = sorted(f for part in ("solids", "nist") for f in (folder / part).iterdir() if f.suffix != ".json")
+    models = sorted(f for part in arguments.folders.split(",") for f in (folder / part).iterdir() if f.suffix != ".json")
+    models = models[:: arguments.every]
     passed = total = unnamed = 0
     for model in models:
         if arguments.only not in model.name:
@@ -73,13 +81,17 @@ def main():
             unnamed += 1
             continue
         radius = min(BALLS_MM, key=lambda r: abs(r - size / 60))
-        for strategy in arguments.strategies.split(","):
-            verdict, errors, seconds = row(command, model, strategy, radius, environment)
+        if arguments.material:
+            jobs = {f"{arguments.material} job": ["--material", arguments.material]}
+        else:
+            jobs = {f"{s:8} ball {radius:<5g}": finishing(radius, s) for s in arguments.strategies.split(",")}
+        for job, options in jobs.items():
+            verdict, errors, seconds = row(command, model, options, environment)
             total += 1
             passed += verdict == "PASSED"
             unnamed += verdict != "PASSED" and not errors
             why = "; ".join(errors)
-            print(f"{model.name:34} {strategy:8} ball {radius:<5g} {verdict:11} {seconds:6.1f} s  {why}", flush=True)
+            print(f"{model.name:34} {job} {verdict:11} {seconds:6.1f} s  {why}", flush=True)
     print(f"{passed} of {total} passed")
     sys.exit(1 if unnamed else 0)
 

@@ -5,8 +5,9 @@ use std::hint::black_box;
 
 use claymill_nurbs::{Aabb, Point3, Vector3};
 use claymill_stock::{Stock, Sweep, ToolBody};
-use claymill_toolpath::Tool;
+use claymill_toolpath::{Holder, Tool};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use rayon::prelude::*;
 
 const SIDE_MM: f64 = 400.0;
 const RADIUS_MM: f64 = 10.0;
@@ -91,5 +92,42 @@ fn cut(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, cut);
+/// Pieces cut one after the other, each followed by a look at the shank and the holder: how passes are followed into a stock. The
+/// limit is to cut all of them at once and then to look.
+fn follow(c: &mut Criterion) {
+    let pieces = pieces();
+    let mut group = c.benchmark_group("follow");
+    group.throughput(Throughput::Elements(pieces.len() as u64));
+    group.sample_size(10);
+    let bounds = Aabb { min: Point3::origin(), max: Point3::new(SIDE_MM, SIDE_MM, 50.0) };
+    let stock = Stock::block(&bounds, 1.0).expect("it fits");
+    let tool: Tool = "ball:10,length:30,shank:24".parse().expect("it is a tool");
+    let holder = Holder::parse("60:27-34x50,63x26", &tool).expect("it is a holder");
+    let cutting = ToolBody::cutting(&tool).expect("it is sound");
+    let above = ToolBody::above(&tool, Some(&holder)).expect("it is sound");
+    let sweep = |body, p: &[Point3; 2]| Sweep::new(body, Vector3::z(), p[0], p[1]).expect("it is sound");
+    let [cuts, looks] =
+        [&cutting, &above].map(|body| pieces.iter().map(|p| sweep(body, p)).collect::<Vec<_>>());
+    group.bench_function("one by one", |b| {
+        b.iter(|| {
+            let mut later = stock.clone();
+            let is_clear = |(cut, look): (&Sweep<'_>, &Sweep<'_>)| {
+                later.cut(cut);
+                later.is_clear(look, 1.0).expect("a margin")
+            };
+            black_box(cuts.iter().zip(&looks).map(is_clear).filter(|clear| *clear).count())
+        });
+    });
+    group.bench_function("all at once", |b| {
+        b.iter(|| {
+            let mut later = stock.clone();
+            later.cut_all(&cuts);
+            let is_clear = |look: &&Sweep<'_>| later.is_clear(look, 1.0).expect("a margin");
+            black_box(looks.par_iter().filter(is_clear).count())
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, cut, follow);
 criterion_main!(benches);

@@ -1,7 +1,5 @@
 //! Whether a move touches stock.
 
-use rayon::prelude::*;
-
 use crate::grid::{self, Family};
 use crate::intervals::overlaps;
 use crate::ray::window::{Places, Seen};
@@ -31,7 +29,7 @@ impl Stock {
         let seen = Seen::new(grid, family, sweep);
         let Some([columns, rows]) = seen.tiles(grid, family) else { return false };
         let (across, tiles) = (grid.tiles(family)[0], &self.families[family.index()]);
-        (rows[0]..=rows[1]).into_par_iter().any(|row| {
+        (rows[0]..=rows[1]).any(|row| {
             (columns[0]..=columns[1]).any(|column| {
                 let number = (row * across + column) as usize;
                 let Some(tile) = &tiles[number] else { return false };

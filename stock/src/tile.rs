@@ -1,5 +1,6 @@
 //! Tiles of 32 × 32 rays that stocks share until one of them cuts there.
 
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::grid::{SIDE, TILE};
@@ -39,6 +40,14 @@ impl Tile {
 
 /// A tile that was never filled or is cut away has no memory.
 pub(crate) type Shared = Option<Arc<Tile>>;
+
+/// Calls a function with the thread's own lists, which may hold anything.
+pub(crate) fn with_lists<T>(with: impl FnOnce(&mut Lists) -> T) -> T {
+    thread_local! {
+        static LISTS: RefCell<Lists> = RefCell::new(Lists::new());
+    }
+    LISTS.with_borrow_mut(with)
+}
 
 /// One tile unpacked: a list that can grow for every ray. Threads keep one and use it for tile after tile.
 pub(crate) struct Lists {

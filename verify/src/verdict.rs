@@ -16,8 +16,10 @@ use crate::{HolderClearance, ShankContact};
 const AREAS_AGREE: f64 = 1e-6;
 /// Reachable area left on less than this share of the cut area is sampling noise along boundaries.
 const LEFT_SHARE: f64 = 1e-3;
-/// And less than the square of this many radii is less than the shortest pass cuts: of a small part any corner is a large share.
-const LEFT_RADII: f64 = 0.25;
+/// And what is smaller than a square of this many radii, and of this many millimetres, is shorter than any pass: of a small part any
+/// corner is a large share.
+const SHORTEST_PASS_RADII: f64 = 0.25;
+const SHORTEST_PASS_MM: f64 = 1.0;
 /// From this share of all area on it is said what is out of reach for the holder.
 const SAID_SHARE: f64 = 1e-5;
 /// The planner's areas by state may differ from the measured ones by this share of the total.
@@ -384,6 +386,12 @@ fn holder_findings(
     }
 }
 
+/// Whether an area that is left, beside one that is finished, mm², is more than sampling and the shortest pass account for.
+fn is_much_left(left_mm2: f64, finished_mm2: f64, radius_mm: f64) -> bool {
+    let shortest_mm = SHORTEST_PASS_MM.min(SHORTEST_PASS_RADII * radius_mm);
+    left_mm2 > LEFT_SHARE * finished_mm2 && left_mm2 > shortest_mm * shortest_mm
+}
+
 fn coverage_findings(
     job: &Job,
     coverage: &Coverage,
@@ -399,9 +407,9 @@ fn coverage_findings(
         find(Code::NothingCut, Error, "no part of the model is cut".into(), &None);
     }
     if left > 0.0 {
-        let is_share = left > LEFT_SHARE * (cut + area(SurfaceState::EarlierTool));
-        let is_place = left > (LEFT_RADII * job.request.tool.radius_mm()).powi(2);
-        let severity = if is_share && is_place { Error } else { Warning };
+        let finished = cut + area(SurfaceState::EarlierTool);
+        let severity =
+            if is_much_left(left, finished, job.request.tool.radius_mm()) { Error } else { Warning };
         let text = format!(
             "{left:.0} mm² within reach of the tool were left ({:.3} % of the cut area)",
             100.0 * left / cut.max(1e-9)
@@ -459,5 +467,19 @@ fn words(state: SurfaceState) -> &'static str {
         SurfaceState::EarlierTool => "left to the earlier tool",
         SurfaceState::OutOfBounds => "out of bounds",
         SurfaceState::NotMeasured => "not measured",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Passes of a large ball are no longer than those of one of 4 mm have to be.
+    #[test]
+    fn what_the_shortest_pass_would_cut_is_much() {
+        assert!(is_much_left(1.05, 400.0, 4.0) && !is_much_left(0.95, 400.0, 4.0));
+        assert!(is_much_left(1.05, 400.0, 25.0) && !is_much_left(0.95, 400.0, 25.0));
+        assert!(is_much_left(0.3, 200.0, 2.0) && !is_much_left(0.2, 100.0, 2.0));
+        assert!(!is_much_left(9.0, 1e4, 4.0), "a share of it is noise along boundaries");
     }
 }
